@@ -18,7 +18,7 @@ pub(crate) unsafe fn array<'a, T>(name: &'static str, pointer: *const T, count: 
     Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
 }
 
-/// The array at `pointer` that `count` values are to be written to; what it holds need not be initialized.
+/// The array at `pointer` for `count` values to be written; it need not be initialized.
 ///
 /// # Safety
 /// As for [`array()`], and nobody else uses it for `'a`.
@@ -50,7 +50,7 @@ pub(crate) fn fill<T>(places: &mut [MaybeUninit<T>], values: impl IntoIterator<I
     places.iter_mut().zip(values).for_each(|(place, value)| *place = MaybeUninit::new(value));
 }
 
-/// Writes `values` to the `given` places at `places`, which must be as many; `count` is the name of that argument.
+/// Writes `values` to the `given` places at `places`, which must be as many; `count` names that argument.
 ///
 /// # Safety
 /// As for [`array_mut()`].
@@ -85,8 +85,8 @@ pub(crate) unsafe fn text<'a>(text: *const c_char) -> &'a CStr {
     if text.is_null() { c"" } else { unsafe { CStr::from_ptr(text) } }
 }
 
-/// Category and message of a log line for the host. Some hosts expand `#r123#` to a variable's name, so that sign is
-/// doubled; that of conversions as well, where the message is a `format` of printf.
+/// Category and message of a log line for the host. Some hosts expand `#r123#` to a variable's name, so `#` is doubled;
+/// so is `%`, where the message is a `format` of printf.
 pub(crate) fn log_line(category: LogCategory, text: &str, format: bool) -> [CString; 2] {
     let text = text.replace('\0', "").replace('#', "##");
     let text = if format { text.replace('%', "%%") } else { text };

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::instance::{Call, Instance, Severity};
 use crate::variables::{LogCategory, Refusal};
 
-/// What a version of the standard has of its own.
+/// The specifics of a version of the standard.
 pub(crate) trait Version {
     /// Marks memory as a component of this version.
     const MAGIC: u64;
@@ -19,7 +19,7 @@ pub(crate) trait Version {
         Self::STATUSES[of as usize]
     }
 
-    /// What the call of `function` answers that was refused, and what becomes of the instance; the log has the reason.
+    /// Handles the refusal of a call of `function`: logs the reason, changes the instance, returns the status.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> Self::Status;
 }
 
@@ -29,16 +29,16 @@ pub(crate) struct Component<V> {
     magic: Cell<u64>,
     /// The host's callbacks beside its logger.
     callbacks: V,
-    /// A call is being made: one that comes in meanwhile can only come from the host's logger, and is refused.
+    /// Whether a call is in progress: another one can only come from the host's logger, and is refused.
     busy: Cell<bool>,
-    /// A panic was caught; the instance can only be freed.
+    /// Whether a panic was caught: the instance can only be freed.
     poisoned: Cell<bool>,
-    /// The host is being called in the middle of a step: it may make calls meanwhile, but not free the instance.
+    /// Whether the host is being called within a step: it may make calls, but not free the instance.
     calling_host: Cell<bool>,
     instance: UnsafeCell<Instance>,
 }
 
-/// What `make` hands over to the host; NULL if it refuses, or panics.
+/// The pointer from `make` for the host; NULL if it refuses, or panics.
 pub(crate) fn create(make: impl FnOnce() -> Option<*mut c_void>) -> *mut c_void {
     catch_unwind(AssertUnwindSafe(make)).ok().flatten().unwrap_or(std::ptr::null_mut())
 }
@@ -56,7 +56,7 @@ impl<V: Version> Component<V> {
         Box::into_raw(Box::new(component)).cast()
     }
 
-    /// The component behind a pointer; nothing for null and, as far as that can be known, for what is no component.
+    /// The component behind a pointer; none for null and, as far as can be detected, for foreign pointers.
     ///
     /// # Safety
     /// `c` is null or points to readable memory of at least the size of a component that lives for `'a`.
@@ -74,7 +74,7 @@ impl<V: Version> Component<V> {
         Some(unsafe { &*component })
     }
 
-    /// Frees a component; null, and a component in the middle of a call, are left alone.
+    /// Frees a component; null and a component within a call are left alone.
     ///
     /// # Safety
     /// As for [`Component::from_raw`], and nobody uses `c` afterwards.
@@ -89,14 +89,14 @@ impl<V: Version> Component<V> {
         }
     }
 
-    /// Lets the host do something between two calls of ours that belong together; nothing if there is no component.
+    /// Calls the host between two parts of a step; none if there is no component.
     ///
     /// # Safety
     /// As for [`Component::from_raw`].
     pub(crate) unsafe fn call_host<T>(c: *mut c_void, host: impl FnOnce(&V) -> T) -> Option<T> {
         // SAFETY: as the caller promises.
         let component = unsafe { Self::from_raw(c) }?;
-        // The host may call for the same again, meanwhile, and be refused.
+        // The host may ask for the same meanwhile, and be refused.
         let before = component.calling_host.replace(true);
         let done = host(&component.callbacks);
         component.calling_host.set(before);
@@ -104,8 +104,8 @@ impl<V: Version> Component<V> {
     }
 }
 
-/// Makes one call of the host: checks the component, asks whether the call is legal now, runs `body`, logs why it was
-/// refused, and catches a panic.
+/// Executes one call of the host: checks the component and the legality of the call, runs `body`, logs a refusal, and
+/// catches a panic.
 ///
 /// # Safety
 /// As for [`Component::from_raw`].

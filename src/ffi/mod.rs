@@ -1,13 +1,13 @@
-//! What the C functions of all versions of the standard share.
+//! The common part of the C functions of all versions of the standard.
 //!
-//! Every exported function goes through [`call`]: null and foreign components are refused, calls that are not legal in
-//! the current phase are refused and logged, and a panic is caught before it reaches the host. Pointers are checked for
-//! null and alignment; beyond that they must be what the standard says.
+//! Every exported function goes through [`call`]: null and foreign components are refused, calls that are illegal in
+//! the current phase are refused and logged, and panics are caught. Pointers are checked for null and alignment; beyond
+//! that the standard's rules are relied on.
 #![allow(unsafe_code)]
 
 /// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the
-/// standard, which is legal where [`Call`](crate::instance::Call) says so and answers what becomes of `body`, by a
-/// guard of a version. What `body` takes for granted are the host's promises, see the module of that version.
+/// standard, legal where [`Call`](crate::instance::Call) says so, run by the guard of a version. `body` relies on the
+/// host's promises, see the module of that version.
 macro_rules! export_by {
     (
         ($guard:ident $version:ty, $component:ident: $handle:ty => $status:ty)

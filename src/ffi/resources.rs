@@ -1,4 +1,4 @@
-//! The recipe in the FMU's resources, found by the location that hosts give in very different ways.
+//! The recipe in the FMU's resources, whose location hosts give in very different ways.
 
 use std::ffi::{CStr, OsString};
 use std::path::PathBuf;
@@ -15,15 +15,13 @@ pub(crate) fn at_location(location: &[u8]) -> Result<Recipe, String> {
     if location.is_empty() { Ok(Recipe::default()) } else { first_of(folders(location, cfg!(windows))?) }
 }
 
-/// The recipe in the folder `path`; the default one if there is no path or no file. A host that gives a URI here is
-/// understood.
+/// The recipe in the folder `path`; the default one if there is no path or no file. A URI is accepted, too.
 pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, String> {
     let is_uri = path.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case(b"file:"));
     if path.is_empty() || is_uri { at_location(path) } else { first_of(vec![path.to_vec()]) }
 }
 
-/// The start values by a recipe, if one of their descriptions has this `token`, the argument `name`; or why there are
-/// none.
+/// The start values of a recipe, if a description of them has this `token` (argument `name`); otherwise the reason.
 pub(crate) fn start_values(
     recipe: Result<Recipe, String>,
     name: &str,
@@ -41,7 +39,7 @@ pub(crate) fn start_values(
     ))
 }
 
-/// The recipe in the first of these folders that has one, else the default one.
+/// The recipe in the first of these folders with one; otherwise the default one.
 fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, String> {
     for folder in folders {
         let file = os_path(folder).join(FILE_NAME);
@@ -59,7 +57,7 @@ fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, String> {
     Ok(Recipe::default())
 }
 
-/// The folders that `location` may mean, the likelier one first: most hosts encode it, some do not.
+/// The folders that `location` may mean, likelier first: most hosts encode it, some do not.
 fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
     let scheme = location.split_at_checked(5).filter(|(scheme, _)| scheme.eq_ignore_ascii_case(b"file:"));
     let Some((_, rest)) = scheme else {
@@ -77,7 +75,7 @@ fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
     Ok(folders)
 }
 
-/// Replaces `%41` by `A`; what does not decode stays as it is.
+/// Replaces `%41` by `A`; invalid sequences stay.
 fn decode(text: &[u8]) -> Vec<u8> {
     let mut decoded = Vec::with_capacity(text.len());
     let mut rest = text;

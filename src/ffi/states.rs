@@ -1,4 +1,4 @@
-//! Saved states in the host's hands: saved, restored, freed, and written as bytes.
+//! Saved states of the host: saving, restoring, freeing, writing as bytes.
 
 use std::ffi::c_void;
 
@@ -15,7 +15,7 @@ struct Saved {
 }
 
 impl Saved {
-    /// The state behind a pointer; refused are null and, as far as that can be known, what is no state.
+    /// The state behind a pointer; refuses null and, as far as can be detected, foreign pointers.
     ///
     /// # Safety
     /// `pointer` is null or points to readable memory of at least the size of a state, which nobody else uses for `'a`.
@@ -33,7 +33,7 @@ impl Saved {
     }
 }
 
-/// Stores `state` where the host wants it: in the memory of the state that is there already, or in new memory.
+/// Stores `state` at `place`: in the memory of the state there, or in new memory.
 ///
 /// # Safety
 /// `place` is null, misaligned, or points to NULL or a state.
@@ -50,7 +50,7 @@ unsafe fn store(place: *mut *mut c_void, state: impl FnOnce() -> Result<SavedSta
     Ok(())
 }
 
-/// Saves the state. Where `*place` is not NULL it is a state saved before, whose memory is used again.
+/// Saves the state. If `*place` is not NULL, it must be a saved state, whose memory is reused.
 ///
 /// # Safety
 /// As for [`store`].
@@ -59,7 +59,7 @@ pub(crate) unsafe fn get(instance: &Instance, place: *mut *mut c_void) -> Result
     unsafe { store(place, || Ok(instance.state())) }
 }
 
-/// Goes back to a state saved by a component of the same FMU. The state stays as it is and can be set again.
+/// Restores a state saved by a component of the same FMU. The state can be restored again.
 ///
 /// # Safety
 /// As for [`Saved::from_raw`].
@@ -68,7 +68,7 @@ pub(crate) unsafe fn set(instance: &mut Instance, state: *mut c_void) -> Result<
     instance.set_state(&unsafe { Saved::from_raw(state) }?.state)
 }
 
-/// Frees a state and sets the host's pointer to NULL; no state is ignored.
+/// Frees a state and sets the host's pointer to NULL; NULL is ignored.
 ///
 /// # Safety
 /// As for [`store`], and nobody uses the state afterwards.
@@ -101,8 +101,8 @@ pub(crate) unsafe fn serialized_size(state: *mut c_void, size: *mut usize) -> Re
     }
 }
 
-/// Writes a state as bytes that any process with this FMU can read. `size` must be what the function called `sized`
-/// answered.
+/// Writes a state as bytes that any process with this FMU can read. `size` must be that returned by the function named
+/// `sized`.
 ///
 /// # Safety
 /// As for [`Saved::from_raw`] and [`array_mut`].
@@ -123,7 +123,7 @@ pub(crate) unsafe fn serialize(
 }
 
 /// Makes a state of the bytes that [`serialize`] wrote, also in another process. Damaged, foreign and newer bytes are
-/// refused, and `*place` is left as it is; where it is not NULL its memory is used again.
+/// refused, and `*place` is unchanged; if it is not NULL, its memory is reused.
 ///
 /// # Safety
 /// As for [`array()`] and [`store`].

@@ -3,9 +3,9 @@
 //! Every exported function goes through the guard in `ffi`.
 //!
 //! # Safety
-//! The exported functions are called from C. Pointers are checked for null and alignment; beyond that they must be
-//! what the standard says: arrays as long as their count, texts closed by a null byte, a component that
-//! `fmi2Instantiate` returned and `fmi2FreeInstance` has not freed, one thread at a time per component.
+//! The exported functions are called from C. Pointers are checked for null and alignment; beyond that the standard's
+//! rules are relied on: arrays as long as their count, null-terminated texts, a component not yet freed, one thread at
+//! a time per component.
 #![allow(unsafe_code, non_camel_case_types, non_upper_case_globals, non_snake_case)]
 
 mod functions;
@@ -18,7 +18,7 @@ use crate::ffi::Version;
 use crate::instance::Instance;
 use crate::variables::Refusal;
 
-/// FMI 2.0, as far as `ffi` must know it.
+/// FMI 2.0, for `ffi`.
 struct Fmi2;
 
 impl Version for Fmi2 {
@@ -33,7 +33,7 @@ impl Version for Fmi2 {
         fmi2Status::fmi2Fatal,
     ];
 
-    /// The instance goes on as it was.
+    /// The instance is unchanged.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi2Status {
         instance.log.error(format_args!("{function}: {refusal}"));
         fmi2Status::fmi2Error
@@ -55,7 +55,7 @@ mod tests {
         Component::into_raw(Instance::new(purpose, Settings::default_for(5), String::new(), log), Fmi2)
     }
 
-    /// Resets the component, and makes of that call whatever `body` does.
+    /// Resets the component, with `body` as the body of that call.
     fn reset(c: *mut c_void, body: impl FnOnce(&mut Instance)) -> fmi2Status {
         unsafe {
             call::<Fmi2>(c, "fmi2Reset", Call::Reset, |instance| {

@@ -10,7 +10,7 @@ pub type fmi2Component = *mut c_void;
 pub type fmi2ComponentEnvironment = *mut c_void;
 /// A saved state, opaque to the host.
 pub type fmi2FMUstate = *mut c_void;
-/// What a variable is called by.
+/// Identifies a variable.
 pub type fmi2ValueReference = c_uint;
 /// A real value, in the unit of its variable.
 pub type fmi2Real = f64;
@@ -30,21 +30,21 @@ pub const fmi2False: fmi2Boolean = 0;
 /// Yes.
 pub const fmi2True: fmi2Boolean = 1;
 
-/// What a function answers. Hosts never pass one to us, so an enumeration is safe.
+/// Return value of a function. Hosts never pass one to us, so an enumeration is safe.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum fmi2Status {
-    /// All went well.
+    /// Success.
     fmi2OK,
-    /// It went on, but the log has something to say.
+    /// Success, with a warning in the log.
     fmi2Warning,
-    /// The step cannot be made, or the value is not available; the instance is as before.
+    /// The step or the value is unavailable; the instance is unchanged.
     fmi2Discard,
     /// The call was refused or failed.
     fmi2Error,
     /// All instances are lost.
     fmi2Fatal,
-    /// The step goes on by itself; never answered here.
+    /// The step is asynchronous; never returned here.
     fmi2Pending,
 }
 
@@ -59,9 +59,9 @@ pub const fmi2CoSimulation: fmi2Type = 1;
 pub type fmi2StatusKind = c_int;
 /// How the step ended.
 pub const fmi2DoStepStatus: fmi2StatusKind = 0;
-/// What a pending step is doing; there are none.
+/// Status of a pending step; there are none.
 pub const fmi2PendingStatus: fmi2StatusKind = 1;
-/// Up to when the last step got, s.
+/// Time reached by the last step, s.
 pub const fmi2LastSuccessfulTime: fmi2StatusKind = 2;
 /// Whether the instance wants to end the run.
 pub const fmi2Terminated: fmi2StatusKind = 3;
@@ -76,7 +76,7 @@ pub type fmi2CallbackFreeMemory = Option<unsafe extern "C" fn(*mut c_void)>;
 /// Tells the host that a step of its own thread has ended.
 pub type fmi2StepFinished = Option<unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2Status)>;
 
-/// What handling an event has come to.
+/// Result of handling an event.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct fmi2EventInfo {

@@ -1,13 +1,13 @@
 //! The C ABI of FMI 3.0 for co-simulation, with event mode, and model exchange, with clocks and arrays.
 //!
-//! Every exported function goes through the guard in `ffi`. What is refused ends the run, as the standard has it, but
-//! for values out of range, which change nothing. Functions of scheduled execution are there, as hosts look for them,
-//! and say that the FMU does not offer it.
+//! Every exported function goes through the guard in `ffi`. A refused call ends the run, as FMI 3.0 requires; values
+//! out of range return fmi3Discard and change nothing. Functions of scheduled execution exist, because hosts look for
+//! them, and refuse.
 //!
 //! # Safety
-//! The exported functions are called from C. Pointers are checked for null and alignment; beyond that they must be what
-//! the standard says: arrays as long as their count, texts closed by a null byte, an instance that was instantiated and
-//! not yet freed, one thread at a time per instance.
+//! The exported functions are called from C. Pointers are checked for null and alignment; beyond that the standard's
+//! rules are relied on: arrays as long as their count, null-terminated texts, an instance not yet freed, one thread at
+//! a time per instance.
 #![allow(unsafe_code, non_camel_case_types, non_upper_case_globals, non_snake_case)]
 
 mod functions;

@@ -10,7 +10,7 @@ pub type fmi3Instance = *mut c_void;
 pub type fmi3InstanceEnvironment = *mut c_void;
 /// A saved state, opaque to the host.
 pub type fmi3FMUState = *mut c_void;
-/// What a variable is called by.
+/// Identifies a variable.
 pub type fmi3ValueReference = c_uint;
 /// A real value, in the unit of its variable.
 pub type fmi3Float64 = f64;
@@ -40,15 +40,15 @@ pub const fmi3False: fmi3Boolean = 0;
 /// Yes.
 pub const fmi3True: fmi3Boolean = 1;
 
-/// What a function answers. Hosts never pass one to us, so an enumeration is safe.
+/// Return value of a function. Hosts never pass one to us, so an enumeration is safe.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum fmi3Status {
-    /// All went well.
+    /// Success.
     fmi3OK,
-    /// It went on, but the log has something to say.
+    /// Success, with a warning in the log.
     fmi3Warning,
-    /// The value is not available; the instance is as before.
+    /// The value is unavailable; the instance is unchanged.
     fmi3Discard,
     /// The call was refused or failed, and the run is over.
     fmi3Error,

@@ -5,12 +5,11 @@ use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
 use crate::variables::{Access, DerivativesOf, Extra, Refusal, Type};
 
-/// An element: its reference in a cradle of as many balls, or nothing for one that belongs to no contact.
+/// Value reference of an element in FMI 2.0; none if it belongs to no contact.
 type Element = Option<u32>;
 
 impl Instance {
-    /// The elements of the real variables behind `references`. Slopes act over a step: where they are `without_effect`,
-    /// nothing depends on them.
+    /// The elements of the real variables behind `references`. Slopes `without_effect` count as elements of no contact.
     fn parts(&self, references: &[u32], without_effect: bool) -> Result<Vec<Element>, Refusal> {
         let balls = self.balls();
         let mut elements = Vec::new();
@@ -36,8 +35,7 @@ impl Instance {
         self.parts(references, !of_step)
     }
 
-    /// Derivatives of the unknowns, element by element, along the direction in which the elements of the knowns change
-    /// by `seed`.
+    /// Derivatives of all elements of the unknowns along the direction `seed` of the elements of the knowns.
     pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
         Refusal::unless_count("nSeed", seed.len(), knowns.len())?;
@@ -55,7 +53,7 @@ impl Instance {
         in_places(&knowns, |wanted| self.adjoint_derivatives(&references, &weights, wanted))
     }
 
-    /// Derivatives by time of the elements of real outputs, each of its order.
+    /// Time derivatives of the elements of real outputs, one order for each variable.
     pub fn output_derivatives_of_arrays(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
         let (mut elements, mut element_orders) = (Vec::new(), Vec::new());
         for (reference, order) in references.iter().zip(orders) {
@@ -67,12 +65,12 @@ impl Instance {
     }
 }
 
-/// The elements that belong to something, with what belongs to them.
+/// The elements that exist in FMI 2.0, each with its entry of `with`.
 fn existing<T: Copy>(elements: &[Element], with: &[T]) -> (Vec<u32>, Vec<T>) {
     elements.iter().zip(with).filter_map(|(element, with)| Some(((*element)?, *with))).unzip()
 }
 
-/// What is found of the elements that belong to something, in their places; the others are 0.
+/// Puts the values of the existing elements in their places; the others are 0.
 fn in_places(
     elements: &[Element],
     find: impl FnOnce(&[u32]) -> Result<Vec<f64>, Refusal>,

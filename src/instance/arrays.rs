@@ -1,4 +1,4 @@
-//! Variables as arrays: read and set by the value references of FMI 3.0, all elements of them.
+//! Reading and setting whole arrays by the value references of FMI 3.0.
 
 use super::legality::Phase;
 use super::lifecycle::Instance;
@@ -31,7 +31,7 @@ impl Instance {
         Err(refuse_reference(array, format_args!("variables of type {asked}; this one is of type {of}")))
     }
 
-    /// The same, if its value is known: before initialization only what has a start value is.
+    /// The same, if its value is known; before initialization only start values are.
     pub fn readable(&mut self, reference: u32, asked: Type) -> Result<Array, Refusal> {
         let array = self.array(reference, asked)?;
         if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
@@ -43,7 +43,7 @@ impl Instance {
         Err(refuse_reference(array, "before initialization, those with a start value"))
     }
 
-    /// Says once that a host reads more within a step than the standard allows: some read every variable.
+    /// Logs once that a host reads more within a step than the standard allows, as some do.
     #[cold]
     fn log_read_within_step(&mut self, array: Array) {
         if !std::mem::replace(&mut self.run.read_logged, true) {
@@ -54,7 +54,7 @@ impl Instance {
         }
     }
 
-    /// The elements of the variables behind `references`, all of this type, each with one of the `values` given.
+    /// The elements of the variables behind `references`, all of this type, each paired with one of the `values`.
     fn elements<T: Copy>(
         &self,
         references: &[u32],
@@ -81,7 +81,7 @@ impl Instance {
         Ok(places.zip(values).map(|((array, index), value)| (array, index, *value)).collect())
     }
 
-    /// To be called before values are read: makes them those of what has been set, where setters act at once.
+    /// Recomputes values after setters that act at once; to be called before reading.
     pub fn recompute(&mut self) -> Result<(), Refusal> {
         let at_once = self.run.phase == Phase::EventMode && self.run.purpose.has_event_mode();
         if at_once { self.update_simulation() } else { Ok(()) }
@@ -114,7 +114,7 @@ impl Instance {
         }
     }
 
-    /// The value of a variable that changes in Event Mode only, by the last tick.
+    /// The value after the last tick of a variable that changes in Event Mode only.
     fn after_tick(&self, variable: Variable) -> Option<Value> {
         let (discrete, work) = (self.run.clocks.discrete(variable.index), self.run.clocks.work);
         Some(match variable.row.name {
@@ -149,7 +149,7 @@ impl Instance {
         })
     }
 
-    /// The text of the variables behind `references`, of which there is but `log.pulses`. It stays until the next call.
+    /// The text of `log.pulses`, the only binary variable. It stays valid until the next call.
     pub fn binary(&mut self, references: &[u32]) -> Result<&str, Refusal> {
         for reference in references {
             self.readable(*reference, Type::Binary)?;
@@ -158,7 +158,7 @@ impl Instance {
         Ok(&self.run.csv)
     }
 
-    /// The value of an element that belongs to no contact: of a parameter what it was set to.
+    /// The value of an element that belongs to no contact; for a parameter, the value last set.
     fn of_no_contact(&self, variable: Variable) -> f64 {
         match (self.run.padding.get(&variable.position), variable.row.name) {
             (Some(value), _) => *value,
@@ -167,8 +167,7 @@ impl Instance {
         }
     }
 
-    /// Sets the real variables behind `references` to `values`, element after element: all of them, or none if any of
-    /// it is refused.
+    /// Sets the real variables behind `references` to `values`, element after element: all, or none if any is refused.
     pub fn set_floats(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let balls = self.balls();
         let (mut set, mut unused) = (Vec::new(), Vec::new());
@@ -219,7 +218,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Sets the number of balls, in Configuration Mode: all arrays have their defaults then, scalars what they had.
+    /// Sets the number of balls, in Configuration Mode. This resets arrays to their defaults and keeps scalars.
     pub fn set_counts(&mut self, references: &[u32], values: &[u64]) -> Result<(), Refusal> {
         let mut wanted = self.balls();
         for (array, _, value) in self.elements(references, Type::Integer, values)? {
@@ -254,7 +253,7 @@ impl Instance {
         self.run = Run { phase: self.run.phase, ..Run::new(self.run.purpose, &settings) };
     }
 
-    /// Says why variables of this type cannot be set: there are none that can.
+    /// The refusal to set variables of a type that has no settable ones.
     pub fn refuse_to_set_arrays(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
         references.iter().try_for_each(|reference| {
             let array = self.array(*reference, asked)?;

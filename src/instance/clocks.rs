@@ -1,4 +1,4 @@
-//! The clocks: what has happened in the contacts, instant by instant, and how far the clocks have ticked for it.
+//! The clocks: onsets and releases instant by instant, and which of them have ticked.
 
 use std::collections::VecDeque;
 
@@ -30,7 +30,8 @@ impl Transition {
     }
 }
 
-/// What happens at one instant. A contact closes and opens in it once at most, in this order: more takes another tick.
+/// The transitions at one instant. A contact closes and opens in a tick at most once, in this order; more take another
+/// tick.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Tick {
     /// In s.
@@ -115,7 +116,7 @@ impl Clocks {
         }
     }
 
-    /// Makes the next tick the active one. Returns whether there was one.
+    /// Activates the next pending tick; false if there is none.
     pub fn tick(&mut self) -> bool {
         self.active = [false; 2];
         let Some(tick) = self.pending.pop_front() else { return false };
@@ -141,7 +142,7 @@ impl Clocks {
         true
     }
 
-    /// How often each contact will have closed after all ticks to come, and whether it will be closed.
+    /// Pulses and state of each contact after all pending ticks.
     fn foreseen(&self) -> Vec<(u64, bool)> {
         let mut known: Vec<_> = self.discrete.iter().map(|discrete| (discrete.pulses, discrete.closed)).collect();
         for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
@@ -152,7 +153,7 @@ impl Clocks {
         known
     }
 
-    /// Adds the contacts that have closed at the time `now` (s) without a tick: at the start, or because inputs have
+    /// Adds ticks for contacts that closed at the time `now` (s) without an event: at the start, or because inputs
     /// changed.
     pub fn catch_up(&mut self, results: &dyn Results, now: f64) {
         for (contact, (onsets, _)) in self.foreseen().into_iter().enumerate() {
@@ -162,7 +163,7 @@ impl Clocks {
         }
     }
 
-    /// Adds what an event of model exchange has done: these pulses have finished, and other contacts may have closed.
+    /// Adds the ticks of an event of model exchange: these finished pulses, and contacts that have closed.
     pub fn enter(&mut self, pulses: &[Pulse], results: &dyn Results) {
         let mut known = self.foreseen();
         let mut new = Vec::new();
@@ -215,11 +216,11 @@ impl Clocks {
     }
 }
 
-/// Hands what happens in a step to the clocks, and ends it at the first onset or release if that is wanted.
+/// Passes the onsets and releases of a step to the clocks; if asked, ends the step at the first.
 pub(super) struct Recorder<'a> {
     pub reporter: Reporter<'a>,
     pub clocks: &'a mut Clocks,
-    /// Whether its host has clocks or their log.
+    /// What the instance is for: whether it has clocks or their log.
     pub purpose: Purpose,
     pub stops: bool,
     /// Time of the first onset or release, s.

@@ -1,4 +1,4 @@
-//! Derivatives of the outputs: by time, and along directions of inputs and parameters.
+//! Derivatives of the outputs by time, and along directions of inputs and parameters.
 
 use std::fmt::Display;
 use std::sync::Arc;
@@ -9,15 +9,15 @@ use super::run::Run;
 use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
 use crate::variables::{Causality, DerivativesOf, Refusal, Settings, Type, Variable};
 
-/// What has derivatives by time, and along a direction.
+/// In messages: the variables that have derivatives, by time and along a direction.
 const OUTPUTS: &str = "real outputs";
 const INITIAL_UNKNOWNS: &str = "real outputs, states, their derivatives and calculated parameters";
 const EXCHANGED: &str = "real outputs and derivatives of states";
 const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of = run, real parameters; in model \
                       exchange, after it, continuous states";
-/// What derivatives of the run cannot do without.
-const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes, or the host \
-                          has changed them too often (16 million values)";
+/// In messages: why there are no derivatives of the run.
+const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes; the history of \
+                          these changes holds at most 16 million values";
 
 /// Which derivatives the host has asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -43,8 +43,8 @@ impl Direction {
 }
 
 impl Instance {
-    /// Derivatives of outputs by time at the current time, each of its order, from 1 on. What changes only at events
-    /// and communication points has derivative 0.
+    /// Time derivatives of outputs at the current time, each of its order, from 1 on; 0 for variables that change only
+    /// at events and communication points.
     pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
         let mut known: [Option<Differential>; MAX_OUTPUT_DERIVATIVE] = Default::default();
         let mut derivative = |(reference, order): (&u32, &i32)| {
@@ -151,7 +151,7 @@ impl Instance {
         }
     }
 
-    /// Has a direction change a known by `change`, if that can be one.
+    /// Adds a `change` of a known to a direction, if it can be a known.
     fn turn(&self, along: &mut Direction, known: u32, change: f64) -> Result<(), Refusal> {
         let variable = self.variable(known)?;
         let state = variable.state_place(self.balls()).filter(|_| self.derived() == Derived::Exchanged);
@@ -171,7 +171,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The variables behind value references, if there are derivatives of them now.
+    /// The variables behind value references, if they have derivatives now.
     fn unknowns(&self, unknowns: &[u32]) -> Result<Vec<Variable>, Refusal> {
         let (causalities, allowed): (&[Causality], _) = match self.derived() {
             Derived::Start => {
@@ -183,7 +183,7 @@ impl Instance {
         unknowns.iter().map(|unknown| self.differentiable(*unknown, causalities, allowed)).collect()
     }
 
-    /// The run so far, what it has been given, if all of it was kept, and the time of its start (s).
+    /// The run so far, its complete history of inputs, and the time of its start (s).
     fn so_far(&self) -> Result<(&Simulation, &History, f64), Refusal> {
         let Run { history, simulation, .. } = &self.run;
         if !history.is_complete() {
@@ -216,7 +216,7 @@ impl Instance {
         Ok(variable)
     }
 
-    /// The derivative of `variable`, if it is finite; after a failed step it may be anything, like the values.
+    /// The derivative of `variable`, if it is finite; after a failed step any value passes.
     fn finite(&self, variable: Variable, derivative: f64) -> Result<f64, Refusal> {
         let given = derivative.is_finite() || self.run.phase == Phase::Error;
         given.then_some(derivative).ok_or_else(|| no_derivative(variable))
@@ -231,7 +231,7 @@ fn value(of: Option<&Differential>, variable: &Variable) -> f64 {
 #[cold]
 pub(super) fn no_derivative(what: impl Display) -> Refusal {
     Refusal::no_value(format_args!(
-        "{what} has no derivative here: it is not finite, or the step has too many switchings, or contacts too stiff \
+        "{what} has no derivative here: it is not finite, the step has too many switchings, or contacts are too stiff \
          for its length"
     ))
 }

@@ -1,4 +1,4 @@
-//! Model exchange: the host integrates the states, and asks for what it needs for that.
+//! Model exchange: the host integrates the states.
 //!
 //! For hosts of FMI 3.0 arrays over contacts have one element more than there are contacts: the last impulse is a state
 //! that is always zero, the last indicators are always 1. Clocks tell them of events.
@@ -19,12 +19,12 @@ impl Instance {
         2 * (self.balls() - 1) + 2 * usize::from(self.run.purpose.arrays)
     }
 
-    /// Where the states have the impulse that belongs to no contact.
+    /// Index among the states of the impulse that belongs to no contact.
     fn padding_state(&self) -> Option<usize> {
         self.run.purpose.arrays.then(|| 3 * self.balls() - 1)
     }
 
-    /// Where the states have the elements of a variable that can be set now as one of them.
+    /// Index of the first element among the states, if the variable can be set now as a state.
     pub(super) fn place_of_state(&self, array: Array) -> Option<usize> {
         if self.run.phase != Phase::ContinuousTimeMode {
             return None;
@@ -33,7 +33,7 @@ impl Instance {
         Some(Array::states().take(before).map(|(state, _)| state.len(self.balls())).sum())
     }
 
-    /// The end of a step of the host's solver: whether an event is due.
+    /// Ends a step of the host's solver. Returns whether an event is due.
     pub fn completed_integrator_step(&mut self) -> Result<bool, Refusal> {
         Ok(self.exchange()?.complete_step())
     }
@@ -100,8 +100,7 @@ impl Instance {
         Ok(indicators)
     }
 
-    /// An element of `z.contact` or `z.clip`, counted from 0. In co-simulation, which has no events of the host's, they
-    /// are 1.
+    /// An element of `z.contact` or `z.clip`, counted from 0. In co-simulation they are 1.
     pub(super) fn indicator(&mut self, of: Extra, index: usize) -> Result<f64, Refusal> {
         if self.run.purpose.kind == Kind::CoSimulation || index + 1 == self.balls() {
             return Ok(1.0);
@@ -114,8 +113,7 @@ impl Instance {
         })
     }
 
-    /// From integration to events. With clocks what is due is handled, and those of the first that has happened are
-    /// active.
+    /// Goes from integration to events. With clocks, handles all that is due and activates the clocks of the first.
     pub(super) fn enter_events_of_exchange(&mut self) -> Result<(), Refusal> {
         self.run.phase = Phase::EventMode;
         if self.run.purpose.events {
@@ -126,7 +124,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Handles what is due; with clocks, the host has taken part in the event of the active ones.
+    /// Handles what is due and, with clocks, activates those of the next pending event.
     pub(super) fn next_event_of_exchange(&mut self) -> Result<Handled, Refusal> {
         let next = self.handle_events()?;
         let again = self.run.purpose.events && self.tick();
@@ -135,8 +133,7 @@ impl Instance {
         Ok(Handled { again, changed, next: next.filter(|_| !again) })
     }
 
-    /// Handles what is due now, and says when the next event is. If it cannot be followed the instance enters the error
-    /// state.
+    /// Handles what is due now. Returns when the next event is. On failure the instance enters the error state.
     fn handle_events(&mut self) -> Result<Option<f64>, Refusal> {
         self.exchange()?;
         let Some(exchange) = &mut self.run.exchange else { return Err(Refusal::new("nothing is calculated yet")) };

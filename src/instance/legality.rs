@@ -22,9 +22,9 @@ impl std::fmt::Display for Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Purpose {
     pub kind: Kind,
-    /// Whether the host is one of FMI 3.0, where variables are arrays.
+    /// Whether the host uses FMI 3.0, where variables are arrays.
     pub arrays: bool,
-    /// Whether clocks tick for it, and in co-simulation it takes part in events.
+    /// Whether the host uses clocks and, in co-simulation, event mode.
     pub events: bool,
     pub early_return: bool,
 }
@@ -35,7 +35,7 @@ impl Purpose {
         Self { kind, arrays: false, events: false, early_return: false }
     }
 
-    /// Whether its host takes part in the events of co-simulation.
+    /// Whether it is co-simulation with event mode.
     pub(super) fn has_event_mode(self) -> bool {
         self.kind == Kind::CoSimulation && self.events
     }
@@ -58,7 +58,7 @@ macro_rules! phases {
         }
 
         impl Phase {
-            /// Whether an instance created for this can be in it.
+            /// Whether an instance for this purpose has this phase.
             pub(super) fn exists(self, purpose: Purpose) -> bool {
                 let exists: fn(Purpose) -> bool = match self { $(Self::$phase => $exists),* };
                 exists(purpose)
@@ -67,22 +67,22 @@ macro_rules! phases {
     };
 }
 
-// Each with its name in messages, and the instances that know it.
+// Each with its name in messages, and the instances that have it.
 phases! {
     /// Start values can be set, nothing is calculated.
     Instantiated "the instantiated state" |_| true;
     ConfigurationMode "Configuration Mode" |of| of.arrays;
-    /// A refused call has ended the run before it began; it can be reset.
+    /// A refused call ended the run before it began; only a reset is legal.
     Abandoned "the terminated state, before any calculation" |of| of.arrays;
     /// Start values can be set and calculated values be read.
     InitializationMode "Initialization Mode" |_| true;
     /// The host steps: co-simulation only.
     StepMode "step mode" |of| of.kind == Kind::CoSimulation;
-    /// Discrete variables and states may jump: model exchange, and co-simulation whose host takes part in events.
+    /// Discrete variables and states may jump: model exchange, and co-simulation with event mode.
     EventMode "Event Mode" |of| of.events || of.kind == Kind::ModelExchange;
     /// The host integrates: model exchange only.
     ContinuousTimeMode "Continuous-Time Mode" |of| of.kind == Kind::ModelExchange;
-    /// The host has been called in the middle of a step.
+    /// The host has been called within a step.
     IntermediateUpdate "Intermediate Update Mode" |of| of.arrays && of.kind == Kind::CoSimulation;
     /// The run is over, its last values can be read.
     Terminated "the terminated state" |_| true;
@@ -106,7 +106,7 @@ macro_rules! calls {
                 match self { $(Self::$call => $kind),* }
             }
 
-            /// A letter for each phase it is legal in, a dot for others.
+            /// A letter for each phase in which the call is legal, a dot for the others.
             #[inline]
             fn phases(self) -> &'static [u8; PHASES.len()] {
                 match self { $(Self::$call => $phases),* }
@@ -129,17 +129,17 @@ calls! {
     Get BOTH b"...NSETUDF";
     /// The same in FMI 3.0, where start values can be read before initialization.
     GetArrays BOTH b"I..NSETUDF";
-    /// Setting real values; which variables may be set is the table of variables' business.
+    /// Setting real values; the table of variables says which.
     Set BOTH b"I..NSETU..";
     /// Setting values of any other type.
     SetDiscrete BOTH b"I..NSE....";
     State BOTH b"ICANSET.DF";
-    /// Derivatives by inputs held over the last step, by inputs and states, or by what is known in Initialization Mode.
+    /// Directional and adjoint derivatives.
     DirectionalDerivative BOTH b"...NSET.DF";
     SetInputDerivatives STEPS b"I..NS.....";
     GetOutputDerivatives STEPS b"....S..UDF";
     DoStep STEPS b"....S.....";
-    /// Breaking off a step that goes on by itself, of which there are none.
+    /// Cancelling an asynchronous step; there are none.
     CancelStep STEPS b"..........";
     /// Asking about the last step.
     Status STEPS b"....S...D.";
@@ -147,14 +147,14 @@ calls! {
     ExitConfigurationMode BOTH b".C........";
     /// Setting counts: the number of balls is one.
     SetCounts BOTH b"IC.NSE....";
-    /// Asking about the intervals of clocks, of which there are none.
+    /// Asking about the intervals of clocks; no clock has one.
     Intervals BOTH b"...N.E....";
-    /// The way from a step, or from integration, to events.
+    /// Entering Event Mode.
     EnterEvents BOTH b"....S.T...";
-    /// Handling one of them after the other.
+    /// Handling the next event.
     NextEvent BOTH b".....E....";
     EnterStepMode STEPS b".....E....";
-    /// Going on with a step in which the host has been called.
+    /// Continuing an interrupted step.
     ContinueStep STEPS b".......U..";
     EnterEventMode EXCHANGE b".....ET...";
     NewDiscreteStates EXCHANGE b".....E....";

@@ -1,4 +1,4 @@
-//! An instance and its way through the phases, from start values to the end of the run.
+//! An instance and its phases, from start values to the end of the run.
 
 use super::legality::{Call, Kind, Phase, Purpose};
 use super::log::{Log, Severity};
@@ -52,7 +52,7 @@ impl Instance {
         Refusal::new(format_args!("not allowed in {phase}{separator}{}", allowed.join(", ")))
     }
 
-    /// After a refused call of `function` there is nothing left but the last values, if there are any, and a new start.
+    /// Ends the run after a refused call of `function`: only the last values, if any, and a reset remain.
     pub fn give_up(&mut self, function: &str) {
         self.run.phase = match self.run.phase {
             Phase::Error => Phase::Error,
@@ -63,7 +63,7 @@ impl Instance {
         self.run.ended_by.get_or_insert_with(|| function.to_owned());
     }
 
-    /// Goes to a phase for which there is nothing else to do.
+    /// Enters a phase that needs no further work.
     pub fn enter(&mut self, phase: Phase) {
         self.run.phase = phase;
     }
@@ -114,12 +114,12 @@ impl Instance {
         self.begin_events()
     }
 
-    /// Back to where it was after it was created; which log categories are on is kept.
+    /// Returns to the state after creation; the log categories stay as they are.
     pub fn reset(&mut self) {
         self.run = Run::new(self.run.purpose, &self.start);
     }
 
-    /// The simulation, built first where that has not happened yet.
+    /// The simulation, built on first use.
     #[inline]
     pub(super) fn simulation(&mut self) -> Result<&mut Simulation, Refusal> {
         if self.run.simulation.is_none() {
@@ -128,7 +128,7 @@ impl Instance {
         self.run.simulation.as_mut().ok_or_else(|| Refusal::new("nothing is calculated yet"))
     }
 
-    /// The run in the host's hands, built first where that has not happened yet.
+    /// The run that the host integrates, built on first use.
     #[inline]
     pub(super) fn exchange(&mut self) -> Result<&mut Exchange, Refusal> {
         if self.run.exchange.is_none() {
@@ -139,7 +139,7 @@ impl Instance {
         self.run.exchange.as_mut().ok_or_else(|| Refusal::new("nothing is calculated yet"))
     }
 
-    /// What can be read, of whichever kind of run it is.
+    /// The results of the run, of either kind.
     #[inline]
     pub(super) fn results(&mut self) -> Result<&dyn Results, Refusal> {
         match self.run.purpose.kind {
@@ -164,7 +164,7 @@ impl Instance {
             return;
         }
         let defaults = Settings::default_for(settings.balls());
-        // What only the other kind of instances makes use of.
+        // Parameters that only the other kind of instance uses.
         let other = match self.run.purpose.kind {
             Kind::CoSimulation => "exchange.contacts",
             Kind::ModelExchange => "solver.method",

@@ -1,4 +1,4 @@
-//! Log lines of an instance: which are wanted, and where they go.
+//! The log of an instance: enabled categories and the host's sink.
 
 use std::fmt::Arguments;
 
@@ -7,9 +7,9 @@ use crate::variables::{LOG_CATEGORIES, LogCategory};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     Ok,
-    /// Something is not quite right, the run can go on.
+    /// Something is doubtful; the run goes on.
     Warning,
-    /// A refused call that changes nothing, for which FMI 3.0 has an answer of its own.
+    /// A refused value that changes nothing (fmi3Discard).
     Discard,
     /// A refused call or a failed step.
     Error,
@@ -25,7 +25,7 @@ pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
 pub struct Log {
     sink: Option<Sink>,
     enabled: [bool; LOG_CATEGORIES.len()],
-    /// Whether warnings and errors are written in any case.
+    /// Whether warnings and errors are always written.
     insists: bool,
 }
 
@@ -35,7 +35,7 @@ impl Log {
         Self { sink, enabled: [on; LOG_CATEGORIES.len()], insists: true }
     }
 
-    /// The same, but that warnings and errors are written on demand only, too.
+    /// The same, but warnings and errors, too, are written only if switched on.
     pub fn on_demand(sink: Option<Sink>, on: bool) -> Self {
         Self { insists: false, ..Self::new(sink, on) }
     }

@@ -1,13 +1,11 @@
 //! One running instance of the FMU, for hosts of both versions of the standard.
 //!
-//! [`Instance`] takes what the host wants in Rust types; the folder of an FMI version translates. That folder asks
-//! [`Instance::require`] whether a call is legal in the current phase before it makes the call: once, in one place.
-//! What an instance calculates with is a [`Simulation`](crate::engine::Simulation), what it can be asked for a
-//! [`Variable`](crate::variables::Variable).
+//! [`Instance`] has Rust types; the folders `fmi2` and `fmi3` translate from C. Before each call they ask
+//! [`Instance::require`] whether it is legal in the current phase. An instance calculates with a
+//! [`Simulation`](crate::engine::Simulation) and reads and sets [`Variable`](crate::variables::Variable)s.
 //!
-//! What FMI 3.0 adds is variables as arrays (`arrays`, `array_derivatives`), and hosts that take part in events: steps
-//! that end or are interrupted at an onset or a release (`step`), and clocks that tick once for each such instant
-//! (`clocks`).
+//! FMI 3.0 adds arrays (`arrays`, `array_derivatives`), steps that end or are interrupted at an onset or a release
+//! (`step`), and clocks that tick once for each such instant (`clocks`).
 
 mod array_derivatives;
 mod arrays;

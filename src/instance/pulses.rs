@@ -9,7 +9,7 @@ use crate::engine::Pulse;
 use crate::variables::MAX_LOG;
 
 const HEADER: &str = "contact,onset,release,peak,impulse\n";
-/// A line has at most as many bytes: five digits, four numbers of up to 24 bytes, separators.
+/// Most bytes of a line: five digits, four numbers of up to 24 bytes, separators.
 const LINE: usize = 5 + 4 * 24 + 5;
 const KEPT: usize = (MAX_LOG - HEADER.len()) / LINE;
 

@@ -1,4 +1,4 @@
-//! What is logged of a communication step while it is made.
+//! Log lines during a communication step.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use super::log::{Log, Severity};
 use crate::engine::{Observer, Progress, Pulse};
 use crate::variables::LogCategory;
 
-/// After how long it is logged for the first time that a step is still under way, and how often from then on.
+/// When the progress of a long step is first logged, and how often from then on.
 const FIRST: Duration = Duration::from_secs(2);
 const EVERY: Duration = Duration::from_secs(10);
 
@@ -16,11 +16,11 @@ pub(super) struct Reporter<'a> {
     log: &'a Log,
     pulses: bool,
     until: f64,
-    /// Since the step was first seen to take more than a moment; nearly all of them never ask for the time.
+    /// Time of the first progress callback; most steps have none.
     since: Option<Instant>,
     /// When the next line is due, after that.
     due: Duration,
-    /// How often each contact was the one at work.
+    /// Events of each contact seen so far.
     seen: BTreeMap<usize, u64>,
 }
 

@@ -1,4 +1,4 @@
-//! Everything of an instance that changes, with what the host says about the run as a whole.
+//! The state of an instance that changes, and the host's settings of the run.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub struct Experiment {
     pub start: f64,
     /// Stop time, s, not before the start, if the host gave one.
     pub stop: Option<f64>,
-    /// Relative tolerance, if the host gave one; nonsense is ignored.
+    /// Relative tolerance, if the host gave one; non-positive and non-finite values are ignored.
     pub tolerance: Option<f64>,
 }
 
@@ -51,8 +51,8 @@ pub(super) struct Run {
     pub(super) phase: Phase,
     pub(super) settings: Settings,
     pub(super) experiment: Option<Experiment>,
-    /// What calculates the run. In Initialization Mode it is built when a calculated value is asked for, and dropped
-    /// when a setting changes.
+    /// The simulation. In Initialization Mode it is built when a calculated value is asked for, and dropped when a
+    /// setting changes.
     #[serde(skip)]
     pub(super) simulation: Option<Simulation>,
     /// The same in model exchange.
@@ -60,38 +60,38 @@ pub(super) struct Run {
     pub(super) exchange: Option<Exchange>,
     /// Derivatives of the inputs by time over the next step, from the first on; those beyond are zero.
     pub(super) input_derivatives: Vec<Inputs>,
-    /// The simulation does not yet know of the inputs or of their derivatives.
+    /// The inputs or their derivatives have not been passed to the simulation yet.
     pub(super) inputs_changed: bool,
-    /// The tunable parameters that the simulation runs with, if they have been changed since.
+    /// The tunable parameters in the simulation, if newer ones have been set.
     pub(super) tuned_from: Option<Tunables>,
-    /// It was logged that the host steps past its own stop time.
+    /// Whether a step past the host's stop time has been logged.
     pub(super) past_stop_logged: bool,
-    /// What derivatives of the run need of it, with arrays.
+    /// The history of inputs for derivatives of the run, in FMI 3.0.
     pub(super) history: History,
-    /// What was set for the last elements of arrays over contacts, by the row's position. It has no effect.
+    /// Values of the last elements of arrays over contacts, by the row's position. They have no effect.
     pub(super) padding: BTreeMap<usize, f64>,
     pub(super) clocks: Clocks,
-    /// Events have changed continuous states of model exchange, and the host does not yet know of all of them.
+    /// Whether events of model exchange have changed states and not all of them have been reported.
     pub(super) states_changed: bool,
     /// When the host of model exchange last entered Event Mode with clocks, s.
     pub(super) last_event: Option<f64>,
-    /// It was logged that the host reads more within a step than the standard allows.
+    /// Whether it has been logged that the host reads more within a step than the standard allows.
     pub(super) read_logged: bool,
     /// The refused call that ended the run.
     #[serde(skip)]
     pub(super) ended_by: Option<String>,
-    /// What the host was given of `log.pulses`; it may read it until the next call.
+    /// The text of `log.pulses` that the host may read until the next call.
     #[serde(skip)]
     pub(super) csv: String,
-    /// The step in which the host has been called.
+    /// The interrupted step.
     #[serde(skip)]
     pub(super) under_way: Option<StepUnderWay>,
 }
 
-/// A step in which the host may be called.
+/// A step that may be interrupted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StepUnderWay {
-    /// The end that was asked for first, and the one that it has now, s.
+    /// The end first asked for, and the current one, s.
     pub(super) asked: f64,
     pub(super) end: f64,
     /// Since when the inputs have been held, s.
@@ -99,7 +99,7 @@ pub(super) struct StepUnderWay {
 }
 
 impl Run {
-    /// Before the host has said anything, with these start values.
+    /// A new run with these start values.
     pub(super) fn new(purpose: Purpose, start: &Settings) -> Self {
         Self {
             purpose,
@@ -132,8 +132,8 @@ impl Run {
         self.experiment.unwrap_or_default().start
     }
 
-    /// The parameters that the simulation runs with: the host's tolerance counts, changes that it does not yet know of
-    /// do not. In model exchange there is no method to select.
+    /// The parameters of the simulation: with the host's tolerance, without changes not passed on yet. In model
+    /// exchange there is no method to select.
     pub(super) fn effective_parameters(&self) -> Parameters {
         let mut parameters = self.settings.parameters.clone();
         parameters.tolerance = self.experiment.unwrap_or_default().tighten(parameters.tolerance);
@@ -150,7 +150,7 @@ impl Run {
         self.settings.derivatives_of == DerivativesOf::Run
     }
 
-    /// Refuses what no instance can have saved; the simulation has checks of its own.
+    /// Refuses states that no instance can have saved; the simulation has checks of its own.
     pub(super) fn check(&self, balls: usize) -> Result<(), Unsound> {
         require(self.settings.are_sound(balls), "a setting is out of range")?;
         require(self.phase.exists(self.purpose), "its phase is not one of its kind")?;

@@ -1,4 +1,4 @@
-//! Saving and restoring an instance: in memory, and as bytes that another process can go on from.
+//! Saving and restoring an instance, in memory and as bytes for another process.
 
 use std::fmt::Display;
 
@@ -17,7 +17,7 @@ pub struct SavedState {
     run: Run,
 }
 
-/// What the bytes begin with, and the format that follows.
+/// First bytes of a serialized state, and its format.
 const MAGIC: [u8; 8] = *b"cradleFS";
 const FORMAT: u32 = 13;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
@@ -48,7 +48,7 @@ impl SavedState {
         Owner { guid: self.guid.clone(), balls: self.run.settings.balls() }
     }
 
-    /// The state as bytes: a header, then in postcard's format whose it is, the run and its simulation, and a digest.
+    /// The state as bytes: a header; in postcard's format the owner, the run and its simulation; a digest.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Refusal> {
         // In Initialization Mode the simulation follows from the settings.
         let calculated = self.run.phase > Phase::InitializationMode;
@@ -68,7 +68,7 @@ fn refused(reason: impl Display) -> Refusal {
 
 /// No instance can have been in this state.
 fn unsound(Unsound(reason): Unsound) -> Refusal {
-    refused(format_args!("no instance can be in it: {reason}"))
+    refused(format_args!("it is inconsistent: {reason}"))
 }
 
 /// The content of the bytes of a state, or why they are none.
@@ -91,13 +91,13 @@ impl Instance {
         SavedState { guid: self.guid.clone(), run: self.run.clone() }
     }
 
-    /// Goes back to a state that was saved by this instance, or by another one of the same FMU.
+    /// Restores a state saved by this instance or by another one of the same FMU.
     pub fn set_state(&mut self, state: &SavedState) -> Result<(), Refusal> {
         self.check_owner(state.owner())?;
         self.check_purpose(state.run.purpose)?;
         let own = self.run.purpose;
         self.run.clone_from(&state.run);
-        // Whether steps may end early is the host's say, not the state's.
+        // Early return belongs to the instance, not to the saved state.
         self.run.purpose = own;
         Ok(())
     }
@@ -134,7 +134,7 @@ impl Instance {
         if !rest.is_empty() {
             return Err(unsound(Unsound("there are more bytes than those of the state")));
         }
-        // Only with arrays the number of balls is one of what the host can set.
+        // Only FMI 3.0 hosts can change the number of balls.
         let Purpose { kind, arrays, .. } = self.run.purpose;
         let balls = if arrays { owner_balls } else { self.balls() };
         require(run.purpose.arrays == arrays, "it is one of another version of the standard").map_err(unsound)?;

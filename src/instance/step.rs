@@ -1,4 +1,4 @@
-//! Communication steps, which may end or be interrupted at onsets and releases, and the events between them.
+//! Communication steps, which may end or be interrupted at onsets and releases, and events.
 
 use super::clocks::Recorder;
 use super::legality::{Kind, Phase, Purpose};
@@ -9,34 +9,34 @@ use crate::engine::{EngineError, Results};
 use crate::model::{ContactModel, Inputs};
 use crate::variables::Refusal;
 
-/// How far the host's clock may be off from ours, relative to the larger of 1 s and the time.
+/// Allowed difference between the host's time and ours, relative to the larger of 1 s and the time.
 const CLOCK_TOLERANCE: f64 = 1e-12;
 
 /// How a step, or a part of it, has ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepEnd {
     pub time: f64,
-    /// Whether that is before the end that was asked for.
+    /// Whether it ended before the end asked for.
     pub early: bool,
-    /// Whether the host has events to take part in.
+    /// Whether the host must enter Event Mode.
     pub events: bool,
-    /// Whether the host is to be called before the step goes on.
+    /// Whether the host must be called before the step goes on.
     pub interrupted: bool,
 }
 
-/// What an event has come to.
+/// The result of handling an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handled {
-    /// Whether there is another one at once.
+    /// Whether another one is due at once.
     pub again: bool,
     /// Whether continuous states have changed.
     pub changed: bool,
-    /// When the next one is due, s, as far as that is known.
+    /// When the next one is due, s, if known.
     pub next: Option<f64>,
 }
 
 impl Instance {
-    /// Time that the last step reached, or that the host has set, s.
+    /// Time reached by the last step or set by the host, s.
     pub fn time(&self) -> f64 {
         match (&self.run.simulation, &self.run.exchange) {
             (Some(simulation), _) => simulation.time(),
@@ -49,8 +49,8 @@ impl Instance {
     /// the step is interrupted at an onset or a release, where the host is called, or may end early there.
     ///
     /// # Errors
-    /// Refused, with nothing changed, if a time is invalid or `current` is not where the instance is. If the
-    /// simulation cannot go on the instance enters the error state.
+    /// Refused, with nothing changed, if a time is invalid or `current` does not match the instance's time. If the
+    /// simulation fails, the instance enters the error state.
     pub fn step(&mut self, current: f64, step: f64, interruptible: bool) -> Result<StepEnd, Refusal> {
         self.apply_slopes();
         let own = self.time();
@@ -62,7 +62,8 @@ impl Instance {
         }
         let reached = self.inputs_reached((end - own).max(0.0))?;
         if end <= own {
-            // A step below the resolution of the clock, from a host whose clock lags by some ulps: it is there already.
+            // A step below the resolution of doubles, by a host whose clock lags by some ulps: the end is reached
+            // already.
             self.keep_inputs(reached);
             return Ok(self.reached(own, false));
         }
@@ -77,7 +78,7 @@ impl Instance {
         self.advance(StepUnderWay { asked: end, end, since: own }, interruptible, true)
     }
 
-    /// Goes on with a step in which the host was called, and that it wants to end at the time `end` (s), if any.
+    /// Continues an interrupted step, which the host may end at the time `end` (s).
     pub fn continue_step(&mut self, end: Option<f64>) -> Result<StepEnd, Refusal> {
         let Some(mut step) = self.run.under_way else { return Err(Refusal::new("no step is under way")) };
         self.run.phase = Phase::StepMode;
@@ -98,7 +99,7 @@ impl Instance {
         self.advance(step, true, false)
     }
 
-    /// Moves on to the end of the step, which it may have to begin, or to the first onset or release.
+    /// Advances to the end of the step, or to the first onset or release. `begins` starts the step.
     fn advance(&mut self, step: StepUnderWay, interruptible: bool, begins: bool) -> Result<StepEnd, Refusal> {
         self.run.history.forget_tape();
         let (end, purpose) = (step.end, self.run.purpose);
@@ -120,13 +121,13 @@ impl Instance {
         Ok(self.reached(step.asked, interrupted))
     }
 
-    /// How a step to the time `asked` (s), or a part of it, has ended now.
+    /// The result of a step to the time `asked` (s), or of a part of it.
     fn reached(&self, asked: f64, interrupted: bool) -> StepEnd {
         let time = self.time();
         StepEnd { time, early: time < asked, events: self.run.clocks.are_due(), interrupted }
     }
 
-    /// The step is over; the inputs stay at what they have reached.
+    /// Ends the step; the inputs keep the values they reached.
     fn end_step(&mut self, step: StepUnderWay) -> Result<StepEnd, Refusal> {
         self.run.under_way = None;
         let reached = self.inputs_reached((self.time() - step.since).max(0.0))?;
@@ -134,7 +135,7 @@ impl Instance {
         Ok(self.reached(step.asked, false))
     }
 
-    /// Before inputs are set in the middle of a step: those with slopes are what they have reached by now.
+    /// Before inputs are set within a step: gives those with slopes the values they have reached.
     pub(super) fn keep_inputs_in_step(&mut self) -> Result<(), Refusal> {
         let Some(step) = self.run.under_way else { return Ok(()) };
         let now = self.time();
@@ -153,7 +154,7 @@ impl Instance {
         }
     }
 
-    /// What the inputs with derivatives are after a step of `length` (s); nothing if all stay as they are.
+    /// The inputs with derivatives after a step of `length` (s); none if all are constant.
     fn inputs_reached(&self, length: f64) -> Result<Option<Inputs>, Refusal> {
         if self.run.input_derivatives.is_empty() {
             return Ok(None);
@@ -208,10 +209,10 @@ impl Instance {
     #[cold]
     fn log_past_stop(&mut self, next: f64, stop: f64) {
         self.run.past_stop_logged = true;
-        self.log.solver(format_args!("the step to t = {next} s goes past stopTime = {stop} s; it is computed anyway"));
+        self.log.solver(format_args!("the step to t = {next} s passes stopTime = {stop} s; it is computed as usual"));
     }
 
-    /// To events: from a step, or from integration.
+    /// Enters Event Mode from a step or from integration.
     pub fn enter_event_mode(&mut self) -> Result<(), Refusal> {
         let Purpose { kind, events, .. } = self.run.purpose;
         match (kind, events) {
@@ -226,7 +227,7 @@ impl Instance {
         }
     }
 
-    /// The first events, of what is closed at the start.
+    /// The first events: contacts closed at the start.
     pub(super) fn begin_events(&mut self) -> Result<(), Refusal> {
         if self.run.purpose.has_event_mode() {
             self.catch_up()?;
@@ -235,7 +236,7 @@ impl Instance {
         Ok(())
     }
 
-    /// An event that is due but for rounding of the host's clock is due now.
+    /// Treats an event within rounding of the host's clock as due.
     fn reach_event(&mut self) -> Result<(), Refusal> {
         self.update_simulation()?;
         self.catch_up_rigid()?;
@@ -249,8 +250,7 @@ impl Instance {
         }
     }
 
-    /// The host has taken part in the event of the active clocks; in model exchange, what it may have made due is
-    /// handled.
+    /// Ends the event of the active clocks, and activates those of the next; in model exchange, handles what is due.
     pub fn update_discrete_states(&mut self) -> Result<Handled, Refusal> {
         if self.run.purpose.kind == Kind::ModelExchange {
             return self.next_event_of_exchange();

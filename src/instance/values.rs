@@ -43,18 +43,18 @@ impl Instance {
         }
     }
 
-    /// Sets real variables: all of them, or none if any of it is refused.
+    /// Sets real variables: all, or none if any is refused.
     ///
-    /// A value takes effect with the next step (in Initialization Mode and in model exchange: at once). Setting what is
-    /// set already is no change.
+    /// A value takes effect with the next step, in Initialization Mode and model exchange at once. Setting the same
+    /// value again is no change.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let checked = self.checked(references, values, Type::Real, |variable, value| variable.check_real(value))?;
         self.set(checked, Variable::set_real);
         Ok(())
     }
 
-    /// Gives derivatives of inputs by time, `orders` from the first on, for the next step: all of them, or none if any
-    /// of it is refused. After that step the inputs stay at the value they reached.
+    /// Sets time derivatives of inputs, of `orders` from 1 on, for the next step: all, or none if any is refused. After
+    /// that step the inputs keep the value they reached.
     pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Refusal> {
         let given = || references.iter().zip(orders).zip(values);
         for ((reference, order), value) in given() {
@@ -78,7 +78,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Sets enumerations: all of them, or none if any of it is refused.
+    /// Sets enumerations: all, or none if any is refused.
     pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Refusal> {
         let check = |variable: &Variable, item: i32| variable.check_item(item.into());
         let checked = self.checked(references, values, Type::Integer, check)?;
@@ -124,12 +124,12 @@ impl Instance {
         }
     }
 
-    /// Says why variables cannot be set as values of type `asked`, of which the interface has none that are settable.
+    /// Error for a type without settable variables.
     pub fn refuse_to_set(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
         references.iter().try_for_each(|reference| self.check_settable(self.variable(*reference)?, asked))
     }
 
-    /// Says why a variable cannot be read as a string: there are none.
+    /// Error for reading a string; there are none.
     pub fn refuse_string(&self, reference: u32) -> Refusal {
         self.variable(reference).map_or_else(|refusal| refusal, |variable| variable.wrong_type(Type::String))
     }
@@ -151,8 +151,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Remembers that the simulation does not know of a setting yet; `before` are the tunable parameters before the
-    /// call.
+    /// Marks a setting to be passed to the simulation; `before` are the tunable parameters before the call.
     fn changed(&mut self, variable: Variable, before: Tunables) {
         if self.run.phase <= Phase::InitializationMode {
             (self.run.simulation, self.run.exchange) = (None, None);

@@ -1,4 +1,4 @@
-//! The interface of FMI 3.0: the same table, with an array for each row that has an index, and what only FMI 3.0 has.
+//! The interface of FMI 3.0: the same table, with an array for each row that has an index, and variables of its own.
 //!
 //! The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a dimension: the last element
 //! belongs to no contact. A value reference does not depend on `n`.
@@ -18,7 +18,7 @@ use super::variable::{MAX_BALLS, MIN_BALLS, Variable};
 /// A variable of FMI 3.0: a scalar or an array.
 #[derive(Clone, Copy)]
 pub struct Array {
-    /// What there is to know of it.
+    /// Its row.
     pub row: &'static Row,
     /// Position among the rows of the table and those of [`EXTRA`] behind them.
     position: usize,
@@ -27,7 +27,7 @@ pub struct Array {
 /// Largest size of `log.pulses`, bytes.
 pub const MAX_LOG: usize = 1 << 16;
 
-/// Row of the table that has no place here: a Boolean that changes between events.
+/// Row of the table without a variable here: a Boolean that changes between events.
 const LEFT_OUT: &str = "t_next_isOnset";
 /// Value reference of the first row of the table.
 const ROWS: u32 = 32;
@@ -43,10 +43,10 @@ static EXTRA: &[(u32, Row)] = &[
     (0, extra("time", Scalar, Independent, Real, Extra::Time,
         "Time").of(&TIME).continuous()),
     (1, extra("n", Scalar, StructuralParameter, Integer, Extra::Balls,
-        "Number of balls; a new one sets all arrays to their defaults")
+        "Number of balls; changing it resets all arrays to their defaults")
         .within(between(MIN_BALLS as f64, MAX_BALLS as f64))),
     (2, enumeration("derivatives.of", &DERIVATIVES_OF,
-        "What directional and adjoint derivatives are derivatives of, after initialization").tunable()),
+        "What directional and adjoint derivatives refer to after initialization").tunable()),
     (4, row("der(F_ext)", Balls, Input, Access::Setting { get: |s| &s.slopes.force, set: |s| &mut s.slopes.force },
         "Slope of F_ext over the next steps, from the value it is set to")),
     (5, row("der(a_support)", Scalar, Input, Access::Setting {
@@ -138,8 +138,8 @@ impl Array {
         STATES.iter().filter_map(|(state, derivative)| Some((Self::named(state)?, Self::named(derivative)?)))
     }
 
-    /// The variable of FMI 2.0 that an element is, counted from 0, in a cradle of `balls` balls; nothing for one that
-    /// belongs to no contact, and for what only FMI 3.0 has.
+    /// The FMI 2.0 variable of an element, counted from 0, in a cradle of `balls` balls; none if it belongs to no
+    /// contact or only FMI 3.0 has it.
     pub fn element(self, index: usize, balls: usize) -> Option<Variable> {
         let variable = match self.row.access {
             Access::Instance(_, Extra::Joined(first, rest)) => {
@@ -169,8 +169,7 @@ impl Array {
         if self.row.shape == Scalar { 1 } else { balls }
     }
 
-    /// When it changes. Real outputs that hold a value of the step are continuous: a discrete one may change in Event
-    /// Mode only.
+    /// When it changes. Real outputs over a step count as continuous: a discrete one may change in Event Mode only.
     pub fn variability(self) -> Variability {
         match (self.row.causality, self.row.access) {
             (Output, Access::Real(_)) => Variability::Continuous,
@@ -188,7 +187,7 @@ impl Array {
         self.row.clock.and_then(Self::named)
     }
 
-    /// Whether the description has a start value of it, which is there before initialization.
+    /// Whether it has a start value, which can be read before initialization.
     pub fn has_start(self) -> bool {
         self.row.settable() || self.row.causality == StructuralParameter
     }

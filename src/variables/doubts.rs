@@ -1,17 +1,16 @@
-//! What of a start is allowed, but hardly ever meant.
+//! Start values that are allowed, but hardly ever meant.
 
 use super::settings::Settings;
 use super::text::Number;
 
-/// Overlap at the start over the radius above which it is doubted.
+/// Largest overlap at the start without a warning, over the radius.
 const OVERLAP: f64 = 1e-3;
-/// Amplitude over the length of its pendulum above which a swing is doubted: the period of a circular one is then
-/// longer by 0.4 %.
+/// Largest amplitude without a warning, over the length: a circular pendulum's period is then 0.4 % longer.
 const AMPLITUDE: f64 = 0.25;
 
 impl Settings {
-    /// What of the start is allowed, but hardly ever meant: the deepest overlap and the widest swing, in words, with
-    /// the likely cure.
+    /// Warnings of start values that are allowed, but hardly ever meant: the deepest overlap and the widest swing, each
+    /// with the likely cure.
     pub fn doubts(&self) -> Vec<String> {
         let p = &self.parameters;
         let (x, v) = (&p.x_start, &p.v_start);
@@ -42,7 +41,7 @@ impl Settings {
     }
 }
 
-/// Where the first of the largest among so many values is, if it exceeds `limit`.
+/// Index of the (first) largest of `count` values, if it exceeds `limit`.
 fn largest(count: usize, value: impl Fn(usize) -> f64, limit: f64) -> Option<usize> {
     (0..count).rev().max_by(|a, b| value(*a).total_cmp(&value(*b))).filter(|i| value(*i) > limit)
 }

@@ -1,4 +1,4 @@
-//! What the producer writes into the FMU's resources and the instance reads from there: n and changed start values.
+//! The file in the FMU's resources by which the producer tells the instance n and changed start values.
 
 use std::collections::BTreeMap;
 
@@ -67,7 +67,7 @@ impl Recipe {
         text
     }
 
-    /// The start values, each checked as a setter checks it.
+    /// The start values, checked as by setters.
     pub fn settings(&self) -> Result<Settings, Refusal> {
         if !(MIN_BALLS..=MAX_BALLS).contains(&self.balls) {
             let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");

@@ -4,17 +4,17 @@ use std::fmt::{self, Display, Formatter};
 
 use super::text::Number;
 
-/// Why a variable, a value or a call is refused, in words: what was wrong, and what is allowed. Unless it says
-/// otherwise, nothing has changed.
+/// Why a variable, a value or a call is refused: what was wrong, and what is allowed. Unless it says otherwise, nothing
+/// has changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     text: String,
-    /// Whether the value alone is at fault: the run can go on, and FMI 3.0 answers Discard.
+    /// Whether only the value is at fault: the run can go on, and FMI 3.0 returns fmi3Discard.
     pub(crate) of_value: bool,
 }
 
 impl Refusal {
-    /// A call, a variable or an argument that is refused, by this sentence.
+    /// A refusal with this text.
     #[cold]
     pub fn new(text: impl Display) -> Self {
         Self { text: text.to_string(), of_value: false }
@@ -26,7 +26,7 @@ impl Refusal {
         Self::new(format_args!("{name} = {value} is refused; allowed: {allowed}"))
     }
 
-    /// Refuses another number of values, the argument `name`, than there are.
+    /// Refuses a number of values, argument `name`, other than `wanted`.
     #[cfg(feature = "engine")]
     pub(crate) fn unless_count(name: &str, given: usize, wanted: usize) -> Result<(), Self> {
         if given == wanted { Ok(()) } else { Err(Self::argument(name, given, wanted)) }
@@ -44,7 +44,7 @@ impl Refusal {
         Self { of_value: true, ..Self::argument(variable, value, allowed) }
     }
 
-    /// A value that does not exist, by this sentence.
+    /// A value that does not exist, with this text.
     #[cold]
     pub fn no_value(text: impl Display) -> Self {
         Self { of_value: true, ..Self::new(text) }

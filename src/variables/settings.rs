@@ -11,13 +11,13 @@ pub struct Settings {
     pub parameters: Parameters,
     /// Inputs as last set.
     pub inputs: Inputs,
-    /// Slopes of the inputs over each step, 1/s times their units: of FMI 3.0 only.
+    /// Slopes of the inputs over each step, 1/s times their units (FMI 3.0 only).
     pub slopes: Inputs,
-    /// What directional and adjoint derivatives are derivatives of: of FMI 3.0 only.
+    /// What directional and adjoint derivatives refer to (FMI 3.0 only).
     pub derivatives_of: DerivativesOf,
 }
 
-/// What directional and adjoint derivatives are derivatives of after initialization, `derivatives.of`.
+/// What directional and adjoint derivatives refer to after initialization, `derivatives.of`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DerivativesOf {
     /// The equations at the current time.
@@ -29,7 +29,7 @@ pub enum DerivativesOf {
 }
 
 impl Settings {
-    /// These parameters and inputs, the rest as it is by default.
+    /// These parameters and inputs; the rest has its defaults.
     pub fn new(parameters: Parameters, inputs: Inputs) -> Self {
         let slopes = Inputs::zero(parameters.balls());
         Self { parameters, inputs, slopes, derivatives_of: DerivativesOf::Point }

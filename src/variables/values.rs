@@ -1,4 +1,4 @@
-//! Settings by variable: reading them, what is allowed for them, and setting them.
+//! Reading, checking and changing settings by variable.
 
 use std::fmt::Display;
 
@@ -12,7 +12,7 @@ use super::variable::{Variable, variables};
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
 
 impl Settings {
-    /// No direction at all: every real setting is zero.
+    /// The zero direction: every real setting is zero.
     pub fn zero(balls: usize) -> Self {
         let mut zero = Self::default_for(balls);
         for variable in variables(balls) {
@@ -21,7 +21,7 @@ impl Settings {
         zero
     }
 
-    /// Whether they are settings of `balls` balls and every value is one that may be set.
+    /// Whether they are settings of `balls` balls with allowed values only.
     pub fn are_sound(&self, balls: usize) -> bool {
         let fits = |array: &Array| match array.row.access {
             Access::Setting { get, .. } => get(self).len() == array.row.shape.len(balls),
@@ -34,7 +34,7 @@ impl Settings {
 }
 
 impl Variable {
-    /// Whether a host may set it as a value of type `asked`; `between_steps` when initialization is over.
+    /// Checks that a host may set it as a value of type `asked`; `between_steps` after initialization.
     pub fn check_settable(&self, asked: Type, between_steps: bool) -> Result<(), Refusal> {
         let actual = match self.row.access.data_type() {
             Type::Enumeration => Type::Integer,
@@ -62,7 +62,7 @@ impl Variable {
         Err(Refusal::value(self, quantified(&Number(value)), quantified(&self.row.range)))
     }
 
-    /// Whether it is an input, and its derivative by time of this order (1/s^order times its unit) may be `value`.
+    /// Checks that it is an input whose time derivative of this order (1/s^order times its unit) may be `value`.
     pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<(), Refusal> {
         if self.row.causality != Causality::Input {
             return Err(Refusal::new(format_args!(
@@ -79,7 +79,7 @@ impl Variable {
         Ok(())
     }
 
-    /// The error for a derivative of an `order` that is not one of 1 to `most`.
+    /// The error for an `order` outside 1 to `most`.
     pub(crate) fn no_such_order(&self, order: i32, most: usize) -> Refusal {
         Refusal::value(format_args!("order of the derivative of {self}"), order, format_args!("1 to {most}"))
     }
@@ -101,7 +101,7 @@ impl Variable {
         Refusal::new(format_args!("{self} is of type {actual:?}, not {asked:?}"))
     }
 
-    /// A real parameter, input, slope or calculated parameter; nothing for anything else.
+    /// The value of a real parameter, input, slope or calculated parameter; otherwise none.
     #[inline]
     pub fn real(&self, settings: &Settings) -> Option<f64> {
         match self.row.access {
@@ -111,7 +111,7 @@ impl Variable {
         }
     }
 
-    /// The integer of an enumeration; nothing for anything else.
+    /// The integer of an enumeration; otherwise none.
     pub fn item(&self, settings: &Settings) -> Option<i32> {
         match self.row.access {
             Access::Enumeration(enumeration) => Some((enumeration.get)(settings)),
@@ -119,13 +119,13 @@ impl Variable {
         }
     }
 
-    /// Sets a real parameter, input or slope to a value that was checked. Says whether that changed anything.
+    /// Sets a real parameter, input or slope to a checked value. Returns whether it changed.
     pub fn set_real(&self, settings: &mut Settings, value: f64) -> bool {
         let Access::Setting { set, .. } = self.row.access else { return false };
         set(settings).get_mut(self.index).is_some_and(|slot| std::mem::replace(slot, value) != value)
     }
 
-    /// Sets the derivative of an input, of the order that `inputs` holds, to a value that was checked.
+    /// Sets the derivative of an input, of the order that `inputs` holds, to a checked value.
     pub fn set_input(&self, inputs: &mut Inputs, value: f64) {
         match self.row.shape {
             Shape::Scalar => inputs.support_acceleration = value,
@@ -133,7 +133,7 @@ impl Variable {
         }
     }
 
-    /// Selects an item that was checked. Says whether that changed anything.
+    /// Selects a checked item. Returns whether it changed.
     pub fn set_item(&self, settings: &mut Settings, value: i32) -> bool {
         let Access::Enumeration(enumeration) = self.row.access else { return false };
         let before = (enumeration.get)(settings);

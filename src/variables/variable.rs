@@ -17,7 +17,7 @@ const INDEX_BITS: u32 = 14;
 const INDEX_MASK: u32 = (1 << INDEX_BITS) - 1;
 const _: () = assert!(MAX_BALLS <= 1 << INDEX_BITS);
 
-/// One variable: a row and a zero-based index that exists.
+/// One variable: a row and a valid zero-based index.
 #[derive(Clone, Copy)]
 pub struct Variable {
     /// Its row.
@@ -80,7 +80,7 @@ pub fn variables(balls: usize) -> impl Iterator<Item = Variable> {
         .flat_map(move |(position, row)| (0..row.shape.len(balls)).map(move |index| Variable { row, position, index }))
 }
 
-/// `1` to 0, `2` to 1; nothing for `0`, `01`, `+1` and the like.
+/// `1` to 0, `2` to 1; none for `0`, `01`, `+1` and the like.
 fn one_based(digits: &str) -> Option<usize> {
     let plain = digits.bytes().all(|digit| digit.is_ascii_digit()) && !digits.starts_with('0');
     if plain { digits.parse::<usize>().ok()?.checked_sub(1) } else { None }

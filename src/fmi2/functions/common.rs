@@ -1,5 +1,4 @@
-//! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, the way through the
-//! phases, and saved states.
+//! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, phases, saved states.
 
 use std::ffi::CStr;
 use std::ptr::null_mut;
@@ -22,9 +21,8 @@ pub extern "C" fn fmi2GetVersion() -> fmi2String {
     c"2.0".as_ptr()
 }
 
-/// Creates an instance. NULL, with a line in the log, if the GUID is not that of the description that belongs to this
-/// binary and the FMU's resources, if the resources are damaged, or if this is to be neither co-simulation nor model
-/// exchange.
+/// Creates an instance. Returns NULL and logs why if the GUID does not match this binary and the FMU's resources, the
+/// resources are damaged, or the type is unknown.
 ///
 /// # Safety
 /// See the [module](crate::fmi2).
@@ -39,11 +37,11 @@ pub unsafe extern "C" fn fmi2Instantiate(
     loggingOn: fmi2Boolean,
 ) -> fmi2Component {
     if functions.is_null() || !functions.is_aligned() {
-        return null_mut(); // Nobody to tell.
+        return null_mut(); // No callbacks, so no logger.
     }
     // SAFETY: checked above, and the host promises that it points to its functions.
     let functions = unsafe { *functions };
-    // SAFETY: the host promises texts closed by a null byte, or NULL.
+    // SAFETY: the host promises null-terminated texts, or NULL.
     let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
     ffi::create(|| {
         let log = Log::new(sink(functions, name), loggingOn != fmi2False);
@@ -69,7 +67,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     })
 }
 
-/// A way to the host's logger, if it has one. The name is copied: the host may free its own.
+/// A sink for the host's logger, if it has one. The name is copied, because the host may free its own.
 fn sink(functions: fmi2CallbackFunctions, name: &CStr) -> Option<Sink> {
     let (logger, environment, name) = (functions.logger?, functions.componentEnvironment, name.to_owned());
     Some(Box::new(move |severity, category, text| {
@@ -80,7 +78,7 @@ fn sink(functions: fmi2CallbackFunctions, name: &CStr) -> Option<Sink> {
     }))
 }
 
-/// What an instance of this type is for; or that there is no such type.
+/// The purpose of this type of instance; an error if there is no such type.
 fn purpose(of: fmi2Type) -> Result<Purpose, String> {
     match of {
         fmi2ModelExchange => Ok(Purpose::fmi2(Kind::ModelExchange)),
@@ -111,7 +109,8 @@ export! {
         instance.log.switch(loggingOn != fmi2False, &categories);
         Ok(())
     };
-    /// Takes start time, stop time and tolerance. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
+    /// Sets start time, stop time and tolerance. A tolerance can only tighten `solver.tolerance`; non-positive and
+    /// non-finite values are ignored.
     fn fmi2SetupExperiment(
         toleranceDefined: fmi2Boolean, tolerance: fmi2Real, startTime: fmi2Real, stopTimeDefined: fmi2Boolean,
         stopTime: fmi2Real
@@ -126,25 +125,25 @@ export! {
     fn fmi2ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
     /// Ends the run; its last values can still be read.
     fn fmi2Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
-    /// Back to where fmi2Instantiate left it.
+    /// Returns to the state after fmi2Instantiate.
     fn fmi2Reset() as Reset |instance| { instance.reset(); Ok(()) };
-    /// Saves the state. Where `*FMUstate` is not NULL it is a state saved before, whose memory is used again.
+    /// Saves the state. If `*FMUstate` is not NULL, it must be a saved state, whose memory is reused.
     fn fmi2GetFMUstate(FMUstate: *mut fmi2FMUstate) as State |instance| ffi::get(instance, FMUstate);
-    /// Goes back to a state saved by a component of the same FMU. The state stays as it is and can be set again.
+    /// Restores a state saved by a component of the same FMU. The state can be restored again.
     fn fmi2SetFMUstate(FMUstate: fmi2FMUstate) as State |instance| ffi::set(instance, FMUstate);
-    /// Frees a state and sets the host's pointer to NULL; no state is ignored.
+    /// Frees a state and sets the host's pointer to NULL; NULL is ignored.
     fn fmi2FreeFMUstate(FMUstate: *mut fmi2FMUstate) as State |_| ffi::free(FMUstate);
     /// Number of bytes that [`fmi2SerializeFMUstate`] writes for this state.
     fn fmi2SerializedFMUstateSize(FMUstate: fmi2FMUstate, size: *mut usize) as State |_| {
         ffi::serialized_size(FMUstate, size)
     };
-    /// Writes a state as bytes that any process with this FMU can read. `size` must be what
-    /// [`fmi2SerializedFMUstateSize`] answered.
+    /// Writes a state as bytes that any process with this FMU can read. `size` must be that of
+    /// [`fmi2SerializedFMUstateSize`].
     fn fmi2SerializeFMUstate(FMUstate: fmi2FMUstate, serializedState: *mut fmi2Byte, size: usize) as State |_| {
         ffi::serialize(FMUstate, serializedState.cast(), size, "fmi2SerializedFMUstateSize")
     };
     /// Makes a state of the bytes that [`fmi2SerializeFMUstate`] wrote, also in another process. Damaged, foreign and
-    /// newer bytes are refused, and `*FMUstate` is left as it is; where it is not NULL its memory is used again.
+    /// newer bytes are refused, and `*FMUstate` is unchanged; if it is not NULL, its memory is reused.
     fn fmi2DeSerializeFMUstate(
         serializedState: *const fmi2Byte, size: usize, FMUstate: *mut fmi2FMUstate
     ) as State |instance| {

@@ -37,7 +37,7 @@ export! {
     };
 }
 
-/// Answers the question about the last step that is `allowed`, given with its name in the standard, if `kind` asks it.
+/// Answers the `allowed` question about the last step, given with its name in the standard, if `kind` is that one.
 ///
 /// # Safety
 /// As for [`ffi::answer()`].

@@ -8,8 +8,7 @@ use crate::variables::Refusal;
 export! {
     /// Enters Event Mode.
     fn fmi2EnterEventMode() as EnterEventMode |instance| instance.enter_event_mode();
-    /// Handles all that is due: contacts close and open, and are followed to their end, as `exchange.contacts` says. An
-    /// event with nothing due changes nothing.
+    /// Handles all that is due: contacts close, open, or are followed to their end, as `exchange.contacts` selects.
     fn fmi2NewDiscreteStates(eventInfo: *mut fmi2EventInfo) as NewDiscreteStates |instance| {
         let places = array_mut("eventInfo", eventInfo, 1)?;
         let Handled { again, changed, next } = instance.update_discrete_states()?;
@@ -28,8 +27,7 @@ export! {
         instance.enter(Phase::ContinuousTimeMode);
         Ok(())
     };
-    /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
-    /// a run.
+    /// Ends a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends a run.
     fn fmi2CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi2Boolean, enterEventMode: *mut fmi2Boolean,
         terminateSimulation: *mut fmi2Boolean

@@ -1,5 +1,5 @@
-//! The exported functions, in the groups of the standard. Each takes its arguments apart and hands the rest to the
-//! instance, by the guard in `ffi`.
+//! The exported functions, in the groups of the standard. Each translates its arguments and calls the instance through
+//! the guard in `ffi`.
 
 /// See [`export_by`](crate::ffi::export_by).
 macro_rules! export {

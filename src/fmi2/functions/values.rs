@@ -6,7 +6,7 @@ use crate::ffi::{array, array_mut, write};
 use crate::fmi2::types::*;
 use crate::variables::{Refusal, Type};
 
-/// Fills the `count` places of `value` with what `get` finds for each of `vr`.
+/// Fills the `count` places of `value` with the results of `get` for each of `vr`.
 ///
 /// # Safety
 /// As for [`array()`] and [`array_mut()`].
@@ -38,37 +38,37 @@ export! {
     fn fmi2GetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Boolean) as Get |instance| {
         get(vr, nvr, value, |reference| instance.boolean(reference).map(fmi2Boolean::from))
     };
-    /// There are no strings: an error unless nothing is asked for.
+    /// There are no strings: legal for an empty list only.
     fn fmi2GetString(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2String) as Get |instance| {
         get(vr, nvr, value, |reference| Err(instance.refuse_string(reference)))
     };
-    /// Sets real parameters and inputs: all of them, or none if any is refused.
+    /// Sets real parameters and inputs: all, or none if any is refused.
     fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) as Set |instance| {
         instance.set_reals(array("vr", vr, nvr)?, array("value", value, nvr)?)
     };
-    /// Sets enumerations: all of them, or none if any is refused.
+    /// Sets enumerations: all, or none if any is refused.
     fn fmi2SetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Integer) as SetDiscrete |instance| {
         instance.set_integers(array("vr", vr, nvr)?, array("value", value, nvr)?)
     };
-    /// No boolean can be set: an error unless nothing is set.
+    /// No boolean can be set: legal for an empty list only.
     fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Boolean) as SetDiscrete |instance| {
         array("value", value, nvr)?;
         instance.refuse_to_set(array("vr", vr, nvr)?, Type::Boolean)
     };
-    /// There are no strings: an error unless nothing is set.
+    /// There are no strings: legal for an empty list only.
     fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2String) as SetDiscrete |instance| {
         array("value", value, nvr)?;
         instance.refuse_to_set(array("vr", vr, nvr)?, Type::String)
     };
-    /// Gives derivatives of real inputs by time, of order 1 to 3, for the next fmi2DoStep: all of them, or none if any
-    /// is refused. After that step the inputs keep the values they reached.
+    /// Sets time derivatives of real inputs, of order 1 to 3, for the next fmi2DoStep: all, or none if any is refused.
+    /// After that step the inputs keep the values they reached.
     fn fmi2SetRealInputDerivatives(
         vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *const fmi2Real
     ) as SetInputDerivatives |instance| {
         let (references, orders) = (array("vr", vr, nvr)?, array("order", order, nvr)?);
         instance.set_input_derivatives(references, orders, array("value", value, nvr)?)
     };
-    /// Derivatives of real outputs by time, of order 1 to 3: 0 for what changes only at events and communication
+    /// Time derivatives of real outputs, of order 1 to 3; 0 for variables that change only at events and communication
     /// points.
     fn fmi2GetRealOutputDerivatives(
         vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *mut fmi2Real

@@ -1,9 +1,9 @@
-//! Functions of clocks with intervals, of which there are none, and of scheduled execution.
+//! Functions of clocks with intervals and of scheduled execution, of which the FMU has neither.
 
 use crate::fmi3::types::*;
 use crate::variables::Refusal;
 
-/// Exports functions of clocks with intervals: a call that asks about none is fine.
+/// Exports functions of clocks with intervals, legal for an empty list only.
 macro_rules! intervals {
     ($(fn $name:ident($($argument:ident: $type:ty),*);)*) => {
         export! {$(
@@ -12,7 +12,7 @@ macro_rules! intervals {
                 _valueReferences: *const fmi3ValueReference, nValueReferences: usize, $($argument: $type),*
             ) as Intervals |_| match nValueReferences {
                 0 => Ok(()),
-                _ => Err(Refusal::new("the clocks have no intervals: they tick when contacts close and open")),
+                _ => Err(Refusal::new("no clock has an interval: they tick when contacts close and open")),
             };
         )*}
     };
@@ -37,6 +37,6 @@ export! {
     as SetDebugLogging |_| {
         Err(Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange"))
     };
-    /// Ignored, as the standard has it where `providesEvaluateDiscreteStates` is false.
+    /// Does nothing, as the standard requires where `providesEvaluateDiscreteStates` is false.
     fn fmi3EvaluateDiscreteStates() as NextEvent |_| Ok(());
 }

@@ -1,4 +1,4 @@
-//! Logging, the way through the phases, and saved states.
+//! Logging, phases and saved states.
 
 use crate::ffi::{self, answer, array, categories as known_categories};
 use crate::fmi3::types::*;
@@ -19,7 +19,8 @@ export! {
     };
     /// Leaves it.
     fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| { instance.enter(Phase::Instantiated); Ok(()) };
-    /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; nonsense is ignored.
+    /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; non-positive and non-finite values
+    /// are ignored.
     fn fmi3EnterInitializationMode(
         toleranceDefined: fmi3Boolean, tolerance: fmi3Float64, startTime: fmi3Float64, stopTimeDefined: fmi3Boolean,
         stopTime: fmi3Float64,
@@ -29,12 +30,12 @@ export! {
         instance.set_up(Experiment { start: startTime, stop, tolerance })?;
         instance.enter_initialization()
     };
-    /// Starts the run: the host has the first events to take part in, if it does, or takes the first step.
+    /// Starts the run, in Event Mode or, without event mode, in Step Mode.
     fn fmi3ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
-    /// Enters Event Mode: the clocks of the first thing that has happened since are active.
+    /// Enters Event Mode and activates the clocks of the first pending event.
     fn fmi3EnterEventMode() as EnterEvents |instance| instance.enter_event_mode();
-    /// The host has taken part in the event of the active clocks. If more has happened, the clocks of the next one are
-    /// active now, and the host is to call this function again.
+    /// Ends the event of the active clocks. If another one is pending, its clocks are active now, and
+    /// `discreteStatesNeedUpdate` asks the host to call again.
     fn fmi3UpdateDiscreteStates(
         discreteStatesNeedUpdate: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
         nominalsOfContinuousStatesChanged: *mut fmi3Boolean, valuesOfContinuousStatesChanged: *mut fmi3Boolean,
@@ -50,13 +51,13 @@ export! {
     };
     /// Ends the run; its last values can still be read.
     fn fmi3Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
-    /// Back to where it was instantiated.
+    /// Returns to the state after instantiation.
     fn fmi3Reset() as Reset |instance| { instance.reset(); Ok(()) };
-    /// Saves the state. Where `*FMUState` is not NULL it is a state saved before, whose memory is used again.
+    /// Saves the state. If `*FMUState` is not NULL, it must be a saved state, whose memory is reused.
     fn fmi3GetFMUState(FMUState: *mut fmi3FMUState) as State |instance| ffi::get(instance, FMUState);
-    /// Goes back to a state saved by an instance of the same FMU. The state stays as it is and can be set again.
+    /// Restores a state saved by an instance of the same FMU. The state can be restored again.
     fn fmi3SetFMUState(FMUState: fmi3FMUState) as State |instance| ffi::set(instance, FMUState);
-    /// Frees a state and sets the host's pointer to NULL; no state is ignored.
+    /// Frees a state and sets the host's pointer to NULL; NULL is ignored.
     fn fmi3FreeFMUState(FMUState: *mut fmi3FMUState) as State |_| ffi::free(FMUState);
     /// Number of bytes that [`fmi3SerializeFMUState`] writes for this state.
     fn fmi3SerializedFMUStateSize(FMUState: fmi3FMUState, size: *mut usize) as State |_| {

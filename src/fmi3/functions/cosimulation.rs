@@ -1,4 +1,4 @@
-//! Functions of co-simulation: stepping, and back from events.
+//! Functions of co-simulation: steps, and the return from Event Mode.
 
 use crate::ffi::{Component, answer, call_small};
 use crate::fmi3::Fmi3;
@@ -7,13 +7,12 @@ use crate::instance::{Call, Instance, Phase, StepEnd};
 use crate::variables::Refusal;
 
 export! {
-    /// From events to steps.
+    /// Returns from Event Mode to Step Mode.
     fn fmi3EnterStepMode() as EnterStepMode |instance| { instance.enter(Phase::StepMode); Ok(()) };
 }
 
-/// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Where the host takes part in events and
-/// lets steps end early, the step ends at the first onset or release; where it wants to be called within a step, it is
-/// called at each of them.
+/// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. With event mode and early return, the
+/// step ends at the first onset or release; with `intermediateUpdate`, the host is called at each of them.
 ///
 /// # Safety
 /// See the [module](crate::fmi3).
@@ -55,7 +54,7 @@ pub unsafe extern "C" fn fmi3DoStep(
     status
 }
 
-/// Calls the host in the middle of a step, at `time` (s). Where it wants the step to end early, the time of that.
+/// Calls the host within a step, at `time` (s). Returns the time at which it wants the step to end early.
 ///
 /// # Safety
 /// The host's callback may be called with its environment.

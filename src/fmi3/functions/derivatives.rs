@@ -37,7 +37,7 @@ weighted! {
 }
 
 export! {
-    /// Derivatives of real outputs by time, of order 1 to 3: 0 for what changes only at events and communication
+    /// Time derivatives of real outputs, of order 1 to 3; 0 for variables that change only at events and communication
     /// points.
     fn fmi3GetOutputDerivatives(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const fmi3Int32,

@@ -1,4 +1,4 @@
-//! Functions of model exchange: what a host needs to integrate. Events are those of co-simulation with event mode.
+//! Functions of model exchange. Events are those of co-simulation with event mode.
 
 use crate::ffi::{answer, array, write};
 use crate::fmi3::types::*;
@@ -6,13 +6,12 @@ use crate::instance::Phase;
 use crate::variables::Refusal;
 
 export! {
-    /// From events to integration.
+    /// Enters Continuous-Time Mode.
     fn fmi3EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| {
         instance.enter(Phase::ContinuousTimeMode);
         Ok(())
     };
-    /// The end of a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends
-    /// a run.
+    /// Ends a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends a run.
     fn fmi3CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi3Boolean, enterEventMode: *mut fmi3Boolean,
         terminateSimulation: *mut fmi3Boolean,

@@ -12,8 +12,8 @@ pub extern "C" fn fmi3GetVersion() -> fmi3String {
     c"3.0".as_ptr()
 }
 
-/// Creates an instance for co-simulation. NULL, with a line in the log if it is on, if the token is not that of the
-/// description that belongs to this binary and the FMU's resources, or if the resources are damaged.
+/// Creates an instance for co-simulation. Returns NULL, and logs why if logging is on, if the token does not match this
+/// binary and the FMU's resources or the resources are damaged.
 ///
 /// # Safety
 /// See the [module](crate::fmi3).
@@ -42,9 +42,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
         };
         for reference in wanted.unwrap_or_default() {
             if !Array::at(*reference).is_some_and(Array::is_intermediate) {
-                log.solver(format_args!(
-                    "the variable with the value reference {reference} is not there within a step"
-                ));
+                log.solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
             }
         }
     };
@@ -74,8 +72,8 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
     unsafe { create("fmi3InstantiateModelExchange", names, (logMessage, loggingOn), (purpose, callbacks), |_| {}) }
 }
 
-/// Creates an instance for this purpose with the FMU's start values, or says in the log why `function` cannot. `begin`
-/// has something to log before.
+/// Creates an instance for this purpose with the FMU's start values, or logs why `function` failed. `begin` logs
+/// before.
 ///
 /// # Safety
 /// As for [`text()`].
@@ -105,7 +103,7 @@ unsafe fn create(
     })
 }
 
-/// The FMU is not for scheduled execution: NULL, with a line in the log if it is on.
+/// Not offered: returns NULL, and logs why if logging is on.
 ///
 /// # Safety
 /// See the [module](crate::fmi3).
@@ -129,7 +127,7 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     })
 }
 
-/// Frees an instance in any phase; NULL is ignored, and so is an instance in the middle of a step.
+/// Frees an instance in any phase; NULL and an instance within a step are ignored.
 ///
 /// # Safety
 /// See the [module](crate::fmi3).
@@ -139,7 +137,7 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: fmi3Instance) {
     unsafe { Component::<Fmi3>::free(instance) }
 }
 
-/// A way to the host's logger, if it has one.
+/// A sink for the host's logger, if it has one.
 fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) -> Option<Sink> {
     let logger = logger?;
     Some(Box::new(move |severity, category, text| {

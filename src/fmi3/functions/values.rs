@@ -34,7 +34,7 @@ unsafe fn get<T>(
     Refusal::unless_count("nValues", places.len(), found)
 }
 
-/// Says that there are no variables of this type, if any is asked for.
+/// Error for a type that no variable has, if any is asked for.
 fn refuse_type(asked: usize) -> Result<(), Refusal> {
     if asked == 0 { Ok(()) } else { Err(Refusal::new("no variable is of this type")) }
 }
@@ -69,7 +69,7 @@ macro_rules! values {
 values! {
     /// Reads real variables.
     fmi3GetFloat64
-    /// Sets real parameters, inputs and slopes: all of them, or none if any is refused.
+    /// Sets real parameters, inputs and slopes: all, or none if any is refused.
     fmi3SetFloat64(fmi3Float64 = Real, Float) as Set Instance::set_floats;
     /// Reads counts, and `n`.
     fmi3GetUInt64
@@ -77,7 +77,7 @@ values! {
     fmi3SetUInt64(fmi3UInt64 = Integer, Count) as SetCounts Instance::set_counts;
     /// Reads enumerations.
     fmi3GetInt64
-    /// Sets enumerations: all of them, or none if any is refused.
+    /// Sets enumerations: all, or none if any is refused.
     fmi3SetInt64(fmi3Int64 = Enumeration, Item) as SetDiscrete Instance::set_items;
     /// Reads truth values.
     fmi3GetBoolean
@@ -95,13 +95,13 @@ export! {
         let flag = |value| (value == Value::Flag(true)).into();
         get(instance, Type::Clock, (valueReferences, nValueReferences), (values, nValueReferences), flag)
     };
-    /// No clock can be set: those that there are tick by themselves.
+    /// No clock can be set: all are outputs.
     fn fmi3SetClock(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *const fmi3Clock,
     ) as SetDiscrete |instance| {
         instance.refuse_to_set_arrays(array("valueReferences", valueReferences, nValueReferences)?, Type::Clock)
     };
-    /// Reads `log.pulses`. The bytes stay where they are until the next call.
+    /// Reads `log.pulses`. The bytes stay valid until the next call.
     fn fmi3GetBinary(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, valueSizes: *mut usize,
         values: *mut fmi3Binary,

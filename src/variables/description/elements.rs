@@ -71,8 +71,8 @@ pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
     Ok(())
 }
 
-/// Writes every variable of FMI 2.0. What those of a row have in common is rendered once: an instance renders all of
-/// this to know its GUID.
+/// Writes every variable of FMI 2.0. The common part of a row is rendered once: an instance renders all of this for its
+/// GUID.
 pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result {
     let (balls, firsts) = (start.balls(), first_indices(start.balls()));
     let index = |state: Variable| firsts[state.position] + state.index;
@@ -105,8 +105,8 @@ pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result
     Ok(())
 }
 
-/// Writes these variables of FMI 3.0. Units are those of the declared types: the reader `fmi-schema` knows no unit and
-/// no nominal value of a variable.
+/// Writes these variables of FMI 3.0. Units stand in the declared types, because the reader `fmi-schema` knows no unit
+/// and no nominal value of a variable.
 pub(super) fn write_arrays(out: &mut String, start: &Settings, mut arrays: impl Iterator<Item = Array>) -> fmt::Result {
     let states: Vec<(Array, Array)> = Array::states().collect();
     arrays.try_for_each(|array| write_array(out, start, &states, array))
@@ -154,7 +154,7 @@ fn write_array(out: &mut String, start: &Settings, states: &[(Array, Array)], ar
     }
 }
 
-/// Attributes of a variable that are the same in both versions, but for its type and its description.
+/// Attributes common to both versions, except type and description.
 fn common_attributes(row: &Row, variability: Variability) -> String {
     let initial = match (row.causality, row.access) {
         (Causality::Parameter, _) => " initial=\"exact\"",
@@ -189,8 +189,8 @@ fn typed(row: &Row) -> String {
     text
 }
 
-/// Writes the description with the index and the next one filled in, and what the attributes cannot say. The texts of
-/// the tables need no escapes (a test checks it).
+/// Writes the description with the index and the next one filled in, and constraints beyond the attributes. The texts
+/// of the tables need no escapes (tested).
 fn write_text(out: &mut String, row: &Row, i: impl Display, j: impl Display) -> fmt::Result {
     let mut pieces = row.description.split('{');
     out.write_str(pieces.next().unwrap_or_default())?;

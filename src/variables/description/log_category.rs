@@ -1,17 +1,17 @@
-//! Categories of log lines, between which a user of the host can choose.
+//! Categories of log lines.
 
 /// A category of log lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogCategory {
     /// A line for each finished pulse.
     Events,
-    /// What the solver makes of its settings.
+    /// Notes on the solver's settings.
     Solver,
-    /// What a host should know though the call succeeds, such as how far a slow step has come.
+    /// Warnings of calls that succeed, such as the progress of a slow step.
     Warning,
-    /// Why a call was refused that changes nothing, in FMI 3.0.
+    /// Refused values of FMI 3.0, which change nothing.
     Discard,
-    /// Why a call was refused or failed.
+    /// Refused and failed calls.
     Error,
 }
 

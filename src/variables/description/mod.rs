@@ -1,5 +1,5 @@
 //! modelDescription.xml of FMI 2.0 and 3.0, written from the template, the table and the start values. [`Description`]
-//! hands it out with its GUID; [`LogCategory`] is what it says of the log.
+//! provides it with its GUID; [`LogCategory`] lists its log categories.
 
 mod elements;
 mod log_category;

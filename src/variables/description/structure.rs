@@ -1,4 +1,4 @@
-//! ModelStructure: which unknowns there are and on what they depend.
+//! ModelStructure: the unknowns and their dependencies.
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Write};
@@ -11,26 +11,25 @@ use crate::variables::table::TABLE;
 use crate::variables::table::row::{Access, Causality, Extra, Groups, Row, Shape, Type};
 use crate::variables::variable::{Variable, variables};
 
-/// Balls beyond which it is not listed on which overlaps each position depends: that grows with the square of their
-/// number.
+/// Above this many balls, dependencies of positions on overlaps are omitted: they grow with the square of the number.
 const LISTED: usize = 500;
 
-/// What the force of a rigid contact depends on, and the indicators of such contacts.
+/// Dependencies of the force and the indicators of rigid contacts.
 const EVERYTHING: Groups = &[&["all position", "all v", "all F_ext", "a_support"]];
-/// What is continued to foresee the next onset.
+/// Inputs on which the forecast of the next onset depends.
 const INPUTS: Groups = &[&["F_ext", "a_support"]];
 
-/// Whether the force of a contact is part of it.
+/// Whether a contact force is part of it.
 fn is_of_forces(row: &Row) -> bool {
     matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)")
 }
 
-/// Whether it is an unknown at initialization, but for states and their derivatives.
+/// Whether it is an initial unknown other than states and their derivatives.
 fn is_unknown(row: &Row) -> bool {
     matches!(row.causality, Causality::Output | Causality::CalculatedParameter)
 }
 
-/// Writes on what an unknown depends, if that is listed, each once, and ends its element.
+/// Writes the dependencies of an unknown, if listed, each once, and closes its element.
 fn write_dependencies<T: Ord + Display>(out: &mut String, dependencies: Option<BTreeSet<T>>) -> fmt::Result {
     if let Some(dependencies) = dependencies {
         out.write_str(" dependencies=\"")?;
@@ -83,9 +82,9 @@ pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result
     out.write_str("    </InitialUnknowns>\n")
 }
 
-/// Writes ModelStructure of FMI 3.0. In co-simulation an input acts from now on: what it changes at once is what is
-/// foreseen, and the force of rigid balls that stay in contact, which the host may select. In model exchange outputs
-/// and derivatives depend on states and inputs.
+/// Writes ModelStructure of FMI 3.0. In co-simulation an input acts from now on: at once it changes only the forecast
+/// and the force of rigid balls that stay in contact, which the host may select. In model exchange outputs and
+/// derivatives depend on states and inputs.
 pub(super) fn write_structure_of_arrays(out: &mut String, arrays: impl Iterator<Item = Array> + Clone) -> fmt::Result {
     let mut exchanged = BTreeSet::new();
     for array in arrays.clone().filter(|array| array.row.causality == Causality::Output) {
@@ -98,7 +97,7 @@ pub(super) fn write_structure_of_arrays(out: &mut String, arrays: impl Iterator<
     for array in arrays.clone() {
         let is_extra = matches!(array.row.access, Access::Instance(..));
         if array.row.access.data_type() == Type::Clock {
-            // By the letter clocks have no `initial`; FMPy takes them for calculated outputs.
+            // By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
             write_array(out, "InitialUnknown", array, Some(&[]))?;
         } else if is_unknown(array.row) && !is_extra || exchanged.contains(&array.reference()) {
             write_array(out, "InitialUnknown", array, array.row.initially)?;
@@ -112,7 +111,7 @@ pub(super) fn write_structure_of_arrays(out: &mut String, arrays: impl Iterator<
     Ok(())
 }
 
-/// What an output or a derivative depends on at the same time: states and inputs.
+/// States and inputs on which an output or a derivative depends at the same time.
 fn following(row: &Row) -> Groups {
     match row.name {
         "t_next" => INPUTS,
@@ -121,7 +120,7 @@ fn following(row: &Row) -> Groups {
     }
 }
 
-/// Writes an unknown of FMI 3.0, and on which variables it depends, if that is listed.
+/// Writes an unknown of FMI 3.0 and its dependencies, if listed.
 fn write_array(out: &mut String, element: &str, array: Array, groups: Option<Groups>) -> fmt::Result {
     write!(out, "    <{element} valueReference=\"{}\"", array.reference())?;
     let reference = |name: &&str| {
@@ -145,7 +144,7 @@ pub(super) fn first_indices(balls: usize) -> Vec<usize> {
 struct Known {
     first: usize,
     len: usize,
-    /// Which of them belong to the one that depends on them.
+    /// Which of them the dependent variable needs.
     reach: Reach,
 }
 
@@ -154,11 +153,11 @@ enum Reach {
     All,
     /// Those of a row of this shape at the same ball or contact; also those next to it, if this is set.
     Own(Shape, bool),
-    /// Those before it: a position is that of the first ball less the overlaps between.
+    /// Those before it: a position is that of the first ball minus the overlaps between.
     Before,
 }
 
-/// What a `name` in [`Groups`] stands for.
+/// The variables of a `name` in [`Groups`].
 fn knowns(name: &str, balls: usize, first: &[usize]) -> Vec<Known> {
     if let Some(single) = Variable::named(name, balls) {
         return vec![Known { first: first[single.position] + single.index, len: 1, reach: Reach::All }];

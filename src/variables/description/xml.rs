@@ -1,4 +1,4 @@
-//! modelDescription.xml: the template with everything filled in that depends on n, the start values or the table.
+//! modelDescription.xml: the template filled in from n, the start values and the table.
 
 use std::fmt::{self, Write};
 
@@ -23,7 +23,7 @@ const TEMPLATE: &str = include_str!("../../../modelDescription.xml.in");
 /// The same for FMI 3.0.
 const TEMPLATE_OF_FMI3: &str = include_str!("../../../modelDescription.fmi3.xml.in");
 
-/// Namespace of the GUIDs: any constant will do, as long as it stays.
+/// Namespace of the GUIDs: any constant, but never another one.
 const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_27a5_8d31_70b6);
 
 /// The description of the FMU whose start values are `start`.
@@ -44,17 +44,17 @@ impl<'a> Description<'a> {
         Self { start, fmi3: true, clocks: true }
     }
 
-    /// The same without clocks and their variables, for hosts that take none.
+    /// The same without clocks and their variables, for hosts that do not support them.
     pub fn without_clocks(self) -> Self {
         Self { clocks: false, ..self }
     }
 
-    /// The description of an FMU of FMI 3.0 with these start values whose token this is, with or without clocks.
+    /// The FMI 3.0 description with these start values, with or without clocks, that has this token.
     pub fn of_token(start: &'a Settings, token: &str) -> Option<Self> {
         [Self::fmi3(start), Self::fmi3(start).without_clocks()].into_iter().find(|own| own.guid() == token)
     }
 
-    /// GUID: a hash of the description less GUID and date, in braces. It is what ties a binary to its description.
+    /// GUID: a hash of the description less GUID and date, in braces. It ties a binary to its description.
     pub fn guid(&self) -> String {
         let hash = uuid::Uuid::new_v5(&NAMESPACE, self.render("", "").as_bytes());
         format!("{{{}}}", hash.hyphenated())
@@ -86,7 +86,7 @@ impl<'a> Description<'a> {
         out
     }
 
-    /// Every key of the templates; others stay, so that a reader stumbles over them.
+    /// Fills in a key of the templates; unknown ones stay visible.
     fn fill(&self, key: &str, guid: &str, date: &str, out: &mut String) -> fmt::Result {
         match key {
             "version" => out.write_str(env!("CARGO_PKG_VERSION")),

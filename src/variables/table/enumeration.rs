@@ -14,7 +14,7 @@ pub struct Item {
     pub description: &'static str,
 }
 
-/// An enumeration and where its value is.
+/// An enumeration and access to its value.
 pub struct Enumeration {
     /// Name of the type definition.
     pub type_name: &'static str,
@@ -38,7 +38,7 @@ impl Enumeration {
     }
 }
 
-/// What may be chosen, for messages: `powerLaw (1) or hertz (2) or rigid (3)`.
+/// The choices, for messages: `powerLaw (1) or hertz (2) or rigid (3)`.
 impl std::fmt::Display for Enumeration {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let items: Vec<String> = self.items.iter().map(|item| format!("{} ({})", item.name, item.value)).collect();
@@ -46,7 +46,7 @@ impl std::fmt::Display for Enumeration {
     }
 }
 
-/// An enumeration that this field of the settings holds, whose items are numbered from 1.
+/// An enumeration in this field of the settings, with items numbered from 1.
 macro_rules! of {
     ($name:literal $type:ident $($field:ident).+: $($item:ident $text:literal $description:literal,)*) => {
         Enumeration {
@@ -99,9 +99,9 @@ pub static EXCHANGED_CONTACTS: Enumeration = of! {
 /// `derivatives.of`, of FMI 3.0 only.
 pub static DERIVATIVES_OF: Enumeration = of! {
     "DerivativesOf" DerivativesOf derivatives_of:
-    Point "point" "what depends on the inputs at the same time, as the standard has it",
-    LastStep "lastStep" "the end of the last step, by the inputs held over it",
-    Run "run" "the end of the last step, by real parameters, and inputs over the run",
+    Point "point" "outputs by inputs at the same time, as the standard defines it",
+    LastStep "lastStep" "outputs at the end of the last step, by the inputs held over it",
+    Run "run" "outputs at the end of the last step, by real parameters and by inputs over the whole run",
 };
 
 /// Every enumeration of FMI 2.0.

@@ -129,7 +129,7 @@ pub static TABLE: &[Row] = &[
     parameter("solver.fixedStep", Scalar, &TIME_US, POSITIVE, one!(fixed_step),
         "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
     enumeration("exchange.contacts", &EXCHANGED_CONTACTS,
-        "What the host sees of contacts in model exchange; resolved needs a tolerance of 1e-8 or tighter"),
+        "Who follows the contacts in model exchange; resolved needs a tolerance of 1e-10 for contacts in touch"),
     row("pendulum.period", Scalar, CalculatedParameter, Access::Calculated(period),
         "Period of ball 1; 1e30 without gravity").of(&TIME)
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])

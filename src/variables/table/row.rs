@@ -1,4 +1,4 @@
-//! What a row of the table says about a family of variables.
+//! A row of the table: all about a family of variables.
 
 use super::enumeration::Enumeration;
 use super::range::{ANY, NOT_NEGATIVE, Range};
@@ -40,7 +40,7 @@ pub enum Type {
     Boolean,
     /// Its values travel as integers.
     Enumeration,
-    /// No variable has this type; hosts may ask for it all the same.
+    /// No variable has this type, but hosts may ask for it.
     String,
     /// Active or not, in FMI 3.0.
     Clock,
@@ -74,7 +74,7 @@ pub enum Causality {
     Input,
     /// Another model may take it as its input.
     Output,
-    /// To look at only.
+    /// For inspection only.
     Local,
 }
 
@@ -98,15 +98,14 @@ type Of = &'static Quantity;
 /// Reads a result for ball or contact `i`.
 pub type Get<T> = fn(&dyn Results, usize) -> T;
 
-/// Where the value is. The data type follows from it, so the two cannot disagree, and a row without it does not
-/// compile.
+/// How the value is accessed. The data type follows from it, so the two cannot disagree.
 #[derive(Clone, Copy)]
 pub enum Access {
     /// Real parameters, inputs or slopes; the slice has one element for each variable of the row.
     Setting {
         /// Reads them.
         get: fn(&Settings) -> &[f64],
-        /// What a setter writes to.
+        /// Where a setter writes.
         set: fn(&mut Settings) -> &mut [f64],
     },
     /// A parameter with named items.
@@ -119,11 +118,11 @@ pub enum Access {
     Count(Get<u64>),
     /// A truth value.
     Flag(Get<bool>),
-    /// What an instance knows for FMI 3.0.
+    /// A value of the instance, in FMI 3.0.
     Instance(Type, Extra),
 }
 
-/// What happens to a contact.
+/// A switching of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
     /// It closes.
@@ -132,7 +131,7 @@ pub enum Edge {
     Release,
 }
 
-/// What variables of FMI 3.0 hold beside parameters, inputs and results.
+/// Values of FMI 3.0 variables beside parameters, inputs and results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extra {
     /// The time, s.
@@ -180,7 +179,7 @@ impl Access {
 /// the states that the position follows from.
 pub type Groups = &'static [&'static [&'static str]];
 
-/// A family of variables: all there is to know of them outside the model.
+/// A family of variables.
 pub struct Row {
     /// Name without index.
     pub name: &'static str,
@@ -198,11 +197,11 @@ pub struct Row {
     pub nominal: Option<f64>,
     /// Where the value is.
     pub access: Access,
-    /// Whether the laws selected make use of it; a parameter out of use is ignored.
+    /// Whether the selected laws use it; otherwise a parameter is ignored.
     pub used: fn(&Parameters) -> bool,
     /// Derivative of a real result, for ball or contact `i`; outputs and calculated parameters have one.
     pub derivative: Option<fn(&Differential, usize) -> f64>,
-    /// Dependencies of a calculated value at initialization; on anything if there are none given.
+    /// Dependencies of a calculated value at initialization; everything if none are given.
     pub initially: Option<Groups>,
     /// Dependencies on states and inputs in model exchange.
     pub follows: Groups,
@@ -225,7 +224,7 @@ impl Row {
         Refusal::new(format_args!("{variable} {text}"))
     }
 
-    /// The row whose derivative by time it is called, if it is called `der(...)`.
+    /// The row of which it is the time derivative, by its name `der(...)`.
     pub fn rate_of(&self) -> Option<&'static str> {
         self.name.strip_prefix("der(").and_then(|name| name.strip_suffix(')'))
     }
@@ -253,7 +252,7 @@ impl Row {
     }
 }
 
-/// Any row, of which the functions below are special ones.
+/// Any row; the functions below specialise it.
 pub const fn row(name: Text, shape: Shape, causality: Causality, access: Access, description: Text) -> Row {
     let variability = match (&causality, &access) {
         (Causality::Parameter | Causality::CalculatedParameter | Causality::StructuralParameter, _) => {
@@ -300,12 +299,12 @@ pub const fn count(name: Text, shape: Shape, to: Causality, get: Get<u64>, descr
     row(name, shape, to, Access::Count(get), description).within(NOT_NEGATIVE)
 }
 
-/// What an instance knows for FMI 3.0.
+/// A value of the instance, in FMI 3.0.
 pub const fn extra(name: Text, shape: Shape, to: Causality, is: Type, what: Extra, description: Text) -> Row {
     row(name, shape, to, Access::Instance(is, what), description)
 }
 
-/// Says one thing more of a row.
+/// Setters of further properties of a row.
 macro_rules! builders {
     ($($(#[$doc:meta])* $name:ident($($value:ident: $type:ty)?) $field:ident = $to:expr;)*) => {
         impl Row {
