@@ -2,8 +2,8 @@
 
     .venv/bin/python examples/mechatronics/couple.py
 
-builds the plant's FMU with PythonFMU, runs both with the master in master.py and as an SSP with FMPy, and leaves
-machine.ssp, presets.ssp, pictures and CSV files in out/mechatronics. It ends with a table of checks.
+builds the plant's FMU from plant.c, or from plant.py by PythonFMU, runs both with the master in master.py and as an SSP
+with FMPy, and leaves machine.ssp, presets.ssp, pictures and CSV files in out/mechatronics. It ends with a table of checks.
 """
 
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import ssp
-from machine import COMMON, CRADLE, FREE, STOP, Fmus, nc, opened, plant, positions, reference
+from machine import COMMON, CRADLE, FREE, PLANTS, STOP, Fmus, nc, opened, plant, positions, reference
 from master import METHODS, REPEATING
 from plots import COLOURS, Column, Strip, Trace
 from support import Found, command_line, tracked
@@ -38,10 +38,13 @@ def main() -> int:
         "--steps", type=int, default=len(STEPS), choices=range(2, len(STEPS) + 1),
         help=f"how many communication steps to compare, of {STEPS} s",
     )  # fmt: skip
+    parser.add_argument(
+        "--plant", choices=PLANTS, default="c", help="language of the plant's FMU [default: c]"
+    )
     options = parser.parse_args()
     found = Found(options.out)
     try:
-        with opened(options.fmu, options.out) as fmus:
+        with opened(options.fmu, options.out, options.plant) as fmus:
             run(fmus, found, STEPS[: options.steps])
             about = fmus.cradle.provenance() | {"cradle": CRADLE, "plant": plant.PARAMETERS}
             about["plant guid"] = fmus.plant.description.guid

@@ -1,11 +1,17 @@
 """The machine of this example: its start values, its plant FMU, and runs of it in either way."""
 
+import shutil
+import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from xml.etree.ElementTree import tostring
+from zipfile import ZIP_DEFLATED, ZipFile
 
+import fmpy
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
@@ -51,19 +57,56 @@ class Fmus:
 
 
 @contextmanager
-def opened(cradle: Path, out: Path) -> Iterator[Fmus]:
-    """The cradle, and the plant as built by PythonFMU into the folder `out`. Raises FileNotFoundError, FmuError."""
+def opened(cradle: Path, out: Path, language: str) -> Iterator[Fmus]:
+    """The cradle, and the plant, of PLANTS, as built into the folder `out`. Raises FileNotFoundError, FmuError."""
     with nc.Fmu(cradle) as first:
         first.require(balls=5, starts=BUILT_IN)
-        built = FmuBuilder.build_FMU(plant.__file__, dest=out, canGetAndSetFMUstate=True)
-        with nc.Fmu(built) as second:
+        with nc.Fmu(PLANTS[language](out)) as second:
             yield Fmus(first, second)
+
+
+def in_python(out: Path) -> Path:
+    """The plant's FMU by PythonFMU."""
+    return FmuBuilder.build_FMU(plant.__file__, dest=out, canGetAndSetFMUstate=True)
+
+
+def in_c(out: Path) -> Path:
+    """The plant's FMU from plant.c, for machines like this one. Raises FileNotFoundError without a C compiler."""
+    compiler = next(filter(shutil.which, ("cc", "gcc", "clang")), None)
+    if not compiler:
+        raise FileNotFoundError("a C compiler (cc, gcc or clang) is missing; `--plant python` needs none")
+    source, path = Path(__file__).with_name("plant.c"), out / "plant.fmu"
+    description = plant.CartAndCoil(instance_name="plant").to_xml()
+    description.set("generationTool", "examples/mechatronics")
+    capabilities = {"needsExecutionTool": "false", "canGetAndSetFMUstate": "true"}
+    description.find("CoSimulation").attrib |= {"modelIdentifier": path.stem} | capabilities
+    headers, library = Path(fmpy.__file__).with_name("c-code"), f"{path.stem}{fmpy.sharedLibraryExtension}"
+    command = [
+        compiler,
+        "-std=c11",
+        "-Wall",
+        "-Werror",
+        "-O2",
+        "-shared",
+        "-fPIC",
+        f"-I{headers}",
+        source,
+        "-lm",
+    ]
+    with TemporaryDirectory() as folder, ZipFile(path, "w", ZIP_DEFLATED) as archive:
+        subprocess.run([*command, "-o", Path(folder, library)], check=True)
+        archive.writestr("modelDescription.xml", tostring(description, "UTF-8", xml_declaration=True))
+        archive.write(Path(folder, library), f"binaries/{fmpy.platform}/{library}")
+    return path
+
+
+PLANTS = {"c": in_c, "python": in_python}
 
 
 def reference() -> np.ndarray:
     """Positions of the balls and of the cart (m) at multiples of COMMON, by the single set of equations."""
     times = COMMON * np.arange(round(STOP / COMMON) + 1)
-    values = {name: start for name, (start, _) in plant.PARAMETERS.items()}
+    values = {name: start for name, (start, *_) in plant.PARAMETERS.items()}
     return Machine(CRADLE, values, 5).solve(times)[:, [0, 1, 2, 3, 4, 10]]
 
 

@@ -8,51 +8,58 @@ So a step is the exact solution, by the matrix exponential, for inputs that chan
     coil:  inductance i' = (resistance + gain) (i_ref - i) - force_constant v_coil
 
 The FMU contains this file and runs in the host's Python, which needs NumPy and SciPy. The host must be a
-Python program, or be started with LD_PRELOAD=/path/to/libpython3.so.
+Python program, or be started with LD_PRELOAD=/path/to/libpython3.so. plant.c is the same for any host.
 """
 
 import math
 from functools import lru_cache
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Integer, Real
 from scipy.linalg import expm
 
-PARAMETERS = {  # name: (start value, unit and meaning)
-    "mass": (2.0, "kg, of the cart"),
-    "stiffness": (150.0, "N/m, of its spring to ground"),
-    "damping": (1.0, "N.s/m, of its damper to ground"),
-    "force_constant": (1.0, "N/A, of the coil; the same in V.s/m"),
-    "resistance": (5.0, "Ohm, of the coil"),
-    "inductance": (0.2, "H, of the coil"),
-    "gain": (5.0, "V/A, of the current controller"),
-    "pull": (-0.8, "A, largest reference current; negative pulls ball 1 to the left"),
-    "pull_time": (1.6, "s, how long it pulls"),
+PARAMETERS = {  # name: (start value, unit, meaning)
+    "mass": (2.0, "kg", "mass of the cart"),
+    "stiffness": (150.0, "N/m", "of the cart's spring to ground"),
+    "damping": (1.0, "N.s/m", "of its damper to ground"),
+    "force_constant": (1.0, "N/A", "of the coil; the same in V.s/m"),
+    "resistance": (5.0, "Ohm", "of the coil"),
+    "inductance": (0.2, "H", "of the coil"),
+    "gain": (5.0, "V/A", "of the current controller"),
+    "pull": (-0.8, "A", "largest reference current; negative pulls ball 1 to the left"),
+    "pull_time": (1.6, "s", "how long it pulls"),
 }
-INPUTS = {
-    "F_support": "N, of the cradle on the cart at the start of a step",
-    "F_support_rate": "N/s, its rate during the step",
-    "v_coil": "m/s, velocity of ball 1 relative to the cart at the start of a step",
-    "v_coil_rate": "m/s2, its rate during the step",
-    "F_sensor": "N, mean contact force on the last ball over the step before",
+INPUTS = {  # name: (unit, meaning)
+    "F_support": ("N", "force of the cradle on the cart at the start of a step"),
+    "F_support_rate": ("N/s", "its rate during the step"),
+    "v_coil": ("m/s", "velocity of ball 1 relative to the cart at the start of a step"),
+    "v_coil_rate": ("m/s2", "its rate during the step"),
+    "F_sensor": ("N", "mean contact force on the last ball over the step before"),
 }
 STATES = {
-    "s": "m, position of the cart",
-    "v": "m/s, its velocity",
-    "i": "A, current",
-    "q": "A.s, integral of the current",
+    "s": ("m", "position of the cart"),
+    "v": ("m/s", "its velocity"),
+    "i": ("A", "current"),
+    "q": ("A.s", "integral of the current"),
 }
 OUTPUTS = {
-    "a_mean": "m/s2, acceleration of the cart, mean over the last step",
-    "F_coil_mean": "N, force of the coil on ball 1, mean over the last step",
-    "a": "m/s2, acceleration of the cart at the end of the step",
-    "a_rate": "m/s3, its rate",
-    "F_coil": "N, force of the coil at the end of the step",
-    "F_coil_rate": "N/s, its rate",
-    "coil_work": "J, done by the coil between cart and ball 1",
-    "damper_loss": "J, lost in the damper",
-    "sensed": "N.s, impulse that the force sensor has seen",
+    "a_mean": ("m/s2", "acceleration of the cart, mean over the last step"),
+    "F_coil_mean": ("N", "force of the coil on ball 1, mean over the last step"),
+    "a": ("m/s2", "acceleration of the cart at the end of the step"),
+    "a_rate": ("m/s3", "its rate"),
+    "F_coil": ("N", "force of the coil at the end of the step"),
+    "F_coil_rate": ("N/s", "its rate"),
+    "coil_work": ("J", "work done by the coil between cart and ball 1"),
+    "damper_loss": ("J", "energy lost in the damper"),
+    "sensed": ("N.s", "impulse that the force sensor has seen"),
 }
+UNITS = {  # of PARAMETERS, INPUTS, STATES and OUTPUTS: powers of kg, m, s and A
+    "A": (0, 0, 0, 1), "A.s": (0, 0, 1, 1), "H": (1, 2, -2, -2), "J": (1, 2, -2, 0), "N": (1, 1, -2, 0),
+    "N.s": (1, 1, -1, 0), "N.s/m": (1, 0, -1, 0), "N/A": (1, 1, -2, -1), "N/m": (1, 0, -2, 0), "N/s": (1, 1, -3, 0),
+    "Ohm": (1, 2, -3, -2), "V/A": (1, 2, -3, -2), "kg": (1, 0, 0, 0), "m": (0, 1, 0, 0), "m/s": (0, 1, -1, 0),
+    "m/s2": (0, 1, -2, 0), "m/s3": (0, 1, -3, 0), "s": (0, 0, 1, 0),
+}  # fmt: skip
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 GAUSS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS  # on [0, 1]
 
@@ -64,24 +71,40 @@ class CartAndCoil(Fmi2Slave):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
+        self._units: dict[str, str] = {}
         exact = {"initial": Fmi2Initial.exact}
-        for name, (start, text) in PARAMETERS.items():
-            setattr(self, name, start)
-            fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
-            self.register_variable(Real(name, description=text, **fixed, **exact))
+        fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed, **exact}
         given, output = {"causality": Fmi2Causality.input}, {"causality": Fmi2Causality.output, **exact}
-        discrete = {"variability": Fmi2Variability.discrete}
         kinds = [
-            (Real, INPUTS, given),
-            (Real, STATES | OUTPUTS, output),
-            (Real, {"last_step": "s, length of the last step"}, {"causality": Fmi2Causality.local, **exact}),
-            (Integer, {"pulses": "pulses of the last contact so far"}, given | discrete),
-            (Integer, {"impacts": "impacts that the sensor has felt"}, output | discrete),
+            (PARAMETERS, fixed),
+            (INPUTS, given),
+            (STATES | OUTPUTS, output),
+            ({"last_step": ("s", "length of the last step")}, {"causality": Fmi2Causality.local, **exact}),
         ]
-        for kind, texts, options in kinds:
-            for name, text in texts.items():
-                setattr(self, name, 0 if kind is Integer else 0.0)
-                self.register_variable(kind(name, description=text, **options))
+        for table, options in kinds:
+            for name, (*start, unit, text) in table.items():
+                setattr(self, name, start[0] if start else 0.0)
+                self._units[name] = unit
+                self.register_variable(Real(name, description=text, **options))
+        discrete = {"variability": Fmi2Variability.discrete}
+        self.pulses = self.impacts = 0
+        text = "pulses of the last contact so far"
+        self.register_variable(Integer("pulses", description=text, **given, **discrete))
+        text = "impacts that the sensor has felt"
+        self.register_variable(Integer("impacts", description=text, **output, **discrete))
+
+    def to_xml(self, *options) -> Element:
+        """The description, with the units that PythonFMU does not know of."""
+        root = super().to_xml(*options)
+        definitions = Element("UnitDefinitions")
+        for name, powers in UNITS.items():
+            bases = zip(("kg", "m", "s", "A"), powers, strict=True)
+            unit = SubElement(definitions, "Unit", name=name)
+            SubElement(unit, "BaseUnit", {base: str(power) for base, power in bases if power})
+        root.insert(1, definitions)
+        for variable in root.findall("ModelVariables/ScalarVariable[Real]"):
+            variable.find("Real").set("unit", self._units[variable.get("name")])
+        return root
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """One communication step; it is cut where the pull ends, the exact solution having a kink there."""

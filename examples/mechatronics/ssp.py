@@ -31,8 +31,7 @@ TO_PLANT = {  # cradle's output: plant's input
 }
 TO_CRADLE = {"a_mean": "a_support", "F_coil_mean": "F_ext[1]"}  # plant's output: cradle's input
 SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # by the cradle, without being connected
-# Of the plant, with the units that PythonFMU does not write.
-SHOWN_PLANT = {"s": "m", "v": "m/s", "sensed": "N.s", "impacts": ""}
+SHOWN_PLANT = ["s", "v", "sensed", "impacts"]
 
 
 def presets(fmu: nc.Fmu) -> dict[str, dict]:
@@ -52,9 +51,7 @@ def by_numbers(fmu: nc.Fmu, values: dict) -> bool:
 def save_machine(path: Path, fmus: Fmus) -> None:
     """The cradle and its plant, connected."""
     cradle = [connector(fmus.cradle, name) for name in [*TO_PLANT, *TO_CRADLE.values(), *SHOWN]]
-    partners = {plant: cradle for cradle, plant in TO_PLANT.items()} | TO_CRADLE
-    known = {name: fmus.cradle.variables[partner].unit for name, partner in partners.items()} | SHOWN_PLANT
-    plant = [connector(fmus.plant, name, unit) for name, unit in known.items()]
+    plant = [connector(fmus.plant, name) for name in [*TO_PLANT.values(), *TO_CRADLE, *SHOWN_PLANT]]
     elements = [component("cradle", fmus.cradle, cradle, "start"), component("plant", fmus.plant, plant)]
     files = {"SystemStructure.ssd": system("Machine", fmus, elements, "start", STOP, connections())}
     files |= parameter_sets("start", CRADLE, fmus.cradle)
@@ -90,11 +87,10 @@ def run(path: Path, h: float, values: dict | None = None) -> np.ndarray:
     return result
 
 
-def connector(fmu: nc.Fmu, name: str, unit: str = ""):
-    """A connector of a component, with the unit that the FMU or the caller knows."""
+def connector(fmu: nc.Fmu, name: str):
+    """A connector of a component."""
     variable = fmu.variables[name]
-    unit = unit or variable.unit
-    kind = SSC(variable.type, **({"unit": unit} if unit else {}))
+    kind = SSC(variable.type, **({"unit": variable.unit} if variable.unit else {}))
     return SSD.Connector(kind, name=name, kind=variable.causality)
 
 

@@ -7,13 +7,16 @@ import subprocess
 import sys
 import zipfile
 from contextlib import nullcontext
+from functools import cache
 
 import newtons_cradle as nc
 import numpy as np
 import pytest
 from conftest import ROOT, ended
+from fmpy import read_model_description
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv, validate_tree
+from fmpy.validation import validate_fmu
 from lxml import etree
 
 pytestmark = pytest.mark.all
@@ -25,16 +28,33 @@ PRESETS |= {name: nc.preset(name) for name in ("textbook", "figure5", "figure6")
 
 
 @pytest.fixture(scope="module")
-def coupled(fmu_path, tmp_path_factory):
-    """The example as typed, with two of its communication steps: its folder, and the finished process."""
-    out = tmp_path_factory.mktemp("mechatronics")
-    return out, ended(sys.executable, SCRIPT, "--fmu", fmu_path, "--out", out, "--steps", "2")
+def couple(fmu_path, tmp_path_factory):
+    """The example as typed, with two of its communication steps and the plant in a language: its folder, and the
+    finished process."""
+
+    @cache
+    def run(language):
+        out = tmp_path_factory.mktemp(f"mechatronics_{language}")
+        options = ["--steps", "2", "--plant", language]
+        return out, ended(sys.executable, SCRIPT, "--fmu", fmu_path, "--out", out, *options)
+
+    return run
 
 
-def test_every_number_holds(coupled, fmu):
+@pytest.fixture(scope="module")
+def coupled(couple):
+    """The same with the plant in C."""
+    return couple("c")
+
+
+LANGUAGES = pytest.mark.parametrize("language", ["c", "python"])
+
+
+@LANGUAGES
+def test_every_number_holds(couple, language, fmu):
     """Orders of the masters, momentum, the force sensor, directional derivatives, energy. The CSV of the run shown has
     the energies exchanged: the coil puts some in, the clicks move it to the last ball. Results say what they are of."""
-    out, done = coupled
+    out, done = couple(language)
     assert done.stdout.count("agrees") == 17 and "DIFFERS" not in done.stdout
     for name in ("coupling", "machine"):
         assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
@@ -46,6 +66,26 @@ def test_every_number_holds(coupled, fmu):
     about = json.loads((out / "about.json").read_text(encoding="utf-8"))
     assert about["guid"] == fmu.description.guid
     assert about["cradle"]["contact.stiffness"] == 1e10 and about["numpy"] == np.__version__
+
+
+def test_the_plant_in_c_is_that_in_python(couple, producer):
+    """The same variables with units, and the same machine; in C it needs nothing but the system."""
+    paths = {"c": couple("c")[0] / "plant.fmu", "python": couple("python")[0] / "CartAndCoil.fmu"}
+    assert [problem for path in paths.values() for problem in validate_fmu(str(path))] == []
+    ours, theirs = (
+        [
+            (v.name, v.valueReference, v.unit, v.start)
+            for v in read_model_description(str(path)).modelVariables
+        ]
+        for path in paths.values()
+    )
+    assert ours == theirs and all(unit or name in ("pulses", "impacts") for name, _, unit, _ in ours)
+    tables = [
+        np.genfromtxt(couple(language)[0] / "machine.csv", delimiter=",", skip_header=1) for language in paths
+    ]
+    assert tables[0] == pytest.approx(tables[1], abs=1e-9)
+    said = ended(producer, "info", paths["c"]).stdout
+    assert not sys.platform.startswith("linux") or "linked with libc.so.6, libm.so.6\n" in said
 
 
 @pytest.mark.parametrize(("name", "structures"), [("machine", 1), ("presets", len(PRESETS))])
@@ -129,9 +169,10 @@ def test_hosts_run_the_presets(coupled, fmu, host, preset):
 
 @pytest.mark.parametrize("host", ["libcosim", "ecos"])
 @pytest.mark.parametrize("h", [0.1, 0.05])
-def test_other_hosts_couple_the_machine(coupled, host, h):
+@LANGUAGES
+def test_other_hosts_couple_the_machine(couple, language, host, h):
     """All of them hold what the last step gave: the error of that, 0.04 m and 0.02 m, is the same in all."""
-    archive = coupled[0] / "machine.ssp"
+    archive = couple(language)[0] / "machine.ssp"
     names = [*(f"cradle.x[{i}]" for i in range(1, 6)), "plant.s"]
     steps = round(5.0 / h)
     theirs = by_another_host(host, archive, "SystemStructure", "start", h, steps, names)
