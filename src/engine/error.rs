@@ -1,6 +1,6 @@
 //! Why a run cannot go on.
 
-/// A run that cannot go on, with the time and the values that stopped it.
+/// Why a run cannot go on, with the time and the values.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EngineError {
     /// A state became infinite or NaN.
@@ -15,14 +15,14 @@ pub enum EngineError {
         /// When, s.
         time: f64,
     },
-    /// No progress in time: the step shrank below the resolution of the clock.
+    /// No progress in time: the step shrank below the resolution of doubles.
     Stalled {
         /// When, s.
         time: f64,
         /// Where, from 0.
         contact: usize,
     },
-    /// At this rate of events and searches, the end of the step is out of reach.
+    /// Events and searches are so frequent that the end of the step is out of reach.
     TooFast {
         /// When, s.
         time: f64,
@@ -31,7 +31,7 @@ pub enum EngineError {
         /// Events in a second of the run, 1/s.
         event_rate: f64,
     },
-    /// A general-purpose solver does not get on even with steps so small.
+    /// A general-purpose solver fails even with such small steps.
     StepTooSmall {
         /// When, s.
         time: f64,
@@ -87,7 +87,7 @@ impl std::fmt::Display for EngineError {
     }
 }
 
-/// All digits of a number, with a power of ten where there would be many zeros.
+/// All digits of a number, with a power of ten instead of many zeros.
 struct Plain(f64);
 
 impl std::fmt::Display for Plain {

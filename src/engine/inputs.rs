@@ -1,4 +1,4 @@
-//! The inputs that act: polynomials of the time.
+//! The inputs as polynomials of the time.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::model::{Cradle, Inputs, MAX_INPUT_DERIVATIVE};
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
-// The inputs are polynomials of the degree that the closed forms take.
+// The degree of the inputs is that of the closed forms.
 const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -20,7 +20,7 @@ pub(crate) struct HeldInputs {
 }
 
 impl HeldInputs {
-    /// Those that do not change from the time `since` (s) on.
+    /// Constant inputs from the time `since` (s) on.
     pub fn constant(values: Inputs, since: f64) -> Self {
         Self { since, values, derivatives: Vec::new() }
     }
@@ -39,7 +39,7 @@ impl HeldInputs {
         self.orders().all(Inputs::is_finite)
     }
 
-    /// One of them, or what follows from them, with its derivatives.
+    /// An input, or a function of the inputs, with its derivatives.
     pub fn derivatives<S: Scalar>(&self, input: impl Fn(&Inputs) -> S) -> Forcing<S> {
         let mut derivatives = Forcing::default();
         derivatives.iter_mut().zip(self.orders()).for_each(|(to, inputs)| *to = input(inputs));
@@ -56,7 +56,7 @@ impl HeldInputs {
         cradle.balls.iter().enumerate().map(|(i, ball)| self.forcing(i, ball.mass)).collect()
     }
 
-    /// The same inputs seen from the time `t` (s).
+    /// The same inputs, expanded about the time `t` (s).
     pub fn at(&self, t: f64) -> Self {
         let tau = t - self.since;
         let later = |k: usize| self.derivatives[k].continued(&self.derivatives[k + 1..], tau);

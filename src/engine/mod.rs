@@ -15,8 +15,8 @@
 //! | `continuous` | BDF, Adams and Runge-Kutta over the whole chain | `flight`, `records`, `run`, `derivatives` |
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the
-//! same, bit for bit, however a host cuts its steps. What a host asks for at a communication point is evaluated there
-//! and moves nothing. A run can be put down as plain data and taken up again.
+//! same, bit for bit, for any communication steps. Reading results changes nothing. A run can be saved as plain data
+//! and restored.
 
 mod cluster;
 mod continuous;

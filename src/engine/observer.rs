@@ -1,4 +1,4 @@
-//! Who is notified of what happens while a run moves on.
+//! Observers of a run.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ impl Pulse {
     }
 }
 
-/// How far a call of [`advance`](super::Simulation::advance) has come.
+/// Progress of a call of [`advance`](super::Simulation::advance).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Time reached, s.
@@ -37,7 +37,7 @@ pub struct Progress {
     pub contact: Option<usize>,
 }
 
-/// Is notified of what happens while a run moves on. It sees, and changes nothing but where a call ends.
+/// Is notified of events during a run. It can change nothing but the end of a call.
 pub trait Observer {
     /// A pulse has finished.
     fn pulse(&mut self, pulse: Pulse);
@@ -45,17 +45,15 @@ pub trait Observer {
     /// Contact `contact`, counted from 0, has closed at `time` (s).
     fn onset(&mut self, _contact: usize, _time: f64) {}
 
-    /// Contact `contact` has closed, or else opened, at `time` (s), which event-driven runs give to all its
-    /// digits.
+    /// Contact `contact` has closed or opened at `time` (s), which event-driven runs give in double-double.
     fn switching(&mut self, _contact: usize, _time: DoubleDouble, _closes: bool) {}
 
-    /// Where the call of `advance` is to end, s, if that is before its own end: not before the last event that it was
-    /// notified of.
+    /// An earlier end for the call of `advance`, s; not before the last event notified.
     fn stop(&self) -> Option<f64> {
         None
     }
 
-    /// The run is still on its way. Called every few milliseconds of work, as often in every run.
+    /// Called every few milliseconds of work, at reproducible points.
     fn progress(&mut self, _progress: Progress) {}
 }
 

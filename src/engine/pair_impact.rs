@@ -1,18 +1,18 @@
-//! The elastic impact of two balls that nothing else touches: its outcome without integrating it.
+//! The outcome of an elastic impact of two balls, in closed form.
 //!
 //! For equal undamped pendulums under constant inputs the motion splits in two. The centre of mass swings like a ball.
-//! The overlap moves in a potential, so its rate has reversed when the contact opens: the outcome needs no integration,
-//! and the duration is a quadrature. With `u` the closing rate, `mu` the reduced mass and `q` the overlap over the one
-//! that the contact alone would reach, `q_0`,
+//! The overlap moves in a potential, so its rate has reversed when the contact opens; only the duration takes a
+//! quadrature. With `u` the closing rate, `mu` the reduced mass and `q` the overlap over the one that the contact alone
+//! would reach, `q_0`,
 //!
 //! ```text
 //! T = 2 (q_0 / u) integral dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)
 //! ```
 //!
-//! where alpha and beta are what gravity and inputs do during the contact. For p = 1 that is an arc tangent; else it is
-//! expanded in alpha and beta, which are of the order of (contact time / period)^2. The terms follow from the action
-//! integral `integral sqrt(E - P(q)) dq`, whose derivative by E is half the time (Landau and Lifshitz, Mechanics,
-//! sections 12 and 49), and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with
+//! where alpha and beta are the effects of gravity and inputs during the contact. For p = 1 that is an arc tangent;
+//! else it is expanded in alpha and beta, which are of the order of (contact time / period)^2. The terms follow from
+//! the action integral `integral sqrt(E - P(q)) dq`, whose derivative by E is half the time (Landau and Lifshitz,
+//! Mechanics, sections 12 and 49), and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with
 //! `s = (m+1) / (p+1)` and Euler's beta function B.
 
 use std::cell::OnceCell;
@@ -22,7 +22,7 @@ use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree};
 use crate::model::ContactLaw;
 use crate::solver::double_double::DoubleDouble;
 
-/// Terms of the expansion, and the largest `alpha + |beta|` it is used for: what it leaves out is below the rounding.
+/// Terms of the expansion, and the largest `alpha + |beta|` for which its error is below the rounding.
 const TERMS: usize = 7;
 const SMALL: f64 = 1e-3;
 
@@ -60,8 +60,8 @@ fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     table
 }
 
-/// Sums the expansion up to where the rest is below the rounding. Terms do not tell where that is: one may be 0 (for p
-/// = 3 the first in beta), and others follow.
+/// Sums the expansion up to where the rest is below the rounding. A small term does not show that: some are 0 (for p =
+/// 3 the first in beta).
 fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
     let (mut sum, mut size) = (0.0, 1.0);
     for (k, row) in table.iter().enumerate() {
@@ -80,7 +80,7 @@ fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
     sum
 }
 
-/// The overlap during an impact: how long, how much, and its integral.
+/// The overlap during an impact: its duration, maximum and integral.
 struct Compression {
     duration: f64,
     peak_overlap: f64,
@@ -99,16 +99,16 @@ pub(crate) struct PairImpact {
     /// Impulse, N.s, and largest force, N.
     pub impulse: f64,
     pub peak: f64,
-    /// What the left and the right ball gather.
+    /// Running integrals of the left and the right ball.
     pub integrals: [RunningIntegrals; 2],
-    /// Its segments, once somebody looks inside.
+    /// Its segments, computed on first use.
     pub interior: OnceCell<Vec<Interior>>,
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Interior {
     pub segment: Cluster,
-    /// Gathered in the segments before: the impulse of the contact, N.s, and by the left and the right ball.
+    /// Sums over the previous segments: the impulse of the contact, N.s, and the integrals of the two balls.
     pub impulse: f64,
     pub integrals: [RunningIntegrals; 2],
 }
@@ -122,7 +122,7 @@ impl Interior {
 
 impl PairImpact {
     /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None`
-    /// if the two do not allow it to be solved in closed form.
+    /// if there is no closed form.
     pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
         let (l, r, o) = (&left.flight, &right.flight, &left.oscillator);
         let simple = law.is_elastic() && o.gamma() == 0.0 && left.oscillator == right.oscillator;
@@ -147,7 +147,7 @@ impl PairImpact {
         };
         let u: [f64; 4] = o.basis(t.into());
         let displacement = centre.displacement(o, &u);
-        // Not as a difference of velocities: what gravity does in a microsecond would drown in their rounding.
+        // Not as a difference of velocities, in whose rounding gravity's effect in a microsecond would drown.
         let speed_up = (centre.forcing[0] - o.omega2() * centre.x) * u[1] - o.omega2() * centre.v * u[2];
         let velocities = if left.mass == right.mass {
             [r.v + speed_up, l.v + speed_up]
@@ -176,9 +176,8 @@ impl PairImpact {
         self.start + self.duration
     }
 
-    /// An upper bound of how far the left ball has gone to the left or the right ball to the right `tau` (s) after the
-    /// start, but for the accelerations other than by the contact: the contact pushes them outwards, so they lag behind
-    /// the chord.
+    /// An upper bound of the outward displacement of a ball `tau` (s) after the start, without accelerations other than
+    /// by the contact: the contact pushes outwards, so balls lag behind the chord.
     pub fn chord(&self, ball: usize, tau: f64) -> f64 {
         if tau < self.duration {
             self.displacement * tau / self.duration
@@ -235,9 +234,9 @@ mod tests {
     use super::*;
     use crate::solver::quadrature::gauss_legendre;
 
-    /// `integral q^g dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)` up to the root by quadrature, for exponents with
-    /// `2 p` whole. With `q = root cos^2 theta` the integrand is smooth. The term under the root, 0 at `root`, is
-    /// divided by `root - q` term by term: nothing cancels.
+    /// `integral q^g dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)` up to the root by quadrature, for exponents with `2
+    /// p` whole. With `q = root cos^2 theta` the integrand is smooth. The radicand, 0 at `root`, is divided by `root -
+    /// q` term by term, so nothing cancels.
     fn by_quadrature(p: f64, alpha: f64, beta: f64, g: i32) -> f64 {
         let mut root = 1.0;
         for _ in 0..50 {

@@ -1,10 +1,9 @@
-//! What a run records while it moves on, by every method: of each contact its pulses, their impulse and peak, and its
-//! share in the step under way ([`Ledger`]), and the start of that step, which the values over a step refer to
-//! ([`StepStart`]).
+//! The records of a run, for every method: pulses, impulse and peak of each contact, in total and in the current step
+//! ([`Ledger`]), and the start of that step ([`StepStart`]).
 //!
-//! What no event has moved within the step is still on the closed form that it was on when the step began, and is
-//! evaluated there. Only what an event is about to move is recorded before, so that a step costs what happens in it,
-//! not the number of balls.
+//! A ball that no event has moved within the step is still on its closed form, which is evaluated for the start of the
+//! step. Only balls that an event is about to move are recorded, so the cost of a step depends on its events, not on
+//! the number of balls.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,12 +18,12 @@ pub(crate) const RAPID: f64 = 1e-5;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     pub pulses: u64,
-    /// How many of the last ones came within [`RAPID`] of the one before.
+    /// Number of the last onsets that came within [`RAPID`] of the one before.
     pub rapid: u64,
     pub onset: f64,
     pub release: f64,
-    /// Integral of the force up to the start of the current segment, N.s. Where a state of the equations is that
-    /// integral (`continuous`, `exchange`): what it was at the last onset, after a pulse at its release.
+    /// Integral of the force up to the start of the current segment, N.s. Where that integral is a state (`continuous`,
+    /// `exchange`): its value at the last onset or, after a pulse, release.
     pub impulse: DoubleDouble,
     /// The part of it that belongs to the last pulse, N.s.
     pulse_impulse: f64,
@@ -61,7 +60,7 @@ impl Ledger {
         values.iter().all(|value| value.is_finite()) && self.impulse.is_sound() && self.step_impulse.is_sound()
     }
 
-    /// The contact has been followed into step number `step`, at whose start its impulse was `impulse`.
+    /// Begins step number `step`, at whose start the impulse was `impulse`.
     pub fn begin_step(&mut self, step: u64, impulse: DoubleDouble) {
         if self.step != step {
             (self.step, self.step_impulse, self.step_peak) = (step, impulse, 0.0);
@@ -77,7 +76,7 @@ impl Ledger {
         (self.pulse_impulse, self.pulse_peak) = (0.0, 0.0);
     }
 
-    /// A stretch of a pulse is done: its impulse (N.s), its largest force and the largest within the current step (N).
+    /// Adds a part of a pulse: its impulse (N.s), its largest force and the largest within the current step (N).
     pub fn add(&mut self, impulse: f64, peak: f64, step_peak: f64) {
         self.impulse += impulse;
         self.pulse_impulse += impulse;
@@ -85,7 +84,7 @@ impl Ledger {
         self.step_peak = self.step_peak.max(step_peak);
     }
 
-    /// An impulse (N.s) by rounding, in step number `step`, which is no pulse.
+    /// Adds an impulse (N.s) by rounding, without a pulse, in step number `step`.
     pub fn trace(&mut self, impulse: f64, step: u64) {
         self.begin_step(step, self.impulse);
         self.impulse += impulse;
@@ -96,7 +95,7 @@ impl Ledger {
         Pulse { contact, onset: self.onset, release: self.release, peak: self.pulse_peak, impulse: self.pulse_impulse }
     }
 
-    /// What the impulse was when step number `step` began, N.s, if anything has been entered since.
+    /// The impulse at the start of step number `step`, N.s, if it has changed since.
     pub fn impulse_at_start(&self, step: u64) -> Option<DoubleDouble> {
         (self.step == step).then_some(self.step_impulse)
     }
@@ -111,7 +110,7 @@ impl Ledger {
 pub(crate) struct BallStart {
     /// Position, m, and velocity, m/s.
     pub state: (f64, f64),
-    /// Integral of its part of the force on the support since the start of the run up to a constant, N.s.
+    /// Integral of its force on the support, up to a constant, N.s.
     pub support_impulse: f64,
 }
 
@@ -124,13 +123,13 @@ pub(crate) struct StepStart {
     /// Balls that have moved off their closed forms since.
     #[serde(skip)]
     pub moved: Vec<u32>,
-    /// How these stood, and the contacts on either side of them: overlap (m) and mode.
+    /// Their states then, and overlap (m) and mode of the contacts beside them.
     pub balls: Vec<Option<BallStart>>,
     pub contacts: Vec<Option<(f64, Mode)>>,
 }
 
 impl StepStart {
-    /// Before the first step of so many balls and contacts, at `time` (s).
+    /// Before the first step, at `time` (s).
     pub fn new(balls: usize, contacts: usize, time: f64) -> Self {
         Self { number: 0, time, moved: Vec::new(), balls: vec![None; balls], contacts: vec![None; contacts] }
     }
@@ -158,7 +157,7 @@ impl StepStart {
         self.balls.iter().flatten().all(finite) && self.contacts.iter().zip(self.balls.windows(2)).all(contact)
     }
 
-    /// What was put down as plain data, taken up again.
+    /// Restores it from plain data.
     pub fn restored(self) -> Self {
         let moved = (0..self.balls.len()).filter(|&i| self.balls[i].is_some()).map(|i| i as u32).collect();
         Self { moved, ..self }

@@ -12,7 +12,7 @@ use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
 use crate::model::{ContactModel, Differential, Inputs, Parameters, Results, Tunables};
 
-/// A run by the selected method. Every method offers what [`Engine`] offers, with the same meaning.
+/// A run by the selected method. Its functions have the meaning of those of [`Engine`].
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
 #[derive(Clone, Debug)]
 pub enum Simulation {
@@ -31,7 +31,7 @@ pub enum SimulationSnapshot {
     Continuous(Continuous),
 }
 
-/// Calls the same function of whichever method it is.
+/// Calls the function of the selected method.
 macro_rules! of_method {
     ($simulation:expr, $call:ident($($argument:expr),*)) => {
         match $simulation {
@@ -41,7 +41,7 @@ macro_rules! of_method {
     };
 }
 
-/// What can be read at the current time is that of whichever method it is.
+/// Results come from the selected method.
 impl Deref for Simulation {
     type Target = dyn Results;
 
@@ -63,7 +63,7 @@ impl Simulation {
         }
     }
 
-    /// Whether the run has yet to begin: until then rigid contacts, which only an engine knows, transmit nothing.
+    /// Whether the run has yet to begin; until then rigid contacts transmit nothing.
     pub fn set_initializing(&mut self, initializing: bool) {
         if let Self::EventDriven(engine) = self {
             engine.initializing = initializing;
@@ -85,13 +85,12 @@ impl Simulation {
         of_method!(self, time_derivative(order))
     }
 
-    /// The last step, or the start before the first: what derivatives along directions follow from.
+    /// The last step, or the start before the first, for derivatives along directions.
     pub fn last_step(&self) -> LastStep<'_> {
         of_method!(self, last_step())
     }
 
-    /// What acted from `start` (s) to the current time, and the same run at its start; `parameters` are those that act
-    /// now.
+    /// The history from `start` (s) to the current time, and the run at its start; `parameters` are the current ones.
     fn begun_again(&self, parameters: &Parameters, start: f64, history: &History) -> Option<(Vec<Stretch>, Self)> {
         let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
         let (first, mut at_start) = (stretches.first()?, parameters.clone());
@@ -100,8 +99,8 @@ impl Simulation {
         Some((stretches, begun))
     }
 
-    /// Derivatives of the outputs at the current time along a direction of parameters and inputs over the whole run,
-    /// which has begun at `start` (s) and has this history, if it can be followed. `parameters` are those that act now.
+    /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which began at `start`
+    /// (s) and has this history; `None` if it cannot be followed. `parameters` are the current ones.
     pub fn sensitivity_of_run(
         &self,
         parameters: &Parameters,
@@ -123,7 +122,7 @@ impl Simulation {
         if self.time() <= start || !Tape::takes(parameters) {
             return None;
         }
-        // The same run once more: where its steps end makes no difference.
+        // The same run again; where its steps end makes no difference.
         let (stretches, Self::EventDriven(mut run)) = self.begun_again(parameters, start, history)? else {
             return None;
         };
@@ -139,8 +138,7 @@ impl Simulation {
         recorder.tape(&self.last_step().end)
     }
 
-    /// Inputs or tunable parameters, now `tunables`, are about to change: what acted so far is kept if that is
-    /// `wanted`.
+    /// Before inputs or tunable parameters (now `tunables`) change: keeps the history so far, if `wanted`.
     pub fn keep_history(&self, wanted: bool, tunables: Tunables, history: &mut History) {
         history.keep(wanted, self.time(), self.inputs(), tunables);
     }

@@ -1,5 +1,4 @@
-//! The outputs that are functions of the state and the inputs at one time, whatever method has led there: doubles or
-//! dual numbers.
+//! The outputs that follow from the state and the inputs at one time, for any method, in doubles or dual numbers.
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
@@ -95,7 +94,7 @@ pub(crate) fn external_power<S: Scalar>(chain: &impl Chain<S>) -> S {
 }
 
 impl Differential {
-    /// Derivatives of what follows from the state of `chain` and the inputs.
+    /// Derivatives of these outputs by the state of `chain` and the inputs.
     pub(crate) fn along(chain: &impl Chain<Dual>) -> Self {
         let Cradle { balls, contacts, .. } = chain.cradle();
         let of_balls = |value: &dyn Fn(usize) -> Dual| (0..balls.len()).map(|i| value(i).tangent()).collect();
@@ -117,8 +116,8 @@ impl Differential {
     }
 }
 
-/// The functions of [`Results`](super::Results) that the state and the inputs of a [`Chain`] determine, of a type that
-/// knows the energy at the start; for one that is a chain, with those over a step.
+/// Implements those functions of [`Results`](super::Results) that the state and the inputs of a [`Chain`] determine,
+/// for a type that knows the energy at the start.
 macro_rules! algebraic_results {
     ($self:ident) => {
         algebraic_results!($self, $self);

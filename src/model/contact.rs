@@ -1,7 +1,6 @@
-//! The force law of one contact: all that depends on which damping law it is.
+//! The force law of one contact; all code that depends on the damping law.
 //!
-//! A damping law is a variant of [`Damping`]; the methods of the engine ask for what they need of it by the functions
-//! here.
+//! A damping law is a variant of [`Damping`]; the engine uses it through the functions here.
 
 use super::damping::{Damping, SignOfForce};
 use crate::solver::dual::{Dual, Scalar};
@@ -37,8 +36,7 @@ pub struct ContactLaw<S = f64> {
 }
 
 impl<S: Scalar> ContactLaw<S> {
-    /// The same law by its simplest formula: viscoelastic contacts whose exponent is and stays 1 are those of Kelvin
-    /// and Voigt.
+    /// The law in its simplest form: a viscoelastic contact whose exponent is and stays 1 is one of Kelvin and Voigt.
     pub fn simplified(self) -> Self {
         match self.damping {
             Damping::Viscoelastic { relaxation } if self.whole_exponent() == Some(1) => {
@@ -60,8 +58,7 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// `(d / d_ref)^(p-1)` at the overlap `d` (m). The formula is continued to `d <= 0`; `None` where it cannot be,
-    /// because the exponent is not whole.
+    /// `(d / d_ref)^(p-1)` at the overlap `d` (m). Continued to `d <= 0`; `None` there if the exponent is not whole.
     fn power(&self, d: S) -> Option<S> {
         let ratio = d / self.overlap_ref;
         Some(match self.whole_exponent() {
@@ -83,8 +80,8 @@ impl<S: Scalar> ContactLaw<S> {
         self.elastic_force(d) * d / (self.exponent + S::from(1.0))
     }
 
-    /// The elastic force at the overlap `d` (m), N, and what the rate of the overlap is multiplied by in the formula of
-    /// the law, N.s/m; continued as [`Self::power`].
+    /// The elastic force at the overlap `d` (m), N, and the factor of the overlap's rate in the law, N.s/m; continued
+    /// as [`Self::power`].
     fn parts(&self, d: S) -> Option<(S, S)> {
         let secant = self.stiffness * self.power(d)?;
         let by_rate = match self.damping {
@@ -96,14 +93,14 @@ impl<S: Scalar> ContactLaw<S> {
         Some((secant * d, by_rate))
     }
 
-    /// Total force at the overlap `d` (m) and its rate (m/s) by the formula of the law, not clipped, N; 0 for `d <= 0`.
+    /// Force at the overlap `d` (m) and its rate (m/s), not clipped, N; 0 for `d <= 0`.
     pub fn unclipped_force(&self, d: S, rate: S) -> S {
         let parts = if d.value() <= 0.0 { None } else { self.parts(d) };
         parts.map_or(S::default(), |(elastic, by_rate)| elastic + by_rate * rate)
     }
 
     /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps
-    /// what leads to the next one. Where the overlap vanishes a power that is not whole has no series: zero.
+    /// the intermediate series. Where the overlap vanishes, a fractional power has no series: zero.
     pub fn elastic_coefficient(&self, overlap: &[S], powers: &mut Vec<S>, k: usize) -> S {
         let (scale, stride) = (S::from(1.0) / self.overlap_ref, overlap.len());
         let power = match self.whole_exponent() {
@@ -133,9 +130,9 @@ impl<S: Scalar> ContactLaw<S> {
         self.stiffness * self.overlap_ref * power
     }
 
-    /// One coefficient of the power series of the force by the law without clipping, from the same coefficients of the
-    /// elastic force, of the rate of the overlap and, where the law needs it, of the `product` of the two or of the
-    /// derivative of the elastic force by time, `elastic_rate` (N/s).
+    /// One coefficient of the power series of the unclipped force, from those of the elastic force, of the rate of the
+    /// overlap and, where the law needs it, of the `product` of the two or of `elastic_rate`, the time derivative of
+    /// the elastic force (N/s).
     pub fn force_coefficient(
         &self,
         elastic: S,
@@ -151,8 +148,8 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// The coefficients of the elastic force that are to be computed next for [`Self::force_coefficient`] number `k`:
-    /// that one, or the one after it too, for the derivative by time.
+    /// The coefficients of the elastic force to be computed next for [`Self::force_coefficient`] number `k`: that one
+    /// and, for the time derivative, the next.
     pub fn elastic_terms_due(&self, k: usize) -> Range<usize> {
         match self.damping {
             Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => k..k + 1,
@@ -160,7 +157,7 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// Whether the law would pull, by its sign, if the force is the elastic one times something simple.
+    /// A simple expression with the sign of the force, if there is one.
     pub fn sign_of_force(&self) -> Option<SignOfForce<S>> {
         let (none, one) = (S::default(), S::from(1.0));
         match self.damping {
@@ -173,7 +170,7 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// The exponent as an integer, if it is one and stays one: powers are then products.
+    /// The exponent as an integer, if it is and stays one: powers are then products.
     pub fn whole_exponent(&self) -> Option<usize> {
         let whole = self.exponent.value() as usize;
         (whole as f64 == self.exponent.value() && self.exponent.tangent() == 0.0).then_some(whole)
@@ -214,7 +211,7 @@ impl ContactLaw {
         if clipped { Mode::Clipped } else { Mode::Pressing }
     }
 
-    /// Coefficient c of the laws of Kelvin and Voigt, `F = F_el + c r`, N.s/m; 0 for the others.
+    /// Coefficient c of Kelvin and Voigt's laws, `F = F_el + c r`, N.s/m; 0 for the others.
     pub fn damping_coefficient(&self) -> f64 {
         match self.damping {
             Damping::KelvinVoigt { c, .. } => c,
@@ -222,8 +219,8 @@ impl ContactLaw {
         }
     }
 
-    /// Mechanical impedance of a linear contact that a reduced mass `m` (kg) runs into, N.s/m: its largest force is at
-    /// most this times the rate at which it closes.
+    /// Mechanical impedance of a linear contact hit by a reduced mass `m` (kg), N.s/m: an upper bound of its largest
+    /// force over the rate at which it closes.
     pub fn impedance(&self, m: f64) -> f64 {
         self.damping_coefficient() + (self.stiffness * m).sqrt()
     }
@@ -241,14 +238,14 @@ impl ContactLaw {
         self.overlap_ref * libm::pow(force / (self.stiffness * self.overlap_ref), 1.0 / self.exponent)
     }
 
-    /// Elastic force at the overlap `d` (N) and its derivative (N/m), the formula of the law continued to `d <= 0`;
-    /// `None` where it cannot be, because the exponent is not whole.
+    /// Elastic force at the overlap `d` (N) and its derivative (N/m), continued to `d <= 0`; `None` there if the
+    /// exponent is not whole.
     pub fn elastic_continued(&self, d: f64) -> Option<(f64, f64)> {
         self.power(d).map(|power| (self.stiffness * power * d, self.exponent * self.stiffness * power))
     }
 
-    /// Force at the overlap `d` (m) and its rate (m/s), not clipped (N), with its derivatives by them (N/m, N.s/m), the
-    /// formula of the law continued to `d <= 0` as in [`Self::elastic_continued`].
+    /// Force at the overlap `d` (m) and its rate (m/s), not clipped (N), with its derivatives (N/m, N.s/m), continued
+    /// as in [`Self::elastic_continued`].
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
         let (elastic, slope) = self.elastic_continued(d)?;
         let (_, by_rate) = self.map(Dual::from).parts(Dual::with_tangent(d, 1.0))?;

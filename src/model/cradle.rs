@@ -1,4 +1,4 @@
-//! The cradle as the equations see it: masses, oscillators and contact laws, derived from the parameters.
+//! The coefficients of the equations, derived from the parameters: masses, oscillators and contact laws.
 
 use super::contact::ContactLaw;
 use super::damping::Damping;
@@ -60,9 +60,8 @@ impl Cradle {
         left * right / (left + right)
     }
 
-    /// The largest speed (m/s) that the balls can reach by what they have: their speeds, their heights at the positions
-    /// `x` (m), what their contacts hold at these overlaps (m), and what an acceleration `forcing(i)` (m/s2) gives them
-    /// within one unit of their time.
+    /// An upper bound (m/s) of the speeds that the balls reach by their energy at these states, `x` and overlaps in m,
+    /// `v` in m/s, and by accelerations `forcing(i)` (m/s2) within one unit of their time.
     pub fn speed_in_reach(&self, [x, v, overlaps]: [&[f64]; 3], forcing: impl Fn(usize) -> f64) -> f64 {
         let held = |j: usize| self.contacts.get(j).map_or(0.0, |law| law.elastic_energy(overlaps[j]));
         let of_ball = |(i, ball): (usize, &BallModel)| {
@@ -96,7 +95,7 @@ impl<S: Scalar> Cradle<S> {
         }
     }
 
-    /// The same, with the derivatives of the coefficients where the parameters have the derivatives `tangent`.
+    /// The same in dual numbers, with the derivatives of the coefficients for derivatives `tangent` of the parameters.
     pub fn along(p: &Parameters, tangent: &Parameters) -> Self {
         let one = |field: fn(&Parameters) -> f64| S::with_tangent(field(p), field(tangent));
         let each = |field: fn(&Parameters) -> &[f64]| {

@@ -1,4 +1,4 @@
-//! The damping laws of contacts, with their coefficients. What they make of a force is in [`contact`](super::contact).
+//! The damping laws of contacts, with their coefficients. [`contact`](super::contact) computes the forces.
 
 use super::parameters::{DampingLaw, Parameters};
 use crate::solver::dual::Scalar;
@@ -27,8 +27,7 @@ pub enum Damping<S = f64> {
     },
 }
 
-/// `constant + by_overlap d + by_rate r`, which has the sign of a force for every overlap d (m) above 0 and its rate r
-/// (m/s).
+/// `constant + by_overlap d + by_rate r` has the sign of a force for every overlap d (m) above 0 and rate r (m/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignOfForce<S = f64> {
     /// Without a unit.
@@ -55,8 +54,8 @@ impl<S: Scalar> SignOfForce<S> {
 }
 
 impl<S: Scalar> Damping<S> {
-    /// The law that `p` selects, its coefficients the `number`s of parameters. A law without its coefficient is no
-    /// damping, unless the coefficient is about to change.
+    /// The law that `p` selects, with coefficients by `number`. A coefficient of 0 means no damping, unless it is about
+    /// to change.
     pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
         let (c, alpha, relaxation) =
             (number(|p| p.damping), number(|p| p.hunt_crossley), number(|p| p.relaxation_time));

@@ -1,13 +1,11 @@
-//! Forces of a contact at many overlaps at once: the same formulas as in `contact`, in loops that compilers turn into
-//! instructions for several numbers.
+//! Forces of a contact at many overlaps at once: the formulas of `contact`, in loops that compilers vectorise.
 
 use super::contact::ContactLaw;
 use super::damping::Damping;
 use crate::solver::power::powers;
 
 impl ContactLaw {
-    /// Whether the exponent is a whole number and a half: the force is then a smooth function of the root of the
-    /// overlap.
+    /// Whether the exponent is a whole number and a half: the force is then smooth in the root of the overlap.
     pub fn has_root(&self) -> bool {
         let twice = 2.0 * self.exponent;
         twice as usize as f64 == twice && twice as usize % 2 == 1
@@ -20,21 +18,20 @@ impl ContactLaw {
     }
 
     /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), 0 for those <= 0, times the `distance` (m)
-    /// that belongs to each: products, with one factor to what the exponent has beyond a whole number. Inlined, it
-    /// leaves the numbers where they belong.
+    /// of each: products, and one factor for the fractional part of the exponent.
     #[inline(always)]
     fn powers<const N: usize>(&self, overlaps: &[f64; N], distance: impl Fn(usize, f64) -> f64) -> [f64; N] {
         let scale = 1.0 / self.overlap_ref;
         let (mut forces, mut ratios) = ([0.0; N], [0.0; N]);
         for m in 0..N {
-            // What is not a number stays that.
+            // NaN stays NaN.
             let overlap = if overlaps[m] <= 0.0 { 0.0 } else { overlaps[m] };
             ratios[m] = overlap * scale;
             forces[m] = self.stiffness * distance(m, overlap);
         }
         let mut times =
             |factors: &[f64; N]| forces.iter_mut().zip(factors).for_each(|(force, factor)| *force *= factor);
-        // Differences about an exponent of 1 go below it.
+        // Finite differences in tests go below an exponent of 1.
         let whole = (self.exponent as usize).max(1);
         match self.exponent - whole as f64 {
             0.0 => {}
@@ -45,8 +42,8 @@ impl ContactLaw {
         forces
     }
 
-    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, which an
-    /// iteration may pass through, the elastic force is 0 and the damping is not.
+    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, as within an
+    /// iteration, the elastic force is 0 and the damping is not.
     #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         match self.damping {
@@ -57,7 +54,7 @@ impl ContactLaw {
                 forces
             }
             Damping::HuntCrossley { alpha } => self.powers(overlaps, |m, d| d * (1.0 + alpha * rates[m])),
-            // The elastic force, with `d + p A r` in the place of the overlap: no division by that.
+            // The elastic force with `d + p A r` in place of `d`, without a division by `d`.
             Damping::Viscoelastic { relaxation } => {
                 let relaxation = self.exponent * relaxation;
                 self.powers(overlaps, |m, d| d + relaxation * rates[m])
@@ -65,7 +62,7 @@ impl ContactLaw {
         }
     }
 
-    /// What they have beyond the elastic forces, N: the difference of the two would lose the digits of little damping.
+    /// Damping parts of the forces, N; as a difference they would lose digits where damping is weak.
     pub fn damping_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         match self.damping {
             Damping::None => [0.0; N],
@@ -84,7 +81,7 @@ mod tests {
     use super::*;
     use crate::model::Damping;
 
-    /// What has no force, and what is no number.
+    /// Overlaps without force, and NaN.
     #[test]
     fn open_contacts_have_none_and_nan_stays() {
         let dampings =

@@ -1,17 +1,16 @@
-//! What an impact of two balls is like, from the law of their contact: its scales, by which the methods of the engine
-//! choose their steps.
+//! Scales of an impact of two balls, by which the methods of the engine choose their steps.
 
 use super::contact::ContactLaw;
 use super::damping::Damping;
 
-/// Duration of an elastic impact over the time that the largest overlap takes at the rate of closing: 2 for very large
-/// exponents, pi for linear contacts.
+/// Duration of an elastic impact, times the closing rate, over the largest overlap: 2 for very large exponents, pi for
+/// linear contacts.
 const DURATION: f64 = 2.9;
 
 impl ContactLaw {
-    /// Overlap (m) below which the contact force, but for a dashpot's part of it, changes a mass `m` (kg) approaching
-    /// at `rate` (m/s) by less than the velocity `dv` (m/s), acting for the time `d / rate` it takes to close that far
-    /// but no longer than `duration` (s).
+    /// Overlap d (m) below which the contact force, except for a dashpot's part, changes the velocity of a mass `m`
+    /// (kg) approaching at `rate` (m/s) by less than `dv` (m/s), acting for the closing time `d / rate` but no longer
+    /// than `duration` (s).
     pub fn largest_negligible_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
         let p = self.exponent;
         // F = k d_ref (d / d_ref)^p; F d / rate = m dv, or F duration = m dv.
@@ -32,21 +31,21 @@ impl ContactLaw {
         if rate > 0.0 { DURATION * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
 
-    /// What an `acceleration` (m/s2) of two balls with the reduced mass `m` (kg) leads to from rest until their contact
-    /// balances it, m/s.
+    /// Speed (m/s) that an `acceleration` (m/s2) gives two balls with the reduced mass `m` (kg) from rest until their
+    /// contact balances it.
     pub fn speed_from_rest(&self, m: f64, acceleration: f64) -> f64 {
         (acceleration * self.static_overlap(m * acceleration)).sqrt()
     }
 
-    /// Relaxation time, in which damping alone takes the rate of the overlap down to 1/e, s; where damping depends on
-    /// the overlap that at the largest one of the impact. Infinite without damping.
+    /// Relaxation time, in which damping alone reduces the rate of the overlap to 1/e, s, at the largest overlap of the
+    /// impact. Infinite without damping.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
         match self.damping {
             Damping::None => f64::INFINITY,
             Damping::KelvinVoigt { c, .. } => m / c,
             Damping::HuntCrossley { alpha } => m / (alpha * self.elastic_force(self.largest_overlap(m, rate))),
             Damping::Viscoelastic { relaxation } => {
-                // Strong damping stops the mass where its impulse `A F_el` is that of the mass.
+                // Strong damping stops the mass where its impulse `A F_el` equals the momentum.
                 let (d, stopping) = (self.largest_overlap(m, rate), m * rate / relaxation);
                 let force = self.elastic_force(d);
                 let (d, force) = if force > stopping { (self.static_overlap(stopping), stopping) } else { (d, force) };
@@ -58,14 +57,14 @@ impl ContactLaw {
     /// Whether the relaxation time of that impact is shorter than this `part` of its time scale.
     pub fn relaxes_within(&self, part: f64, m: f64, rate: f64) -> bool {
         let p = self.exponent;
-        // At the largest overlap the force times that is p + 1 times the energy.
+        // At the largest overlap, force times overlap is p + 1 times the energy.
         let energy = 0.5 * m * rate * rate;
         match self.damping {
             Damping::None => false,
             Damping::HuntCrossley { alpha } => alpha * DURATION * part * (p + 1.0) * energy > m * rate,
             Damping::KelvinVoigt { .. } => self.relaxation_time(m, rate) < part * self.time_scale(m, rate),
             Damping::Viscoelastic { relaxation } => {
-                // Usual contacts, which are hardly damped, reach this overlap. They do not take the powers.
+                // Weakly damped contacts reach this overlap; they need no power.
                 let reached = 0.5 * (p + 1.0) * relaxation * rate * (DURATION * part * p).max(1.0);
                 self.elastic_energy(reached) > energy && self.relaxation_time(m, rate) < part * self.time_scale(m, rate)
             }
@@ -78,7 +77,7 @@ impl ContactLaw {
         // Energy balance: k d_ref^2 (d/d_ref)^(p+1) / (p+1) = m rate^2 / 2.
         let squares = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * self.overlap_ref * self.overlap_ref);
         if squares < f64::MIN_POSITIVE {
-            // The same where the squares of slow rates have no digits any more.
+            // The same where squares of slow rates underflow.
             let ratio = rate.abs() * (0.5 * (p + 1.0) * m / self.stiffness).sqrt() / self.overlap_ref;
             return self.overlap_ref * libm::pow(ratio, 2.0 / (p + 1.0));
         }

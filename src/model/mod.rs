@@ -1,5 +1,4 @@
-//! The physics of the cradle in SI units. Knows neither FMI nor numerical methods; its formulas take doubles and dual
-//! numbers.
+//! The physics of the cradle in SI units, independent of FMI and numerical methods, in doubles and dual numbers.
 
 #[cfg(feature = "engine")]
 pub(crate) mod algebraic;

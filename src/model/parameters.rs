@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Force law of a contact, `contact.model`. The items of this and the other enumerations are numbered as hosts number
-/// them.
+/// Force law of a contact, `contact.model`. The items of all enumerations have the integers that hosts use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ContactModel {
     /// `F = k r (d/d_ref)^(p-1) d`.
@@ -41,7 +40,7 @@ pub enum SolverMethod {
     Rk4,
 }
 
-/// What a host that integrates the equations itself sees of contacts, `exchange.contacts`.
+/// How contacts appear to a host that integrates the equations, `exchange.contacts`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ExchangedContacts {
     /// Their forces, which it integrates.

@@ -37,12 +37,12 @@ pub struct Continuous {
     pub(super) events: u64,
     /// A copy of the motion that has gone ahead to look for the next onset.
     pub(super) ahead: RefCell<Option<Box<Trajectory>>>,
-    /// What was found last, and when it was asked for, s.
+    /// The last result, and the time of the request, s.
     pub(super) foreseen: Cell<Option<(f64, Next)>>,
 }
 
 impl Continuous {
-    /// Starts a run by `method` at `start_time` (s) with the start values of `parameters`, whose values are in their
+    /// Starts a run by `method` at `start_time` (s) with the start values of `parameters`, which must be in their
     /// ranges.
     pub(crate) fn new(
         method: Method,
@@ -177,7 +177,7 @@ impl Continuous {
         self.continue_step(time, observer)
     }
 
-    /// Goes on to `time` (s) with the step that [`Self::advance`] began and the observer ended early.
+    /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
     pub fn continue_step(&mut self, mut time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let mut steps = 0_u64;
         loop {

@@ -42,7 +42,7 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Starts a run at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
+    /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         // Refuses what no run can start with.
         let engine = Engine::new(parameters, inputs, start_time)?;

@@ -87,7 +87,7 @@ impl Separation {
         Self { noise, resolution, ..self }
     }
 
-    /// Whether it is one between `left` and `right` at the time `now`, with finite values.
+    /// Whether it fits `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let right_oscillator = self.other.as_ref().map_or(self.motion.0, |(o, _)| *o);
         let differ = self.other.is_none() || left.oscillator != right.oscillator;

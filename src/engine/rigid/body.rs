@@ -1,8 +1,8 @@
-//! Rigid balls in sustained contact: they move as one body, and each contact transmits the force that this takes.
+//! Rigid balls in sustained contact move as one body, and each contact transmits a constraint force.
 //!
 //! The sum of the members' equations is one oscillator, with the mean of their frequencies squared, of their decays and
-//! of the accelerations by the inputs, all weighted with the masses. What a member's own pendulum, drag and inputs do
-//! beyond that is up to the contacts: with the balls up to contact j on its left
+//! of the accelerations by the inputs, all weighted with the masses. The contacts balance the rest: with the balls up
+//! to contact j on its left
 //!
 //! ```text
 //! F_j = sum m_i (f_i - f) - sum m_i (omega_i^2 - Omega^2) x_i - 2 sum m_i (gamma_i - Gamma) v
@@ -18,10 +18,10 @@ use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
 use crate::solver::root::{Smooth, falling_zero};
 
-/// What is added to by several operations is known to so many roundings.
+/// Roundings of a number that several operations have added to.
 const ROUNDINGS: f64 = 8.0;
 
-/// Up to so many swings are looked through one by one for the largest force.
+/// Swings that are searched one by one for the largest force.
 const MOST_SWINGS: f64 = 8.0;
 
 /// A sustained contact, which constrains its balls to move as one.
@@ -29,7 +29,7 @@ const MOST_SWINGS: f64 = 8.0;
 pub(crate) struct Constraint {
     /// When the body has formed.
     pub anchor: DoubleDouble,
-    /// Motion of the body from where it is at the anchor.
+    /// Motion of the body from the anchor on.
     pub oscillator: Oscillator,
     flight: Flight,
     /// The force is this polynomial of the time (N, with derivatives) ...
@@ -37,7 +37,7 @@ pub(crate) struct Constraint {
     /// ... less this (N/m) times the displacement of the body and this (N.s/m) times its velocity.
     stiffness: f64,
     drag: f64,
-    /// What rounding may be of it, N.
+    /// Its rounding, N.
     rounding: f64,
 }
 
@@ -47,7 +47,7 @@ pub(crate) struct Body {
     pub constraints: Vec<Constraint>,
 }
 
-/// What rounding may be of the acceleration (m/s2) of a ball in flight under inputs that have acted for `age` (s).
+/// Rounding of the acceleration (m/s2) of a ball in flight under inputs that have acted for `age` (s).
 pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
     let o = &ball.oscillator;
     let of_motion = o.pace() * ball.flight.rounding(o).velocity;
@@ -56,14 +56,13 @@ pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
 }
 
 impl Body {
-    /// The body of `balls`, which are in flight, all of them anchored at `anchor` and of the same velocity then;
-    /// neighbours would approach each other with the accelerations `approach` (m/s2), known to within `rounding`, if
-    /// they did not touch.
+    /// The body of `balls`, which are in flight, anchored at `anchor`, with the same velocity. Without contact,
+    /// neighbours would approach each other with the accelerations `approach` (m/s2), known to within `rounding`.
     pub fn new(balls: &[Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
         let first = &balls[0];
         let (o, v) = (&first.oscillator, first.flight.v);
-        // Differences to the first ball, so that what is the same for all is exactly that: omega squared, gamma, and
-        // the acceleration by inputs and gravity with its derivatives.
+        // Differences to the first ball, exactly 0 where balls are equal: omega squared, gamma, and the acceleration by
+        // inputs and gravity with its derivatives.
         let mut pull = 0.0;
         let differences = balls.iter().enumerate().map(|(i, ball)| {
             if i > 0 {
@@ -115,7 +114,7 @@ impl Body {
     }
 }
 
-/// What the motions of balls can differ in.
+/// Differences between the motions of balls.
 #[derive(Clone, Copy, Default)]
 struct Coefficients {
     omega2: f64,
@@ -131,7 +130,7 @@ impl Coefficients {
     }
 }
 
-/// Panels between two times (s), the first of this width (s) and each a quarter wider than the one before.
+/// Panels between two times (s), the first of this width (s), each a quarter wider than the one before.
 fn growing(from: f64, to: f64, width: f64) -> impl Iterator<Item = (f64, f64)> {
     let ends = std::iter::successors(Some((from, width)), move |(low, width)| {
         (*low < to).then(|| ((low + width).min(to), 1.25 * width))
@@ -140,7 +139,7 @@ fn growing(from: f64, to: f64, width: f64) -> impl Iterator<Item = (f64, f64)> {
 }
 
 impl Constraint {
-    /// Whether it is one between `left` and `right` at the time `now`, with finite values.
+    /// Whether it fits `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let of_balls = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
         let numbers =
@@ -193,7 +192,7 @@ impl Constraint {
         } else if o.gamma() < o.omega()
             && let Some((steady, amplitude)) = self.swing()
         {
-            // The swings are highest where their envelope is.
+            // The highest swing is where the envelope is highest.
             let envelope_rate = |tau: f64| {
                 let [v, a, ..] = steady.velocity_at(tau);
                 let [_, own_rate, ..] = shifted(&self.load, tau);
@@ -212,7 +211,7 @@ impl Constraint {
                 }
             }
         } else {
-            // Without swings, ever slower.
+            // Overdamped: ever slower.
             growing(from, to, 0.25 / (o.omega() + o.gamma())).for_each(|(low, high)| look(low, high, 1));
         }
         peak
@@ -232,8 +231,7 @@ impl Constraint {
         largest
     }
 
-    /// The motion of an underdamped body in two parts, and the amplitude of the force by its free swing at the anchor,
-    /// N.
+    /// The steady part of an underdamped body's motion, and the force amplitude of its free swing at the anchor, N.
     fn swing(&self) -> Option<(Steady, f64)> {
         let (o, flight) = (&self.oscillator, &self.flight);
         let acceleration = flight.acceleration(o, 0.0, 0.0, flight.v);
@@ -250,8 +248,8 @@ impl Constraint {
         self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.load) == 0
     }
 
-    /// When, from `from` on, the force would pull by more than rounding; with at most so many evaluations as are
-    /// `allowed`, which counts them down.
+    /// When, from `from` on, the force would pull by more than rounding; with at most `allowed` evaluations, which it
+    /// counts down.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         let start = (from - self.anchor).value();
         if self.at(start)[0] > 0.0 {

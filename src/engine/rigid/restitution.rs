@@ -1,14 +1,13 @@
-//! What becomes of the velocities of rigid balls that touch, at one instant: impacts of two balls, one after the other.
+//! The velocities of touching rigid balls after the impacts of one instant: impacts of two, one after the other.
 //!
-//! The pair that approaches fastest is first. Pairs that approach as fast and share no ball are next in any order,
-//! which makes no difference. Those that share balls collide jointly: all approach speeds of the run reverse by the
-//! coefficient of restitution e at once (Newton's law for simultaneous impacts), so that relative to the centre of mass
-//! of the run every velocity is multiplied by -e, and mirrored starts have mirrored outcomes.
+//! The pair that approaches fastest is first. For equally fast pairs that share no ball the order makes no difference.
+//! Those that share balls collide jointly: all their approach speeds reverse by the coefficient of restitution e at
+//! once (Newton's law for simultaneous impacts). Relative to their centre of mass every velocity is multiplied by -e,
+//! so mirrored starts have mirrored outcomes.
 //!
 //! With e < 1 the sequence need not end: many balls, or a small e, lead to endless impacts with speeds that tend to 0
 //! (inelastic collapse: McNamara and Young, Inelastic collapse and clumping in a one-dimensional granular medium,
-//! 1992). What then still approaches comes to rest against each other: it is the limit of the sequence as far as
-//! doubles can tell.
+//! 1992). Balls that still approach then come to rest against each other, the limit of the sequence in doubles.
 
 use crate::solver::dual::Scalar;
 use crate::solver::queue::EventQueue;
@@ -22,7 +21,7 @@ pub(crate) struct Impact<S> {
     pub impulse: S,
 }
 
-/// What an instant of impacts has done besides changing the velocities.
+/// The outcome of an instant of impacts besides the velocities.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome<S> {
     pub impacts: Vec<Impact<S>>,
@@ -30,7 +29,7 @@ pub(crate) struct Outcome<S> {
     pub loss: S,
 }
 
-/// Neighbours with a common value: the weighted mean of theirs.
+/// Neighbours with their weighted mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Block<S> {
     /// The first of them, and the one after the last.
@@ -40,9 +39,9 @@ pub(crate) struct Block<S> {
     mass: S,
 }
 
-/// Joins neighbours to blocks until `meet(contact, difference)`, for the mean on its left less that on its right, holds
-/// nowhere: what balls do that stick, for their velocities or their accelerations (isotonic regression by pooling
-/// adjacent violators: Barlow et al., Statistical Inference under Order Restrictions, 1972).
+/// Joins neighbours to blocks until `meet(contact, difference)` of their means, left minus right, holds nowhere: gives
+/// balls that stick a common velocity or acceleration (isotonic regression by pooling adjacent violators: Barlow et
+/// al., Statistical Inference under Order Restrictions, 1972).
 pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S) -> bool) -> Vec<Block<S>> {
     let mut blocks: Vec<Block<S>> = Vec::with_capacity(masses.len());
     for (i, (mass, value)) in masses.iter().zip(values).enumerate() {
@@ -57,9 +56,8 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
     blocks
 }
 
-/// The impacts of a run of touching balls with these masses (kg) and velocities (m/s), which become those after them,
-/// for the coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest, and differ no more
-/// than rounding does.
+/// The impacts of touching balls with these masses (kg) and velocities (m/s), which it updates, for the coefficient of
+/// restitution `e`. Approach speeds up to `unresolved` (m/s) are rounding, and come to rest.
 pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Outcome<S> {
     let mut outcome = Outcome { impacts: Vec::new(), loss: S::default() };
     if e.value() > 0.0 || e.tangent() != 0.0 {
@@ -69,16 +67,16 @@ pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f6
     outcome
 }
 
-/// For each ball with `e < 1`, and in all with elastic balls: far beyond what mass ratios of everyday take. More of
-/// them resolve longer sequences, fewer end inelastic collapse sooner.
+/// Impacts per ball with `e < 1`, far beyond what everyday mass ratios need: more resolve longer sequences, fewer end
+/// inelastic collapse sooner.
 const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
 fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64, outcome: &mut Outcome<S>) {
     let (balls, contacts) = (masses.len(), masses.len() - 1);
-    // After these approaching balls stick. Elastic impacts have an end (Galperin, On systems of locally interacting and
-    // repelling particles, 1981), though mass ratios can put it far off.
+    // Impacts after which approaching balls stick. Elastic sequences end (Galperin, On systems of locally interacting
+    // and repelling particles, 1981), but mass ratios can put the end far off.
     let most = if e.value() < 1.0 { INELASTIC_IMPACTS * balls } else { ELASTIC_IMPACTS + balls * balls };
     // The fastest approach is the earliest entry.
     let mut queue = EventQueue::new(contacts);
@@ -135,7 +133,7 @@ fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, run: std::ops::Range
     });
 }
 
-/// What still approaches comes to rest against each other.
+/// Balls that still approach come to rest against each other.
 fn stick<S: Scalar>(masses: &[S], v: &mut [S], outcome: &mut Outcome<S>) {
     for block in pool(masses, v, |_, approach| approach.value() > 0.0) {
         let balls = block.start..block.end;
@@ -148,7 +146,7 @@ fn stick<S: Scalar>(masses: &[S], v: &mut [S], outcome: &mut Outcome<S>) {
     }
 }
 
-/// The impulse of each contact of a run: the momentum that has passed through it, as the velocities have changed.
+/// The impulse of each contact, from the changes of the velocities.
 fn transmit<S: Scalar>(masses: &[S], before: &[S], after: &[S], mut through: impl FnMut(usize, S)) {
     let mut impulse = S::default();
     for contact in 0..masses.len() - 1 {

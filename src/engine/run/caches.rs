@@ -1,5 +1,5 @@
-//! What has been computed and could be computed again. None of it is state, except how far a look ahead has come: later
-//! looks go on from there.
+//! Values that could be computed again. None of it is state, except the progress of a look ahead, from which later
+//! looks continue.
 
 use std::cell::{Cell, RefCell};
 
@@ -7,14 +7,13 @@ use crate::engine::cluster::Cluster;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Everything that a run keeps of what it has computed for those who ask. `R` is the run, which these caches are a part
-/// of.
+/// The caches of a run `R`, of which they are a part.
 #[derive(Debug)]
 pub(crate) struct Caches<R> {
     /// A ball each: its state when it was last asked for.
     pub states: Vec<Cell<KnownState>>,
     pub ahead: LookAhead<R>,
-    /// The last cluster that is over, for its memory.
+    /// The last cluster that ended, whose memory is reused.
     pub spare: Option<Box<Cluster>>,
 }
 
@@ -28,18 +27,17 @@ pub(crate) struct KnownState {
     pub state: (f64, f64),
 }
 
-/// What has been seen of the future. It is good until the inputs change. The copy stands at most at the first onset
-/// that the run has yet to come to.
+/// The look ahead, valid until the inputs change. The copy stands at the next onset of the run at most.
 #[derive(Clone, Debug)]
 pub(crate) struct LookAhead<R> {
     /// A copy of the run that has gone ahead on the same trajectory.
     pub copy: RefCell<Option<Box<R>>>,
-    /// What was found last, and when it was asked for, s.
+    /// The last result, and the time of the request, s.
     pub found: Cell<Option<(f64, Next)>>,
 }
 
 impl<R> Caches<R> {
-    /// Empty ones for a run of so many balls.
+    /// Empty caches for this many balls.
     pub fn new(balls: usize) -> Self {
         let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0) };
         Self {
@@ -49,13 +47,13 @@ impl<R> Caches<R> {
         }
     }
 
-    /// Empties all of them: other equations hold from now on.
+    /// Empties all caches, because the equations change.
     pub fn clear(&mut self) {
         *self = Self::new(self.states.len());
     }
 }
 
-/// A copy goes on from the same look ahead; it computes for itself what else it is asked for.
+/// A copy keeps the look ahead and recomputes everything else.
 impl<R: Clone> Clone for Caches<R> {
     fn clone(&self) -> Self {
         Self { ahead: self.ahead.clone(), ..Self::new(self.states.len()) }

@@ -28,7 +28,7 @@ impl Engine {
         }
     }
 
-    /// The segment of cluster `id` is over: go on, or switch what switches there.
+    /// Ends the segment of cluster `id`: continues with the next one, or handles the switching.
     pub(crate) fn end_segment(&mut self, id: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let Some(t) = self.clusters[id].as_ref().map(|cluster| cluster.end()) else { return Ok(()) };
         let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
@@ -96,7 +96,7 @@ impl Engine {
         self.clusters[id] = Some(cluster);
     }
 
-    /// Cluster `id`, if it is there, taken out of its place by an event at `t`.
+    /// Takes cluster `id` out of its place for an event at `t`, if it is there.
     fn take_cluster(&mut self, id: usize, t: DoubleDouble) -> Option<Box<Cluster>> {
         for i in self.clusters[id].as_ref()?.members.clone() {
             self.before_move(i, t);
@@ -104,8 +104,7 @@ impl Engine {
         self.clusters[id].take()
     }
 
-    /// Moves the start of the cluster's segment to `t`, a time on it, and enters in the ledgers what happened till
-    /// then.
+    /// Moves the start of the cluster's segment to `t`, and updates the ledgers to then.
     pub(crate) fn account_until(&mut self, cluster: &mut Cluster, t: DoubleDouble) {
         let tau = (t - cluster.start).value().min(cluster.length);
         if tau == 0.0 {
@@ -141,8 +140,8 @@ impl Engine {
         }
     }
 
-    /// Ends cluster `id`, if it is there, at time `t`: its members are in flight, its contacts hold their overlaps and
-    /// modes. Returns the members and the contacts of the window; empty ranges if it was not there.
+    /// Ends cluster `id` at time `t`: its members are in flight, its contacts keep their overlaps and modes. Returns
+    /// the members and the contacts of the window; empty ranges if there is no such cluster.
     pub(crate) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> (Range<usize>, Range<usize>) {
         let Some(mut cluster) = self.take_cluster(id, t) else { return (0..0, 0..0) };
         let (members, contacts) = (cluster.members.clone(), cluster.window_contacts());

@@ -1,4 +1,4 @@
-//! A contact of the cradle: its ledger, and what it is part of.
+//! A contact of the cradle: its ledger and its phase.
 
 use std::ops::Range;
 
@@ -20,11 +20,11 @@ pub(crate) struct Contact {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum Phase {
-    /// Nothing for the moment: an event regroups the balls about it. Between events no contact is unassigned.
+    /// During an event that regroups its balls; never between events.
     Unassigned(Unassigned),
     /// Open between balls in flight, with the forecast of its onset.
     Open(Separation, Next<DoubleDouble>),
-    /// Open beside an impact of known outcome, with the overlap (m) between where its balls are at their anchors, which
+    /// Open beside an impact of known outcome, with the overlap (m) between the anchors of its balls, whose times
     /// differ.
     BesideImpact(f64),
     /// In the window of this cluster.
@@ -60,7 +60,7 @@ impl Contact {
         if let Phase::Impact(impact) = &self.phase { impact.as_ref() } else { None }
     }
 
-    /// What holds its balls together while it lasts, if it is rigid.
+    /// The constraint between its balls, if it is one.
     pub fn constraint(&self) -> Option<&Constraint> {
         if let Phase::Constraint(constraint, _) = &self.phase { Some(constraint) } else { None }
     }
@@ -70,7 +70,7 @@ impl Contact {
         if let Phase::Open(separation, _) = &self.phase { Some(separation) } else { None }
     }
 
-    /// How it stands while it is unassigned; open without overlap if it is not.
+    /// Its state while it is unassigned; otherwise open without overlap.
     pub fn unassigned(&self) -> Unassigned {
         if let Phase::Unassigned(unassigned) = self.phase { unassigned } else { Unassigned::default() }
     }
@@ -92,7 +92,7 @@ impl Contact {
     }
 }
 
-/// Which rigid contacts last where nothing but rounding decides.
+/// Which rigid contacts last where rounding would decide.
 #[derive(Clone, Copy)]
 pub(crate) enum Keep {
     Nothing,
@@ -102,7 +102,7 @@ pub(crate) enum Keep {
     Closed,
 }
 
-/// Contact `i` of so many `contacts`, and those on either side as far as they `belong` without a gap.
+/// The range around contact `i` of neighbouring contacts that `belong`.
 pub(crate) fn around(i: usize, contacts: usize, belong: impl Fn(usize) -> bool) -> Range<usize> {
     let before = (0..i).rev().take_while(|j| belong(*j)).count();
     let after = (i + 1..contacts).take_while(|j| belong(*j)).count();

@@ -1,4 +1,4 @@
-//! The state of an event-driven run, and the calls that move it on.
+//! The state of an event-driven run, and the calls that advance it.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ use crate::model::{Cradle, Inputs, Mode, Parameters, Results, WorkCounters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
 
-/// Where a step of a copy that goes ahead would have begun, s: after all events.
+/// Start of the step of a copy that looks ahead, s: after all events.
 pub(crate) const NO_STEP: f64 = f64::MAX;
 
 /// A cradle and its trajectory up to the current time.
@@ -31,18 +31,17 @@ pub struct Engine {
     pub(crate) contacts: Vec<Contact>,
     pub(crate) clusters: Vec<Option<Box<Cluster>>>,
     pub(crate) queue: EventQueue,
-    /// The current step. That of a copy that goes ahead begins after all events: nothing is recorded.
+    /// The current step. A copy that looks ahead records nothing: its step begins after all events.
     pub(crate) step: StepStart,
     pub(crate) totals: Totals,
     pub(crate) caches: Caches<Self>,
-    /// Entries of the queue handled so far, and onsets among what came of them.
+    /// Queue entries handled so far, and onsets among them.
     pub(crate) handled: u64,
     pub(crate) onsets: u64,
-    /// Work so far, in units of about a tenth of a microsecond: what bounds a look ahead.
+    /// Work so far, in units of about a tenth of a microsecond, which limits a look ahead.
     pub(crate) effort: u64,
-    /// The run has yet to begin: rigid contacts transmit nothing and have had no onset. What balls that are pressed
-    /// together transmit depends on all of them and on the inputs: a host that couples this run to others would have to
-    /// iterate for it.
+    /// Whether the run has yet to begin: rigid contacts then transmit nothing and have had no onset. Otherwise their
+    /// forces would depend on all balls and inputs, and coupled models would have to iterate.
     pub(crate) initializing: bool,
 }
 
@@ -53,13 +52,13 @@ pub(crate) struct Totals {
     /// Total energy at the start, J.
     pub energy_at_start: f64,
     pub work: WorkCounters,
-    /// Time of the last event and how many came without any progress of time.
+    /// Time of the last event, and number of events at that time.
     pub last_event: DoubleDouble,
     pub standstill: usize,
 }
 
 impl Engine {
-    /// Starts a run at `start_time` (s) with the start values of `parameters`, whose values are in their ranges.
+    /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let mut engine = Self::apart(parameters, inputs, start_time);
@@ -79,7 +78,7 @@ impl Engine {
         Ok(engine)
     }
 
-    /// All balls in flight from the start values, their contacts not looked at yet.
+    /// All balls in flight from the start values, with unassigned contacts.
     pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
         let caches = Caches::new(cradle.balls.len());
@@ -119,8 +118,8 @@ impl Engine {
     }
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
-    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant
-    /// and act already. The last step is over: the values over it are gone.
+    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). The trajectory does not change if they are
+    /// constant and act already. Values over the last step are lost.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
         if !constant || *inputs != self.inputs.values {
@@ -156,13 +155,13 @@ impl Engine {
         self.advance_within(time, u64::MAX, observer)
     }
 
-    /// Goes on to `time` (s) with the step that [`Self::advance`] began and the observer ended early.
+    /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
     pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.follow_events(time, u64::MAX, observer)
     }
 
-    /// Like [`Self::advance`], but stops short before an event once it has spent this `effort`, in units of about a
-    /// tenth of a microsecond; [`Self::time`] says where. The trajectory does not depend on it.
+    /// Like [`Self::advance`], but stops before an event once it has spent this `effort`, in units of about a tenth of
+    /// a microsecond, at [`Self::time`]. The trajectory does not depend on it.
     pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.step.begin(self.time);
         self.follow_events(time, effort, observer)
@@ -193,7 +192,7 @@ impl Engine {
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
 
-    /// Everything in flight and anchored at the current time, all contacts unassigned.
+    /// Puts all balls in flight, anchored at the current time, with unassigned contacts.
     fn suspend(&mut self) {
         let now = DoubleDouble::from(self.time);
         if self.is_rigid() {
@@ -210,7 +209,7 @@ impl Engine {
         self.unassign(0..self.contacts.len());
     }
 
-    /// The reverse, from what is in flight and overlaps now.
+    /// The reverse, from the current states and overlaps.
     fn resume(&mut self) {
         let now = DoubleDouble::from(self.time);
         self.caches.clear();
@@ -242,8 +241,8 @@ mod tests {
     use crate::engine::observer::Unrecorded;
     use crate::model::{ContactModel, DampingLaw, Inputs, Parameters, Results};
 
-    /// What each method is there for: parameters, the force that presses the outer balls together (N), and the time to
-    /// follow it (s).
+    /// A scene for each method: parameters, the force that presses the outer balls together (N), and the time to follow
+    /// it (s).
     fn scenes() -> Vec<(Method, Parameters, f64, f64)> {
         let row = |n: usize| Parameters { dead_band: 0.0, ..Parameters::default_for(n) };
         let at_rest = |n: usize| Parameters { x_start: vec![0.0; n], ..row(n) };
@@ -270,8 +269,8 @@ mod tests {
         ]
     }
 
-    /// With any of the methods left out the others come to the same, which is that they are right: they share no
-    /// equation of the motion in contact.
+    /// Without any one of the methods, the others give the same result; as they share no equation of contact, all are
+    /// right.
     #[test]
     fn each_method_can_do_without_the_others() {
         for (own, p, force, end) in scenes() {

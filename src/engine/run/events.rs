@@ -1,4 +1,4 @@
-//! The events of a run: which one is due, onsets, and how contacts are regrouped.
+//! The events of a run: the next one, onsets, and the regrouping of contacts.
 
 use std::ops::Range;
 
@@ -14,8 +14,8 @@ use crate::solver::double_double::DoubleDouble;
 /// Effort (see [`Engine::effort`]) of an event.
 const EVENT: u64 = 8;
 
-/// Events that one impact can bring about without any progress of time, and the same for each ball: beyond that a run
-/// has stalled. Fewer would stop runs that go on (`tests/rust/stiff.rs`), more only delay the error.
+/// Events at one time, and more for each ball, beyond which a run has stalled. Fewer would stop runs that go on
+/// (`tests/rust/stiff.rs`), more only delay the error.
 const EVENTS_AT_ONCE: usize = 100;
 const EVENTS_AT_ONCE_OF_A_BALL: usize = 20;
 
@@ -49,14 +49,14 @@ impl Engine {
         Ok(())
     }
 
-    /// The contact that the queue entry `key` is about: of a cluster the one that switches, if one does.
+    /// The contact of the queue entry `key`; for a cluster, the one that switches.
     pub(crate) fn switching(&self, key: usize) -> usize {
         let cluster = self.contacts[key].cluster().and_then(|id| self.clusters[id as usize].as_ref());
         cluster.and_then(|cluster| cluster.switch).map_or(key, |(contact, _)| contact)
     }
 
-    /// Contact `i` closes at time `t`: the clusters that its balls belong to or border on become one, with the contacts
-    /// of `range`, which have left theirs.
+    /// Closes contact `i` at time `t`: joins the clusters that its balls belong to or border on, and the contacts of
+    /// `range`.
     pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, range: Range<usize>, observer: &mut dyn Observer) {
         let closed = |engine: &Self, j: &usize| engine.contacts[*j].is_closed();
         let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
@@ -94,7 +94,7 @@ impl Engine {
         self.form(range, t);
     }
 
-    /// Contacts that overlap at the start are closed from then on.
+    /// Closes the contacts that overlap at the start.
     pub(crate) fn close_where_overlapping(&mut self, start: DoubleDouble) {
         for i in 0..self.contacts.len() {
             let (left, right, law) = (&self.balls[i].flight, &self.balls[i + 1].flight, &self.cradle.contacts[i]);
@@ -107,7 +107,7 @@ impl Engine {
         }
     }
 
-    /// Contacts beside impacts that are over, whose balls are anchored at the same time again, are unassigned.
+    /// Unassigns contacts beside impacts that are over, whose balls are anchored at the same time again.
     pub(crate) fn unassign(&mut self, contacts: Range<usize>) {
         for contact in &mut self.contacts[contacts] {
             if let Phase::BesideImpact(overlap) = contact.phase {
@@ -131,11 +131,10 @@ impl Engine {
         self.count_event();
     }
 
-    /// Forms clusters of what is closed among the contacts of `range` and lets the others fly. None of them is in a
-    /// cluster.
+    /// Forms clusters of the closed contacts of `range`, none of which is in a cluster, and lets the other balls fly.
     pub(crate) fn form(&mut self, range: Range<usize>, t: DoubleDouble) {
         let closed: Vec<usize> = range.clone().filter(|&i| self.contacts[i].is_closed()).collect();
-        // Groups whose outermost balls are neighbours act on one another before long: one cluster.
+        // Groups whose outermost balls are neighbours soon act on one another, so they are one cluster.
         for group in closed.chunk_by(|left, right| left + 2 >= *right) {
             self.form_cluster(group[0]..group[group.len() - 1] + 2, t);
         }
@@ -146,7 +145,7 @@ impl Engine {
         }
     }
 
-    /// Contact `i`, if it is between balls in flight, is unassigned from `t` on.
+    /// Unassigns contact `i` at `t`, if it is between balls in flight.
     pub(crate) fn stop_separation(&mut self, i: usize, t: DoubleDouble) {
         if let Some(separation) = self.contacts[i].separation() {
             let overlap = separation.at_time(t).0;
@@ -155,20 +154,19 @@ impl Engine {
         }
     }
 
-    /// Contact `i` is open and both its balls are in flight from `t` on.
+    /// Makes contact `i` open, with both balls in flight, from `t` on.
     pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble) {
         let separation = self.separation(i, t, self.contacts[i].overlap().min(0.0));
         self.contacts[i].phase = Phase::Open(separation, Next::Never);
         self.forecast(i, t);
     }
 
-    /// The motion of the balls of contact `i`, in flight, relative to each other, from `overlap` (m) at `t` on.
+    /// The relative motion of the balls of contact `i`, in flight, from `overlap` (m) at `t` on.
     pub(crate) fn separation(&self, i: usize, t: DoubleDouble, overlap: f64) -> Separation {
         Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, self.cradle.contacts[i].clearance)
     }
 
-    /// Looks from `t` on for the next onset of contact `i`, whose balls are in flight, or for the end of its
-    /// constraint.
+    /// Forecasts from `t` on the next onset of contact `i`, whose balls are in flight, or the end of its constraint.
     pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let mut allowed = EVALUATIONS;
         let (found, forecast) = match &mut self.contacts[i].phase {
@@ -188,14 +186,14 @@ impl Engine {
         self.totals.work.events = self.totals.work.events.saturating_add(1);
     }
 
-    /// Events that an impact can bring about without any progress of time.
+    /// Largest number of events at one time.
     pub(crate) fn most_without_progress(&self) -> usize {
         EVENTS_AT_ONCE + EVENTS_AT_ONCE_OF_A_BALL * self.balls.len()
     }
 
-    /// Fails when events follow each other without any progress of time beyond what one impact can bring about.
+    /// Fails when more events come at one time than an impact can cause.
     fn watch_progress(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
-        // Chatter of rigid contacts is at its end where the clock shows no progress.
+        // Chatter of rigid contacts ends where the time makes no progress.
         let progress =
             if self.is_rigid() { t.value() > self.totals.last_event.value() } else { t > self.totals.last_event };
         if progress {

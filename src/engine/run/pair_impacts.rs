@@ -1,5 +1,5 @@
-//! Impacts of two balls whose outcome is known at their onset: begun, ended, given up where something interferes, and
-//! what is within them for those who look: segments as those of any cluster.
+//! Impacts of two balls whose outcome is known at their onset: begun, ended, and given up where something interferes.
+//! If read within, they are followed in segments like any cluster.
 
 use std::ops::Range;
 
@@ -13,8 +13,8 @@ use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
-    /// Begins the closing of contact `i` at `t` as an impact of known outcome, if it is one: two balls that are in
-    /// flight, and stay clear of their neighbours until the impact is over.
+    /// Begins an impact of known outcome in contact `i` at `t`, if its balls are in flight and stay clear of their
+    /// neighbours until the impact is over. Returns whether it did.
     pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) -> bool {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let regime = |ball: usize| self.balls[ball].regime;
@@ -56,8 +56,7 @@ impl Engine {
         true
     }
 
-    /// The outcome of the impact in contact `i`, which is over or given up: the contact is unassigned, with this
-    /// overlap (m) and mode.
+    /// Takes the impact out of contact `i`, which becomes unassigned with this overlap (m) and mode.
     fn take_impact(&mut self, i: usize, overlap: f64, mode: Mode) -> Option<PairImpact> {
         let Phase::Impact(impact) = &mut self.contacts[i].phase else { return None };
         let impact = impact.take();
@@ -65,8 +64,8 @@ impl Engine {
         impact
     }
 
-    /// Whether the open contact `j` provably stays open from `t` on until the impacts of its balls are over: the impact
-    /// about to begin, given for the ball that it moves, and one that may be under way for the other.
+    /// Whether the open contact `j` provably stays open from `t` until the impacts of its balls are over: the one about
+    /// to begin, given for the ball that it moves, and any current one of the other ball.
     fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
         let under_way = |ball: usize| match self.balls[ball].regime {
             Regime::Impact(contact) => self.contacts[contact as usize].impact(),
@@ -125,8 +124,7 @@ impl Engine {
         }
     }
 
-    /// Moves the anchor of ball `i`, in flight, to `t`. Contacts that wait for the end of an impact refer to the
-    /// anchors.
+    /// Moves the anchor of ball `i`, in flight, to `t`. Contacts beside an impact refer to the anchors.
     pub(crate) fn reanchor(&mut self, i: usize, t: DoubleDouble) {
         if self.balls[i].anchor == t {
             return;
@@ -136,8 +134,7 @@ impl Engine {
         self.shift_contacts(i, displacement);
     }
 
-    /// Contacts of ball `i` beside an impact follow its anchor, which has moved by this displacement (m): the overlap
-    /// between the anchors of their balls changes.
+    /// Adjusts the overlaps of the contacts of ball `i` beside an impact to a displacement (m) of its anchor.
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
         for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
             if let Phase::BesideImpact(overlap) = &mut self.contacts[j].phase {
@@ -146,8 +143,8 @@ impl Engine {
         }
     }
 
-    /// Gives the known outcome of contact `i` up at `t`, within its impact: the impact is followed from its onset to
-    /// `t` like any other, and left there with its balls in flight and its contact closed.
+    /// Abandons the known outcome of contact `i` at `t`, within its impact: follows the impact from its onset to `t`,
+    /// and leaves its balls in flight and its contact closed.
     pub(crate) fn break_impact(&mut self, i: usize, t: DoubleDouble) {
         self.before_move(i, t);
         self.before_move(i + 1, t);
@@ -177,7 +174,7 @@ impl Engine {
         self.contacts[i].unassign(cluster.contacts[0].overlap, Mode::Pressing);
     }
 
-    /// What governs the segments of an impact: as many cover it, however slow it is.
+    /// Step control within an impact, such that the number of segments does not depend on its speed.
     pub(crate) fn control_within(&self, impact: &PairImpact) -> Control {
         Control { longest: self.control.longest.max(impact.duration), ..self.control }
     }
@@ -193,8 +190,8 @@ impl Engine {
         cluster
     }
 
-    /// The segment of the impact under way in contact `i` that holds the time `t`, with what was before it; the last
-    /// one for a time after the impact. All of them are computed for the first who asks.
+    /// The segment of the current impact in contact `i` at the time `t`, with the sums before it; the last one for a
+    /// later time. All segments are computed on first use.
     pub(crate) fn interior(&self, i: usize, t: DoubleDouble) -> Option<&Interior> {
         let impact = self.contacts[i].impact()?;
         let segments = impact.interior.get_or_init(|| {
@@ -208,7 +205,7 @@ impl Engine {
         segments.get(segments.partition_point(|interior| interior.segment.end() <= t)).or(segments.last())
     }
 
-    /// The segment after another one, unless the impact is over, or its segments lead no further.
+    /// The segment after `last`, unless the impact is over or the time stalls.
     fn after(&self, last: &Interior, i: usize, impact: &PairImpact) -> Option<Interior> {
         let over = matches!(last.segment.switch, Some((_, Switch::Release)));
         let length = last.segment.length;
@@ -226,8 +223,8 @@ impl Engine {
         Some(Interior { segment, impulse: last.impulse + last.segment.impulse(i, length), integrals })
     }
 
-    /// Largest force of the impact under way in contact `i` between two times, N; 0 if there is none. Without losses
-    /// the force falls as it has risen, so that it is largest half way.
+    /// Largest force of the current impact in contact `i` between two times, N; 0 if there is none. Without losses the
+    /// force is symmetric in time, and largest half way.
     pub(crate) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
         let Some(impact) = self.contacts[i].impact() else { return 0.0 };
         let (from, to) = ((from - impact.start).value().max(0.0), (to - impact.start).value().min(impact.duration));
@@ -252,8 +249,8 @@ mod tests {
     use crate::engine::observer::Unrecorded;
     use crate::model::{Inputs, Parameters, Results};
 
-    /// Two balls without gravity, the first of which hits the other one, at speeds whose squares doubles do not hold,
-    /// or with a contact that lasts for ever: they move, and as many segments cover an impact of known outcome.
+    /// Two balls without gravity collide at speeds whose squares underflow, or with a contact that lasts for ever: they
+    /// move, and the number of segments of the impact is the usual one.
     #[test]
     fn impacts_of_any_speed() {
         for (speed, exponent) in [(1.0, 10.0), (1e-30, 10.0), (1e-165, 1.0), (1e-165, 10.0), (1e-250, 1.5)] {

@@ -1,13 +1,13 @@
-//! The events of rigid contacts: impacts of balls that touch, sustained contacts, and their end.
+//! The events of rigid contacts: impacts, and the beginning and end of sustained contacts.
 //!
-//! An onset is an impact without duration (`restitution`). All balls that touch at that moment, as far as their
-//! positions are known, take part. Afterwards neighbours without relative velocity that are pressed together are held
-//! by a [`Constraint`] and move as one body; those that are not fly on, be it side by side.
+//! An onset is an impact without duration (`restitution`). All balls that touch then, to within rounding, take part.
+//! Afterwards neighbours without relative velocity that are pressed together are held by a [`Constraint`] and move as
+//! one body; the others fly on, possibly side by side.
 //!
-//! Chatter has an end where doubles do: an approach whose rebound would stay lower than the rounding of the positions,
-//! or that is itself below the rounding of the velocities, comes to rest, and so does every approach once hundreds of
-//! impacts have followed each other at what the clock shows as the same time. A contact that has chattered for very
-//! many impacts in a row comes to rest sooner. The energy that this takes is a loss of the impact.
+//! Chatter ends at the resolution of doubles. An approach comes to rest if its rebound would stay below the rounding of
+//! the positions, if it is below the rounding of the velocities, or if hundreds of impacts have come at the same time;
+//! in a contact that has chattered for very many impacts in a row, sooner. The energy lost counts as a loss of the
+//! impact.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -25,12 +25,11 @@ use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
 
-/// How much faster than the rounding of the velocities an approach must be.
+/// Smallest approach speed over the rounding of the velocities.
 const RESOLVED: f64 = 16.0;
 
-/// Bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last: those of elastic
-/// balls pressed together, which nothing but drag brings to rest, become shorter by the same factor in every second,
-/// and end in rounding after billions.
+/// Bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last. Bounces of elastic
+/// balls pressed together, slowed only by drag, would end in rounding after billions.
 const MANY: u64 = 1 << 16;
 
 impl Engine {
@@ -38,7 +37,7 @@ impl Engine {
         self.cradle.restitution.is_some()
     }
 
-    /// Refuses a start with rigid balls that overlap; those that do only by rounding touch.
+    /// Refuses a start with overlapping rigid balls; an overlap by rounding counts as touching.
     pub(crate) fn touch_where_close(&mut self) -> Result<(), EngineError> {
         for i in 0..self.contacts.len() {
             let (left, right) = (&self.balls[i].flight, &self.balls[i + 1].flight);
@@ -63,7 +62,7 @@ impl Engine {
             self.contacts[j].constraint().is_some() || self.contacts[j].separation().is_some_and(touches)
         });
         let (first, balls) = (group.start, group.start..group.end + 1);
-        // Also at the very start of a step: the velocities jump.
+        // Also at the start of a step, because the velocities jump.
         balls.clone().for_each(|ball| self.record_start(ball));
         self.separate(group.clone(), t);
         self.align(group.clone());
@@ -87,16 +86,15 @@ impl Engine {
         for (ball, v) in self.balls[balls].iter_mut().zip(v) {
             ball.flight.v = v;
         }
-        // What has closed without speed is pressed, even if by rounding only.
+        // A contact that closed without speed is pressed, if only by rounding.
         let keep = if approach <= unresolved { Keep::Contact(i) } else { Keep::Nothing };
         let constraints = self.join_where_pressed(group.clone(), t, keep);
         self.enter(&impacts, first, t, &constraints, observer);
         self.go_on(group, t, constraints, observer);
     }
 
-    /// The balls of the contacts `group` touch: their positions, which know of the overlaps to within rounding only,
-    /// are made to agree with that, so that no difference builds up over many impacts. The energy that this takes
-    /// counts as lost.
+    /// Adjusts the positions of the balls of the contacts `group` so that they touch exactly; otherwise rounding would
+    /// build up over many impacts. The energy change counts as lost.
     fn align(&mut self, group: Range<usize>) {
         let balls = &mut self.balls[group.start..group.end + 1];
         let clearances = self.cradle.contacts[group.clone()].iter().map(|law| law.clearance);
@@ -112,8 +110,8 @@ impl Engine {
         }
     }
 
-    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, but for
-    /// the last one of a contact that lasts, one of `constraints`.
+    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, except
+    /// the last one of a contact among `constraints`, which lasts.
     fn enter(
         &mut self,
         impacts: &[Impact<f64>],
@@ -133,14 +131,14 @@ impl Engine {
         }
     }
 
-    /// The constraint of contact `i` would have to pull from `t` on.
+    /// Ends the constraint of contact `i`, which would have to pull from `t` on.
     pub(crate) fn part(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let body = around(i, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
         self.separate(body.clone(), t);
         self.settle(body, t, Keep::Nothing, observer);
     }
 
-    /// The unassigned contact `i` begins or ends a pulse at `t`, unless it has.
+    /// Begins or ends a pulse of the unassigned contact `i` at `t`, unless that is done.
     fn set_closed(&mut self, i: usize, closed: bool, t: DoubleDouble, observer: &mut dyn Observer) {
         let overlap = self.contacts[i].overlap();
         match (self.contacts[i].is_closed(), closed) {
@@ -156,14 +154,14 @@ impl Engine {
         }
     }
 
-    /// What the rounding of the positions and velocities of these balls may be, in flight.
+    /// Rounding of the positions and velocities of these balls in flight.
     fn rounding(&self, balls: Range<usize>) -> Rounding {
         let rounding = self.balls[balls].iter().map(|ball| ball.flight.rounding(&ball.oscillator));
         rounding.fold(Rounding::default(), Rounding::max)
     }
 
-    /// Separates the balls of the contacts `group`, which no constraint leads out of, at `t`: the balls are in flight
-    /// and anchored then, their contacts are unassigned, and press where there was a constraint.
+    /// Separates the balls of the contacts `group`, which no constraint leaves, at `t`: the balls are then in flight
+    /// and anchored, the contacts unassigned, and pressing where there was a constraint.
     pub(crate) fn separate(&mut self, group: Range<usize>, t: DoubleDouble) {
         (group.start..group.end + 1).for_each(|i| self.before_move(i, t));
         let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
@@ -211,15 +209,15 @@ impl Engine {
         (t - DoubleDouble::from(self.inputs.since)).value()
     }
 
-    /// Joins balls that press each other at `t` to bodies and lets the others fly, for the contacts `group`, which have
-    /// been separated, and those beside them.
+    /// Joins balls of the separated contacts `group` that press each other at `t` to bodies, and lets the others and
+    /// their neighbours fly.
     pub(crate) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, observer: &mut dyn Observer) {
         let constraints = self.join_where_pressed(group.clone(), t, keep);
         self.go_on(group, t, constraints, observer);
     }
 
-    /// Where balls of `group` press each other at `t` they move as bodies from then on. Returns the constraint of each
-    /// contact that has one.
+    /// Joins balls of `group` that press each other at `t` to bodies. Returns the constraint of each contact that has
+    /// one.
     fn join_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) -> Vec<Option<Constraint>> {
         let mut constraints = vec![None; group.len()];
         let resting: Vec<usize> = group.clone().filter(|&j| self.rests(j)).collect();
@@ -229,7 +227,7 @@ impl Engine {
         constraints
     }
 
-    /// From `t` on, pulses last where there are `constraints`, other contacts of `group` and those beside it fly.
+    /// Continues from `t` on: contacts with `constraints` last; the others of `group`, and those beside it, fly.
     fn go_on(
         &mut self,
         group: Range<usize>,
@@ -261,7 +259,7 @@ impl Engine {
     }
 
     /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each
-    /// other. Enters what holds them together in `constraints`.
+    /// other. Enters their constraints in `constraints`.
     fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, constraints: &mut [Option<Constraint>]) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();

@@ -1,8 +1,8 @@
-//! A run as plain data, from which it goes on with the same bits.
+//! A run as plain data, from which it continues bit-for-bit identically.
 //!
-//! A snapshot holds what the run so far has left behind: anchors, overlaps, forecasts, sums. Whatever follows from
-//! these, the motion of clusters and the outcome of impacts, is computed anew, by the same operations as before. What
-//! no run can have left behind is refused.
+//! A snapshot holds anchors, overlaps, forecasts and sums. Everything that follows from these, such as the motion of
+//! clusters and the outcome of impacts, is computed by the same operations as before. Inconsistent snapshots are
+//! refused.
 
 use std::ops::Range;
 
@@ -24,9 +24,9 @@ use crate::solver::oscillator::Oscillator;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Snapshot {
     run: RunState,
-    /// The copy that has gone ahead, and by how many entries of the queue, where it is not still where the run is.
+    /// The copy that looks ahead, with its lead in queue entries, unless it is where the run is.
     copy: Option<(RunState, u64)>,
-    /// What was found ahead, and when it was asked for, s.
+    /// The result of the look ahead, and the time of the request, s.
     found: Option<(f64, Next)>,
 }
 
@@ -41,7 +41,7 @@ struct RunState {
     totals: Totals,
 }
 
-/// The anchor of a ball, with its state and its integrals then.
+/// The anchor of a ball, with its state and integrals.
 type BallState = (DoubleDouble, Flight, RunningIntegrals);
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -53,7 +53,7 @@ struct ClusterState {
     history: StepHistory,
 }
 
-/// A snapshot that no run can have left behind, and what gives it away.
+/// An inconsistent snapshot, and what shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unsound(pub &'static str);
 
@@ -67,12 +67,12 @@ impl Engine {
         let ahead = &self.caches.ahead;
         let copy = ahead.copy.borrow();
         let state = |copy: &Self| {
-            // The time of a copy that goes ahead is that of its last event.
+            // The time of a copy that looks ahead is that of its last event.
             let (now, mut state) = (copy.totals.last_event.value_up(), copy.run_state());
             (state.time, state.step.time) = (now, now);
             (state, copy.handled - self.handled)
         };
-        // What has been passed by now is of no use any more.
+        // Results that lie in the past are useless.
         let found = ahead.found.get().filter(|(_, found)| found.time() > self.time);
         let further = copy.as_deref().filter(|copy| copy.handled > self.handled);
         Snapshot { run: self.run_state(), copy: further.map(state), found }
@@ -98,8 +98,8 @@ impl Engine {
         }
     }
 
-    /// The run that left `snapshot` behind, with the parameters that acted then and the start time (s). After a failed
-    /// step (`failed`) its values may be anything, for it can only be looked at.
+    /// The run of `snapshot`, with its parameters and its start time (s). After a failed step (`failed`) any values
+    /// pass, because the run can only be read.
     pub fn restore(parameters: &Parameters, start: f64, snapshot: Snapshot, failed: bool) -> Result<Self, Unsound> {
         let Snapshot { run, copy, found } = snapshot;
         let engine = Self::rebuild(parameters, start, run, failed)?;
@@ -122,7 +122,7 @@ impl Engine {
         Ok(engine)
     }
 
-    /// The run, without what it has seen of the future.
+    /// The run without its look ahead.
     fn rebuild(parameters: &Parameters, start: f64, snapshot: RunState, failed: bool) -> Result<Self, Unsound> {
         let (n, m) = (parameters.balls(), parameters.contacts());
         let StepStart { balls, contacts, .. } = &snapshot.step;
@@ -205,7 +205,7 @@ impl Engine {
         Ok(())
     }
 
-    /// What a contact is part of, once all balls are held by what holds them.
+    /// Restores the phase of a contact, after all balls.
     fn restore_phase(&mut self, i: usize, failed: bool) -> Result<(), Unsound> {
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
         let flies = |ball: &Ball| matches!(ball.regime, Regime::Flight | Regime::Body);
@@ -237,7 +237,7 @@ impl Engine {
         Ok(())
     }
 
-    /// The balls of contact `i` move as a part of a body, by this oscillator.
+    /// Restores the constraint of contact `i` in a body with this oscillator.
     fn restore_constraint(&mut self, i: usize, oscillator: Oscillator, failed: bool) -> Result<(), Unsound> {
         for ball in &mut self.balls[i..i + 2] {
             let free = matches!(ball.regime, Regime::Flight | Regime::Body);
@@ -252,7 +252,7 @@ impl Engine {
 }
 
 impl RunState {
-    /// That all values are finite and no time of the past lies ahead.
+    /// Checks that all values are finite and no past time lies ahead.
     fn check_values(&self, start: f64) -> Result<(), Unsound> {
         let now = DoubleDouble::from(self.time);
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);

@@ -4,9 +4,8 @@ use crate::engine::error::EngineError;
 use crate::engine::observer::{Observer, Progress};
 use crate::solver::double_double::DoubleDouble;
 
-/// Watches a call of [`advance`](super::Engine::advance): reports how far it has come, and gives up where events and
-/// searches follow each other so fast that at this rate the end of the step would not be reached in days: the values of
-/// a cradle may be any numbers above 0.
+/// Watches a call of [`advance`](super::Engine::advance): reports its progress, and gives up where events and searches
+/// are so frequent that the step would take days.
 pub(super) struct Watchdog {
     until: DoubleDouble,
     /// Effort from one look at the clock to the next.
@@ -14,7 +13,7 @@ pub(super) struct Watchdog {
     events: u64,
     /// Effort up to which no progress is reported.
     quiet_until: u64,
-    /// Time, events and effort at the last look at the clock, and how often in a row it was hopeless then.
+    /// Time, events and effort at the last look at the clock, and the number of hopeless looks in a row.
     last: (DoubleDouble, u64, u64),
     hopeless: u32,
 }
@@ -22,14 +21,14 @@ pub(super) struct Watchdog {
 impl Watchdog {
     /// Effort (see [`Engine::effort`](super::Engine)) from one report to the next: some milliseconds.
     const REPORT: u64 = 50_000;
-    /// Effort from one look at the clock to the next, and how much more for each contact: a single wave through a long
-    /// cradle tells nothing of what comes after it. How much of it to the end is hopeless, and for how many looks.
+    /// Effort from one look at the clock to the next, and more for each contact, so that a single wave through a long
+    /// cradle does not decide. Effort to the end that is hopeless, and for how many looks.
     const LOOK: u64 = 1 << 22;
     const LOOK_OF_A_CONTACT: u64 = 1 << 12;
     const HOPELESS: f64 = 1e12;
     const LOOKS: u32 = 8;
 
-    /// For a call that goes from the time `from` (s), with this effort of all calls before, to `until`.
+    /// For a call from the time `from` (s) to `until`, with this effort of earlier calls.
     pub fn new(from: f64, until: DoubleDouble, contacts: usize, effort: u64) -> Self {
         let look = Self::LOOK + Self::LOOK_OF_A_CONTACT * contacts as u64;
         let last = (from.into(), 0, effort);
