@@ -2,16 +2,16 @@
 //!
 //! Taylor series must follow the fastest mode of the contacts even where damping has brought it to rest. The Radau IIA
 //! method is L-stable: its steps are those of the slow motion. The unknowns are the overlaps of the pressing contacts
-//! at the stages; with the response of a pendulum to its contact forces, linear and known, the equations are
+//! at the stages. With the linear response of a pendulum to its contact forces, the equations are
 //!
 //! ```text
 //! d_j - d_free,j = W_l (F_(j-1) - F_j) / m_l - W_r (F_j - F_(j+1)) / m_r,
 //! W = (h A)^2 (1 + 2 gamma h A + omega^2 (h A)^2)^-1
 //! ```
 //!
-//! solved by Newton's method: block-tridiagonal, a block a contact. Overlaps of 1e-9 m keep all their digits, for what
-//! stiff contacts do to rounding is to divide it by their stiffness. (With the positions of the balls as unknowns they
-//! would be differences of numbers of the order of 1 m.)
+//! solved by Newton's method, with a block tridiagonal matrix of one block per contact. Overlaps of 1e-9 m keep all
+//! their digits, because stiff contacts divide rounding by their stiffness; from positions they would be differences of
+//! numbers near 1 m.
 
 use super::step_control::{Control, StepHistory};
 use super::taylor::Series;
@@ -22,21 +22,21 @@ use crate::solver::block_tridiagonal::BlockTridiagonal;
 use crate::solver::oscillator::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
 
-/// How much longer than that of the Taylor series, and than that of explicit Gauss collocation, whose steps are longer,
-/// the first step of implicit collocation is to be. And the part of it that is still worth its cost.
+/// Least length of the first step of implicit collocation, over that by Taylor series and over that by explicit Gauss
+/// collocation; and the part of it at which later steps still pay.
 pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
 const WORTH: f64 = 0.5;
 
-/// The next step over the one that the error would just allow, the most that a step may grow, how far it shrinks after
-/// an error that was too large, and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential
-/// Equations II, 1996, section IV.8).
+/// The next step over the one that the error allows, the largest growth of a step, and its factors after an error that
+/// is too large and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996,
+/// section IV.8).
 const SAFETY: f64 = 0.9;
 const GROWTH: f64 = 4.0;
 const SHRINKAGE: [f64; 2] = [0.1, 0.7];
 const FAILED: f64 = 0.25;
 
-/// What is allowed at least, in roundings: differences of the ninth order magnify them.
+/// Smallest error allowed, in roundings, which differences of the ninth order magnify.
 const NOISE: f64 = 100.0;
 
 /// Newton iterations after which a step is given up, and the relative correction whose square is below rounding.
@@ -44,15 +44,15 @@ const ITERATIONS: usize = 8;
 const SQUARE: f64 = 1e-8;
 
 /// Error allowed over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest.
-/// Larger ones make steps longer, and balls at rest less so (`tests/rust/stiff.rs`,
+/// Larger ones make steps longer, and balls at rest less quiet (`tests/rust/stiff.rs`,
 /// `tests/rust/output_derivatives.rs`).
 const OF_VELOCITIES: f64 = 0.01;
 const OF_OVERLAPS: f64 = 0.1;
 
-/// How many times the error allowed the rate of an overlap may jump at the start of a step.
+/// Largest jump of an overlap's rate at the start of a step, over the error allowed.
 const JUMP: f64 = 10.0;
 
-/// Roundings of the rates, which are differences of velocities that have been added to many times.
+/// Roundings of the rates, differences of velocities that many operations have changed.
 const RATES: f64 = 16.0;
 
 /// One step, from the state at the start of a segment.
@@ -62,10 +62,10 @@ struct Step<'a> {
     derivative: Matrix,
     /// Times of the stages, s.
     times: Stages,
-    /// A ball each: its acceleration without contact forces at the stages, were it not for the displacement itself.
+    /// For each ball: its acceleration at the stages without contact forces and displacement.
     pulls: Vec<Stages>,
     responses: Vec<Response>,
-    /// A contact each: change of the overlap since the start, and force, at the stages.
+    /// For each contact: change of the overlap since the start, and force, at the stages.
     changes: Vec<Stages>,
     forces: Vec<Stages>,
     evaluations: u64,
@@ -86,8 +86,8 @@ impl Response {
     }
 }
 
-/// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it is worth its
-/// cost: with a `gain` over explicit steps. Returns whether it does; adds the `evaluations` of forces.
+/// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it pays by a
+/// `gain` over explicit steps. Returns whether it does; adds the `evaluations` of forces.
 #[expect(clippy::too_many_arguments, reason = "what a method is given, with its memory and counter")]
 pub(super) fn follow(
     series: &mut Series,
@@ -111,7 +111,7 @@ pub(super) fn follow(
         let solved = step.solve().is_some();
         *evaluations = evaluations.saturating_add(step.evaluations);
         let error = if solved { step.describe(series, length, control, rounding, local_error) } else { f64::INFINITY };
-        // The error falls with the power of the number of stages; a step that went wrong altogether says nothing.
+        // The order of the error is the number of stages; a failed step says nothing about it.
         let change = SAFETY * libm::pow(error, -1.0 / STAGES as f64);
         if error <= 1.0 {
             history.implicit_length = (length * change.min(GROWTH)).min(control.longest);
@@ -156,7 +156,7 @@ impl<'a> Step<'a> {
         (self.force(i.checked_sub(1)) - self.force(Some(i))) / self.window.balls[i].mass
     }
 
-    /// A response of the two balls of contact `j` to all accelerations, as a change of the overlap or of its rate.
+    /// The response of the overlap of contact `j`, or of its rate, to all accelerations of its balls.
     fn relative(&self, j: usize, response: impl Fn(&Response) -> &Matrix, by_contacts: [Stages; 2]) -> Stages {
         let window = self.window;
         let (left, right) = (&window.balls[j], &window.balls[j + 1]);
@@ -185,11 +185,11 @@ impl<'a> Step<'a> {
         Some(())
     }
 
-    /// Solves for the pressing contacts `first..end`, which stand side by side.
+    /// Solves for the neighbouring pressing contacts `first..end`.
     fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
         let mut system = BlockTridiagonal::default();
         for _ in 0..ITERATIONS {
-            // How far the two balls of each contact give way to what its overlaps are changed by.
+            // The yielding of the two balls of each contact to changes of its overlap.
             let mut yielding = Vec::with_capacity(end.saturating_sub(first));
             for j in first..end {
                 let slopes = self.evaluate(j)?;
@@ -241,8 +241,8 @@ impl<'a> Step<'a> {
 
     /// Appends to `velocities` those of the balls up to `last`, which pressing contacts join, at the stages.
     ///
-    /// The group as a whole, which its contact forces leave alone, and how the balls move in it, which the overlaps
-    /// tell: each ball by itself would move by the rounding of these forces.
+    /// From the motion of the whole group, which contact forces do not change, and the overlaps; computed for each
+    /// ball, it would contain the rounding of these forces.
     fn velocities_of_group(&self, last: usize, velocities: &mut Vec<Stages>) {
         let (window, first) = (self.window, velocities.len());
         let balls = &window.balls[first..=last];
@@ -265,14 +265,14 @@ impl<'a> Step<'a> {
         }
     }
 
-    /// How far the `rounding` (m/s) of the velocities moves the overlap of contact `j`, m.
+    /// Change of the overlap of contact `j` by the `rounding` (m/s) of the velocities, m.
     fn shaken(&self, j: usize, rounding: f64) -> f64 {
         let stiffness =
             self.window.laws[j].elastic_continued(self.window.contacts[j].overlap).map_or(0.0, |(_, slope)| slope);
         if stiffness > 0.0 { rounding * (self.window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 }
     }
 
-    /// Enters the solution in `series`; returns its error in units of what is allowed.
+    /// Enters the solution in `series`; returns its error over the allowed one.
     fn describe(
         &self,
         series: &mut Series,
@@ -287,7 +287,7 @@ impl<'a> Step<'a> {
         let lightest = window.balls.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
         let rounding = rounding.velocity
             + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
-        // No more is asked for than the Taylor series before have given.
+        // No tighter than the Taylor series before.
         let allowed = (OF_VELOCITIES * tolerance * speed).max(NOISE * rounding).max(local_error);
         let mut worst = 0.0_f64;
         let mut velocities = Vec::with_capacity(window.flights.len());
@@ -305,11 +305,10 @@ impl<'a> Step<'a> {
         let of_rates = RATES * rounding;
         for (j, contact) in window.contacts.iter().enumerate() {
             if window.presses(j) {
-                // The start is left out: the overlap is to follow what balances the forces, not the rounding of the
-                // velocities.
+                // Without the start: the overlap must follow the balance of forces, not the rounding of the velocities.
                 let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
                 let size = contact.overlap + self.changes[j].amax();
-                // The force is to be known as well as that: its error is `exponent` times as large.
+                // The force must be as accurate: its relative error is `exponent` times as large.
                 let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
                 let allowed = (relative * size).max(self.shaken(j, of_rates)) / length;
                 let jump = (polynomial[0] - self.rate(j)).abs() / (JUMP * allowed).max(of_rates);
@@ -333,7 +332,7 @@ impl<'a> Step<'a> {
                         };
                         (forces[s], unknown) = (force, unknown.max(NOISE * by_rate.abs() * rounding));
                     }
-                    // When it would push again is to be known.
+                    // Needed for the time at which it would push again.
                     let polynomial = RADAU.polynomial(&forces);
                     let allowed = (tolerance * forces.amax()).max(unknown);
                     worst = worst.max(if allowed > 0.0 { highest_terms(&polynomial) / allowed } else { 0.0 });

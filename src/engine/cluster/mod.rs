@@ -1,11 +1,10 @@
 //! Clusters: neighbouring balls held together by closed contacts, followed from switching to switching.
 //!
-//! A [`Cluster`] describes the motion of its window on one segment after the other. A method enters by one door,
-//! `Cluster::describe` in `segment`, which chooses among them, and tells of the motion what a `DenseOutput` has to:
-//! Taylor series (`taylor`), implicit collocation (`collocation`), which fills in such a series, explicit collocation
-//! (`gauss`) where contacts follow Hertz or another power, and natural modes (`modes`, `natural`). `step_control` holds
-//! the tolerances and what the segments so far say about the next one. Needs the balls in flight and the contact laws;
-//! knows no run, no events and no ledgers.
+//! A [`Cluster`] describes the motion of its window on one segment after the other. `Cluster::describe` in `segment`
+//! chooses a method, whose result implements `DenseOutput`: Taylor series (`taylor`), implicit collocation
+//! (`collocation`), which fills in such a series, explicit collocation (`gauss`) where contacts follow Hertz or another
+//! power, and natural modes (`modes`, `natural`). `step_control` holds the tolerances and the history of steps. Needs
+//! the balls in flight and the contact laws; knows no run, no events and no ledgers.
 
 mod collocation;
 mod gauss;

@@ -4,7 +4,7 @@
 //! modes (`natural`).
 //!
 //! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost
-//! nothing: the only work is to find the next switching.
+//! nothing but the search for the next switching.
 
 use std::cell::Cell;
 
@@ -16,12 +16,12 @@ use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
 use crate::solver::root::{Smooth, search_within};
 
-/// Evaluations of a mode that the search for the switchings of a segment may take: some milliseconds. What comes then
-/// is left to the next segment.
+/// Most evaluations of a mode in the search for the switchings of a segment, some milliseconds; the next segment
+/// continues the search.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// What several operations leave open of a force, relative.
+/// Relative rounding of a force after several operations.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
 /// A maximum of a force is higher than another one by more than this part of it.
@@ -52,15 +52,15 @@ struct Joint {
     damping: f64,
     /// Mechanical impedance, N.s/m.
     impedance: f64,
-    /// Between two groups of equal pendulums: how their centres approach each other. Taken as one motion, for two
-    /// groups that swing together differ by far less than they swing.
+    /// Between two groups of equal pendulums: the approach of their centres, as one motion, because two groups that
+    /// swing together differ by far less than they swing.
     approach: Option<ForcedOscillator>,
 }
 
 impl Modes {
-    /// The motion from the state at the start of a segment, where
-    /// [`series_before_modes`](super::natural::series_before_modes) says that there are any; `None` for balls or
-    /// contacts that differ too much.
+    /// The motion from the state at the start of a segment, if
+    /// [`series_before_modes`](super::natural::series_before_modes) allows modes; `None` for balls or contacts that
+    /// differ too much.
     pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();
@@ -85,7 +85,7 @@ impl Modes {
         Some(modes)
     }
 
-    /// How the centres of the two groups beside contact `j` approach each other, if their pendulums are equal.
+    /// The approach of the centres of the two groups beside contact `j`, if their pendulums are equal.
     fn approach(&self, j: usize, window: &Window) -> Option<ForcedOscillator> {
         let Window { flights, contacts, laws, .. } = window;
         let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
@@ -93,7 +93,7 @@ impl Modes {
         if std::ptr::eq(left, right) || oscillator != right.modes[0].oscillator {
             return None;
         }
-        // The centres are as far apart as the balls between them are, each by its share.
+        // The distance of the centres is that of the balls between them, weighted with their mass shares.
         let (mut v, mut force) = (0.0, 0.0);
         for c in left.first..right.first + right.size - 1 {
             let share = match c {
@@ -110,8 +110,8 @@ impl Modes {
 
     /// Overlap of contact `j` and its derivatives, up to four of them.
     fn overlap_at<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
-        // Early on, changes since the start: what a mode does to balls that hardly move must not be the rounding of the
-        // others' motion. Once they have undone most of the start, what is left.
+        // Early on, the sum of changes since the start, so that balls that hardly move do not get the rounding of the
+        // others' motion; later, when most of the start has died out, the value itself.
         let late = tau * self.fastest_rate > 1.0;
         let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
         self.movers(j).for_each(|(mode, stretch)| {
@@ -128,7 +128,7 @@ impl Modes {
         (self.group_of[j] == self.group_of[j + 1]).then(|| &self.groups[self.group_of[j]])
     }
 
-    /// The modes that move contact `j`, each with the change of overlap that a unit of its coordinate makes.
+    /// The modes that move contact `j`, each with the change of overlap for a unit of its coordinate.
     fn movers(&self, j: usize) -> impl Iterator<Item = (&ForcedOscillator, f64)> {
         let (left, right) = (&self.groups[self.group_of[j]], &self.groups[self.group_of[j + 1]]);
         let joined = std::ptr::eq(left, right);
@@ -143,8 +143,7 @@ impl Modes {
         approach.into_iter().map(|mode| (mode, 1.0)).chain(of_left).chain(of_right)
     }
 
-    /// Force of the pressing contact `j` by its law and its first three derivatives, and what rounding may be of the
-    /// force.
+    /// Force of the pressing contact `j` by its law, its first three derivatives, and the rounding of the force.
     fn force_at(&self, j: usize, tau: f64) -> ([f64; 4], f64) {
         let &Joint { stiffness, damping, .. } = &self.contacts[j];
         let d: [f64; 5] = self.overlap_at(j, tau);
@@ -213,13 +212,12 @@ impl DenseOutput for Modes {
         stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
     }
 
-    /// Modes without damping come ever closer to the sum of their amplitudes: after some dozens of swings the largest
-    /// force till then is taken.
+    /// Undamped modes come ever closer to the sum of their amplitudes, so the search ends after some dozens of swings.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let force = |t: f64| self.force_at(j, t).0[0];
         let mut best = force(from).max(force(to)).max(known);
         let mut t = from;
-        // From where the force passes the best so far, by more than rounding, up to where it falls again.
+        // From where the force exceeds the best so far, by more than rounding, to where it falls again.
         let mut allowed = self.allowed(j);
         loop {
             let above = self.watch(j, Watched::Force, 1.0, best + HIGHER * best.abs());
@@ -237,7 +235,7 @@ impl DenseOutput for Modes {
         forcing[0] * self.moved(i, tau).0
     }
 
-    /// All that a group's contacts lose is entered at its first one.
+    /// The loss of all contacts of a group is entered at its first one.
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
         match self.joining(j) {
             // The shapes are orthogonal also to the contacts: no loss is shared between modes.
@@ -269,7 +267,7 @@ impl DenseOutput for Modes {
     fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
         let (sign, _) = clipping(window.contacts[j].mode);
         let level = sign * self.contacts[j].impedance * rounding.velocity;
-        // What rounding the rate had at the start dies out with the motion, and the overlap has none.
+        // The rounding of the rate at the start dies out with the motion; the overlap has none.
         let fading = self.joining(j).map_or(0.0, Group::least_decay);
         Watch { fading, ..self.watch(j, Watched::Force, sign, level) }.crossing(until)
     }
@@ -287,8 +285,8 @@ enum Watched {
     ForceRate,
 }
 
-/// `sign (f - level exp(-fading t))` for a function f of contact `contact`; of a level that fades, less the rounding of
-/// f, which is left out of the derivatives.
+/// `sign (f - level exp(-fading t))` for a function f of contact `contact`; with a fading level, minus the rounding of
+/// f, which has no derivatives.
 struct Watch<'a> {
     modes: &'a Modes,
     contact: usize,

@@ -15,22 +15,22 @@ use crate::engine::flight::degree;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::oscillator::{ForcedOscillator, Oscillator};
 
-/// Largest group that is decomposed into modes: to find its shapes grows with the cube.
+/// Largest group that is decomposed into modes: the cost of its shapes grows with the cube.
 const LARGEST_GROUP: usize = 40;
 
-/// Segments after a switching that series have before natural modes take over: where balls oscillate, and while a front
-/// has yet to pass a contact. Fewer pay for modes that the next switching ends, more for series where modes hold for
-/// long (`benches/runs.rs`); too few of a front lose what grows from nothing (`tests/rust/stiff.rs`).
+/// Segments by series after a switching before natural modes take over: where balls oscillate, and while a front has
+/// yet to pass a contact. With fewer, the next switching ends modes too soon; with more, long motions cost more
+/// (`benches/runs.rs`); too few of a front lose motions that grow from 0 (`tests/rust/stiff.rs`).
 const SERIES: u32 = 13;
 const SERIES_OF_FRONT: u32 = 64;
 
-/// How many segments after a switching are followed by series before natural modes take over, if they
-/// [apply](apply_to). After `quiet` ones so far; the answer is only as exact as that takes.
+/// Number of segments by series after a switching before natural modes take over, if they [apply](apply_to); exact only
+/// as far as needed after `quiet` segments.
 pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
     apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
         true => SERIES,
         false if quiet < SERIES && window.rings() => SERIES,
-        // Only series keep balls that the motion has not reached exactly at rest, and follow what grows from nothing.
+        // Only series keep balls that the motion has not reached exactly at rest, and resolve motions that grow from 0.
         false if window.holds_front() => SERIES_OF_FRONT,
         false if window.rings() => SERIES,
         false => 0,
@@ -97,8 +97,8 @@ impl Group {
             for (i, flight) in flights[members.clone()].iter().enumerate() {
                 force += weight(i) * flight.forcing[0];
             }
-            // In the modes that stretch the group only the differences of the positions and velocities count, which the
-            // overlaps and their rates give without rounding.
+            // In the modes that stretch the group, only differences of positions and velocities count, which overlaps
+            // and their rates give without rounding.
             let mut before = 0.0;
             for (i, law) in joints.iter().enumerate() {
                 let contact = first + i;
@@ -118,7 +118,7 @@ impl Group {
         Some(Self { first, size, damping, modes, shapes, masses })
     }
 
-    /// The least rate at which what the dashpots act on decays right after the start, 1/s.
+    /// The smallest decay rate by the dashpots right after the start, 1/s.
     pub fn least_decay(&self) -> f64 {
         self.modes[1..].iter().map(|mode| mode.oscillator.fast_decay()).fold(f64::INFINITY, f64::min)
     }
@@ -133,19 +133,18 @@ impl Group {
         self.shapes.contact(m, j - self.first)
     }
 
-    /// The share that the balls up to `i` have in the mass.
+    /// Mass share of the balls up to `i`.
     pub fn share(&self, i: usize) -> f64 {
         self.masses[..=i - self.first].iter().sum::<f64>() / self.masses.iter().sum::<f64>()
     }
 
-    /// The share that those from `i` on have.
+    /// Mass share of the balls from `i` on.
     pub fn share_from(&self, i: usize) -> f64 {
         self.masses[i - self.first..].iter().sum::<f64>() / self.masses.iter().sum::<f64>()
     }
 }
 
-/// Roundings of a sum over modes that are taken for noise, and of its derivatives, which only lead a search on and may
-/// be taken for noise sooner.
+/// Roundings below which a sum over modes is noise, and those of its derivatives, which only guide a search.
 const NOISE: f64 = 8.0;
 const NOISE_OF_DERIVATIVES: f64 = 128.0;
 
@@ -169,7 +168,7 @@ impl<const COUNT: usize> Sum<COUNT> {
         }
     }
 
-    /// The values, those that are but rounding set to 0: no search for a crossing should follow noise.
+    /// The values, with 0 for those within rounding, so that no search follows noise.
     pub fn without_noise(self) -> [f64; COUNT] {
         std::array::from_fn(|k| {
             let noise = if k == 0 { NOISE } else { NOISE_OF_DERIVATIVES } * f64::EPSILON * self.magnitudes[k];

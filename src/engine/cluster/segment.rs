@@ -1,10 +1,9 @@
 //! A cluster: neighbouring balls held together by closed contacts, followed from switching to switching.
 //!
-//! The window of a cluster is its members and the ball in flight on either side (the spectators). One segment covers a
-//! stretch of time on which nothing in the window switches and one description of the motions holds, such as the
-//! convergence of their Taylor series; its end is the next switching or the end of that. The state is kept as
-//! displacements since the start of the segment and the overlaps by themselves, because differences of positions do not
-//! resolve overlaps of 1e-8 m.
+//! The window of a cluster is its members and the ball in flight on either side (the spectators). On one segment
+//! nothing in the window switches and one description of the motion holds, such as a Taylor series; it ends at the next
+//! switching or where the description ends. The state consists of displacements since the start of the segment and of
+//! overlaps, because differences of positions do not resolve overlaps of 1e-8 m.
 
 use std::ops::Range;
 
@@ -22,10 +21,10 @@ use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::Stretching;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
-/// Time scales of the fastest mode that switchings are looked for in the first window by modes.
+/// Time scales of the fastest mode in which the first window by modes is searched for switchings.
 const FIRST_HORIZON: f64 = 32.0;
 
-/// The motion of a window on a segment, by the method that was used last; the others leave their memory.
+/// The motion of a window on a segment, by the last method used, with the memory of the others.
 #[derive(Clone, Debug, Default)]
 struct Description {
     method: Method,
@@ -35,7 +34,7 @@ struct Description {
 }
 
 impl Description {
-    /// What it tells, whichever method it is by.
+    /// The dense output of the method used.
     fn output(&self) -> &dyn DenseOutput {
         match self.method {
             Method::Modes => &self.modes,
@@ -44,8 +43,8 @@ impl Description {
         }
     }
 
-    /// The first switching of contact `j` of `window`, the one described, before `until` (s), and what it is. What does
-    /// not exceed `rounding` is no switching.
+    /// The first switching of contact `j` of `window`, the one described, before `until` (s). Changes within `rounding`
+    /// are no switchings.
     fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
         let (output, law, mode) = (self.output(), &window.laws[j], window.contacts[j].mode);
         if mode == Mode::Open {
@@ -78,7 +77,7 @@ pub(crate) struct Cluster {
     /// The motion of the window on the current segment.
     description: Description,
     workspace: Workspace,
-    /// The step history from here on, and as it was when the current segment began.
+    /// The step history from here on, and at the start of the current segment.
     pub history: StepHistory,
     pub history_before: StepHistory,
     /// Evaluations of contact forces for the current segment.
@@ -90,13 +89,13 @@ pub(crate) struct Cluster {
 }
 
 impl Cluster {
-    /// Computes what Gauss collocation is made of, once in a process: the first impact is not to wait for it.
+    /// Computes the tables of Gauss collocation, once in a process, so that no impact waits for them.
     pub fn compute_tables() {
         Stretching::compute_tables();
     }
 
-    /// The balls `members`, and as spectators those beside them that are in `window`. The motion is left to
-    /// [`Self::expand`], with the history of the segments before.
+    /// The balls `members`, with the other balls of `window` as spectators. [`Self::expand`] computes the motion, with
+    /// the history of the segments before.
     pub fn new(
         members: Range<usize>,
         window: Range<usize>,
@@ -108,7 +107,7 @@ impl Cluster {
         Self { members, window, start, flights, contacts, history, history_before: history, ..Self::default() }
     }
 
-    /// Makes it another one, in the same memory, whose flights and contacts are yet to be entered.
+    /// Makes it another cluster in the same memory, without flights and contacts yet.
     pub fn renew(&mut self, members: Range<usize>, window: Range<usize>, start: DoubleDouble, history: StepHistory) {
         (self.members, self.window, self.start, self.history) = (members, window, start, history);
         self.flights.clear();
@@ -150,7 +149,7 @@ impl Cluster {
     }
 
     /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the
-    /// start of the segment on; `None` if the equations tell them as well.
+    /// start of the segment on; `None` if the equations give them as well.
     pub fn overlap_series(&self, i: usize, tau: f64) -> Option<OverlapSeries> {
         self.description.output().overlap_series(i - self.window.start, tau)
     }
@@ -180,7 +179,7 @@ impl Cluster {
     pub fn contact_loss(&self, i: usize, law: &ContactLaw, tau: f64) -> f64 {
         match self.mode(i) {
             Mode::Pressing if !law.is_elastic() => self.description.output().contact_loss(i - self.window.start, tau),
-            // The spring gives back nothing of what it holds.
+            // The energy left in the spring is lost.
             Mode::Clipped => {
                 let before = self.contacts[i - self.window.start].overlap;
                 law.elastic_energy(before) - law.elastic_energy(self.overlap(i, tau).0)
@@ -189,8 +188,7 @@ impl Cluster {
         }
     }
 
-    /// What member `ball` (index `i`), which had gathered `integrals` at the start of the segment, has gathered `tau`
-    /// after it.
+    /// The running integrals of member `i` at `tau`, from `integrals` at the start of the segment.
     pub fn integrals(&self, i: usize, integrals: &RunningIntegrals, ball: &Ball, tau: f64) -> RunningIntegrals {
         let j = i - self.window.start;
         let flight = &self.flights[j];
@@ -225,9 +223,8 @@ impl Cluster {
         self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
     }
 
-    /// Makes the positions of balls in contact agree with the overlaps and leaves their centre of mass where it is. By
-    /// rounding the two drift apart, and gravity would pull on that once the motion has decayed to what was its
-    /// rounding before.
+    /// Adjusts the positions of balls in contact to the overlaps, without moving their centre of mass. Otherwise the
+    /// two would drift apart by rounding, on which gravity would act once the motion has decayed to that size.
     fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
         let mut first = 0;
         for end in 0..balls.len() {
@@ -257,7 +254,7 @@ impl Cluster {
         self.history_before = self.history;
         let error = self.describe(&window, control, &rounding);
         self.switch = None;
-        // Switchings within the error of a step are no more real than those by rounding.
+        // Switchings within the error of a step are as unreal as those by rounding.
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
         for j in 0..laws.len() {
             match self.description.first_switch(j, &window, self.length, &rounding) {
@@ -276,14 +273,13 @@ impl Cluster {
 
     /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
     ///
-    /// The first method that serves does it.
+    /// The first method that applies describes it.
     fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
         let Self { description: described, history, workspace, evaluations, .. } = self;
         let scale = velocity_scale(window);
         let error = control.local_error(scale);
         *evaluations = window.closed() as u64;
-        // Strongly damped linear contacts: closed forms, which hold until something switches, once series have followed
-        // what begins.
+        // Strongly damped linear contacts: closed forms until the next switching, after some segments by series.
         let series_first =
             natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes));
         let windows = series_first.map(|series| history.quiet.checked_sub(series));
@@ -294,7 +290,7 @@ impl Cluster {
             (described.modes, described.method, *evaluations) = (modes, Method::Modes, 1);
             return 0.0;
         }
-        // Contacts that are stiff for the pace of the motion, or closed for long: steps as long as the motion is slow.
+        // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
         let linear = window.laws.iter().all(ContactLaw::is_linear);
         let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, scale);
         let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
@@ -312,8 +308,8 @@ impl Cluster {
             (self.length, history.explicit_length, described.method) = (step.length, step.next, Method::Gauss);
             return error;
         }
-        // Linear contacts; and what is left, a start from rest or stiff damping. Series keep the exact zeros of balls
-        // that the motion has not reached.
+        // Linear contacts, and all others, such as a start from rest or stiff damping. Series keep balls that the
+        // motion has not reached exactly at rest.
         if linear && control.allows(Method::LinearSeries) {
             series.expand_linear(workspace, window, control, scale, rounding.position);
             described.method = Method::LinearSeries;
@@ -326,8 +322,7 @@ impl Cluster {
     }
 }
 
-/// How far ahead switchings are looked for in window number `windows` without any, s: more and more while nothing
-/// happens.
+/// The search horizon for switchings in window number `windows` without any, s: it grows while nothing happens.
 fn horizon(time: f64, windows: u32, longest: f64) -> f64 {
     let first = if time < longest { FIRST_HORIZON * time } else { 1.0 };
     (first * libm::exp2(windows.min(60) as f64)).min(longest)

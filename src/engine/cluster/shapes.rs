@@ -1,23 +1,23 @@
 //! The natural modes of a chain of balls of masses `m_i` joined by springs `k_j`, with free ends, in units of the first
 //! mass and the first stiffness.
 //!
-//! The coordinate of mode j is `q_j = sum_i m_i phi_j(i) x_i`, the shapes are orthogonal:
-//! `sum_i m_i phi_a(i) phi_b(i) = 0` for a other than b, 1 for a = b. Mode 0 is the motion of the centre of mass.
+//! The coordinate of mode j is `q_j = sum_i m_i phi_j(i) x_i`; the shapes are orthogonal: `sum_i m_i phi_a(i) phi_b(i)
+//! = 0` for a other than b, 1 for a = b. Mode 0 is the motion of the centre of mass.
 //!
-//! They come from the eigenvectors u of a matrix of one row a contact (Meirovitch, Fundamentals of Vibrations, 2001,
-//! chapter 7),
+//! They come from the eigenvectors u of a matrix with one row for each contact (Meirovitch, Fundamentals of Vibrations,
+//! 2001, chapter 7),
 //!
 //! ```text
 //! T = K^(1/2) D M^-1 D' K^(1/2),    T u = lambda u,    phi = M^-1 D' K^(1/2) u / sqrt(lambda),
 //! D phi = sqrt(lambda) K^(-1/2) u
 //! ```
 //!
-//! with `D x` the differences of neighbours. T is tridiagonal and, other than the matrix of the balls, has no
-//! eigenvalue 0 whose rounding would spoil the slowest modes.
+//! with `D x` the differences of neighbours. T is tridiagonal and, unlike the matrix of the balls, has no eigenvalue 0
+//! whose rounding would spoil the slowest modes.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// What `T u` may differ by from `lambda u`, relatively: a mode that rounding has spoiled is none.
+/// Allowed relative difference between `T u` and `lambda u`; modes beyond it are spoiled by rounding.
 const TOLERANCE: f64 = 1e-12;
 
 #[derive(Clone, Debug)]

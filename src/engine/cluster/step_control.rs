@@ -1,4 +1,4 @@
-//! What the segments of a cluster so far say about the next one.
+//! History of the segments of a cluster, by which the next one is planned.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,19 +6,18 @@ use serde::{Deserialize, Serialize};
 const LONGEST: f64 = 1e6;
 
 /// Local error of a segment over the tolerance of a whole run, so that thousands of pulses stay within that; and the
-/// least one, below which rounding decides. A larger one makes segments longer and runs less exact
-/// (`tests/rust/reference.rs`).
+/// smallest one, below which rounding dominates. A larger one makes runs less exact (`tests/rust/reference.rs`).
 const LOCAL: f64 = 1e-5;
 const LEAST_EPSILON: f64 = 1e-18;
 
-/// Segments without a switching before implicit collocation is tried: fewer try it within impacts, where it does not
-/// pay; more follow balls at rest by short segments for longer (`tests/rust/work.rs`).
+/// Segments without a switching before implicit collocation is tried. With fewer it is tried within impacts, where it
+/// does not pay; with more, balls at rest take short segments for longer (`tests/rust/work.rs`).
 const PATIENCE: u32 = 24;
 
-/// What describes a motion in contact.
+/// The methods for motions in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Method {
-    /// The closed form of the impact of two balls alone, which no window is needed for.
+    /// The closed form of the impact of two balls, without a window.
     PairImpact,
     /// Natural modes of linear contacts.
     Modes,
@@ -33,10 +32,10 @@ pub(crate) enum Method {
     Series,
 }
 
-/// What governs order and step.
+/// Control of order and step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Control {
-    /// A method that is left out, to see what the others make of the motion.
+    /// A method to leave out, to test the others.
     pub forbidden: Option<Method>,
     /// Local error over the scale of the velocities.
     pub epsilon: f64,
@@ -49,7 +48,7 @@ pub(crate) struct Control {
 }
 
 impl Control {
-    /// For the relative tolerance of a whole run; local errors stay far enough below it for thousands of pulses.
+    /// For the relative tolerance of a whole run of thousands of pulses.
     pub fn new(tolerance: f64) -> Self {
         let epsilon = (LOCAL * tolerance).max(LEAST_EPSILON);
         Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST, forbidden: None }
@@ -65,7 +64,7 @@ impl Control {
     }
 }
 
-/// What the segments of a cluster so far say about the next one.
+/// History of the segments of a cluster, by which the next one is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StepHistory {
     /// Segments since the last switching.
@@ -74,7 +73,7 @@ pub(crate) struct StepHistory {
     pub patience: u32,
     /// Length of its next step, s; 0 if the last segment was of another kind.
     pub implicit_length: f64,
-    /// What the last explicit step, by series or Gauss collocation, says that the next one may have, s.
+    /// Length of the next explicit step by series or Gauss collocation, from the last one, s.
     pub explicit_length: f64,
 }
 
@@ -85,7 +84,7 @@ impl Default for StepHistory {
 }
 
 impl StepHistory {
-    /// Whether its lengths are lengths.
+    /// Whether its lengths are valid.
     pub fn is_sound(&self) -> bool {
         [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST).contains(length))
     }

@@ -176,7 +176,7 @@ pub(crate) trait DenseOutput {
     fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64;
     /// Overlap of contact `j` (m) at `tau` and the change of its rate (m/s) till then.
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
-    /// Coefficients of that overlap as a power series of the time from `tau` on; `None` if the equations tell them as
+    /// Coefficients of that overlap as a power series of the time from `tau` on; `None` if the equations give them as
     /// well.
     fn overlap_series(&self, j: usize, tau: f64) -> Option<OverlapSeries>;
     /// Impulse of the pressing contact `j`, N.s.

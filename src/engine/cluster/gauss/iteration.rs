@@ -1,9 +1,8 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
-//! Only the closed contacts need their overlaps while it goes on. Where the end of the step moves, the overlaps move
-//! with the nodes: left where they are, they would follow the end, and the end them, by a third of each change. All
-//! loops run over the nodes of one contact, without branches, so that compilers turn them into instructions for several
-//! numbers.
+//! Only closed contacts need their overlaps meanwhile. Where the end of the step moves, the nodes and their overlaps
+//! move with it; otherwise the iteration would need twice as many steps. All loops run over the nodes of one contact,
+//! without branches, so that compilers vectorise them.
 
 use super::motion::{Motion, Samples, Track};
 use crate::engine::flight::forcing_at;
@@ -14,20 +13,20 @@ use crate::solver::gauss::{NODES, Table};
 const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];
 const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 
-/// Where the end of the step moves by more than this part of its length, the nodes move there with the rates of this
-/// iteration; else with those of an earlier one or those it starts from, as good as they need be.
+/// Where the end of the step moves by more than this part of its length, the nodes move with the rates of this
+/// iteration; otherwise earlier rates are good enough.
 const FAR: f64 = 1e-3;
 
-/// What may be left out of the motion of the pendulums, over that by the forces.
+/// Negligible part of the motion by the pendulums, over that by the forces.
 const LEFT_OUT: f64 = 1e-17;
 
 impl Motion {
-    /// Where the iteration starts: overlaps and rates by the first derivatives at the start of the step.
+    /// Start of the iteration: overlaps and rates by the first derivatives at the start of the step.
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         for (j, Track { overlap, rate, acceleration, jerk, .. }) in self.tracks.iter().enumerate() {
             let (half, sixth) = (acceleration / 2.0, jerk / 6.0);
-            // Viscoelastic forces have no derivative at an onset; right after it that is large, but not for long.
+            // Viscoelastic forces have no derivative at an onset, and a large one shortly after it.
             let farthest = overlap.abs() + (rate.abs() + half.abs() * length) * length;
             let sixth = if sixth.abs() * length * length * length <= farthest { sixth } else { 0.0 };
             for (value, part) in self.at_nodes.overlaps[j].iter_mut().zip(&table.times) {
@@ -59,8 +58,8 @@ impl Motion {
         }
     }
 
-    /// Relative accelerations of the balls of contact `j` at the nodes: what the forces of three neighbouring contacts,
-    /// a constant pull and the pendulums accelerate its overlap by.
+    /// Relative accelerations of the balls of contact `j` at the nodes, by the forces of three neighbouring contacts, a
+    /// constant pull and the pendulums.
     pub(super) fn accelerate(&mut self, j: usize) {
         let (track, Samples { overlaps, rates, forces, balls, .. }) = (&self.tracks[j], &self.at_nodes);
         let ([a, b], [omega2, drag], [left, own, right]) =
@@ -87,12 +86,12 @@ impl Motion {
         self.accelerations[j] = sums;
     }
 
-    /// The motion of the balls at the nodes: that of the first one of neighbours that press by what accelerates it,
-    /// round by round until its pendulum has had its say, that of the others by the overlaps.
+    /// The motion of the balls at the nodes: of the first one of a group by its accelerations, iterated for its
+    /// pendulum, of the others by the overlaps.
     pub(super) fn move_balls(&mut self) {
         let (table, length, reach) = (self.stretching.table(), self.length, self.pace() * self.length);
         let gain = if self.drags { 2.0 * reach } else { reach * reach };
-        // What is left out of displacements matters only by their pendulums, unless velocities are asked for.
+        // Errors of displacements matter only through the pendulums, unless velocities are needed.
         let needs_velocities = self.drags || self.varies;
         let enough = if needs_velocities { LEFT_OUT } else { LEFT_OUT / gain };
         for i in 0..self.flights.len() {
@@ -137,7 +136,7 @@ impl Motion {
         }
     }
 
-    /// What accelerates ball `i` at the nodes, as far as its motion is known.
+    /// Acceleration of ball `i` at the nodes, by its motion so far.
     fn accelerate_ball(&mut self, i: usize) {
         let (flight, o, inverse_mass) = (&self.flights[i], &self.oscillators[i], self.inverse_mass(i));
         let Samples { forces, balls, .. } = &self.at_nodes;
@@ -156,10 +155,10 @@ impl Motion {
         self.ball_accelerations[i] = sums;
     }
 
-    /// Overlaps and rates of the closed contacts from their accelerations, and the end of the step `later` (s) than it
-    /// is; returns the largest change of an overlap over the largest overlap, and the largest change of a rate at the
-    /// last node, m/s. Iterations change most towards the end of the step: its last nodes tell by how much, and some
-    /// nodes how large overlaps are.
+    /// Overlaps and rates of the closed contacts from their accelerations, with the end of the step moved `later` (s).
+    /// Returns the largest change of an overlap over the largest overlap, and the largest change of a rate at the last
+    /// node, m/s. As iterations change most towards the end of the step, the last nodes suffice for the changes, and
+    /// some nodes for the size of the overlaps.
     pub(super) fn update(&mut self, table: &Table, later: f64) -> [f64; 2] {
         let (mut change, mut size, mut of_rate) = (0.0, f64::MIN_POSITIVE, 0.0);
         for j in 0..self.tracks.len() {
@@ -186,7 +185,7 @@ impl Motion {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
-        // In local arrays, of which compilers know that they are apart from what they are computed from.
+        // In local arrays, which cannot alias their inputs.
         let (mut overlaps, mut rates) = ([0.0; NODES], self.at_nodes.rates[j]);
         let integrates = self.needs_rates || later.abs() > FAR * length;
         let twice = if integrates {
@@ -215,7 +214,7 @@ impl Motion {
     }
 }
 
-/// The larger one, the first if the other is not a number.
+/// The larger one; the first if the other is NaN.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }

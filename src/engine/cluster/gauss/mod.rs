@@ -1,11 +1,10 @@
 //! Explicit Gauss collocation: groups of balls with contacts that are not linear, followed by steps of some tenths of a
 //! contact's duration.
 //!
-//! A power of the overlap that is not whole has a branch point where the contact closes or opens. A power series of the
-//! time converges no further than to there; a step of collocation ends there, or starts there, with its time stretched
-//! (`solver::gauss`). `ahead` says what to expect of the next step, `plan` what to try first and after each attempt.
-//! `step` makes an attempt, by the `iteration` and the `switching`s that it finds; `motion` holds it, and `output`
-//! reads off what there is to be known.
+//! A fractional power of the overlap has a branch point where the contact closes or opens. A power series of the time
+//! converges only up to there; a step of collocation ends or starts there, with its time stretched (`solver::gauss`).
+//! `ahead` has forecasts for the next step, `plan` the next attempt. `step` makes an attempt with the `iteration` and
+//! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
 
 mod ahead;
 mod iteration;
@@ -25,23 +24,23 @@ use plan::{Decision, Planner};
 
 pub(crate) use motion::Motion;
 
-/// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration allows them
-/// short steps only, and what balls at rest do next is decided within much less than a step.
+/// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration would need
+/// short steps, and balls at rest decide within much less than a step.
 const STIFF: f64 = 0.1;
 
 /// Attempts for one step, after which it is left to another method.
 const ATTEMPTS: usize = 40;
 
-/// What a step took and says about the next one.
+/// The outcome of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Followed {
-    /// Its length and the one that the next one may have, s.
+    /// Its length and that of the next one, s.
     pub length: f64,
     pub next: f64,
 }
 
-/// Whether some contacts press, the closed ones are not linear, the sign of a force that may be clipped is simple, and
-/// damping at this `speed` (m/s) is not stiff.
+/// Whether contacts press, the closed ones are not linear, forces that may clip have a `sign_of_force`, and damping at
+/// this `speed` (m/s) is not stiff.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
         window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
@@ -56,8 +55,8 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
 }
 
 impl Motion {
-    /// Describes the motion of `window` for a step, which `before` (s, 0 if there was none) says the length of. `None`
-    /// if the method does not serve. Adds the `evaluations` of forces, each at all nodes.
+    /// Describes the motion of `window` for a step of about the length `before` (s; 0 if unknown). `None` if the method
+    /// does not apply. Adds the `evaluations` of forces, each at all nodes.
     pub(super) fn follow(
         &mut self,
         window: &Window,

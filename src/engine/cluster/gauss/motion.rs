@@ -1,4 +1,4 @@
-//! The motion of a window on a step: what the iteration fills in, and what is read off it.
+//! The motion of a window on a step, filled in by the iteration.
 
 use std::cell::RefCell;
 
@@ -22,22 +22,22 @@ pub(super) struct Track {
     pub forcing: Forcing,
     /// The mean pendulum of the two, which acts on the overlap: omega^2 (1/s2) and 2 gamma (1/s).
     pub mean: [f64; 2],
-    /// How much more that on the left has of both: what acts on the mean of their positions and velocities.
+    /// Excess of the left pendulum in both, which acts on the mean of their positions and velocities.
     pub unlike: [f64; 2],
-    /// What forcing and gravity accelerate an overlap of 0 by at the start, m/s2.
+    /// Acceleration of an overlap of 0 by forcing and gravity at the start, m/s2.
     pub pull: f64,
-    /// Relative acceleration of the two at the start, m/s2, and what the contact forces change it by, m/s3.
+    /// Relative acceleration of the two at the start, m/s2, and its rate by the contact forces, m/s3.
     pub acceleration: f64,
     pub jerk: f64,
 }
 
 impl Track {
-    /// What the forces of the contact on the left, its own and that on the right accelerate it by.
+    /// Acceleration by the forces of the left, its own and the right contact.
     fn pushed(&self, [left, own, right]: [f64; 3]) -> f64 {
         (left - own) * self.inverse_masses[0] - (own - right) * self.inverse_masses[1]
     }
 
-    /// What the forcing changes by within `time` (s), m/s2.
+    /// Change of the forcing within `time` (s), m/s2.
     pub fn varying(&self, time: f64) -> f64 {
         let [_, first, second, third] = self.forcing;
         time * (first + 0.5 * time * (second + time / 3.0 * third))
@@ -69,14 +69,14 @@ impl Track {
     }
 }
 
-/// What the errors of a step are measured by.
+/// Scales for the errors of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
     /// Scale of the velocities, m/s.
     pub speed: f64,
-    /// The two highest Legendre coefficients over that.
+    /// Allowed size of the two highest Legendre coefficients over that scale.
     pub tail: f64,
-    /// What the velocities may be off by, m/s.
+    /// Allowed error of the velocities, m/s.
     pub local_error: f64,
     /// The longest step, s.
     pub longest: f64,
@@ -88,12 +88,12 @@ pub(super) struct Tolerance {
 pub(super) struct Samples {
     /// The nodes, s.
     pub times: Nodes,
-    /// A contact each: overlap (m) and its rate (m/s; rough unless the iteration takes them).
+    /// For each contact: overlap (m) and its rate (m/s; rough unless the iteration needs rates).
     pub overlaps: Vec<Nodes>,
     pub rates: Vec<Nodes>,
     /// Forces (N), with one of 0 at either end.
     pub forces: Vec<Nodes>,
-    /// A ball each: displacement (m) and velocity (m/s; rough unless the iteration takes rates).
+    /// For each ball: displacement (m) and velocity (m/s; rough unless the iteration needs rates).
     pub balls: Vec<[Nodes; 2]>,
 }
 
@@ -102,9 +102,9 @@ pub(super) struct Samples {
 pub(super) struct Moment {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
-    /// A ball each: displacement (m), the change of its velocity (m/s), and the integral of the displacement (m.s).
+    /// For each ball: displacement (m), change of velocity (m/s), and integral of the displacement (m.s).
     pub balls: Vec<[f64; 3]>,
-    /// A contact each: overlap (m) and the change of its rate (m/s).
+    /// For each contact: overlap (m) and the change of its rate (m/s).
     pub contacts: Vec<[f64; 2]>,
 }
 
@@ -115,7 +115,7 @@ pub(super) struct Part {
     pub tau: Option<f64>,
     /// The weights of the integral up to there, s.
     pub weights: Nodes,
-    /// Values at nodes on the way there, unless those of the step serve.
+    /// Values at nodes of their own, for times early in the step.
     pub early: Option<Samples>,
 }
 
@@ -125,9 +125,9 @@ pub(crate) struct Motion {
     pub(super) stretching: Stretching,
     /// Length of the step, s.
     pub(super) length: f64,
-    /// Up to when it holds: to its end, or to where a force changes its sign, s.
+    /// Time up to which it holds, s: its end, or where a force changes its sign.
     pub(super) until: f64,
-    /// The contact whose switching is then, and what that is.
+    /// The contact that switches then, and how.
     pub(super) end: Option<(usize, Switch)>,
     /// The pendulums of the balls, and their states at the start.
     pub(super) oscillators: Vec<Oscillator>,
@@ -135,12 +135,12 @@ pub(crate) struct Motion {
     /// Whether some pendulums differ.
     pub(super) unlike: bool,
     pub(super) tracks: Vec<Track>,
-    /// Whether a forcing varies, whether there is drag, and whether the iteration takes the rates.
+    /// Whether a forcing varies, whether there is drag, and whether the iteration needs rates.
     pub(super) varies: bool,
     pub(super) drags: bool,
     pub(super) needs_rates: bool,
     pub(super) at_nodes: Samples,
-    /// What accelerates each contact and each ball there, m/s2.
+    /// Acceleration of each contact and each ball there, m/s2.
     pub(super) accelerations: Vec<Nodes>,
     pub(super) ball_accelerations: Vec<Nodes>,
     pub(super) moment: RefCell<Moment>,
@@ -207,7 +207,7 @@ impl Motion {
         self.ball_accelerations.resize(flights.len(), [0.0; NODES]);
     }
 
-    /// Whether balls have to be followed at the nodes: else their centres fly.
+    /// Whether balls must be followed at the nodes; otherwise their centres fly.
     pub(super) fn needs_balls(&self) -> bool {
         self.unlike || self.drags || self.varies
     }
@@ -217,8 +217,8 @@ impl Motion {
         self.oscillators.iter().map(Oscillator::pace).fold(0.0, f64::max)
     }
 
-    /// Hands each contact the `force` of the one on its left, its own and that of the one on its right, 0 for those
-    /// that do not press.
+    /// Calls a function for each contact with the `force` of the left one, its own and that of the right one, 0 for
+    /// those that do not press.
     fn for_each_under(&mut self, force: impl Fn(&Track) -> f64, mut enter: impl FnMut(&mut Track, [f64; 3])) {
         let force = |track: Option<&Track>| track.filter(|track| track.mode == Mode::Pressing).map_or(0.0, &force);
         let (mut left, mut own) = (0.0, force(self.tracks.first()));

@@ -1,14 +1,14 @@
-//! What is read off a step of Gauss collocation, at any time of it.
+//! Dense output of a step of Gauss collocation.
 //!
-//! The accelerations at the nodes tell the motion: with `w_l(tau)` the weights of the integral from the start to tau,
+//! The motion follows from the accelerations at the nodes: with `w_l(tau)` the weights of the integral from the start
+//! to tau,
 //!
 //! ```text
 //! v(tau) = v + sum_l w_l(tau) a_l,     x(tau) = x + v tau + sum_l w_l(tau) (tau - t_l) a_l
 //! ```
 //!
-//! At the end of the step these are the sums of the method itself. So is the overlap. What is an integral of these is
-//! a sum of values at nodes: those of the step or, up to a time early in it, nodes on the way there, as by the nodes of
-//! the step it would be known to the rounding of what comes later.
+//! At the end of the step these are the sums of the method itself. Integrals are sums of values at the nodes of the
+//! step; for a time early in it, at nodes of their own, without the rounding of later values.
 
 use std::cell::Ref;
 
@@ -20,15 +20,14 @@ use crate::next::Next;
 use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
 use crate::solver::{root, series};
 
-/// How far a peak may exceed the largest force at the nodes and at the ends.
+/// Largest peak over the largest force at the nodes and at the ends.
 const MARGIN: f64 = 1.25;
 
-/// Up to this part of the step, as it is stretched, integrals have nodes of their own: where steps end early, those of
-/// the step serve.
+/// Up to this part of the stretched step, integrals have nodes of their own.
 const EARLY: f64 = 0.5;
 
 impl Motion {
-    /// The motion is another one.
+    /// Forgets what was computed for another motion.
     pub(super) fn forget(&mut self) {
         (self.moment.get_mut().tau, self.part.get_mut().tau) = (None, None);
     }
@@ -62,8 +61,8 @@ impl Motion {
         }
     }
 
-    /// The balls of equal pendulums without drag at `tau` (s): the centre of those that press on each other flies, and
-    /// by how much the overlaps between them have changed tells where they are about it.
+    /// Equal pendulums without drag at `tau` (s): the centre of balls that press on each other flies, and the changes
+    /// of the overlaps give their places about it.
     fn move_about_centres(&self, balls: &mut Vec<[f64; 3]>, weights: &[Nodes; 3], tau: f64) {
         let (o, mut first) = (&self.oscillators[0], 0);
         let [_, u1, u2, u3]: [f64; 4] = o.basis(tau.into());
@@ -86,7 +85,7 @@ impl Motion {
             balls.push(place);
             for (j, change) in (first..).zip(changes) {
                 right -= mass(j);
-                // All balls so far are farther on the left, by the share of those beyond.
+                // All balls so far are farther left, by the mass share of those beyond.
                 let share = right / all;
                 balls[begin..].iter_mut().for_each(|ball| (0..3).for_each(|k| ball[k] += share * change[k]));
                 (0..3).for_each(|k| place[k] -= (1.0 - share) * change[k]);
@@ -119,7 +118,7 @@ impl Motion {
         [once, twice, thrice]
     }
 
-    /// Of ball `i`, 1/kg. A window has a contact at every ball, on the right of all but the last one.
+    /// Inverse mass of ball `i`, 1/kg, from the contact on its right or, for the last one, on its left.
     pub(super) fn inverse_mass(&self, i: usize) -> f64 {
         match self.tracks.get(i) {
             Some(track) => track.inverse_masses[0],
@@ -159,7 +158,7 @@ impl Motion {
         samples
     }
 
-    /// The integral up to `tau` (s) of what these values make at the nodes.
+    /// The integral up to `tau` (s) of `values` at the nodes.
     fn integral(&self, tau: f64, values: impl Fn(&Samples) -> Nodes) -> f64 {
         let part = self.part(tau);
         weighted(&part.weights, &values(part.early.as_ref().unwrap_or(&self.at_nodes)))
@@ -198,8 +197,8 @@ impl Motion {
     }
 }
 
-/// What accelerations at the nodes make of a velocity, by these weights: displacement, change of the velocity, and
-/// integral of the displacement.
+/// Displacement, change of the velocity, and integral of the displacement, by these weights, from a velocity and
+/// accelerations at the nodes.
 fn moved_by([once, twice, thrice]: &[Nodes; 3], v: f64, accelerations: &Nodes, tau: f64) -> [f64; 3] {
     let [velocity, displacement, integral] = [once, twice, thrice].map(|weights| weighted(weights, accelerations));
     [v * tau + displacement, velocity, 0.5 * v * tau * tau + integral]
@@ -241,7 +240,7 @@ impl DenseOutput for Motion {
         self.integral(tau, |at| at.forces[j + 1])
     }
 
-    /// Looked for between the nodes as the polynomial through the forces there; its value is that of the law.
+    /// The place is that of the peak of the polynomial through the forces at the nodes, the value that of the law.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let (forces, table) = (&self.at_nodes.forces[j + 1], self.stretching.table());
         let time = |m: usize| self.length * table.times[m];
@@ -254,7 +253,7 @@ impl DenseOutput for Motion {
         if node.is_some() && !is_cut && largest * MARGIN <= known {
             return known;
         }
-        // An end of the step counts where the force rises towards it, one within the step in any case.
+        // An end of the step counts if the force rises towards it, a time within the step always.
         let few = end < first + 2;
         let mut at_end = false;
         if few || from > 0.0 || forces[first] >= forces[first + 1] {

@@ -1,4 +1,4 @@
-//! What to try next: from what is expected of a step to a plan of it, and from what came of an attempt to the next one.
+//! Planning: the first attempt from the forecasts, the next one from the outcome of an attempt.
 
 use super::motion::{Motion, Tolerance};
 use super::step::{Outcome, Plan};
@@ -8,20 +8,21 @@ use crate::engine::flight::Rounding;
 use crate::model::Mode;
 use crate::solver::gauss::Stretching;
 
-/// What the two highest Legendre coefficients may be over the scale of the velocities, for the local error of the
-/// default tolerance. The end of a step has twice as many digits: an error of 1e-16, within the step one of 3e-14.
+/// Allowed size of the two highest Legendre coefficients over the scale of the velocities, at the default tolerance.
+/// The end of a step has twice as many digits: its error is 1e-16, within the step 3e-14.
 const TAIL: f64 = 1e-10;
 const EPSILON: f64 = 1e-17;
 
-/// First step over the time that the fastest contact takes to stop its balls; and for a whole exponent, times that.
+/// First step over the time in which the fastest contact stops its balls; for a whole exponent, times the second
+/// factor.
 const FIRST: f64 = 0.5;
 const FIRST_SMOOTH: f64 = 1.6;
 
-/// A contact that is so many steps from its switching may be followed up to there.
+/// Largest number of steps ahead at which a switching becomes the end of the step.
 const NEAR: f64 = 0.7;
 
-/// How a step follows from the last one: the part of what the error allows, and the least and largest factor. And a
-/// step after one that did not reach a release, after one that failed.
+/// The next step over the last one: the part of what the error allows, the least and largest factor, and the factors
+/// after a step that did not reach a release and after a failed one.
 const SAFETY: f64 = 0.93;
 const CHANGE: [f64; 2] = [0.3, 4.0];
 const SHORTER: f64 = 0.65;
@@ -31,7 +32,7 @@ const LEAST: f64 = 0.05;
 /// What to do after an attempt.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Decision {
-    /// The step stands; the next one may be so long, s.
+    /// The step is accepted; length of the next one, s.
     Take(f64),
     /// The step has no length: this contact switches at its start.
     End(usize, Switch),
@@ -44,12 +45,12 @@ pub(super) enum Decision {
 pub(super) struct Planner {
     /// The stretching of a step that ends at no release.
     stretching: Stretching,
-    /// The most that such a step may take, by the attempts so far, s.
+    /// Longest such step, by the attempts so far, s.
     length: f64,
 }
 
 impl Planner {
-    /// What to try first, and what the step has to keep to. See [`Motion::follow`] for the arguments.
+    /// The first plan. See [`Motion::follow`] for the arguments.
     pub fn new(
         motion: &Motion,
         window: &Window,
@@ -77,7 +78,7 @@ impl Planner {
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
-        // A step that begins with a branch point does not end with one.
+        // A step that begins at a branch point does not end at one.
         let plan = if planner.stretching == Stretching::None
             && let Some((j, time)) = near(release)
         {
@@ -94,7 +95,7 @@ impl Planner {
         (planner, Plan { length: plan.length.min(longest), ..plan }, tolerance)
     }
 
-    /// A step to no switching, of this length (s) or what it may take.
+    /// A step of this length (s) or the longest allowed, to no switching.
     fn ahead(&mut self, length: f64) -> Plan {
         self.length = self.length.min(length);
         Plan { stretching: self.stretching, length: self.length, switching: None }
@@ -113,14 +114,14 @@ impl Planner {
             (Outcome::Stands(error), _) => {
                 return Decision::Take((reached * change_for(error)).min(tolerance.longest));
             }
-            // Which way a force, or an overlap at rest, goes from 0 its mean slope over a step does not tell; a series
+            // The mean slope over a step does not show which way a force, or an overlap at rest, goes from 0; a series
             // does.
             (Outcome::AtOnce(_, Switch::Clip | Switch::Unclip), _) => return Decision::GiveUp,
             (Outcome::AtOnce(j, Switch::Release), _) if motion.tracks[j].is_resting(&tolerance.rounding) => {
                 return Decision::GiveUp;
             }
             (Outcome::AtOnce(j, switch), _) => return Decision::End(j, switch),
-            // It switches before the end that was found for it, and the same step would come to the same end.
+            // It switches before the end found for it; the same step would give the same result.
             (Outcome::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
             (Outcome::Within(j, Switch::Release, time), _) if motion.tracks[j].mode == Mode::Pressing => {
                 match plan.stretching {
@@ -130,7 +131,7 @@ impl Planner {
                 }
             }
             (Outcome::Within(j, _, time), _) => self.to_switching(j, time.max(least)),
-            // It nearly opens, and the same step would come to the same end.
+            // It nearly opens; the same step would give the same result.
             (Outcome::NoSwitching, _) => self.ahead(SHORTER * self.length.min(reached.max(least))),
             (Outcome::TooLong(_) | Outcome::Failed, Some(_)) => self.ahead(SHORTER * tried),
             (Outcome::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
@@ -146,14 +147,14 @@ fn to_release(motion: &Motion, j: usize, time: f64) -> Plan {
     Plan { stretching, length: time, switching: Some(j) }
 }
 
-/// The next step over the last one, which had this error in units of the one allowed.
+/// The next step over the last one, from its error over the allowed one.
 fn change_for(error: f64) -> f64 {
     // The sixteenth root, which is nearly that of the order.
     let root = error.sqrt().sqrt().sqrt().sqrt();
     (SAFETY / root).clamp(CHANGE[0], CHANGE[1])
 }
 
-/// Prints an attempt, what came of it and what was decided, in a build with `--features trace`.
+/// Prints an attempt, its outcome and the decision, in a build with `--features trace`.
 #[expect(clippy::print_stderr, reason = "that is what the feature is for")]
 pub(super) fn trace(plan: &Plan, outcome: &Outcome, decision: &Decision) {
     if cfg!(feature = "trace") {

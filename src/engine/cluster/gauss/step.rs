@@ -1,4 +1,4 @@
-//! One step of explicit Gauss collocation, from a plan to what came of it. Where the step ends at a switching, Picard's
+//! One step of explicit Gauss collocation, from a plan to its outcome. If the step ends at a switching, Picard's
 //! iteration moves the end there.
 
 use super::motion::{Motion, Tolerance};
@@ -11,35 +11,32 @@ use crate::solver::gauss::{Stretching, Table, weighted};
 const LEAST: usize = 2;
 const MOST: usize = 60;
 
-/// A step whose error is this many times the one allowed is given up at once; more while overlaps still change, for
-/// each part of their size.
+/// A step whose error is this many times the allowed one is given up at once; while overlaps still change, more is
+/// tolerated.
 const TOO_LONG: f64 = 1.5;
 const STILL_CHANGING: f64 = 1e5;
 
-/// The iteration has converged where it changes overlaps by less than this part of their size. Or where at the present
-/// rate the next change would be less, or the one after the next, so many times over: the forces are once more those of
-/// the last overlaps, but the velocities at the end feel what is late in the step that much more. Rounding keeps it
-/// from getting there if it still changes them by less than the other one.
+/// The iteration has converged if it changes overlaps by less than this part of their size, or if at the present rate
+/// the next change, or the one after it, would be less, with a margin because velocities at the end are more sensitive.
+/// With changes below the second limit, only rounding keeps it from converging.
 const CONVERGED: f64 = 8e-16;
 const FELT: f64 = 64.0;
 const NOISE: f64 = 2e-15;
 
-/// Where forces depend on rates, these have converged when their next change is less than this part of the scale of
-/// velocities. Under strong damping that comes long after the overlaps. Guarded by
-/// `deep_overlaps_at_the_start_of_lossy_contacts`.
+/// Rates, where forces depend on them, have converged if their next change is less than this part of the scale of
+/// velocities; under strong damping long after the overlaps. Guarded by `deep_overlaps_at_the_start_of_lossy_contacts`.
 const CONVERGED_RATE: f64 = 4e-15;
 
-/// Switchings are looked for as soon as the iteration changes overlaps by no more than this part of those of the
-/// contact that presses least; at the ends of a wave, which hardly press, by no more than the other part of the
-/// largest.
+/// Switchings are searched once the iteration changes overlaps by no more than this part of that of the contact that
+/// presses least or, at the ends of a wave, by the other part of the largest.
 const ROUGH: f64 = 0.1;
 const FINE: f64 = 1e-5;
 
-/// What the error counts for, as a factor, where the step is left before its end, because a force changes its sign:
-/// within it is less exact than at the end.
+/// Factor on the error if the step is left before its end, because a force changes its sign: there it is less exact
+/// than at the end.
 const WITHIN: f64 = 30.0;
 
-/// How far the end of the step may move within the iteration, as a factor.
+/// Largest factor by which the end of the step may move within the iteration.
 const FARTHEST: f64 = 4.0;
 
 #[derive(Clone, Copy, Debug)]
@@ -51,10 +48,10 @@ pub(super) struct Plan {
     pub switching: Option<usize>,
 }
 
-/// What came of an attempt.
+/// The outcome of an attempt.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Outcome {
-    /// The step stands, with this error in units of the one allowed.
+    /// The step is accepted, with this error over the allowed one.
     Stands(f64),
     /// This contact switches at the start.
     AtOnce(usize, Switch),
@@ -114,7 +111,7 @@ impl Motion {
                     }
                     measured = still < TOO_LONG;
                 }
-                // Right after the end has moved far, the change falls by more than it will.
+                // Right after the end has moved far, the change falls faster than it will later.
                 let rate = (change / last_change).max(0.5 * last_rate);
                 let converged = change <= CONVERGED
                     || (rate < 0.5 && change * rate * (FELT * rate).min(1.0) <= CONVERGED)
@@ -131,22 +128,21 @@ impl Motion {
         Outcome::Failed
     }
 
-    /// Whether a step of this `plan`, which is for something else, may end with the switching of contact `j`: where
-    /// that has no branch point, and time is not stretched for another one's.
+    /// Whether a step of this `plan` may end with another switching, that of contact `j`: it has no branch point, and
+    /// time is not stretched for another one.
     fn may_end(&self, plan: &Plan, j: usize, switch: Switch) -> bool {
         let has_branch_point = switch == Switch::Release && self.tracks[j].mode == Mode::Pressing;
         let is_smooth = !has_branch_point || self.stretching_power().is_none();
         is_smooth && !matches!(plan.stretching, Stretching::AtEnd(_))
     }
 
-    /// Whether the step ends with this switching, as far as overlaps are known: where balls hardly part, their time is
-    /// not known so well.
+    /// Whether the step ends with this switching, to within the accuracy of the overlaps.
     fn is_end(&self, j: usize, switch: Switch, table: &Table, tolerance: &Tolerance) -> bool {
         let overlap = || self.overlap_at_end(j, self.curvature(j, table));
         self.end == Some((j, switch)) && overlap().abs() <= self.noise(tolerance)
     }
 
-    /// The two highest Legendre coefficients of the accelerations of closed contacts, in units of what is allowed.
+    /// The two highest Legendre coefficients of the accelerations of closed contacts, over the allowed ones.
     fn error(&self, table: &Table, tolerance: &Tolerance) -> f64 {
         let mut largest = 0.0_f64;
         for (track, accelerations) in self.tracks.iter().zip(&self.accelerations) {
@@ -163,7 +159,7 @@ impl Motion {
         largest * self.length / (tolerance.speed * tolerance.tail)
     }
 
-    /// After the iteration: the forces of the last overlaps, and whether the step stands.
+    /// After the iteration: computes the forces of the last overlaps, and decides whether the step is accepted.
     fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Outcome {
         self.push();
         let mut error = self.error(table, tolerance);

@@ -1,18 +1,18 @@
-//! Switchings on a step: where it is to end, and whether it has passed over any.
+//! Switchings on a step: those at its end, and whether it has missed any.
 //!
-//! On the step the overlap of a contact ends at `d + r h + S h^2`, with S the weighted sum of its accelerations: where
-//! that is 0 the contact opens or closes. A force whose sign changes is only found afterwards: up to there the step is
-//! as good as any.
+//! On a step of length h the overlap of a contact ends at `d + r h + S h^2`, with S the weighted sum of its
+//! accelerations: where that is 0 the contact opens or closes. A change of a force's sign is found afterwards; up to
+//! there the step is valid.
 
 use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::{Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
 
-/// How far the overlaps at the nodes are known, over speed and length.
+/// Error of the overlaps at the nodes, over speed and length.
 const UNKNOWN: f64 = 1e-15;
 
-/// What nodes tell of something that should not exceed a limit.
+/// Where a quantity at the nodes exceeds a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Excess {
     Never,
@@ -22,23 +22,23 @@ enum Excess {
     Near(usize),
 }
 
-/// What the nodes tell of the signs of forces.
+/// Changes of the signs of forces on a step.
 pub(super) enum Signs {
     /// No force changes its sign.
     Stay,
-    /// That of this contact does, at this time (s).
+    /// The force of this contact does, at this time (s).
     Change(usize, f64),
     /// One may do so between two nodes.
     Unclear,
 }
 
 impl Motion {
-    /// How far overlaps are known, m.
+    /// Error of the overlaps, m.
     pub(super) fn noise(&self, tolerance: &Tolerance) -> f64 {
         tolerance.rounding.position.max(UNKNOWN * tolerance.speed * self.length)
     }
 
-    /// How far the sign of a force is known.
+    /// Error of the sign of a force.
     fn noise_of_sign(&self, sign: &SignOfForce, tolerance: &Tolerance) -> f64 {
         let of_rate = tolerance.rounding.velocity.max(UNKNOWN * tolerance.speed);
         sign.by_overlap * self.noise(tolerance) + sign.by_rate * of_rate
@@ -59,7 +59,7 @@ impl Motion {
         self.tracks[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
 
-    /// How much the contact that presses least does so, over the one that presses most.
+    /// Smallest overlap of a pressing contact over the largest.
     pub(super) fn evenness(&self) -> f64 {
         let pressing =
             self.tracks.iter().zip(&self.at_nodes.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
@@ -68,7 +68,7 @@ impl Motion {
         least / most
     }
 
-    /// The earliest onset or release, as far as the iteration has got: contact, what it is, and the time (s).
+    /// The earliest onset or release by the iteration so far: contact, switching, and time (s).
     pub(super) fn first_switching(&mut self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
         for j in 0..self.tracks.len() {
@@ -84,8 +84,8 @@ impl Motion {
         first
     }
 
-    /// Whether contact `j` presses at all nodes and at the end. The parabola that tells a release may vanish all the
-    /// same: by its mean acceleration a contact that comes to rest opens.
+    /// Whether contact `j` presses at all nodes and at the end. The parabola for a release may vanish all the same, if
+    /// the contact comes to rest.
     fn stays_closed(&self, j: usize, table: &Table) -> bool {
         self.tracks[j].mode == Mode::Pressing
             && range(&self.at_nodes.overlaps[j])[0] > 0.0
@@ -96,8 +96,7 @@ impl Motion {
     pub(super) fn switching(&mut self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<(Switch, f64)> {
         if self.tracks[j].mode != Mode::Pressing {
             self.accelerate(j);
-            // By its pendulums an overlap acts on itself. That is little, but the end of the step is to have all
-            // digits.
+            // By its pendulums an overlap acts on itself: a little, but the end of the step needs all digits.
             if self.end.is_some_and(|(ending, _)| ending == j) {
                 self.move_contact(j, table, 0.0);
             }
@@ -115,7 +114,7 @@ impl Motion {
         let time = if track.overlap > tolerance.rounding.no_overlap() {
             self.fall_at_nodes(j, table).or_else(|| fall(track.overlap, track.rate, curvature))
         } else {
-            // It has only just closed. A rate within rounding says neither that its balls part nor that they do not.
+            // It has just closed. A rate within rounding does not show whether its balls part.
             let known = tolerance.rounding.velocity;
             let parts = curvature < 0.0 || track.rate < -known;
             parts.then(|| if track.rate > known { -track.rate / curvature } else { 0.0 })
@@ -132,9 +131,8 @@ impl Motion {
         Some(from + (to - from) * before / (before - overlaps[after]))
     }
 
-    /// When the overlap of contact `j` vanishes by its value, rate and acceleration at the end of the step as it is now
-    /// (s): what is known from its start may tell another time, or none where the balls hardly part. `None` if that is
-    /// not near.
+    /// When the overlap of contact `j` vanishes (s), by its value, rate and acceleration at the current end of the
+    /// step, where the parabola from its start is less exact. `None` if that is not near.
     pub(super) fn switching_near_end(&self, j: usize, table: &Table) -> Option<f64> {
         let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
         let half = 0.5 * self.accelerations[j][NODES - 1];
@@ -148,9 +146,8 @@ impl Motion {
         (0.5 * self.length..2.0 * self.length).contains(&time).then_some(time)
     }
 
-    /// When the open contact `j`, at rest, closes (s), if it does so as far as this step tells: at once, unless its
-    /// balls are first accelerated apart, by a force that may only grow from 0. Else series, which see them part, would
-    /// open it again.
+    /// When the open contact `j`, at rest, closes (s), by this step: at once, unless its balls are first accelerated
+    /// apart, possibly by a force that grows from 0. Otherwise series would open it again.
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
         let track = &self.tracks[j];
         let matters = self.matters(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
@@ -160,8 +157,8 @@ impl Motion {
         self.switching_near_end(j, table).or(matters.then_some(0.5 * self.length))
     }
 
-    /// Whether a ball at rest beside the one of an open contact would be pressed, or moved by more than may be left
-    /// out.
+    /// Whether a ball at rest at an open contact would be pressed or moved at this `overlap` by more than is
+    /// negligible.
     fn matters(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
@@ -198,8 +195,8 @@ impl Motion {
         }
     }
 
-    /// When something changes its sign before node `m` or, with [`NODES`], before the end of the step, s: there it no
-    /// longer has this `side`. Ten digits will do, as a force about to be clipped vanishes.
+    /// When a quantity leaves this `side` of 0 before node `m` or, with [`NODES`], before the end of the step, s. Ten
+    /// digits will do, as a force about to be clipped vanishes.
     fn time_of_change(&self, side: f64, ends: [f64; 2], within: &Nodes, m: usize, table: &Table) -> f64 {
         let before = m.checked_sub(1);
         let (start, end) = (before.map_or(0.0, |m| self.time_of(m, table)), self.time_of(m, table));
@@ -209,7 +206,7 @@ impl Motion {
         }
         let falls = Rule::get().powers.map(|row| -side * weighted(&row, within));
         self.rising_zero(&falls, start, end).unwrap_or_else(|| {
-            // Beyond the outermost nodes the polynomial may have another sign than what it stands for.
+            // Beyond the outermost nodes the polynomial may have the wrong sign.
             let at_end = side * within.get(m).unwrap_or(&ends[1]);
             start + (end - start) * at_start / (at_start - at_end.min(0.0))
         })
@@ -238,7 +235,7 @@ impl Motion {
         let track = &self.tracks[j];
         let [least, most] = range(&self.accelerations[j]);
         let farthest = (track.rate.max(0.0) + most.max(-least) * self.length) * self.length;
-        // What is not a number tells nothing.
+        // NaN decides nothing.
         let stays_open = track.overlap <= -2.0 * farthest;
         !stays_open
     }
@@ -249,8 +246,8 @@ impl Motion {
     }
 }
 
-/// Where something, on this `side` of 0, exceeds `noise` at the nodes, or may between them. The `ends` are its values
-/// before and after them.
+/// Where `side` times a quantity exceeds `noise` at the nodes, or may between them. The `ends` are its values before
+/// and after the nodes.
 fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess {
     let at = |m: usize| side * within.get(m).unwrap_or(&ends[1]);
     // As a rule, all values stay away from 0 by more than half of their range.
@@ -295,7 +292,7 @@ pub(super) fn fall(d: f64, r: f64, s: f64) -> Option<f64> {
         return None;
     }
     let root = discriminant.sqrt();
-    // Of the two forms the one that does not cancel.
+    // The form without cancellation.
     if r > 0.0 {
         return (s < 0.0).then(|| (-r - root) / (2.0 * s));
     }

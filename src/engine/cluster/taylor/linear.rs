@@ -1,7 +1,7 @@
-//! The coefficients where all contacts are linear: `F = k d + c r`, so that each follows from the ones before it by a
-//! handful of products.
+//! The coefficients where all contacts are linear, `F = k d + c r`: each follows from the ones before it by a handful
+//! of products.
 //!
-//! An order costs so little that a high one pays: steps grow as fast as the work for them.
+//! Each order is so cheap that a high one pays: steps grow as fast as the work for them.
 
 use std::ops::Range;
 
@@ -13,19 +13,18 @@ use crate::model::Mode;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, INVERSES, NUMBERS};
 
-/// Balls side by side: two numbers fill a register of every processor.
+/// Balls computed side by side: two numbers fill a register of every processor.
 const LANES: usize = 2;
 
-/// Order of these series over the one that `Control` has for others. A lower one takes more steps for a pulse, one of
-/// twice the order loses digits, for terms that cancel (`benches/runs.rs`, `tests/rust/reference.rs`).
+/// Order of these series over that of others. A lower one needs more steps for a pulse; twice the order loses digits by
+/// cancelling terms (`benches/runs.rs`, `tests/rust/reference.rs`).
 const HIGHER: f64 = 1.6;
 
-/// Highest order that a tolerance leads to.
+/// Highest order.
 const MOST: usize = 40;
 
-/// Coefficients that tell whether a switching is near, and the times, in units, that they are asked for. A segment that
-/// will end soon gets only the order that it takes till then: more times make it shorter, more coefficients tell of
-/// later switchings.
+/// Coefficients that show whether a switching is near, and the times, in units, at which they are evaluated. A segment
+/// that will end soon gets only the order that it needs until then.
 const LOOK: usize = 8;
 const LOOKS: [f64; 8] = [0.02, 0.1, 0.25, 0.5, 0.8, 1.2, 1.6, 2.1];
 
@@ -48,13 +47,13 @@ struct Block {
     /// Stiffness and damping of the contacts, 0 unless they press.
     stiffness: Lanes,
     damping: Lanes,
-    /// The last coefficients: of positions and velocities of the balls; of the distances of the balls of each contact
-    /// from where they rest, and of the rates of these, m.
+    /// The last coefficients: of positions and velocities of the balls; of the distance of the balls of each contact,
+    /// relative to that at rest, and of its rate, m.
     position: Lanes,
     velocity: Lanes,
     apart: Lanes,
     rate: Lanes,
-    /// What the contacts push with, N, and the accelerations of the balls by the inputs, m.
+    /// The forces of the contacts, N, and the accelerations of the balls by the inputs, m.
     push: Lanes,
     input: Lanes,
     /// Whether the pendulum of the next ball differs.
@@ -62,8 +61,9 @@ struct Block {
 }
 
 impl Block {
-    /// The next coefficients of balls and contacts, where the contact at their left has pushed so, and the ball at
-    /// their right is driven so and has this next coefficient of its velocity. Returns how the first ball is driven.
+    /// The next coefficients of balls and contacts, from the push of the contact at their left, and from the
+    /// acceleration and the next velocity coefficient of the ball at their right. Returns the acceleration of the first
+    /// ball.
     #[inline(always)]
     fn advance(&mut self, push_left: f64, [driven_right, velocity_right]: [f64; 2], inverse: f64) -> f64 {
         let from_left: Lanes = std::array::from_fn(|i| if i > 0 { self.push[i - 1] } else { push_left });
@@ -90,7 +90,7 @@ impl Block {
     }
 }
 
-/// What an expansion needs beside the series; it keeps nothing from one to the next but its memory.
+/// Working memory of an expansion.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
     blocks: Vec<Block>,
@@ -122,8 +122,8 @@ impl Workspace {
         }
     }
 
-    /// The coefficients of these numbers, which follow from the last ones, and those of the displacements and overlaps
-    /// two orders higher.
+    /// Computes the coefficients of these numbers from the last ones, and those of displacements and overlaps two
+    /// orders higher.
     fn advance(&mut self, numbers: Range<usize>, displacements: &mut [Rows], overlaps: &mut [Rows]) {
         let blocks = &mut self.blocks[..];
         let count = blocks.len().min(displacements.len()).min(overlaps.len());
@@ -142,7 +142,7 @@ impl Workspace {
         }
     }
 
-    /// The first coefficients, which the inputs tell in. Returns how many.
+    /// Computes the first coefficients, which contain the inputs. Returns how many.
     fn advance_driven(
         &mut self,
         window: &Window,
@@ -169,8 +169,8 @@ impl Workspace {
         largest.into_iter().fold(0.0, larger)
     }
 
-    /// Computes coefficients up to the order `most`, or to that which a switching that seems to come soon takes: by
-    /// then the last terms are at most `allowed` (m). Overlaps up to `noise` (m) are rounding. Returns the order.
+    /// Computes coefficients up to the order `most` or, if a switching is near, to a lower one at which the last terms
+    /// are at most `allowed` (m) by then. Overlaps up to `noise` (m) are rounding. Returns the order.
     fn expand(
         &mut self,
         displacements: &mut [Rows],
@@ -215,8 +215,7 @@ impl Workspace {
     }
 }
 
-/// The first of the [`LOOKS`] by which a contact seems to have switched, by more than `noise` (m), from the first
-/// coefficients.
+/// The first of the [`LOOKS`] at which a contact has switched, by more than `noise` (m), by the first coefficients.
 fn switching(overlaps: &[[f64; ROOM]], contacts: &[WindowContact], noise: f64) -> Option<usize> {
     let seems = |(contact, row): (&WindowContact, &[f64; ROOM])| {
         let sign = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
@@ -227,8 +226,8 @@ fn switching(overlaps: &[[f64; ROOM]], contacts: &[WindowContact], noise: f64) -
 }
 
 impl Series {
-    /// Computes all coefficients like [`Self::expand`], of no higher order than a switching that seems to come soon
-    /// takes. Overlaps up to `noise` (m) are rounding.
+    /// Computes all coefficients like [`Self::expand`], with a lower order if a switching is near. Overlaps up to
+    /// `noise` (m) are rounding.
     pub fn expand_linear(
         &mut self,
         workspace: &mut Workspace,

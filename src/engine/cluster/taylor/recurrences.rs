@@ -16,22 +16,21 @@ use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
-/// The force by the series may differ from that of the law by what changes the velocities by this part of their scale.
+/// Allowed difference between the forces by the series and by the law: its effect on the velocities over their scale.
 const WRONG: f64 = 1e-13;
 
-/// Velocities up to this, m/s, are those of a start from rest: what the other accelerations lead to is by far more.
+/// Velocities up to this, m/s, count as a start from rest; accelerations soon lead to far more.
 const AT_REST: f64 = 1e-20;
 
 /// An overlap about to vanish shortens the unit of time by no more than this factor.
 const SHORTEST_UNIT: f64 = 1e-20;
 
-/// Terms that are looked at to tell how far a series without gaps converges.
+/// Terms from which the convergence of a series without gaps is estimated.
 pub(super) const TERMS_AT_LEAST: usize = 3;
 
 impl<S: Scalar> Series<S> {
     /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no
-    /// elastic force; the overlaps of those that are `given` one are taken as they are, and their forces follow from
-    /// them.
+    /// elastic force; overlaps that are `given` stay as they are, and the forces follow from them.
     pub fn fill(
         &mut self,
         equations: &impl Equations<S>,
@@ -69,8 +68,8 @@ impl<S: Scalar> Series<S> {
         let (stride, unit, contacts) = (self.stride(), S::from(self.unit), equations.balls() - 1);
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let next = (k + 1) as f64;
-        // What a pendulum makes of this coefficient of a position (m) and this one of a rate, under the acceleration
-        // `driven`.
+        // The next coefficient of a pendulum with this coefficient of its position (m) and of its rate, under the
+        // acceleration `driven`.
         let term = |ball: &BallModel<S>, driven: S, position: S, of_rate: S| {
             let damped = S::from(2.0) * ball.gamma * S::from(next) * of_rate / unit;
             (driven - ball.omega2 * position - damped) * unit * unit / S::from(next * (next + 1.0))
@@ -108,9 +107,9 @@ impl<S: Scalar> Series<S> {
 }
 
 impl<S: Scalar> Series<S> {
-    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), where
-    /// they may change by what `control` says. The elastic force of a contact is left out up to the overlap (m) that it
-    /// returns; 0 if it is not.
+    /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), to the
+    /// accuracy of `control`. Returns for each contact the overlap (m) up to which its elastic force is left out; 0 if
+    /// it is not.
     pub fn expand(&mut self, equations: &impl Equations<S>, control: &Control, scale: f64) -> Vec<f64> {
         let (contacts, dv) = (0..equations.balls() - 1, control.local_error(scale));
         let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, equations, dv, scale)).collect();
@@ -122,7 +121,7 @@ impl<S: Scalar> Series<S> {
             |_| false,
         );
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So
-        // many terms are looked at that they cannot all fall into a gap.
+        // more terms are checked than a gap has.
         let gap = contacts.map(|j| libm::ceil(equations.law(j).exponent.value()) as usize).fold(1, usize::max);
         self.terms = gap + TERMS_AT_LEAST;
         negligible
@@ -153,8 +152,8 @@ impl<S: Scalar> Series<S> {
 }
 
 impl Series {
-    /// The same of a window. The segment ends where the last terms, or what is left out, would change the velocities by
-    /// more than `control` allows.
+    /// The same for a window. The segment ends where the last terms, or the forces left out, would change the
+    /// velocities by more than `control` allows.
     pub fn expand_window(&mut self, window: &Window, control: &Control, scale: f64) {
         let negligible = self.expand(window, control, scale);
         self.converges_for = self.convergence(control.local_error(scale), |c| c).min(control.longest);
@@ -166,8 +165,8 @@ impl Series {
         }
     }
 
-    /// Ends the segment where the series of the elastic force of contact `j` is still the force of the law. From rest
-    /// the force starts with a high power of the time, which may lie beyond the order.
+    /// Ends the segment where the series of the elastic force of contact `j` still equals the law. From rest the force
+    /// starts with a high power of the time, which may lie beyond the order.
     fn shorten_where_wrong(&mut self, j: usize, law: &ContactLaw, mass: f64, scale: f64) {
         // Bounded, for states that are not finite.
         for _ in 0..64 {
@@ -182,15 +181,14 @@ impl Series {
                     return;
                 }
             }
-            // Halves reach what is left out where the overlap vanishes.
+            // Halving reaches the part that is left out where the overlap vanishes.
             self.converges_for *= 0.5;
         }
     }
 }
 
-/// Scale of the velocities (m/s) that local errors are measured by: the largest velocity, and the largest closing rate
-/// that the elastic energies amount to, or, from rest, what the other accelerations lead to until a contact balances
-/// them.
+/// Scale of the velocities (m/s) for local errors: the largest velocity and closing rate by the elastic energies or,
+/// from rest, the speed that the other accelerations cause until a contact balances them.
 pub(crate) fn velocity_scale<S: Scalar>(equations: &impl Equations<S>) -> f64 {
     let balls = equations.balls();
     let moving = (0..balls).map(|i| equations.velocity(i).value().abs()).fold(f64::MIN_POSITIVE, f64::max);
@@ -204,8 +202,8 @@ pub(crate) fn velocity_scale<S: Scalar>(equations: &impl Equations<S>) -> f64 {
     stored.fold(moving, f64::max)
 }
 
-/// What the other accelerations of the balls of contact `j` lead to from rest until it balances them, m/s. Where these
-/// only grow from 0, it is the time to then that decides how far: found by iteration, to within a power of ten.
+/// Speed (m/s) that the other accelerations of the balls of contact `j` cause from rest until it balances them. Where
+/// these grow from 0, the time to then is found by iteration, to within a power of ten.
 fn speed_from_rest<S: Scalar>(equations: &impl Equations<S>, j: usize) -> f64 {
     let pulls = [j, j + 1].map(|i| {
         let mut sizes = equations.forcing(i).map(S::value);
@@ -226,9 +224,8 @@ fn speed_from_rest<S: Scalar>(equations: &impl Equations<S>, j: usize) -> f64 {
     speed(acceleration(time))
 }
 
-/// Where a power that is not whole starts from almost no overlap its series hardly converges, and its force does not
-/// matter: it is left out up to an overlap (m) where it would change the velocities by the local error `dv` (m/s); 0 if
-/// it is not.
+/// The overlap (m) up to which the elastic force of contact `j` is left out, because it changes the velocities by less
+/// than the local error `dv` (m/s) and its series, a fractional power, would hardly converge; otherwise 0.
 fn negligible_overlap<S: Scalar>(j: usize, equations: &impl Equations<S>, dv: f64, scale: f64) -> f64 {
     if equations.needs_force(j) && equations.law(j).whole_exponent().is_none() {
         let (law, mass, rate) =
@@ -241,9 +238,8 @@ fn negligible_overlap<S: Scalar>(j: usize, equations: &impl Equations<S>, dv: f6
     0.0
 }
 
-/// A time (s) within a few powers of ten of the one that the series will converge for: that of the fastest contact, or
-/// of an overlap about to vanish, whose power is singular there, unless it is `negligible`; without contact that of the
-/// pendulums.
+/// A time (s) within a few powers of ten of the radius of convergence: that of the fastest contact, or of an overlap
+/// about to vanish, where its power is singular, unless it is `negligible`; without contact that of the pendulums.
 fn unit_of_time<S: Scalar>(equations: &impl Equations<S>, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
     let swing = |ball: BallModel<S>| ball.omega2.value().sqrt() + 2.0 * ball.gamma.value();
     let swing = (0..equations.balls()).map(|i| swing(equations.ball(i))).fold(0.0, f64::max);

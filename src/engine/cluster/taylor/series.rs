@@ -1,6 +1,5 @@
-//! The motions and forces of a window as power series of the time, and what is read off them: the series is its own
-//! dense output. How the coefficients follow from the state at the start of a segment: `recurrences`, `linear` where
-//! contacts are, or `collocation`.
+//! The motions and forces of a window as power series of the time, with their dense output. The coefficients come from
+//! `recurrences`, from `linear` for linear contacts, or from `collocation`.
 
 use crate::engine::cluster::window::{DenseOutput, Equations, OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree};
@@ -12,7 +11,7 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::quadrature::{self, POINTS};
 use crate::solver::series::{self, MOST};
 
-/// Parts of a segment after which a contact that has closed from rest is looked at.
+/// Parts of a segment after which a contact that has closed from rest is checked.
 const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
 
 /// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over
@@ -23,20 +22,19 @@ pub(crate) struct Series<S = f64> {
     pub(crate) order: usize,
     /// Coefficients that a row has room for.
     stride: usize,
-    /// Unit of time of the series, s: of the order of what they converge for, lest high powers overflow.
+    /// Unit of time of the series, s, near their radius of convergence, so that high powers do not overflow.
     pub(crate) unit: f64,
-    /// A ball each: displacement since the start of the segment.
+    /// For each ball: displacement since the start of the segment.
     pub(crate) displacements: Vec<S>,
     /// A contact each: overlap.
     pub(crate) overlaps: Vec<S>,
-    /// A contact each: elastic force, and the force of the law without clipping. Zero where the contact is open. Left
-    /// out of `linear` contacts are the elastic force, and without damping the other one, too.
+    /// For each contact: elastic force, and the unclipped force of the law; zero where the contact is open. `linear`
+    /// contacts have no elastic force and, without damping, not the other one either.
     pub(crate) elastic: Vec<S>,
     pub(crate) forces: Vec<S>,
-    /// A contact each: stiffness, N/m, and damping, N.s/m, of a linear one, whose overlap tells the rest; zeros of an
-    /// open one beside it.
+    /// For each contact: stiffness, N/m, and damping, N.s/m, of a linear one; zeros of an open one beside it.
     pub(crate) linear: Vec<Option<[S; 2]>>,
-    /// Last terms that are looked at to tell how far the series converge.
+    /// Last terms from which the convergence is estimated.
     pub(super) terms: usize,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
@@ -76,7 +74,7 @@ impl<S: Scalar> Series<S> {
         row.iter().enumerate().skip(1).map(|(k, c)| S::from(k as f64) * *c / S::from(self.unit)).collect()
     }
 
-    /// Rows of the given order and unit of time with nothing but the state at the start.
+    /// Rows of the given order and unit of time with only the state at the start.
     pub(crate) fn begin(&mut self, equations: &impl Equations<S>, order: usize, unit: f64) {
         (self.order, self.stride, self.unit, self.converges_for) = (order, order + 2, unit, unit);
         let (stride, balls) = (self.stride, equations.balls());
@@ -97,8 +95,8 @@ impl<S: Scalar> Series<S> {
         }
     }
 
-    /// Rows for so many balls and contacts, each with room for `stride` coefficients that are yet to be set. All
-    /// contacts are `linear` like this, or none is.
+    /// Rows for this many balls and contacts, each with room for `stride` coefficients to be set later. All contacts
+    /// are `linear`, or none is.
     pub(super) fn begin_unset(
         &mut self,
         balls: usize,
