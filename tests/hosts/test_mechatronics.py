@@ -22,6 +22,7 @@ from lxml import etree
 pytestmark = pytest.mark.all
 
 SCRIPT = ROOT / "examples/mechatronics/couple.py"
+DOCUMENT = (ROOT / "docs/coupling.md").read_text(encoding="utf-8")
 # Those that numbers alone tell an FMU of five balls.
 PRESETS = {"default": {}, "figure5_overlapping": nc.figure5(0.0)}
 PRESETS |= {name: nc.preset(name) for name in ("textbook", "figure5", "figure6")}
@@ -181,16 +182,45 @@ def test_other_hosts_couple_the_machine(couple, language, host, h):
     assert theirs == pytest.approx(ours, abs=1e-10)
 
 
-@pytest.mark.parametrize(("step", "row"), [(0.1, "1.9 %"), (0.0125, "0.029 %"), (0.001, "0.026 %")])
-def test_the_check_of_the_coil_fails_where_the_step_is_too_long(fmu, step, row, monkeypatch):
-    """The program of the document, and the row of its table."""
-    document = (ROOT / "docs/coupling.md").read_text(encoding="utf-8")
-    program = document.split("```python\n")[1].split("```")[0].replace("h = 1e-3", f"h = {step}")
+@pytest.fixture
+def run(fmu, monkeypatch):
+    """Runs a program of the document, counted from 1, with these changes of its text; `found` gets its names."""
     monkeypatch.setattr(nc, "Fmu", lambda: nullcontext(fmu))
+
+    def run(number, changes, found):
+        program = DOCUMENT.split("```python\n")[number].split("```")[0]
+        for old, new in changes.items():
+            assert program.count(old) == 1
+            program = program.replace(old, new)
+        exec(program, found)
+
+    return run
+
+
+@pytest.mark.parametrize(("step", "row"), [(0.1, "1.9 %"), (0.0125, "0.029 %"), (0.001, "0.026 %")])
+def test_the_check_of_the_coil_fails_where_the_step_is_too_long(run, step, row):
+    """The program of the document, and the row of its table."""
     found = {}
     with pytest.raises(AssertionError, match="the step is too long") if step == 0.1 else nullcontext():
-        exec(program, found)
+        run(1, {"h = 1e-3": f"h = {step}"}, found)
     numbers = (found["work"], found["received"], found["energy"])
     work, received, energy = (f"{number:.4f}" for number in numbers)
-    assert f"| {step} | {work} | {received} | {row} | {energy} |" in document
+    assert f"| {step} | {work} | {received} | {row} | {energy} |" in DOCUMENT
     assert f"{abs(found['work'] / found['received'] - 1) * 100:.2g} %" == row
+
+
+def test_a_frame_follows_its_position(run):
+    """The program of the document and its table: errors of order 1, 2 and 4."""
+
+    def positions(h, changes):
+        found = {}
+        run(2, {"h = 0.01 ": f"h = {h} "} | changes, found)
+        return np.array(found["x"])
+
+    mean = {"rate = 6": "rate = 0"}
+    at_start = mean | {"= mean - rate * h / 2": "= -(math.pi**2) * s0"}
+    exact = positions(0.001, {})
+    for h in (0.1, 0.01):
+        errors = [np.abs(positions(h, changes) - exact).max() for changes in (at_start, mean, {})]
+        cells = (f"{error:.1e}".replace("e-0", "e-") for error in errors)
+        assert f"| {h} | {' | '.join(cells)} |" in DOCUMENT
