@@ -1,5 +1,5 @@
-//! Systems of linear equations whose matrix is block-tridiagonal, by Gaussian elimination (Golub and Van Loan, Matrix
-//! Computations, 2013, section 4.5.1).
+//! Linear equations with a block tridiagonal matrix, by Gaussian elimination (Golub and Van Loan, Matrix Computations,
+//! 2013, section 4.5.1).
 
 use super::radau::{Matrix, Stages};
 
@@ -22,13 +22,13 @@ impl BlockTridiagonal {
         self.rows.clear();
     }
 
-    /// Adds a block row with its right-hand side. The first one's `lower` and the last one's `upper` have no meaning.
+    /// Adds a block row with its right-hand side; `lower` of the first row and `upper` of the last are ignored.
     pub fn push(&mut self, lower: Matrix, diagonal: Matrix, upper: Matrix, known: Stages) {
         self.rows.push(Row { lower, diagonal, upper, known });
     }
 
-    /// The solution, a block a row; pivots are sought within the blocks. `None` where there is no pivot. The rows are
-    /// used up.
+    /// The solution, one block per row, with pivoting within the blocks; `None` if there is no pivot. Consumes the
+    /// rows.
     pub fn solve(&mut self) -> Option<impl Iterator<Item = Stages>> {
         let last = self.rows.len().saturating_sub(1);
         for i in 0..self.rows.len() {

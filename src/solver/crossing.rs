@@ -1,4 +1,4 @@
-//! Where truncated power series cross a level for the first time, and where they are largest.
+//! First crossings and maxima of truncated power series.
 
 use super::root;
 use super::series::{
@@ -6,21 +6,21 @@ use super::series::{
     sample_terms, value_and_derivatives, value_by_lanes,
 };
 
-/// Places at which a series is sampled side by side, in equal distances.
+/// Number of equidistant places at which a series is sampled at once.
 const SAMPLES: usize = 8;
 
-/// How often the distance of two places is halved where a series comes near 0 before it is expanded anew there, and
-/// how often it is: some times suffice unless it almost touches.
+/// Halvings of an interval where a series comes near 0 before it is expanded there, and the number of such expansions:
+/// a few suffice unless it almost touches.
 const HALVINGS: usize = 4;
 const EXPANSIONS: usize = 50;
 
-/// Roundings of a series that are taken for noise.
+/// Rounding below which a series is noise.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 
 /// Where on `[from, to]` the value is largest, and that value.
 ///
-/// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; a series that a
-/// step controller has cut to its range of fast convergence does not turn more often.
+/// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; within its
+/// range of fast convergence a series does not turn more often.
 pub fn maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
     let higher = |best: (f64, f64), t: f64| {
         let value = value_by_lanes(c, t);
@@ -53,20 +53,19 @@ fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
     std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64)
 }
 
-/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series less `level` is positive.
+/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series minus `level` is positive.
 ///
-/// At 0 it should not be positive; a value that is counts as 0. If it is 0 there the derivatives decide: rising, the
-/// answer is 0 itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a
-/// crossing. None is stepped over: between two places a function is above its chord by no more than its curvature
-/// allows.
+/// At 0 it should not be positive; a value that is counts as 0. If it is 0 there, the derivatives decide: rising, the
+/// result is 0; falling, the search continues after it. A maximum that touches 0 within rounding is not a crossing.
+/// None is missed: between two places a function exceeds its chord by no more than its curvature allows.
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     first_within(c, sign, level, until, EXPANSIONS)
 }
 
-/// The same with at most so many expansions about later places.
+/// The same, with a limited number of expansions about later places.
 fn first_within(c: &[f64], sign: f64, level: f64, until: f64, expansions: usize) -> Option<f64> {
     let (value, slope, curvature) = (sign * (c[0] - level), sign * c[1], sign * c[2]);
-    // Most searches find nothing and need not be made.
+    // Most searches find nothing and are avoided.
     if value.max(value + until * slope) < -until * until * bound(&c[2..], until) {
         return None;
     }
@@ -74,7 +73,7 @@ fn first_within(c: &[f64], sign: f64, level: f64, until: f64, expansions: usize)
         return Some(0.0);
     }
     let level = if value > 0.0 { c[0] } else { level };
-    // About a later place the coefficients tell more of what comes behind it.
+    // Coefficients about a later place give tighter bounds after it.
     let beyond = |clear: f64| {
         let about: [f64; MOST] = about(c, clear);
         let found = first_within(&about[..c.len()], sign, level, until - clear, expansions.checked_sub(1)?);
@@ -86,7 +85,7 @@ fn first_within(c: &[f64], sign: f64, level: f64, until: f64, expansions: usize)
         if sign * c[lead] > 0.0 {
             return Some(0.0);
         }
-        // On this stretch the leading term outweighs all others.
+        // On this stretch the leading term dominates.
         let (half, rest) = (0.5 * c[lead].abs(), bound(&c[lead + 1..], until));
         return if rest * until <= half { None } else { beyond(half / rest) };
     }
@@ -120,20 +119,20 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Where it does between two places, each with the value there, where nothing bends more than by `curvature`; or,
-    /// where halves do not tell, how far it surely does not.
+    /// The crossing between two places with their values, where the curvature is at most `curvature`; or, if halving
+    /// does not decide, up to where there is none.
     fn between(&self, from: (f64, f64), to: (f64, f64), curvature: f64, halvings: usize) -> Result<Option<f64>, f64> {
         let &Self { c, sign, level } = self;
         let distance = to.0 - from.0;
         let bend = distance * curvature;
         let highest = from.1.max(to.1) + 0.125 * distance * bend;
-        // Where it starts from 0, or so near that it counts as 0, the slope leads away from there.
+        // From 0, or from a value that counts as 0, the slope leads away.
         let falls = || from.0 == 0.0 && sign * c[1] + 0.5 * bend < 0.0;
         let rounding = || NOISE * (level.abs() + c[0].abs() + to.0 * (c[1].abs() + 0.5 * to.0 * curvature));
         if to.1 <= 0.0 && (highest < 0.0 || falls() || highest <= rounding()) {
             return Ok(None);
         }
-        // No slope differs from that of the chord by more than half of what it bends.
+        // No slope differs from that of the chord by more than half the change of slope.
         if from.1 < 0.0 && to.1 > 0.0 && to.1 - from.1 > 0.5 * distance * bend {
             let g = |t: f64| {
                 let [value, slope, curvature] = value_and_derivatives(c, t);
@@ -176,7 +175,7 @@ mod tests {
     fn the_first_crossing_of_many_waves() {
         for (omega, phase) in [(0.7, 0.1), (1.9, -1.4), (3.7, 1.0), (3.7, 3.0), (3.7, -3.0)] {
             for level in [-0.99, -0.3, 0.0, 0.3, 0.9, 0.999_999, 1.000_001] {
-                // It rises through the level where the phase is that of its arc sine, after the start.
+                // It rises through the level where the phase is the arc sine, after the start.
                 let rise = libm::asin(level) - phase;
                 let rise = libm::fmod(rise + 4.0 * std::f64::consts::PI, 2.0 * std::f64::consts::PI) / omega;
                 let found = first_positive(&wave(-level, omega, phase), 1.0, 0.0, 1.0);

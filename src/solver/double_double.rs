@@ -1,8 +1,7 @@
 //! Unevaluated sums of two doubles: about 32 digits for times and for running sums.
 //!
 //! A contact lasts 1e-7 s, and at t = 600 s a double resolves 1e-13 s: a millionth of a contact. Times of events,
-//! phases of pendulums and sums over thousands of pulses therefore carry a second double with what the first cannot
-//! hold.
+//! phases of pendulums and sums over thousands of pulses therefore carry a second double with the rest.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
@@ -37,12 +36,12 @@ impl DoubleDouble {
         self.hi
     }
 
-    /// The part that the rounded value does not hold.
+    /// The part beyond the rounded value.
     pub fn rest(self) -> f64 {
         self.lo
     }
 
-    /// Whether it is finite, and the first double its rounded value.
+    /// Whether it is finite and normalised.
     pub fn is_sound(self) -> bool {
         self.hi.is_finite() && self.hi + self.lo == self.hi
     }
@@ -57,8 +56,7 @@ impl DoubleDouble {
         if self.lo < 0.0 { self.hi.next_down() } else { self.hi }
     }
 
-    /// The exact product of two doubles (Dekker 1971), without a fused multiply-add: not every target has one, and all
-    /// of them must give the same digits.
+    /// The exact product of two doubles (Dekker 1971), without a fused multiply-add, which not every target has.
     pub fn product(a: f64, b: f64) -> Self {
         let split = |x: f64| {
             let t = 134_217_729.0 * x; // 2^27 + 1

@@ -1,13 +1,13 @@
 //! Dual numbers: a value and its derivative along one direction, carried through every operation.
 //!
-//! What is computed with them has exact derivatives, but for rounding (forward mode of automatic differentiation:
-//! Griewank and Walther, Evaluating Derivatives, 2008, chapter 3). [`Scalar`] is what doubles and dual numbers have in
-//! common, so that one formula serves both.
+//! Results have exact derivatives, except for rounding (forward mode of automatic differentiation: Griewank and
+//! Walther, Evaluating Derivatives, 2008, chapter 3). [`Scalar`] is the common trait of doubles and dual numbers, so
+//! that one formula serves both.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-/// A number that formulas can be written for: a double or a [`Dual`].
+/// A number for formulas: a double or a [`Dual`].
 pub trait Scalar:
     Copy
     + PartialEq
@@ -22,10 +22,10 @@ pub trait Scalar:
     + Mul<Output = Self>
     + Div<Output = Self>
 {
-    /// A number of this value and derivative; the latter is lost where there is no room for it.
+    /// A number with this value and derivative; doubles drop the latter.
     fn with_tangent(value: f64, tangent: f64) -> Self;
     fn value(self) -> f64;
-    /// Its derivative; 0 where there is no room for it.
+    /// Its derivative; 0 for doubles.
     fn tangent(self) -> f64 {
         0.0
     }

@@ -1,15 +1,15 @@
-//! Numerical methods. Knows no cradle.
+//! Numerical methods, independent of the cradle.
 //!
-//! Dense linear algebra is nalgebra's, without its `std`: that would bring kernels chosen by the processor, and other
-//! bits on each. What is here is what no crate has as it is needed:
+//! Dense linear algebra is nalgebra's, without `std`, whose kernels depend on the processor and give other bits on
+//! each. The modules here have no crate that fits:
 //!
 //! - first crossings (`root`, `crossing`): a search that misses none needs bounds of the derivatives, which the motion
-//!   knows;
+//!   has;
 //! - dual numbers (`dual`): with every function by libm, as it is for doubles;
-//! - double-double (`double_double`): the few operations that times and sums over pulses take;
+//! - double-double (`double_double`): the few operations for times and sums over pulses;
 //! - powers of many numbers at once (`power`);
 //! - the event queue (`queue`): entries that move by their key, ties in the order of the keys;
-//! - BDF and Adams-Moulton formulas: why none of the crates serves stands in `ode`.
+//! - BDF and Adams-Moulton formulas: `ode` says why.
 
 pub mod block_tridiagonal;
 pub mod crossing;

@@ -1,8 +1,8 @@
 //! Powers of many numbers at once, to exponents between -1 and 1.
 //!
-//! libm's `pow` takes one number at a time. Here are only `+ - * /` and operations on bits, in loops that compilers
-//! turn into instructions for several numbers, with the same result on every platform. A number is `2^k m` with m
-//! between `1 / sqrt 2` and `sqrt 2`, and
+//! libm's `pow` takes one number at a time. These loops have only `+ - * /` and operations on bits, so compilers
+//! vectorise them, with the same result on every platform. A number is `2^k m` with m between `1 / sqrt 2` and `sqrt
+//! 2`, and
 //!
 //! ```text
 //! (2^k m)^e = 2^(e k) exp(e log m),     log m = 2 artanh((m - 1) / (m + 1))
@@ -35,14 +35,14 @@ const EXPONENTIAL: [f64; 5] = [
 /// Bits of the mantissa.
 const MANTISSA: u32 = f64::MANTISSA_DIGITS - 1;
 
-/// Added to a much smaller number, it leaves that rounded to an integer in the last bits.
+/// Added to a much smaller number, it rounds that to an integer in the last bits.
 const TO_INTEGER: f64 = 1.5 * (1_u64 << MANTISSA) as f64;
 
-/// Added to any k, it leaves a positive number.
+/// Added to any k, it gives a positive number.
 const BIAS: u64 = 2048;
 
-/// Numbers as `2^k m`: the k and `log m` of each. A loop of its own, because a processor does more of two short loops
-/// side by side than of a long one.
+/// Numbers as `2^k m`: the k and `log m` of each. A loop of its own, because processors overlap short loops better than
+/// a long one.
 #[inline(always)]
 fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {
     let [mut k, mut logarithms] = [[0.0; N]; 2];
@@ -61,8 +61,8 @@ fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {
     [k, logarithms]
 }
 
-/// The `values`, which are finite and not negative, to an `exponent` between -1 and 1, off by less than 4e-16 of their
-/// powers. Those below the smallest normal number have 0; what is not finite has any number.
+/// The `values`, finite and not negative, to an `exponent` between -1 and 1, with a relative error below 4e-16. Values
+/// below the smallest normal number give 0; values that are not finite give any number.
 #[inline(always)]
 pub fn powers<const N: usize>(values: &[f64; N], exponent: f64) -> [f64; N] {
     // The products of the first part with the k are exact.

@@ -1,6 +1,6 @@
 //! Integrals of smooth functions.
 
-/// Places that the rule takes values at.
+/// Number of nodes.
 pub const POINTS: usize = 12;
 
 /// Abscissas in (0, 1) and weights of the twelve-point Gauss-Legendre rule on [-1, 1] (Abramowitz and Stegun, table
@@ -14,8 +14,8 @@ const RULE: [(f64, f64); POINTS / 2] = [
     (0.981_560_634_246_719_2, 0.047_175_336_386_511_83),
 ];
 
-/// Integral from 0 to `t` of a function given at all places at a time: exact up to degree 23, and to rounding where it
-/// varies by no more than about a wave.
+/// Integral from 0 to `t` of a function given at all nodes at once: exact up to degree 23, and to rounding over about
+/// one wave.
 pub fn of_samples(t: f64, f: impl Fn(&[f64; POINTS]) -> [f64; POINTS]) -> f64 {
     let half = 0.5 * t;
     let place = |p: usize| half * (1.0 + [-1.0, 1.0][p % 2] * RULE[p / 2].0);

@@ -2,15 +2,14 @@
 
 use super::double_double::DoubleDouble;
 
-/// A tournament of times: at most one entry a key; to enter, move or remove one takes O(log n).
+/// A tournament of times with at most one entry per key; entering, moving or removing one takes O(log n).
 ///
-/// Equal times come in the order of their keys, so that a run never depends on its history in the queue.
+/// Equal times come in the order of their keys, so the order does not depend on the history of the queue.
 #[derive(Clone, Debug)]
 pub struct EventQueue {
-    /// Time of each key, infinite where it has no entry. There are as many as a power of two.
+    /// Time of each key, infinite without an entry; their number is a power of two.
     time: Vec<DoubleDouble>,
-    /// The tournament: the keys one by one in its second half, and in place `k` the earlier one of those in the places
-    /// `2 k` and `2 k + 1`.
+    /// The tournament: the keys in its second half, and at place `k` the earlier one of the places `2 k` and `2 k + 1`.
     earliest: Vec<u32>,
 }
 
@@ -29,8 +28,8 @@ impl EventQueue {
         Some((self.time[key], key)).filter(|(time, _)| time.value() < f64::INFINITY)
     }
 
-    /// Enters `key` at `time`, in place of its old entry if it has one. A time that is no number comes first of all, as
-    /// minus infinity, so that nobody waits for it.
+    /// Enters `key` at `time`, in place of its old entry if it has one. NaN comes first, as minus infinity, so that it
+    /// is noticed.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {
         self.time[key] = if time.value().is_nan() { f64::NEG_INFINITY.into() } else { time };
         let mut place = (self.time.len() + key) / 2;

@@ -24,7 +24,7 @@ pub struct Radau {
     pub nodes: Stages,
     /// The `a_ij`: integrals from 0 to the nodes.
     pub integral: Matrix,
-    /// The inverse of `integral`: differentiates what is 0 at 0.
+    /// The inverse of `integral`: differentiates polynomials that are 0 at 0.
     pub derivative: Matrix,
 }
 
@@ -82,8 +82,8 @@ fn nodes() -> Stages {
     nodes
 }
 
-/// Newton's divided differences of the values at `nodes`, turned into coefficients of powers. For smooth functions both
-/// are small from the start: nothing cancels, as it would with the inverse of a Vandermonde matrix.
+/// Newton's divided differences of the values at `nodes`, turned into coefficients of powers. For smooth functions
+/// nothing cancels, as it would with the inverse of a Vandermonde matrix.
 fn powers<const N: usize>(nodes: &[f64; N], values: [f64; N]) -> [f64; N] {
     let mut c = values;
     for level in 1..N {

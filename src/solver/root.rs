@@ -1,9 +1,8 @@
-//! The first time at which a function becomes positive, never stepping over one.
+//! The first time at which a function becomes positive; none is missed.
 //!
-//! Sampling cannot promise that: a contact that grazes between two samples is missed. With a bound on the third
-//! derivative a step can be chosen that provably holds no crossing, and the search walks up to the first one from the
-//! safe side. Close to a simple crossing the steps become Newton's with second derivatives (Halley's order), so the
-//! walk ends quickly.
+//! Sampling would miss a contact that grazes between two samples. With a bound on the third derivative, steps can be
+//! chosen that provably contain no crossing, and the search approaches the first one from the safe side. Close to a
+//! simple crossing the steps become Newton's with second derivatives (Halley's order), so the search ends quickly.
 
 use crate::next::Next;
 
@@ -19,20 +18,19 @@ pub trait Smooth {
     }
 }
 
-/// How much longer than the last step the next one may be: trying one that is too long costs little.
+/// Largest ratio of the next step to the last one; trying one that is too long costs little.
 const GROWTH: f64 = 1000.0;
 
-/// The first `t` in `[from, until]` from which on `g` is positive, with at most so many evaluations as are `allowed`,
-/// which counts them down.
+/// The first `t` in `[from, until]` from which on `g` is positive, with at most `allowed` evaluations, which it counts
+/// down.
 ///
-/// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0 the derivatives decide: rising, the
-/// answer is `from` itself; falling, the search goes on behind it. A maximum that touches 0 within rounding is not a
+/// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0, the derivatives decide: rising,
+/// the result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is not a
 /// crossing.
 pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Next {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());
-    // Where g is 0 within rounding no bound leads on: steps that double, from next to nothing (of the window or the
-    // unit of time).
+    // Where g is 0 within rounding no bound helps: steps double from a tiny one (of the window or the unit of time).
     let least = 1e-17 * window.min(1.0);
     let mut blind = least;
     while *allowed > 0 {
@@ -66,7 +64,7 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
     Next::NotBefore(t)
 }
 
-/// A step from `t` within `window` on which `g` provably does not become positive; the largest that a few tries give.
+/// The largest step of a few tries from `t` within `window` on which `g` provably does not become positive.
 pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
     // Were the third derivative zero, the step would be longest.
     let mut span = window.min(first_root_of_parabola(value, slope, curvature));
@@ -100,7 +98,7 @@ fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
     if discriminant < 0.0 {
         return f64::INFINITY;
     }
-    // Of the two forms of the root the one that does not cancel.
+    // The form of the root without cancellation.
     if slope >= 0.0 {
         let denominator = slope + discriminant.sqrt();
         if denominator > 0.0 { -2.0 * value / denominator } else { f64::INFINITY }
@@ -132,8 +130,8 @@ pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> 
 }
 
 /// A zero between `low`, where a function with these derivatives is not positive, and `high`, where it is not negative,
-/// each with the value there: from where the chord is zero by steps to the root of its parabola, of third order, kept
-/// inside the bracket.
+/// each with the value there: from the zero of the chord by third-order steps to roots of parabolas, kept inside the
+/// bracket.
 pub fn rising_zero(g: impl Fn(f64) -> [f64; 3], (mut low, at_low): (f64, f64), (mut high, at_high): (f64, f64)) -> f64 {
     let width = high - low;
     let mut t = low + width * (at_low / (at_low - at_high));

@@ -2,7 +2,7 @@
 
 use super::dual::Scalar;
 
-/// Sums that are taken side by side where that pays.
+/// Number of sums computed side by side where that pays.
 pub const LANES: usize = 4;
 
 pub fn value<S: Scalar>(c: &[S], t: S) -> S {
@@ -76,7 +76,7 @@ pub fn power_term<S: Scalar>(c: &[S], power: &[S], p: S, k: usize) -> S {
     sum / (S::from(k as f64) * c[0])
 }
 
-/// The most coefficients of a series that is summed by lanes.
+/// Most coefficients of a series that is summed by lanes.
 pub const MOST: usize = 64;
 
 /// The numbers from 0 on, or their inverses.
@@ -129,7 +129,7 @@ pub fn derivative_by_lanes(c: &[f64], t: f64) -> f64 {
     sum_by_lanes(&c[1.min(c.len())..], &NUMBERS[1..], t, |c, k| k * c)
 }
 
-/// Value of a series of two coefficients or more at `t`, and its first derivative there less that at 0, by lanes.
+/// Value of a series of two or more coefficients at `t`, and the change of its first derivative since 0, by lanes.
 pub fn value_and_change_of_derivative(c: &[f64], t: f64) -> (f64, f64) {
     let terms: [fn(f64, f64) -> f64; 2] = [|c, _| c, |c, k| k * c];
     let [bend, change] = sums_by_lanes(&c[2..], &NUMBERS[2..], t, terms);
@@ -141,12 +141,12 @@ pub fn integral_by_lanes(c: &[f64], t: f64) -> f64 {
     t * sum_by_lanes(c, &INVERSES[1..], t, |c, inverse| inverse * c)
 }
 
-/// A bound of the absolute value on `[0, t]`, by more than rounding.
+/// A bound of the absolute value on `[0, t]`, with room for rounding.
 pub fn bound(c: &[f64], t: f64) -> f64 {
     (1.0 + 1e-9) * sum_by_lanes(c, &NUMBERS, t, |c, _| c.abs())
 }
 
-/// The same for the derivative less that at 0.
+/// The same for the change of the derivative since 0.
 pub fn bound_of_change_of_derivative(c: &[f64], t: f64) -> f64 {
     (1.0 + 1e-9) * t * sum_by_lanes(&c[2.min(c.len())..], &NUMBERS[2..], t, |c, k| k * c.abs())
 }

@@ -9,12 +9,12 @@ use crate::solver::double_double::DoubleDouble;
 use crate::solver::ode::{Path, System, Tridiagonal};
 use crate::solver::series;
 
-/// Velocities down to this part of the largest are computed to the tolerance: balls that ought to rest must not creep,
-/// or the next impact finds them apart.
+/// Velocities down to this part of the largest are computed to the tolerance; otherwise resting balls would creep apart
+/// before the next impact.
 const SLOW: f64 = 1e-4;
 /// Positions (m) and velocities (m/s) stay below this, or energies overflow.
 pub(super) const LARGEST: f64 = 1e150;
-/// Overlaps are computed to the tolerance from this many overlaps of an impact on: within it the velocities decide.
+/// Overlaps are computed to the tolerance above this many overlaps of an impact; below, the velocities decide.
 const DEEP: f64 = 100.0;
 
 /// The right-hand side for a cradle of n balls. The state is
@@ -23,32 +23,31 @@ const DEEP: f64 = 100.0;
 /// - the impulses of the n-1 contacts (N.s),
 /// - the energy dissipated (J), the work of the inputs (J) and the integral of the force on the support (N.s).
 ///
-/// The overlaps are unknowns of their own because differences of positions do not resolve them: at 1 m those are
-/// rounded to 1e-16 m, which a stiff contact answers with a noise that no step is short enough for. The sums in the
-/// last two lines act on nothing.
+/// The overlaps are unknowns of their own because differences of positions do not resolve them: positions near 1 m are
+/// rounded to 1e-16 m, and a stiff contact would amplify that noise. Nothing depends on the sums in the last two lines.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Dynamics {
     #[serde(skip)]
     pub cradle: Cradle,
-    /// Accelerations of the balls by the inputs, seen from `since`.
+    /// Accelerations of the balls by the inputs, expanded about `since`.
     #[serde(skip)]
     pub forcings: Vec<Forcing>,
     pub since: DoubleDouble,
     /// Relative.
     pub tolerance: f64,
-    /// Scales of what is tolerated: of positions (m), velocities (m/s) and overlaps (m).
+    /// Scales of the tolerances: of positions (m), velocities (m/s) and overlaps (m).
     scales: [f64; 3],
     /// That of the energy dissipated, J.
     energy_scale: f64,
 }
 
 impl Dynamics {
-    /// From the state `y` at the time `since` on. Tolerated is `tolerance` times the larger of a component and its
-    /// scale.
+    /// From the state `y` at the time `since` on. The error allowed is `tolerance` times the larger of a component and
+    /// its scale.
     ///
-    /// The scales follow from the [speed in reach](Cradle::speed_in_reach). That of the positions is the way they go at
-    /// that speed within one unit of their time, that of the velocities [`SLOW`] times the speed, that of the overlaps
-    /// [`DEEP`] times the overlap of an impact at that speed.
+    /// The scales follow from the [speed in reach](Cradle::speed_in_reach). For positions it is the distance at that
+    /// speed within one unit of their time, for velocities [`SLOW`] times the speed, for overlaps [`DEEP`] times the
+    /// overlap of an impact at that speed.
     pub fn new(cradle: Cradle, forcings: Vec<Forcing>, since: DoubleDouble, y: &[f64], tolerance: f64) -> Self {
         let mut dynamics = Self { cradle, forcings, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
         let (n, largest) = (dynamics.balls(), |most: f64, forcing: &f64| most.max(forcing.abs()));
@@ -66,7 +65,7 @@ impl Dynamics {
         dynamics
     }
 
-    /// Whether it is made of what can be: a time, and scales.
+    /// Whether its values are valid.
     pub fn is_sound(&self) -> bool {
         let positive = |value: &f64| *value > 0.0 && value.is_finite();
         self.since.is_sound() && self.scales.iter().chain([&self.tolerance, &self.energy_scale]).all(positive)
@@ -89,7 +88,7 @@ impl Dynamics {
         self.cradle.balls.len()
     }
 
-    /// How many components of the state are no sums.
+    /// Number of components of the state that are not sums.
     fn unknowns(&self) -> usize {
         3 * self.balls() - 1
     }
@@ -136,7 +135,7 @@ impl Dynamics {
         series
     }
 
-    /// Whether contact `i`, open or closed at both ends of the step, might be the other between them: a quick bound.
+    /// Whether contact `i`, open or closed at both ends of the step, might switch in between, by a quick bound.
     fn might_switch(&self, path: &Path, i: usize) -> bool {
         let end = path.last()[self.overlap(i)];
         let sign = if end > 0.0 { -1.0 } else { 1.0 };
@@ -194,8 +193,8 @@ impl System for Dynamics {
         most / self.tolerance
     }
 
-    /// The energy dissipated is looked at, too: a contact whose force is clipped gives off what its spring holds, which
-    /// the balls do not notice.
+    /// Includes the energy dissipated: a clipped contact loses the energy of its spring without any effect on the
+    /// balls.
     fn error(&self, y: &[f64], e: &[f64]) -> f64 {
         let loss = e[self.loss()].abs() / (self.tolerance * self.energy_scale.max(y[self.loss()].abs()));
         if loss.is_finite() { loss.max(self.size(y, e)) } else { f64::INFINITY }
@@ -264,7 +263,7 @@ impl System for Dynamics {
     }
 }
 
-/// What Newton's method needs of the Jacobian, with the factor `gamma` (s) of the formula.
+/// The Jacobian for Newton's method, with the factor `gamma` (s) of the formula.
 pub(super) struct Linearized {
     gamma: f64,
     /// `gamma` times the stiffness of each contact, N.s/m.

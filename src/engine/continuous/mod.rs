@@ -1,13 +1,12 @@
 //! General-purpose solvers that integrate the whole chain over all time: `bdf`, `adams` and `rk4`.
 //!
-//! They are there for comparison with the event-driven engine and as an independent check of it. Contacts switch within
-//! the right-hand side (`dynamics`); `bdf` and `adams` are not started anew there but pass the kinks with steps that
-//! their error control makes short enough. Onsets, releases and peaks are read off the polynomials of the steps
-//! (`trajectory`) and act on nothing.
+//! They serve for comparison with the event-driven engine and as an independent check. Contacts switch within the
+//! right-hand side (`dynamics`); `bdf` and `adams` do not restart there, but pass the kinks with steps that their error
+//! control shortens. Onsets, releases and peaks are read off the polynomials of the steps (`trajectory`).
 //!
-//! The solver steps past a communication point, and what is asked for there is evaluated on the step: its steps do not
-//! depend on the communication points. Inputs or tunable parameters that change start it anew at the current time. A
-//! run is plain data: put down and taken up again it goes on with the same bits.
+//! The solver steps past communication points, where results are evaluated on the step, so its steps do not depend on
+//! them. Changed inputs or tunable parameters restart it at the current time. A run is plain data: restored, it
+//! continues bit-for-bit identically.
 
 mod dynamics;
 mod observe;

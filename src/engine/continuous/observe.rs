@@ -1,4 +1,4 @@
-//! What can be read at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
+//! The results at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
 
 use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
@@ -8,7 +8,7 @@ use crate::model::{ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Result
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Steps times balls that one look for the next onset may take: a few milliseconds.
+/// Most steps times balls of one look for the next onset: a few milliseconds.
 const LOOK_AHEAD: usize = 20_000;
 
 impl Continuous {
@@ -49,7 +49,7 @@ impl Continuous {
         }
     }
 
-    /// See [`by_time`]. The polynomials of the steps are of too low an order to give the overlaps: the second and third
+    /// See [`by_time`]. The polynomials of the steps have too low an order for overlaps: the second and third
     /// derivatives of a force at rest are rounding and solver error.
     pub(crate) fn time_derivative(&self, order: usize) -> Differential {
         by_time(self.cradle(), &self.chain(&self.y()), &self.inputs.at(self.time), order)
@@ -72,8 +72,8 @@ impl Continuous {
         self.impulse(i) - self.y_at_step[self.trajectory.dynamics.impulse(i)]
     }
 
-    /// When the next onset or release is due, s, as far as the solver's steps so far show it, and in flight as far as
-    /// the look ahead does.
+    /// Time of the next onset or release, s, if the solver's steps so far contain it or, in flight, the look ahead
+    /// does.
     pub fn next_event(&self) -> Option<f64> {
         let known = self.trajectory.events.iter().find(|event| event.kind != Kind::Peak);
         let in_flight = || self.trajectory.closed.iter().all(|closed| !closed);
@@ -84,8 +84,8 @@ impl Continuous {
         next.filter(|next| *next > self.time)
     }
 
-    /// The first onset beyond the last step, or none within 1000 periods of the first ball; where a fixed number of
-    /// steps does not show it, how far they have led. The next look, at a later time, goes on from there.
+    /// The first onset beyond the last step, or none within 1000 periods of the first ball; if a fixed number of steps
+    /// does not reach it, the time reached, from which the next look continues.
     fn look_ahead(&self, now: DoubleDouble) -> Next {
         let limit = now + ONSET_PERIODS * self.cradle().period();
         let mut ahead = self.ahead.borrow_mut();

@@ -1,4 +1,4 @@
-//! A run by a general-purpose solver: its state, and the calls that move it on.
+//! A run by a general-purpose solver: its state, and the calls that advance it.
 
 use std::cell::{Cell, RefCell};
 
@@ -25,7 +25,7 @@ const WORK_PER_REPORT: u64 = 16_384;
 pub struct Continuous {
     pub(in crate::engine) inputs: HeldInputs,
     pub(super) trajectory: Trajectory,
-    /// Of the contacts; the impulse in one is that at the last onset.
+    /// Of the contacts; the impulse in a ledger is that at the last onset.
     pub(super) ledgers: Vec<Ledger>,
     pub(super) time: f64,
     /// Number of the current step; 0 before the first.
@@ -35,7 +35,7 @@ pub struct Continuous {
     pub(super) y_at_step: Vec<f64>,
     pub(super) energy_at_start: f64,
     pub(super) events: u64,
-    /// A copy of the motion that has gone ahead to look for the next onset.
+    /// A copy of the motion that looks ahead for the next onset.
     pub(super) ahead: RefCell<Option<Box<Trajectory>>>,
     /// The last result, and the time of the request, s.
     pub(super) foreseen: Cell<Option<(f64, Next)>>,
@@ -83,7 +83,7 @@ impl Continuous {
         Ok(run)
     }
 
-    /// The run as it is now, without what it has seen of the future and passed by now.
+    /// The run as it is now, without the part of its look ahead that has passed.
     pub(crate) fn snapshot(&self) -> Self {
         let run = self.clone();
         run.foreseen.set(self.foreseen.get().filter(|(_, found)| found.time() > self.time));
@@ -91,8 +91,8 @@ impl Continuous {
         run
     }
 
-    /// Takes up again the run that was put down as this, with the method and the parameters that acted then and the
-    /// start time (s). After a failed step (`failed`) its values may be anything, for it can only be looked at.
+    /// The run restored from this, with its method, parameters and start time (s). After a failed step (`failed`) any
+    /// values pass, because the run can only be read.
     pub(crate) fn restored(
         mut self,
         method: Method,
@@ -157,7 +157,7 @@ impl Continuous {
         Ok(())
     }
 
-    /// Goes on from the current time with the inputs and the cradle that act now.
+    /// Restarts from the current time with the current inputs and cradle.
     fn restart(&mut self, cradle: Cradle) {
         let y = self.y();
         let dynamics = equations(cradle, &self.inputs, self.time, &y, self.trajectory.dynamics.tolerance);
@@ -209,7 +209,7 @@ impl Continuous {
         Ok(())
     }
 
-    /// Records what the values over the step need.
+    /// Records the start of the step.
     fn begin_step(&mut self) {
         self.step = self.step.saturating_add(1);
         self.step_start = self.time;
@@ -251,7 +251,7 @@ fn equations(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], toleran
     Dynamics::new(cradle, forcings, since.into(), y, tolerance)
 }
 
-/// Accelerations of the balls by the inputs, seen from the time `since` (s).
+/// Accelerations of the balls by the inputs, expanded about the time `since` (s).
 fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<Forcing> {
     inputs.forcings(cradle).iter().map(|forcing| shifted(forcing, since - inputs.since)).collect()
 }

@@ -22,7 +22,7 @@ pub(super) enum Kind {
     Release,
 }
 
-/// When it happens, and the force there, N: at an onset that right after it.
+/// Its time, and the force there, N; at an onset that right after it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Event {
     pub time: DoubleDouble,
@@ -41,14 +41,14 @@ pub(crate) fn method(parameters: &Parameters) -> Option<Method> {
     }
 }
 
-/// The motion up to the end of the solver's last step, which no communication point has a say in.
+/// The motion up to the end of the solver's last step, independent of communication points.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Trajectory {
     pub dynamics: Dynamics,
     pub solver: Solver,
     /// Which contacts are closed at the end of the last step.
     pub closed: Vec<bool>,
-    /// Events of the last step that nobody has taken yet, in the order of time.
+    /// Events of the last step not handled yet, in the order of time.
     pub events: VecDeque<Event>,
 }
 
@@ -60,9 +60,9 @@ impl Trajectory {
         Self { dynamics, solver, closed, events: VecDeque::new() }
     }
 
-    /// Goes on from the state `y` at `dynamics.since`, on the last step, by other equations.
+    /// Restarts from the state `y` at `dynamics.since`, on the last step, with other equations.
     pub fn restart(&mut self, dynamics: Dynamics, y: &[f64]) {
-        // What has not happened by then does not happen like this.
+        // Later events do not happen like this.
         for event in self.events.drain(..) {
             match event.kind {
                 Kind::Onset => self.closed[event.contact] = false,
@@ -74,8 +74,8 @@ impl Trajectory {
         self.dynamics = dynamics;
     }
 
-    /// Takes up again what was put down as plain data; nothing if no run of `cradle` by `method` can have led to it.
-    /// Its values may be anything if it is `broken`.
+    /// Restores it from plain data; `None` if it does not fit a run of `cradle` by `method`. Any values pass if it is
+    /// `broken`.
     pub fn restored(mut self, method: Method, cradle: Cradle, forcings: Vec<Forcing>, broken: bool) -> Option<Self> {
         (self.dynamics.cradle, self.dynamics.forcings) = (cradle, forcings);
         self.solver = self.solver.restored(method, self.dynamics.components(), broken)?;
@@ -102,7 +102,7 @@ impl Trajectory {
         (self.path().value(self.dynamics.overlap(i), s), self.closing(i, s))
     }
 
-    /// Velocity of ball `i` less that of the next one at `s`, m/s.
+    /// Velocity of ball `i` minus that of the next one at `s`, m/s.
     fn closing(&self, i: usize, s: f64) -> f64 {
         self.path().value(self.dynamics.v(i), s) - self.path().value(self.dynamics.v(i + 1), s)
     }

@@ -9,13 +9,12 @@ use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::product_term;
 
 impl Engine {
-    /// Derivatives of the outputs by time at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right.
-    /// What changes only at events and communication points has derivative 0.
+    /// Time derivatives of the outputs at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right; 0
+    /// for outputs that change only at events and communication points.
     ///
-    /// They are those of the motion as it is followed. Of the forces of contacts that have come to rest, the second
-    /// keep 7 digits and the third 4 or 5. A contact that rings, by 1e-12 of its force from rounding alone where it has
-    /// just closed or the inputs have just changed, rings in its derivatives, too, times the angular frequency for each
-    /// order.
+    /// They are those of the computed motion. For forces of contacts at rest, the second derivative keeps 7 digits and
+    /// the third 4 or 5. A contact that has just closed, or whose inputs have just changed, rings by 1e-12 of its force
+    /// from rounding; each derivative multiplies that by the angular frequency.
     pub fn time_derivative(&self, order: usize) -> Differential {
         let (state, inputs) = (self.state_of_all(self.time.into()), self.inputs.at(self.time));
         let chain = ChainEquations { cradle: &self.cradle, state: &state, forcings: &inputs.forcings(&self.cradle) };
@@ -28,8 +27,7 @@ impl Engine {
         of_series(&chain, &inputs, &series, order)
     }
 
-    /// The series of rigid balls from `state` on, some of which move as one body: as such, and with the forces that
-    /// this takes.
+    /// The series of rigid balls from `state` on, with the constraint forces of those that move as one body.
     fn series_of_bodies(&self, chain: &ChainEquations<f64>) -> Series {
         let (mut bodies, mut apart, mut common) = (self.cradle.clone(), chain.state.clone(), chain.forcings.to_vec());
         apart.modes.fill(Mode::Open);
@@ -39,8 +37,7 @@ impl Engine {
         }
         let equations = ChainEquations { cradle: &bodies, state: &apart, forcings: &common };
         let mut series = equations.series(&[]);
-        // The motions as they are, and as forces in the contacts that press what they need beside gravity, drag and
-        // inputs.
+        // The motions, and in pressing contacts the forces that balance them with gravity, drag and inputs.
         let ChainEquations { state, forcings, .. } = chain;
         for (j, mode) in state.modes.iter().enumerate() {
             if *mode != Mode::Pressing {
@@ -64,7 +61,7 @@ impl Engine {
     }
 }
 
-/// The same at a state under these inputs.
+/// The same for a state under these inputs.
 pub(crate) fn by_time(cradle: &Cradle, state: &ChainState, inputs: &HeldInputs, order: usize) -> Differential {
     let chain = ChainEquations { cradle, state, forcings: &inputs.forcings(cradle) };
     of_series(&chain, inputs, &chain.series(&[]), order)
@@ -110,13 +107,12 @@ fn of_series(chain: &ChainEquations<f64>, inputs: &HeldInputs, series: &Series, 
     rates
 }
 
-/// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. The contacts move it only as far as the
-/// two balls' pendulums differ: their parts are summed contact by contact, where they cancel, not ball by ball, where
-/// they only nearly would.
+/// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. Contact forces change it only as far as
+/// pendulums differ, so their parts are summed contact by contact, where they cancel exactly.
 fn support_series(chain: &ChainEquations<f64>, series: &Series) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
     let ChainEquations { cradle, state, forcings } = chain;
     let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
-    // Coefficients of accelerations times mass, which go with these omega2 and gamma.
+    // Coefficients of accelerations times mass, with the factors omega2 and gamma.
     let mut add = |omega2: f64, gamma: f64, accelerations: &[f64]| {
         for (k, a) in accelerations.iter().enumerate() {
             let next = (k + 1) as f64;

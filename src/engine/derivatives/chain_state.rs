@@ -6,8 +6,8 @@ use crate::model::algebraic::Chain;
 use crate::model::{BallModel, ContactLaw, Cradle, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::dual::Scalar;
 
-/// Positions (m), velocities (m/s), overlaps (m) and modes of a chain at one time: all that its motion depends on but
-/// the inputs.
+/// Positions (m), velocities (m/s), overlaps (m) and modes of a chain at one time, which with the inputs determine its
+/// motion.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ChainState<S = f64> {
     pub x: Vec<S>,
@@ -86,9 +86,9 @@ impl<S: Scalar> Chain<S> for ChainEquations<'_, S> {
 impl ChainEquations<'_, f64> {
     /// The series of all motions and forces, in seconds, for derivatives by time up to the highest order.
     ///
-    /// The overlaps of contacts that press may be `given` as the run describes them. The equations would have the
-    /// acceleration of an overlap as what is left of force over mass once the load is taken off: of a contact at rest
-    /// that is rounding, which each further derivative multiplies by the angular frequency of the contact, 1e5 1/s.
+    /// The overlaps of pressing contacts may be `given` by the run's description. By the equations, the acceleration of
+    /// an overlap is force over mass minus load: for a contact at rest that is rounding, which each further derivative
+    /// multiplies by the angular frequency of the contact, 1e5 1/s.
     pub fn series(&self, given: &[Option<OverlapSeries>]) -> Series {
         let mut series = Series::default();
         series.begin(self, MAX_OUTPUT_DERIVATIVE + 1, 1.0);

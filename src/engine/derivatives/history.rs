@@ -1,4 +1,4 @@
-//! What a run has been given since its start: all that it can be repeated from.
+//! The history of a run's inputs, from which it can be repeated.
 
 use std::cell::OnceCell;
 use std::sync::Arc;
@@ -9,11 +9,11 @@ use super::adjoint::Tape;
 use crate::engine::inputs::HeldInputs;
 use crate::model::{Parameters, Tunables};
 
-/// Numbers that a history may hold, 128 MiB of them. A host that sets the inputs of five balls at every millisecond
-/// reaches that after 25 minutes.
+/// Largest number of values in a history, 128 MiB: 25 minutes of a host that sets the inputs of five balls every
+/// millisecond.
 const MOST_NUMBERS: usize = 1 << 24;
 
-/// A part of a run over which nothing was changed: the inputs are polynomials of the time.
+/// A part of a run without changes: the inputs are polynomials of the time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Stretch {
     /// Its end, s.
@@ -28,21 +28,21 @@ impl Stretch {
     }
 }
 
-/// The inputs and tunable parameters of a run up to their last change, as far as they were kept.
+/// The inputs and tunable parameters of a run up to their last change.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct History {
     stretches: Vec<Stretch>,
     numbers: usize,
     /// Whether a change was not kept.
     broken: bool,
-    /// The tape of the run up to now, if it was asked for and there is one: to take it down costs most of a gradient.
+    /// The tape of the run up to now, if it was needed: recording it is most of the cost of a gradient.
     #[serde(skip)]
     tape: OnceCell<Option<Arc<Tape>>>,
 }
 
 impl History {
-    /// Something changes at the time `until` (s); before it, these inputs and parameters acted. Kept if that is
-    /// `wanted` and there is room, and if they have acted for any time since the last change.
+    /// Before a change at the time `until` (s): keeps the inputs and parameters that acted so far, if `wanted`, if
+    /// there is room, and if they have acted for any time.
     pub(crate) fn keep(&mut self, wanted: bool, until: f64, inputs: &HeldInputs, tunables: Tunables) {
         self.forget_tape();
         self.broken |= !wanted;
@@ -57,12 +57,12 @@ impl History {
         }
     }
 
-    /// The tape of the run so far, which is only recorded if it was not asked for since the run last went on.
+    /// The tape of the run so far, recorded on first use.
     pub fn tape(&self, record: impl FnOnce(&Self) -> Option<Tape>) -> Option<Arc<Tape>> {
         self.tape.get_or_init(|| record(self).map(Arc::new)).clone()
     }
 
-    /// The run goes on: the tape up to here will not be asked for again.
+    /// Drops the tape, because the run goes on.
     pub fn forget_tape(&mut self) {
         self.tape.take();
     }
@@ -72,14 +72,13 @@ impl History {
         !self.broken
     }
 
-    /// The stretches of a run from its start to `until` (s), the last of which goes on under these inputs and
-    /// parameters.
+    /// The stretches of a run from its start to `until` (s), the last one with these inputs and parameters.
     pub(crate) fn stretches(&self, until: f64, inputs: &HeldInputs, tunables: Tunables) -> Vec<Stretch> {
         let last = Stretch { until, inputs: inputs.clone(), tunables };
         self.stretches.iter().cloned().chain([last]).collect()
     }
 
-    /// Whether it can be one of a run of these parameters, of which only the tunable ones have changed.
+    /// Whether it fits a run of these parameters, of which only tunable ones may have changed.
     pub fn is_sound(&self, parameters: &Parameters, allowed: impl Fn(&Parameters) -> bool) -> bool {
         let (mut then, mut known) = (parameters.clone(), None);
         let stretch = |Stretch { until, inputs, tunables }: &Stretch| {

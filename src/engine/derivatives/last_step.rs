@@ -1,5 +1,5 @@
-//! How the outputs at the end of the last step depend on the inputs held over it or on all that has acted since the
-//! start of the run, and those at the start on the parameters.
+//! Derivatives of the outputs at the end of the last step, by the inputs held over it or by everything since the start
+//! of the run, and of those at the start by the parameters.
 
 use super::chain_state::ChainState;
 use super::history::Stretch;
@@ -10,7 +10,7 @@ use crate::engine::run::Engine;
 use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
 use crate::solver::dual::{Dual, Scalar};
 
-/// The last step of a run, by whichever method: all that its derivatives follow from.
+/// The last step of a run, by any method: the data for its derivatives.
 pub struct LastStep<'a> {
     pub(crate) cradle: &'a Cradle,
     /// State and inputs at its start.
@@ -39,8 +39,8 @@ impl Engine {
 
 impl LastStep<'_> {
     /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
-    /// depends on them. `None` if the step cannot be followed again: it takes too many segments, leaves the range of
-    /// numbers, has rigid balls stay in contact, or leaves but rounding of the derivatives.
+    /// depends on them. `None` if the step cannot be followed: it has too many segments, leaves the range of numbers,
+    /// has rigid balls that stay in contact, or its derivatives are only rounding.
     pub fn along_inputs(&self, inputs: &Inputs) -> Option<Differential> {
         if self.length == 0.0 {
             return Some(Differential::zero(self.cradle.balls.len()));
@@ -52,9 +52,9 @@ impl LastStep<'_> {
         if run.is_cancelled() { None } else { self.outputs_of(run) }
     }
 
-    /// Derivatives of the outputs at its end along a direction of parameters and inputs of the whole run, which has
-    /// begun at `start_time` (s) in the state `start`. The inputs change by the same over all `stretches`, tunable
-    /// parameters too; `parameters` are those that act now.
+    /// Derivatives of the outputs at its end along a direction of parameters and inputs of the whole run, which began
+    /// at `start_time` (s) in the state `start`. Inputs and tunable parameters change by the same over all `stretches`;
+    /// `parameters` are the current ones.
     pub(crate) fn along_run(
         &self,
         parameters: &Parameters,
@@ -89,8 +89,8 @@ impl LastStep<'_> {
         Some(Differential { next_onset: self.next_onset(run), ..outputs })
     }
 
-    /// Derivatives of the outputs at its end along `inputs` that act from then on: what changes is the accelerations,
-    /// the power and the next onset. What rigid balls in contact transmit is not followed.
+    /// Derivatives of the outputs at its end along `inputs` that act from then on: of the accelerations, the power and
+    /// the next onset, but not of constraint forces.
     pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
         let along = self.cradle.map(Dual::from);
         let held = self.inputs.at(self.inputs.since + self.length);
@@ -100,8 +100,7 @@ impl LastStep<'_> {
         Differential { next_onset: self.next_onset(run), ..outputs }
     }
 
-    /// Derivatives of the outputs at the start of a run, of which there was no step yet, along a direction of
-    /// parameters and inputs.
+    /// Derivatives of the outputs at the start of a run along a direction of parameters and inputs.
     pub fn along_parameters(&self, parameters: &Parameters, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let along = Cradle::along(parameters, tangent);
         let forcings = forcings_along(&along, &self.inputs, inputs);
@@ -123,7 +122,7 @@ impl LastStep<'_> {
         outputs
     }
 
-    /// Derivative of the time of the next onset from where `run` is; NaN if it cannot be followed so far.
+    /// Derivative of the time of the next onset after `run`; NaN if it cannot be followed.
     fn next_onset(&self, mut run: Run) -> f64 {
         if !self.onset_ahead {
             return 0.0;
@@ -132,8 +131,8 @@ impl LastStep<'_> {
     }
 }
 
-/// Accelerations by the inputs `held`, with the derivatives that they have where the inputs have the derivatives
-/// `tangent`, all of them constant over the step, and the masses theirs.
+/// Accelerations by the inputs `held`, with their derivatives for constant changes `tangent` of the inputs and for
+/// those of the masses.
 fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
     let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
         let mut forcing = held.forcing(i, ball.mass);
@@ -150,7 +149,7 @@ fn lifted(state: &ChainState) -> ChainState<Dual> {
     ChainState { x: lift(&state.x), v: lift(&state.v), overlaps: lift(&state.overlaps), modes: state.modes.clone() }
 }
 
-/// The start state with the derivatives that it has where the parameters have the derivatives `tangent`.
+/// The start state, with its derivatives for derivatives `tangent` of the parameters.
 fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
     let pair = |values: &[f64], tangents: &[f64]| -> Vec<Dual> {
         values.iter().zip(tangents).map(|(value, tangent)| Dual::with_tangent(*value, *tangent)).collect()

@@ -1,10 +1,9 @@
 //! Derivatives of the outputs: by time, and along inputs or parameters.
 //!
 //! Those by time are read off the Taylor series of the whole chain about its state ([`by_time()`]). Those along a
-//! direction follow the last step, or the whole run, once more in dual numbers ([`LastStep`]); of a run a [`History`]
-//! is kept then. Both need only a state of the chain ([`ChainState`]) and the inputs held: they serve every
-//! method. Runs of elastic contacts have a [`Tape`], which takes directions along and gives gradients, too. No
-//! differences are taken.
+//! direction follow the last step, or the whole run with its [`History`], once more in dual numbers ([`LastStep`]).
+//! Both need only a state of the chain ([`ChainState`]) and the inputs, so they serve every method. Runs of elastic
+//! contacts have a [`Tape`], which also gives gradients. No finite differences are taken.
 
 mod adjoint;
 mod by_time;

@@ -1,12 +1,12 @@
 //! A motion with its derivatives along a direction of inputs and parameters: exact, by dual numbers.
 //!
-//! It is followed by Taylor series of the whole chain from switching to switching. The time of a switching is a dual
-//! number as well, so that jumps of the force at an onset or a release are accounted for (the saltation of hybrid
-//! systems: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are taken
-//! from it. The cost of a segment grows with the number of balls, that of a motion with the number of segments.
+//! It is followed by Taylor series of the whole chain from switching to switching. The times of switchings are dual
+//! numbers as well, which accounts for jumps of the force (the saltation of hybrid systems: di Bernardo et al.,
+//! Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are used. The cost grows with the
+//! number of balls times the number of segments.
 //!
-//! Impacts of rigid balls are taken in dual numbers, too, as long as the balls part. Where they stay in contact there
-//! are no derivatives, nor where more balls touch that the direction would bring apart.
+//! Impacts of rigid balls are computed in dual numbers, too. There are no derivatives where balls stay in contact, nor
+//! where more than two touch whose impacts the direction would separate.
 
 use super::chain_state::{ChainEquations, ChainState};
 use crate::engine::cluster::{Control, Equations, Series, Switch, clipping, velocity_scale};
@@ -26,10 +26,10 @@ const TOLERANCE: f64 = 1e-11;
 /// Segments after which a step counts as too long to be followed.
 const MAX_SEGMENTS: usize = 100_000;
 
-/// How much of the largest derivative of a velocity on the way may be left at the end: less is its rounding.
+/// Smallest derivative of a velocity at the end over the largest on the way; less is rounding.
 const CANCELLATION: f64 = 1e-10;
 
-/// Approach speeds of rigid balls up to so many roundings of the fastest come to rest, as in the run itself.
+/// Approach speeds of rigid balls up to this many roundings of the fastest come to rest, as in the run itself.
 const UNRESOLVED: f64 = 32.0;
 
 /// Velocities that differ by more than this part of the largest do not belong to the same side of an impact of rigid
@@ -90,19 +90,19 @@ impl Run {
         ChainEquations { cradle: &self.along, state: &self.state, forcings: &self.forcings }
     }
 
-    /// Derivatives of what follows from the state alone, and of the impulses.
+    /// Derivatives of the outputs that follow from the state, and of the impulses.
     pub fn outputs(&self) -> Differential {
         let mut outputs = Differential::along(&self.equations());
         outputs.impulse = self.impulse.iter().map(|impulse| impulse.tangent()).collect();
         if self.cradle.restitution.is_some() {
-            // Of a constraint force there is none.
+            // A constraint force has none.
             let pressing = outputs.force.iter_mut().zip(&self.state.modes).filter(|(_, mode)| **mode == Mode::Pressing);
             pressing.for_each(|(force, _)| *force = f64::NAN);
         }
         outputs
     }
 
-    /// The same, with what is of the last step, whose length (s) this is.
+    /// The same, with the values over the last step, of this length (s).
     pub fn outputs_of_step(&self, length: f64) -> Differential {
         let impulses = self.impulse.iter().zip(&self.impulse_before);
         Differential {
@@ -120,7 +120,7 @@ impl Run {
     }
 
     /// Follows the motion to the time `until` after these inputs began to act (s), or just beyond the next onset;
-    /// `None` if that takes too many segments, leaves the range of numbers, or has rigid balls stay in contact.
+    /// `None` if that takes too many segments, leaves the range of numbers, or has rigid balls that stay in contact.
     pub fn follow(&mut self, until: Option<f64>) -> Option<()> {
         if self.cradle.restitution.is_some() && self.state.modes.iter().any(|mode| *mode != Mode::Open) {
             return None;
@@ -156,7 +156,7 @@ impl Run {
         self.state.v.iter().map(|v| v.tangent().abs()).fold(0.0, f64::max)
     }
 
-    /// Whether what is left of the derivatives is but rounding.
+    /// Whether the derivatives are only rounding.
     pub fn is_cancelled(&self) -> bool {
         self.fastest_change() < CANCELLATION * self.largest
     }
@@ -232,7 +232,7 @@ impl Run {
         2.0 * f64::EPSILON * amplitude(j).max(amplitude(j + 1))
     }
 
-    /// Moves the state on by `tau` and adds what happens till then.
+    /// Advances the state by `tau`, and the sums.
     fn move_by(&mut self, series: &Series<Dual>, tau: Dual) {
         let s = tau / Dual::from(series.unit);
         for (i, ball) in self.along.balls.iter().enumerate() {
@@ -247,7 +247,7 @@ impl Run {
             self.impulse[j] += Dual::from(series.unit) * series::integral(force, s);
             let values: Vec<f64> = force.iter().map(|c| c.value()).collect();
             let (top, _) = crossing::maximum(&values, 0.0, s.value());
-            // At the end of the segment its time counts, within it the force does not change with the place.
+            // At the end of the segment its time counts; within it the place of the peak does not matter.
             let peak = series::value(force, if top == s.value() { s } else { Dual::from(top) });
             if peak.value() > self.peak[j].value() {
                 self.peak[j] = peak;
@@ -300,8 +300,8 @@ impl Run {
         if self.equations().overlap_rate(j).value() < 0.0 { Some(()) } else { None }
     }
 
-    /// Takes the modes from `end`: where the step ends at a switching, rounding decides on which side. Refuses a step
-    /// that ends with an impact of rigid balls.
+    /// Takes the modes from `end`, because rounding decides the side of a switching at the end of the step. Refuses a
+    /// step that ends with an impact of rigid balls.
     pub fn agree_with(&mut self, end: &ChainState) -> Option<()> {
         let scale = end.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > SAME_VELOCITIES * scale;

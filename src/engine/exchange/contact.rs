@@ -1,4 +1,4 @@
-//! What a contact remembers of its pulses.
+//! The record of a contact's pulses.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,33 +6,33 @@ use crate::engine::observer::{Observer, Pulse};
 use crate::engine::records::Ledger;
 use crate::solver::double_double::DoubleDouble;
 
-/// What is known of a contact at the last event.
+/// The record of a contact at the last event.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Contact {
-    /// The impulse in it is that of the states at the last onset, after a pulse at its release.
+    /// Its impulse is the state at the last onset or, after a pulse, at its release.
     pub ledger: Ledger,
     /// Largest force of the last pulse as the last event saw it, N.
     pub peak: f64,
-    /// Largest force of the pulse under way that the host has asked for, N: many tell of no step but those to
-    /// communication points.
+    /// Largest force of the current pulse that the host has evaluated, N; many hosts report only steps to communication
+    /// points.
     pub seen: f64,
-    /// Up to when the last event has followed it, s. Until then the states are those of a flight that has yet to begin.
+    /// Time up to which the last event has followed it, s. Until then the states are those of a flight that has yet to
+    /// begin.
     pub followed_until: Option<f64>,
-    /// The force and the time (s) at the end of the last step of the host's, while the contact is closed, and how the
-    /// force changed then, N and N/s.
+    /// Time (s), force (N) and its rate (N/s) at the end of the host's last step, while the contact is closed.
     pub last: Option<(f64, f64, f64)>,
 }
 
 impl Contact {
-    /// It closes at `time`, with this impulse so far (N.s).
+    /// Begins a pulse at `time`, with this impulse so far (N.s).
     pub fn open_pulse(&mut self, time: DoubleDouble, impulse: f64) {
         self.ledger.open_pulse(time, 0);
         self.ledger.impulse = impulse.into();
         (self.last, self.peak, self.seen) = (None, 0.0, 0.0);
     }
 
-    /// A force (N) in the middle of a pulse, with its derivative by time (N/s), at the end of a step to `time` (s): the
-    /// largest force may lie within the step, where the cubic through both ends has its maximum.
+    /// Enters a force (N) within a pulse, with its rate (N/s), at the end of a step to `time` (s). The largest force
+    /// within the step is the maximum of the cubic through both ends.
     pub fn pass(&mut self, time: f64, force: f64, slope: f64) {
         let mut peak = force;
         if let Some((before, then, slope_then)) = self.last
@@ -53,14 +53,14 @@ impl Contact {
         self.last = Some((time, force, slope));
     }
 
-    /// Contact `i` opens at `time`, with this impulse so far (N.s).
+    /// Ends a pulse of contact `i` at `time`, with this impulse so far (N.s).
     pub fn close_pulse(&mut self, i: usize, time: DoubleDouble, impulse: f64, observer: &mut dyn Observer) {
         self.ledger.add(impulse - self.ledger.impulse.value(), self.seen, 0.0);
         (self.last, self.peak) = (None, self.ledger.pulse_peak);
         observer.pulse(self.ledger.close_pulse(i, time));
     }
 
-    /// A pulse that an event has followed from its onset at `onset` to its release at `release`.
+    /// Enters a pulse that an event has followed from `onset` to `release`.
     pub fn enter(&mut self, pulse: &Pulse, onset: DoubleDouble, release: DoubleDouble, observer: &mut dyn Observer) {
         self.ledger.open_pulse(onset, 0);
         self.ledger.add(pulse.impulse, pulse.peak, pulse.peak);

@@ -1,16 +1,16 @@
-//! The equations of motion for contacts whose flags say whether they act, in doubles and in dual numbers.
+//! The equations of motion, with contacts that act by flags, in doubles and dual numbers.
 
 use crate::model::algebraic::Chain;
 use crate::model::{Cradle, Mode};
 use crate::solver::dual::Scalar;
 
-/// How many continuous states there are: the first position, the overlaps, the velocities, the impulses, the energy
-/// dissipated and the work of the inputs.
+/// Number of continuous states: the first position, the overlaps, the velocities, the impulses, the energy dissipated
+/// and the work of the inputs.
 pub const fn state_count(balls: usize) -> usize {
     3 * balls + 1
 }
 
-/// The chain in one state of the host's, with the forces in it.
+/// The chain in a state of the host, with its forces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct State<S = f64> {
     pub x: Vec<S>,
@@ -22,7 +22,7 @@ pub(super) struct State<S = f64> {
 }
 
 impl<S: Scalar> State<S> {
-    /// The state `y`, in the host's order. A position is the one to its left less overlap and clearance.
+    /// The state `y`, in the host's order. A position is the one to its left minus overlap and clearance.
     pub fn new(cradle: &Cradle<S>, modes: &[Mode], y: &[S], forcings: Vec<S>) -> Self {
         let n = cradle.balls.len();
         let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());
@@ -42,8 +42,7 @@ impl<S: Scalar> State<S> {
         state
     }
 
-    /// Force of a contact that presses, N. One that has yet to open although its overlap has vanished has no elastic
-    /// force.
+    /// Force of a pressing contact, N. One that has yet to open although its overlap has vanished has no elastic force.
     fn contact_force(&self, cradle: &Cradle<S>, modes: &[Mode], j: usize) -> S {
         if modes[j] != Mode::Pressing {
             return S::default();
@@ -53,7 +52,7 @@ impl<S: Scalar> State<S> {
         cradle.contacts[j].unclipped_force(overlap, self.v[j] - self.v[j + 1])
     }
 
-    /// Forces of rigid contacts: what it takes for the balls that closed contacts join to have one acceleration, N.
+    /// Constraint forces, N, by which balls joined by closed rigid contacts have one acceleration.
     fn constraint_forces(&self, cradle: &Cradle<S>, modes: &[Mode]) -> Vec<S> {
         let mut forces = vec![S::default(); modes.len()];
         let free = |i: usize| cradle.balls[i].acceleration(self.x[i], self.v[i], S::default(), self.forcings[i]);
@@ -62,7 +61,7 @@ impl<S: Scalar> State<S> {
             let balls = run[0]..run[0] + run.len() + 1;
             let own: Vec<S> = balls.clone().map(free).collect();
             let masses = || cradle.balls[balls.clone()].iter().map(|ball| ball.mass);
-            // Relative to the first ball, so that what is the same for all cancels.
+            // Relative to the first ball, so that common parts cancel.
             let moment: S = masses().zip(&own).map(|(mass, a)| mass * (*a - own[0])).sum();
             let mean = moment / masses().sum();
             let mut force = S::default();
@@ -75,7 +74,7 @@ impl<S: Scalar> State<S> {
     }
 }
 
-/// A state with what it is a state of.
+/// A state with its cradle and flags.
 pub(super) struct View<'a, S> {
     pub cradle: &'a Cradle<S>,
     pub modes: &'a [Mode],

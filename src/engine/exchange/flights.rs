@@ -1,5 +1,5 @@
-//! Flight from the current state, forwards and backwards: the next onset, with the inputs held, and where the host's
-//! integration has gone past one, to which an event goes back.
+//! Flight from the current state, forwards to the next onset with the inputs held, and backwards to an onset that the
+//! host has stepped over.
 
 use super::run::Exchange;
 use crate::engine::flight::{Ball, Flight, Separation};
@@ -9,27 +9,26 @@ use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::root::{Smooth, rising_zero};
 
-/// How far back an onset is looked for, in radians of the pendulums' swing or decay times, or in s without gravity and
-/// drag: far beyond a step of any integration.
+/// Farthest look back for an onset, in radians of the pendulums' swing or decay times, or in s without gravity and
+/// drag: far beyond any step.
 const FARTHEST: f64 = 1.5;
 
-/// Effort, in units of about a tenth of a microsecond, that one look ahead may take; what comes then is left to the
-/// next event.
+/// Largest effort of one look ahead, in units of about a tenth of a microsecond; the next event continues.
 const LOOK_AHEAD: u64 = 40_000;
 
-/// Part of the time within which two events count as one: 1e-13 of the larger of 1 s and the time.
+/// Two times closer than this part of the larger of 1 s and the time are the same.
 const SAME_TIME: f64 = 1e-13;
 
 /// An approach by less than this part of the nominal speed is rounding.
 const RESOLVED: f64 = 1e-15;
 
 impl Exchange {
-    /// What counts as the same time, s.
+    /// Largest difference between equal times, s.
     pub(super) fn margin(&self) -> f64 {
         SAME_TIME * self.time.abs().max(1.0)
     }
 
-    /// The balls as they fly from now on, anchored at the time 0, but for contacts that are closed.
+    /// The balls in flight from now on, anchored at the time 0, without closed contacts.
     pub(super) fn flights(&self) -> Vec<Ball> {
         let state = &self.state;
         let ball = |(i, model)| {
@@ -45,8 +44,8 @@ impl Exchange {
         Separation::new(&balls[j], &balls[j + 1], DoubleDouble::ZERO, self.state.overlaps[j], clearance)
     }
 
-    /// When contact `j` closes, from now (s), if it is open and that is now or past: its balls overlap and approach
-    /// each other, or they meet within the margin.
+    /// When contact `j` closed, relative to now (s), if it is open and due: its balls overlap and approach each other,
+    /// or meet within the margin.
     pub(super) fn due_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {
         let (overlap, rate) = self.overlap_and_rate(j);
         if self.is_followed(j) {
@@ -61,22 +60,21 @@ impl Exchange {
         (-overlap <= rate * self.margin()).then_some(-overlap / rate)
     }
 
-    /// Whether the onset of contact `j` was announced for now, and its balls touch but for rounding: side by side, they
-    /// are about to press each other, however slowly. That event closes the contact; without, it would be announced for
-    /// ever.
+    /// Whether the onset of contact `j` was announced for now, and its balls touch within rounding and are about to
+    /// press each other slowly. The event must close the contact, or the onset would be announced for ever.
     pub(super) fn begins_to_press(&self, balls: &[Ball], j: usize) -> bool {
         let is_due = matches!(self.next, Next::At(time) if time <= self.time) && self.next_contact == Some(j);
         let (overlap, rate) = self.overlap_and_rate(j);
         is_due && overlap.abs() <= self.separation(balls, j).noise && rate.abs() <= RESOLVED * self.scales.speed
     }
 
-    /// Whether an event has followed contact `j` to later than now.
+    /// Whether an event has followed contact `j` beyond now.
     pub(super) fn is_followed(&self, j: usize) -> bool {
         self.contacts[j].followed_until.is_some_and(|until| until > self.time)
     }
 
-    /// When the flight of the balls of contact `j`, whose motion is this `flight`, begins, from now (s), if at the time
-    /// `from` (s from now) it has yet to: where they part, or where an event has followed them to.
+    /// When the `flight` of the balls of contact `j` begins, relative to now (s), if not before the time `from`: where
+    /// they part, or where an event has followed them to.
     pub(super) fn parting(&self, flight: &Separation, j: usize, from: f64) -> Option<f64> {
         let followed = self.contacts[j].followed_until.map(|until| until - self.time).filter(|until| *until > from);
         let from = followed.unwrap_or(from);
@@ -85,8 +83,8 @@ impl Exchange {
         parts.filter(|parting| *parting > from).or(followed)
     }
 
-    /// When the balls of a contact, which overlap at the time `from`, touch without an overlap, from now (s): before
-    /// that if they approach each other, after it if they part. Nothing if that is out of reach.
+    /// When the overlap of a contact, positive at the time `from`, is 0, relative to now (s): before `from` if the
+    /// balls approach each other, after it if they part. `None` if that is out of reach.
     fn place_of_touch(&self, flight: &Separation, from: f64) -> Option<f64> {
         let pace = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
         let pace = self.cradle.balls.iter().map(pace).fold(0.0, f64::max);
@@ -107,8 +105,8 @@ impl Exchange {
         Some(from + way * rising_zero(gap, (0.0, -overlap), (1.0, gap(1.0)[0])))
     }
 
-    /// The next onset later than now by more than the same time, and its contact; a time up to which there is none
-    /// where the look ends; never if there is none within 1000 periods of the first ball.
+    /// The next onset after now, and its contact; if the look ends before, a time up to which there is none; never if
+    /// there is none within 1000 periods of the first ball.
     pub(super) fn find_next_onset(&self) -> (Next, Option<usize>) {
         if !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open) {
             return (Next::not_before(self.time, self.time), None);
@@ -117,7 +115,7 @@ impl Exchange {
         let limit = DoubleDouble::from(ONSET_PERIODS * self.cradle.period());
         let earliest = (self.time + self.margin()).max(self.time.next_up());
         let later = |tau: DoubleDouble| (DoubleDouble::from(self.time) + tau).value_up().max(earliest);
-        // What is due now comes as soon as there is another time.
+        // Events due now come at the next representable time.
         match engine.seek_onset(engine.onsets, f64::NEG_INFINITY, limit, LOOK_AHEAD) {
             Next::At((tau, contact)) => (Next::At(later(tau)), contact.filter(|_| !self.is_rigid())),
             Next::NotBefore((tau, _)) => (Next::NotBefore(later(tau)), None),

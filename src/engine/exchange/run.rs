@@ -1,5 +1,5 @@
-//! The state of a run that its host integrates, what the host moves it by, and what it can read: derivatives of the
-//! states, and event indicators: where a contact opens, closes, or where its law begins or ends to clip.
+//! The state of a run that its host integrates, with setters, derivatives of the states, and event indicators for
+//! onsets, releases and clipping.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ pub struct Exchange {
     pub(super) time: f64,
     /// The states, in that order.
     pub(super) y: Vec<f64>,
-    /// Which contacts act, and how; it changes in events only.
+    /// Flags of the contacts, which change in events only.
     pub(super) modes: Vec<Mode>,
     pub(super) contacts: Vec<Contact>,
     pub(super) scales: Scales,
@@ -34,9 +34,9 @@ pub struct Exchange {
     /// The next onset as the last event saw it, and its contact.
     pub(super) next: Next,
     pub(super) next_contact: Option<usize>,
-    /// There has been no event yet: contacts that were closed at the start have not been followed.
+    /// Whether there has been no event yet, so that contacts closed at the start have not been followed.
     pub(super) at_start: bool,
-    /// What follows from the states, the flags and the inputs.
+    /// Values computed from the states, the flags and the inputs.
     #[serde(skip)]
     pub(super) state: State,
 }
@@ -44,7 +44,7 @@ pub struct Exchange {
 impl Exchange {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        // Refuses what no run can start with.
+        // Refuses an invalid start.
         let engine = Engine::new(parameters, inputs, start_time)?;
         let cradle = Cradle::new(parameters);
         let (n, m) = (parameters.balls(), parameters.contacts());
@@ -80,8 +80,8 @@ impl Exchange {
         Ok(run)
     }
 
-    /// Takes up again the run that was put down as this, with the parameters that acted then and the start time (s).
-    /// After a failed event (`failed`) its values may be anything, for it can only be looked at.
+    /// The run restored from this, with its parameters and start time (s). After a failed event (`failed`) any values
+    /// pass, because the run can only be read.
     pub fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
         let (n, m) = (parameters.balls(), parameters.contacts());
         require(self.parameters == *parameters, "its parameters are not those that it was set up with")?;
@@ -102,7 +102,7 @@ impl Exchange {
         Ok(self)
     }
 
-    /// Computes what follows from the states, the flags and the inputs.
+    /// Recomputes the values from the states, the flags and the inputs.
     pub(super) fn refresh(&mut self) {
         self.state = State::new(&self.cradle, &self.modes, &self.y, self.forcings());
     }
@@ -151,7 +151,7 @@ impl Exchange {
         self.time
     }
 
-    /// The time is `time` (s) now.
+    /// Sets the time, s.
     pub fn set_time(&mut self, time: f64) {
         self.time = time;
     }
@@ -161,7 +161,7 @@ impl Exchange {
         &self.y
     }
 
-    /// The states are these now, as many as there are.
+    /// Sets the states, all of them.
     pub fn set_states(&mut self, states: &[f64]) {
         self.y.copy_from_slice(states);
         self.refresh();
@@ -172,10 +172,10 @@ impl Exchange {
         &self.scales.nominals
     }
 
-    /// These inputs, and the tunable ones of these parameters, act from now on.
+    /// Sets inputs and tunable parameters from now on.
     pub fn set(&mut self, parameters: &Parameters, inputs: &Inputs) {
         if self.inputs != *inputs {
-            // Another flight than the one that began where an event has ended.
+            // The flight is no longer the one that began where an event ended.
             self.contacts.iter_mut().for_each(|contact| contact.followed_until = None);
             self.inputs.clone_from(inputs);
         }
@@ -238,7 +238,7 @@ impl Exchange {
         contacts.clone().map(|j| self.contact_indicator(j)).chain(contacts.map(|j| self.clip_indicator(j))).collect()
     }
 
-    /// Whether an indicator says other than the flags.
+    /// Whether an indicator contradicts the flags.
     pub(super) fn is_event_due(&self) -> bool {
         (0..self.modes.len()).any(|j| {
             (self.contact_indicator(j) > 0.0) != (self.modes[j] != Mode::Open) && !self.is_virtual(j)
@@ -246,8 +246,8 @@ impl Exchange {
         })
     }
 
-    /// Whether an event has left contact `j` with an overlap that is none, because its balls have yet to part or their
-    /// flight to begin.
+    /// Whether the overlap of contact `j` after an event is virtual, because its balls have yet to part or their flight
+    /// to begin.
     fn is_virtual(&self, j: usize) -> bool {
         let (overlap, rate) = self.overlap_and_rate(j);
         self.is_mapped() && self.modes[j] == Mode::Open && (overlap > 0.0 && rate <= 0.0 || self.is_followed(j))
@@ -265,13 +265,13 @@ impl Exchange {
         overlap.min(time * rate) - shift
     }
 
-    /// Whether a neighbour of contact `j` is closed, so that it is not left to an event.
+    /// Whether a neighbour of contact `j` is closed, so that no event follows it.
     pub(super) fn is_beside_closed(&self, j: usize) -> bool {
         let closed = |j: usize| self.modes.get(j).is_some_and(|mode| *mode != Mode::Open);
         !self.is_rigid() && (closed(j + 1) || j > 0 && closed(j - 1))
     }
 
-    /// What the law of a closed contact, or the force of a rigid one, has left before it would pull; 1 for all others.
+    /// Margin of a closed contact before its law or its constraint would pull; 1 for all others.
     pub(crate) fn clip_indicator(&self, j: usize) -> f64 {
         let law = &self.cradle.contacts[j];
         let shift = match self.modes[j] {
@@ -293,7 +293,7 @@ impl Exchange {
     }
 }
 
-/// See [`Results`]; what is of a step is of this instant, and what events change is as the last one left it.
+/// See [`Results`]; values over a step are those of this instant, discrete values those after the last event.
 impl Results for Exchange {
     algebraic_results!(self, &self.view());
 

@@ -1,4 +1,4 @@
-//! Orders of magnitude: what a host scales its tolerances with, and what is small for an indicator.
+//! Orders of magnitude, for the host's tolerances and for the shifts of indicators.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::model::{ContactLaw, Cradle};
 const LEAST_SPEED: f64 = 1e-9;
 const SPEED_AT_REST: f64 = 1e-3;
 
-/// Part of the nominal overlap, and of the nominal force, that an indicator is shifted by.
+/// Shift of an indicator over the nominal overlap or force.
 pub(super) const SHIFT: f64 = 1e-6;
 
 /// Orders of magnitude at the energy of the start. All are positive.
@@ -23,14 +23,13 @@ pub(super) struct Scales {
     pub forces: Vec<f64>,
 }
 
-/// Positive and finite, with room for what a host makes of it.
+/// Positive and finite, with room for a host's operations.
 fn bounded(scale: f64) -> f64 {
     if scale.is_nan() { 1.0 } else { scale.clamp(1e-150, 1e150) }
 }
 
 impl Scales {
-    /// From the speed that the balls can reach in `state` by what they have: their speed, their height, what their
-    /// contacts hold, and what the inputs give them within one unit of their time.
+    /// From the [speed in reach](Cradle::speed_in_reach) of the balls in `state`.
     pub fn new(cradle: &Cradle, state: &State) -> Self {
         let Cradle { balls, contacts, .. } = cradle;
         let motion = [&state.x[..], &state.v, &state.overlaps];
@@ -57,7 +56,7 @@ impl Scales {
         Self { nominals, speed, forces }
     }
 
-    /// Whether it is one of so many balls.
+    /// Whether it fits this many balls.
     pub fn are_sound(&self, balls: usize) -> bool {
         let sound = |scale: &f64| *scale > 0.0 && scale.is_finite();
         let lengths = self.nominals.len() == state_count(balls) && self.forces.len() + 1 == balls;
@@ -69,7 +68,7 @@ impl Scales {
         self.nominals[1 + j]
     }
 
-    /// What the indicator of contact `j` is shifted by, m, so that balls at rest in touch do not make it 0.
+    /// Shift of the indicator of contact `j`, m, so that balls at rest in touch do not make it 0.
     pub fn shift(&self, j: usize) -> f64 {
         SHIFT * self.overlap(j)
     }

@@ -1,4 +1,4 @@
-//! One ball: its state at its anchor, what governs its motion from there on, and its integrals since the start.
+//! One ball: its state at its anchor, its regime from there on, and its integrals since the start.
 
 use serde::{Deserialize, Serialize};
 
@@ -30,7 +30,7 @@ impl RunningIntegrals {
     }
 }
 
-/// What a ball takes part in.
+/// What governs the motion of a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Regime {
     Flight,
@@ -42,17 +42,16 @@ pub(crate) enum Regime {
     Body,
 }
 
-/// A ball: its state at its anchor, and the closed form that its motion follows from there unless a cluster or an
-/// impact acts on it.
+/// A ball: its state at its anchor, and its motion in closed form from there unless a cluster or an impact governs it.
 #[derive(Clone, Debug)]
 pub(crate) struct Ball {
     /// In kg.
     pub mass: f64,
-    /// That of its pendulum; in a body of rigid balls that of the body.
+    /// The oscillator of its pendulum or, in a body of rigid balls, of the body.
     pub oscillator: Oscillator,
     /// Time that `flight` and `integrals` refer to.
     pub anchor: DoubleDouble,
-    /// Its state at the anchor. In a body the contacts act as a part of the forcing.
+    /// Its state at the anchor. In a body the contact forces are a part of the forcing.
     pub flight: Flight,
     pub integrals: RunningIntegrals,
     pub regime: Regime,
@@ -79,7 +78,7 @@ impl Ball {
         Flight { x: self.flight.x + displacement, v, forcing: shifted(&self.flight.forcing, (t - self.anchor).value()) }
     }
 
-    /// How far it can leave the chord of its motion within `tau` (s) after the anchor, but for contacts, m.
+    /// A bound of its distance from the chord of its motion within `tau` (s) after the anchor, without contacts, m.
     pub fn bend(&self, tau: f64) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
         let varying = flight.forcing[1..].iter().rev().fold(0.0, |sum, forcing| (sum + forcing.abs()) * tau);
@@ -121,7 +120,7 @@ impl Ball {
             return 0.0;
         }
         if o.gamma() * tau > 0.5 {
-            // What is missing of the energy, which is a good part of it.
+            // The energy lost is a good part of the energy: taken as the difference.
             let (displacement, v) = (flight.displacement(o, u), flight.velocity(o, u));
             let kinetic = 0.5 * (flight.v - v) * (flight.v + v);
             let potential = o.omega2() * displacement * (flight.x + 0.5 * displacement);
@@ -179,8 +178,8 @@ pub(crate) fn places(distances: impl Iterator<Item = f64> + Clone) -> impl Itera
     std::iter::once(0.0).chain(distances.scan(0.0, place))
 }
 
-/// The position (m) of the first one that leaves the centre of mass of `balls` where it is, which are given by mass
-/// (kg), position (m) and [place](places).
+/// The position (m) of the first of `balls`, given by mass (kg), position (m) and [place](places), that keeps their
+/// centre of mass.
 pub(crate) fn start_by_centre(balls: impl Iterator<Item = ((f64, f64), f64)> + Clone) -> f64 {
     let first = balls.clone().next().map_or(0.0, |((_, x), _)| x);
     let (mut moment, mut total) = (0.0, 0.0);

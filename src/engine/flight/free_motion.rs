@@ -1,4 +1,4 @@
-//! The motion of a ball that touches nothing: a closed form of its state at its anchor and the inputs.
+//! The motion of a ball that touches nothing, in closed form from its state at its anchor and the inputs.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ pub(crate) fn degree(forcing: &Forcing) -> usize {
     (1..=MAX_FORCE_ORDER).rev().find(|&j| forcing[j] != 0.0).unwrap_or(0)
 }
 
-/// The shortest time (s) in which one of its derivatives changes by as much as it is; infinite if none changes.
+/// The shortest time (s) in which one of its derivatives changes by its own size; infinite if none changes.
 pub(crate) fn time_of_change(forcing: &Forcing) -> f64 {
     let mut shortest = f64::INFINITY;
     let mut last: Option<(usize, f64)> = None;
@@ -39,7 +39,7 @@ pub(crate) fn forcing_at(forcing: &Forcing, tau: f64) -> f64 {
     (0..=degree(forcing)).rev().fold(0.0, |sum, k| forcing[k] + sum * tau / (k + 1) as f64)
 }
 
-/// The same polynomial seen from `tau` (s) later.
+/// The same polynomial, expanded about a time `tau` (s) later.
 pub(crate) fn shifted<S: Scalar>(forcing: &Forcing<S>, tau: S) -> Forcing<S> {
     let mut later = *forcing;
     if forcing[1..].iter().all(|p| p.value() == 0.0 && p.tangent() == 0.0) {
@@ -55,7 +55,7 @@ pub(crate) fn shifted<S: Scalar>(forcing: &Forcing<S>, tau: S) -> Forcing<S> {
     later
 }
 
-/// Contact-free motion from an anchor on: a closed form of the time since then.
+/// Contact-free motion from an anchor on, in closed form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Flight {
     /// Position at the anchor, m.
@@ -66,10 +66,10 @@ pub(crate) struct Flight {
     pub forcing: Forcing,
 }
 
-/// Part of the rounding of the positions that an overlap must have to be one.
+/// Smallest overlap that counts, over the rounding of the positions.
 const NO_OVERLAP: f64 = 1e-10;
 
-/// How far positions (m) and velocities (m/s) are known.
+/// Rounding of positions (m) and velocities (m/s).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rounding {
     pub position: f64,
@@ -81,19 +81,19 @@ impl Rounding {
         Self { position: self.position.max(other.position), velocity: self.velocity.max(other.velocity) }
     }
 
-    /// Overlap (m) that is as good as none, far below the rounding: a contact that damping alone opens would never be
+    /// Overlap (m) that counts as none, far below the rounding; otherwise a contact that only damping opens would never
     /// open.
     pub fn no_overlap(&self) -> f64 {
         NO_OVERLAP * self.position
     }
 
-    /// Whether balls with this overlap (m) and rate (m/s) are at rest side by side, as far as rounding tells. Their
-    /// contact keeps its mode until the motion tells more: see "Clusters" in `docs/theory.md`.
+    /// Whether balls with this overlap (m) and rate (m/s) are at rest side by side, within rounding. Their contact
+    /// keeps its mode until the motion decides: see "Clusters" in `docs/theory.md`.
     pub fn is_rest(&self, overlap: f64, rate: f64) -> bool {
         overlap >= -self.position && rate.abs() <= self.velocity
     }
 
-    /// How far balls at rest may drift apart by rounding alone within `time` (s), m.
+    /// Drift between balls at rest by rounding alone within `time` (s), m.
     pub fn drift(&self, time: f64) -> f64 {
         self.position.max(self.velocity * time)
     }
@@ -121,7 +121,7 @@ impl Flight {
         }
     }
 
-    /// What rounding leaves open over a swing.
+    /// Rounding over a swing.
     pub fn rounding(&self, o: &Oscillator) -> Rounding {
         let swing = if o.omega() > 0.0 { self.v.abs() / o.omega() } else { 0.0 };
         let (x, v) = (self.x.abs() + swing, self.v.abs() + o.omega() * self.x.abs());
@@ -155,7 +155,7 @@ impl Flight {
         free + (1..=degree(&self.forcing)).map(|j| self.forcing[j] * u[level + 1 + j]).sum::<f64>()
     }
 
-    /// Acceleration `tau` after the anchor, m/s2, where the displacement and the velocity are the given ones.
+    /// Acceleration `tau` after the anchor, m/s2, for this displacement and velocity.
     pub fn acceleration(&self, o: &Oscillator, tau: f64, displacement: f64, v: f64) -> f64 {
         forcing_at(&self.forcing, tau) - o.omega2() * self.x - o.omega2() * displacement - 2.0 * o.gamma() * v
     }
@@ -190,7 +190,7 @@ impl Flight {
         let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
         let third = rate + o.pace() * amplitude;
         let grown = if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third };
-        // Early on that is the tighter one; once drag has made the start forgotten, the motion follows the forcing.
+        // Early on that bound is the tighter one; once drag has damped the start, the motion follows the forcing.
         if o.gamma() > 0.0
             && let Some(steady) = Steady::new(o, self.v, a, &self.forcing)
         {

@@ -1,8 +1,8 @@
 //! Balls that touch nothing.
 //!
-//! A ball swings in closed form from its anchor, the time of its last event ([`Ball`], [`Flight`]); two neighbours in
-//! flight have a closed form of their overlap, from which the next onset is foretold ([`Separation`]). Needs
-//! closed-form oscillators and first crossings of the solver; knows no contact forces.
+//! A ball swings in closed form from its anchor, the time of its last event ([`Ball`], [`Flight`]); the overlap of two
+//! neighbours in flight has a closed form, too, which gives the next onset ([`Separation`]). Needs closed-form
+//! oscillators and first crossings of the solver; knows no contact forces.
 
 mod ball;
 mod free_motion;

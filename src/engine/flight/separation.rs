@@ -1,4 +1,4 @@
-//! An open contact between two balls in flight: its overlap as a closed form, and when it will close.
+//! An open contact between two balls in flight: its overlap in closed form, and its next onset.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ use crate::solver::root::{Smooth, safe_step, search_within};
 /// The overlap (negative while apart) since an anchor.
 ///
 /// It is kept as its value at the anchor plus the displacements since then, so that a gap of 1e-12 m right after a
-/// release has its digits although the positions are of the order of 1 m.
+/// release keeps its digits on positions of 1 m.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Separation {
     anchor: DoubleDouble,
@@ -21,38 +21,36 @@ pub(crate) struct Separation {
     motion: Motion,
     /// That of the right ball, on another pendulum.
     other: Option<Motion>,
-    /// Rounding of the positions that the swing of the two entails, m: a contact that closes no deeper is none.
+    /// Rounding of the positions over a swing, m: a shallower closing is no onset.
     pub noise: f64,
     /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding
     /// is no onset.
     resolution: [f64; 2],
 }
 
-/// A motion, and the pendulum that it is one of.
+/// A motion with its pendulum.
 type Motion = (Oscillator, Flight);
 
-/// Evaluations that one forecast may take, far beyond what most motions take; what comes then is left to the next one.
+/// Most evaluations of one forecast, far more than usual; the next forecast continues.
 pub(crate) const EVALUATIONS: u32 = 4_000;
 
-/// Part of the time since the anchor that a forecast must have got on by then for its motion to be more than rounding.
+/// Least progress of a forecast over the time since the anchor; below it, the motion is rounding.
 const LEAST_PROGRESS: f64 = 1e-6;
 
-/// What several operations leave open, relative.
+/// Relative rounding of several operations.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
-/// Parts of the reach of a forecast that its first look covers, and that it must clear to be worth its while.
+/// Parts of the reach of a forecast: that of its first look, and the least that it must clear to pay.
 const FIRST_LOOK: f64 = 0.25;
 const WORTH: f64 = 0.02;
 
 /// Decay times that a forecast of free balls with drag covers.
 const DECAY_TIMES: f64 = 100.0;
 
-/// Periods that one forecast looks ahead where the closing is not a closed form; of pendulums that creep back, slow
-/// decay times, times 2 pi.
+/// Reach of a forecast without a closed form, in periods; for overdamped pendulums, in slow decay times times 2 pi.
 const PERIODS_AHEAD: f64 = 2.0;
 
-/// A forecast of free balls looks at least this far ahead, s, however strong their drag: a search of a window that the
-/// clock cannot resolve leads nowhere.
+/// Least reach of a forecast of free balls, s, for any drag, so that doubles resolve it.
 const SHORTEST_LOOK: f64 = 1e-12;
 
 impl Separation {
@@ -72,9 +70,8 @@ impl Separation {
         Self { anchor, overlap, motion, other, noise, resolution: [0.0; 2] }
     }
 
-    /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m) are none, and none
-    /// is an onset that the rounding of two different motions, or of inputs that have varied for `age` (s), brings
-    /// about.
+    /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m), or by the rounding
+    /// of two different motions or of inputs that have varied for `age` (s), are no onsets.
     pub fn rigid(self, noise: f64, age: f64) -> Self {
         let noise = self.noise.max(noise);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
@@ -104,7 +101,7 @@ impl Separation {
         (overlap, rate)
     }
 
-    /// Whether the balls touch at the time `t` as far as their positions are known, or to within `noise` (m).
+    /// Whether the balls touch at the time `t`, within the rounding of their positions or within `noise` (m).
     pub fn touches(&self, t: DoubleDouble, noise: f64) -> bool {
         self.at_time(t).0 >= -self.noise.max(noise)
     }
@@ -121,7 +118,7 @@ impl Separation {
         std::iter::once(&self.motion).chain(&self.other)
     }
 
-    /// What these three `values` of a motion are for the difference of the two.
+    /// Three `values` of the difference of the two motions.
     fn difference(&self, values: impl Fn(&Oscillator, &Flight) -> [f64; 3]) -> [f64; 3] {
         let own = values(&self.motion.0, &self.motion.1);
         let Some((o, flight)) = &self.other else { return own };
@@ -138,8 +135,8 @@ impl Separation {
         [self.overlap + d, v, a]
     }
 
-    /// The next closing after `from`, a time at or after the anchor, with at most so many evaluations as are `allowed`,
-    /// which counts them down.
+    /// The next closing after `from`, a time at or after the anchor, with at most `allowed` evaluations, which it
+    /// counts down.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         if self.stays_apart() {
             return Next::Never;
@@ -148,8 +145,8 @@ impl Separation {
         let reach = reach(self.motions().map(|(o, _)| o), start);
         let mut clear = start;
         if start == 0.0 {
-            // Most forecasts are overtaken by events: a bound that costs little comes first. It is the tighter the
-            // shorter the span, here half a period.
+            // Most forecasts are overtaken by events, so a cheap bound comes first; it is tighter for shorter spans,
+            // here half a period.
             clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
             if clear > WORTH * reach {
                 return Next::NotBefore(self.anchor + clear);
@@ -169,8 +166,8 @@ impl Separation {
         [self.overlap, v, a]
     }
 
-    /// The next rise through zero of a plain wave, `start` being known not to lie behind it; `None` where the motion is
-    /// no plain wave or only grazes.
+    /// The next rise through zero of a plain wave from `start` on; `None` where the motion is no plain wave or only
+    /// grazes.
     fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
         let (o, flight) = &self.motion;
         if self.other.is_some() || o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {
@@ -199,8 +196,7 @@ impl Separation {
         None
     }
 
-    /// The crossing next to `tau` to more digits than a double of this size has: on a swing of a second its last place
-    /// is worth a billionth of a stiff contact.
+    /// The crossing near `tau` in double-double.
     fn polished(&self, tau: f64) -> DoubleDouble {
         let [overlap, rate, _] = self.evaluate(tau.into());
         let correction = -overlap / rate;
@@ -222,7 +218,7 @@ impl Separation {
     }
 }
 
-/// How far ahead a forecast of these motions looks that starts at `start` after their anchor, s.
+/// Reach of a forecast of these motions from `start` after their anchor, s.
 pub(crate) fn reach<'a>(oscillators: impl Iterator<Item = &'a Oscillator> + Clone, start: f64) -> f64 {
     let slowest = oscillators.clone().map(Oscillator::gamma).fold(f64::INFINITY, f64::min);
     let shortest = oscillators.map(Oscillator::time_scale).fold(f64::INFINITY, f64::min);
@@ -248,7 +244,7 @@ pub(crate) fn forecast(
     match search_within(g, from, until, allowed) {
         Next::At(tau) => Next::At(anchor + polished(tau)),
         Next::NotBefore(tau) if tau - from > LEAST_PROGRESS * from => Next::NotBefore(anchor + tau),
-        // One that hardly got on has followed nothing but rounding.
+        // A search without progress has followed only rounding.
         _ if until < FAR => Next::NotBefore(anchor + until),
         _ => Next::Never,
     }

@@ -1,4 +1,4 @@
-//! The next onset, read off the forecasts, or found by a copy of the run that goes ahead; the next onset or release.
+//! The next onset, from the forecasts or by a copy of the run that looks ahead; the next onset or release.
 
 use crate::engine::cluster::Switch;
 use crate::engine::observer::Unrecorded;
@@ -7,28 +7,28 @@ use crate::model::ONSET_PERIODS;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Work that one look ahead may take, in the units of [`Engine::effort`]: some tenths of a millisecond. The event that
-/// exceeds it is still handled.
+/// Effort of one look ahead ([`Engine::effort`]): some tenths of a millisecond. The event that exceeds it is still
+/// handled.
 const LOOK_AHEAD: u64 = 4_000;
 
 /// The same for copying a ball and its contact.
 const COPY: u64 = 3;
 
-/// When something comes, and the contact that it is about if its balls are in flight until then.
+/// The time of a queue entry, and its contact if its balls are in flight until then.
 type Entry = (DoubleDouble, Option<usize>);
 
 impl Engine {
     /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first
-    /// ball. Where a fixed amount of work does not show it, it is the time up to which there is none; the next look, at
-    /// a later time, goes on from there.
+    /// ball. If a fixed amount of work does not reach it, the time up to which there is none, from which the next look
+    /// continues.
     pub(crate) fn find_next_onset(&self) -> Next {
         if let Some((asked_at, answer)) = self.caches.ahead.found.get() {
-            // An onset stays the next one until it comes. That there is none within the horizon holds for now only.
+            // An onset stays the next one until it comes; "none within the horizon" is valid for now only.
             if asked_at == self.time || answer.found().is_some_and(|onset| onset > self.time) {
                 return answer;
             }
         }
-        // Taken out while it is at work: a copy of the run is not to copy it.
+        // Taken out while in use, so that a copy of the run does not copy it.
         let mut copy = self.caches.ahead.copy.take();
         let answer = self.look_ahead(&mut copy);
         self.caches.ahead.copy.replace(copy);
@@ -36,9 +36,8 @@ impl Engine {
         answer
     }
 
-    /// When the next onset or release of any contact is due with the inputs continued, s, later than now, as far as it
-    /// can be told without going ahead: in flight always, while a contact is closed if the event that comes first is
-    /// known to be one.
+    /// Time of the next onset or release with the inputs continued, s, later than now, if known without looking ahead:
+    /// in flight always, while a contact is closed if the next event is known to be one.
     pub fn next_event(&self) -> Option<f64> {
         let (t, key) = self.queue.first()?;
         let is_known = match &self.contacts[key].phase {
@@ -62,12 +61,12 @@ impl Engine {
 
     fn look_ahead(&self, copy: &mut Option<Box<Self>>) -> Next {
         if self.step.number == 0 {
-            // Made here, where all balls are set up anyway, so that no later look has to copy all of them.
+            // Made here, where all balls are set up anyway, so that no later look copies all of them.
             copy.get_or_insert_with(|| self.copy_ahead());
         }
         let limit = DoubleDouble::from(self.time + ONSET_PERIODS * self.cradle.period());
         let found = self.read_off(self.time, limit).unwrap_or_else(|| {
-            // Where it has fallen behind, a copy may be cheaper than what it would have to make up for.
+            // If it has fallen behind, a copy may be cheaper than catching up.
             let copying = COPY * self.balls.len() as u64;
             copy.take_if(|copy| copy.handled < self.handled && self.effort.saturating_sub(copy.effort) >= copying);
             let copy = copy.get_or_insert_with(|| self.copy_ahead());
@@ -84,8 +83,8 @@ impl Engine {
         }
     }
 
-    /// Goes on to the first onset after `now` (s) that is not among the first `passed` ones, unless it lies beyond
-    /// `limit` or takes more than this effort to find. Answers with the entry of the queue that tells it.
+    /// Advances to the first onset after `now` (s) that is not among the first `passed` ones, unless it lies beyond
+    /// `limit` or takes more than this effort. Returns its queue entry.
     pub(crate) fn seek_onset(&mut self, mut passed: u64, now: f64, limit: DoubleDouble, effort: u64) -> Next<Entry> {
         let enough = self.effort.saturating_add(effort);
         loop {
@@ -102,15 +101,14 @@ impl Engine {
                 return found;
             }
             let Some((t, key)) = self.queue.first() else { return Next::Never };
-            // An event that fails here fails in the run, too, which will tell.
+            // An event that fails here fails in the run, too, which reports it.
             if self.effort >= enough || self.process(t, key, &mut Unrecorded).is_err() {
                 return Next::NotBefore((t, None));
             }
         }
     }
 
-    /// The first onset after `now` (s), if the first entry of the queue tells it: the entry is that onset, or beyond
-    /// `limit`.
+    /// The first onset after `now` (s), if the first entry of the queue is that onset, or beyond `limit`.
     fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<Next<Entry>> {
         let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(Next::Never) };
         let onset = matches!(self.contacts[key].phase, Phase::Open(_, Next::At(_)));
@@ -154,7 +152,7 @@ mod tests {
                 let before = effort_ahead(&engine).max(engine.effort);
                 let next = engine.next_onset();
                 assert!(next.time() > engine.time().max(last), "{next:?} at {}", engine.time());
-                // What the last event takes that is begun within the limit is up to the number of balls.
+                // The effort of the last event within the limit depends on the number of balls.
                 let taken = effort_ahead(&engine).saturating_sub(before);
                 assert!(taken < 2 * LOOK_AHEAD + 200 * p.balls() as u64, "{taken} at {}", engine.time());
                 if next.is_settled() {

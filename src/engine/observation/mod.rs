@@ -1,6 +1,6 @@
-//! What an event-driven run shows: the outputs at its current time, with how the step began (`outputs`), and the next
-//! onset or release, which a copy of the run may go ahead to find (`look_ahead`).
-//! It is evaluated when somebody asks, and moves nothing. Hands out nothing but functions of the run.
+//! The results of an event-driven run: the outputs at its current time and over the step (`outputs`), and the next
+//! onset or release, possibly by a copy of the run that looks ahead (`look_ahead`). They are evaluated on request, and
+//! change nothing.
 
 mod look_ahead;
 mod outputs;

@@ -1,5 +1,4 @@
-//! What can be read at the current time, and how the step under way began for what an event is about to move off its
-//! closed form. Nothing here moves the trajectory.
+//! The outputs at the current time, and the records of the start of the step. Nothing here changes the trajectory.
 
 use crate::engine::cluster::{Cluster, OverlapSeries};
 use crate::engine::derivatives::ChainState;
@@ -22,7 +21,7 @@ impl Engine {
         Some((cluster, (t - cluster.start).value()))
     }
 
-    /// What moves ball `i` if it is not in flight, and the time since the start of the segment.
+    /// The segment that governs ball `i` if it is not in flight, and the time since its start.
     fn segment_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         match self.balls[i].regime {
             Regime::Flight | Regime::Body => None,
@@ -31,7 +30,7 @@ impl Engine {
         }
     }
 
-    /// The segment that contact `i` belongs to, be it between a member and a spectator.
+    /// The segment of contact `i`, also between a member and a spectator.
     fn segment_of_contact(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         match self.contacts[i].cluster() {
             Some(id) => self.cluster(id, t),
@@ -39,7 +38,7 @@ impl Engine {
         }
     }
 
-    /// The segment of the impact under way in contact `i` that holds the time `t`, and the time since its start, s.
+    /// The segment at the time `t` of the current impact in contact `i`, and the time since its start, s.
     fn interior_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         self.interior(i, t).map(|interior| (&interior.segment, interior.since(t)))
     }
@@ -69,7 +68,7 @@ impl Engine {
         }
     }
 
-    /// Position (m) and velocity (m/s) of ball `i`, kept for those who ask again.
+    /// Position (m) and velocity (m/s) of ball `i`, cached.
     fn known_state(&self, i: usize) -> (f64, f64) {
         let ball = &self.balls[i];
         let known = self.caches.states[i].get();
@@ -81,7 +80,7 @@ impl Engine {
         state
     }
 
-    /// Whether contact `i` is a rigid one that will be closed once the run begins.
+    /// Whether contact `i` is rigid and will be closed once the run begins.
     fn is_held_back(&self, i: usize) -> bool {
         self.initializing && self.contacts[i].constraint().is_some()
     }
@@ -116,7 +115,7 @@ impl Engine {
 
     /// Overlap of contact `i` beside an impact at the time `t`, from that between the anchors of its balls, m.
     fn overlap_beside(&self, i: usize, between_anchors: f64, t: DoubleDouble) -> f64 {
-        // Displacement since the anchor, which is where the ball came into the impact if it is in one.
+        // Displacement since the anchor; for a ball in an impact, since its onset.
         let displacement = |ball: usize| match self.segment_of_ball(ball, t) {
             Some((segment, tau)) => {
                 let came_with = self.balls[ball].flight.x;
@@ -136,7 +135,7 @@ impl Engine {
         self.contacts[i].ledger.impulse + (before + segment)
     }
 
-    /// The part of ball `i` in the integral of the force on the support since the start up to a constant, N.s.
+    /// Integral of the force of ball `i` on the support, up to a constant, N.s.
     pub(crate) fn support_impulse_of(&self, i: usize, t: DoubleDouble) -> f64 {
         let model = &self.cradle.balls[i];
         let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
@@ -168,17 +167,17 @@ impl Engine {
         (self.impulse_at(i, self.now()) - at_start).value()
     }
 
-    /// To be called before an event at `t` moves ball `i` or what it touches off its closed form. An event at the very
-    /// start of the step has not moved it yet.
+    /// To be called before an event at `t` changes the closed form of ball `i` or its contacts. Records nothing at the
+    /// very start of the step.
     pub(crate) fn before_move(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() {
             self.record_start(i);
         }
     }
 
-    /// Records how ball `i` and its contacts stood at the start of the step, unless that has been done.
+    /// Records the states of ball `i` and its contacts at the start of the step, unless that is done.
     pub(crate) fn record_start(&mut self, i: usize) {
-        // Nobody reads a step of a copy that goes ahead.
+        // A copy that looks ahead needs no records.
         if self.step.time == NO_STEP || self.step.balls[i].is_some() {
             return;
         }
@@ -193,8 +192,8 @@ impl Engine {
         self.step.moved.push(i as u32);
     }
 
-    /// To be called before an event at `t` enters anything in the ledger of contact `i`: what its impulse was at the
-    /// start of the step.
+    /// To be called before an event at `t` changes the ledger of contact `i`: records its impulse at the start of the
+    /// step.
     pub(crate) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() && self.contacts[i].ledger.impulse_at_start(self.step.number).is_none() {
             let impulse = self.impulse_at(i, self.step.time.into());
@@ -225,7 +224,7 @@ impl Chain for Engine {
         self.overlap_at(i, self.now()).0
     }
 
-    /// That of a rigid contact, while it lasts, is the constraint force.
+    /// For a lasting rigid contact, the constraint force.
     fn force_of(&self, i: usize) -> f64 {
         if self.is_held_back(i) {
             return 0.0;

@@ -11,16 +11,16 @@
 //! ```
 //!
 //! (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.7). At the end of the step
-//! the method has twice the order that it has within. Where g has a branch point at an end of the step, such as the
-//! square root of an overlap, the stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c. Other powers
-//! of the time only become higher ones, with less in the highest coefficients; more so with `c^3` or `1 - (1 - c)^3`.
+//! the order is twice that within. Where g has a branch point at an end of the step, such as the square root of an
+//! overlap, the stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c. Other powers of the time become
+//! higher ones, with smaller highest coefficients; more so with `c^3` or `1 - (1 - c)^3`.
 //!
-//! The nodes are symmetric. About the middle the integral of an even function is odd but for a constant, that of an odd
+//! The nodes are symmetric. About the middle the integral of an even function is odd up to a constant, that of an odd
 //! one is even. So a product with `Q` or `Q Q` takes two matrices of half the size (`Rule::integrate`,
 //! `Rule::integrate_twice`).
 //!
-//! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would act in
-//! the same direction in every step.
+//! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would have the
+//! same sign in every step.
 
 mod rule;
 
@@ -59,7 +59,7 @@ impl Stretching {
         Self::AtEnd(Power::Cube),
     ];
 
-    /// Computes all tables, once in a process: else the first step waits for them.
+    /// Computes all tables, once in a process, so that no step waits for them.
     pub fn compute_tables() {
         LazyLock::force(&TABLES);
     }
@@ -74,7 +74,7 @@ impl Stretching {
         &TABLES[k]
     }
 
-    /// `phi` and `phi'` at c, `1 - c` being `rest`.
+    /// `phi` and `phi'` at c, with `rest` = `1 - c`.
     fn at(self, c: DoubleDouble, rest: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
         let one = DoubleDouble::from(1.0);
         match self {
@@ -92,7 +92,7 @@ impl Stretching {
         self.at_rounded(c).0
     }
 
-    /// `phi` and `phi'` at c, to the last digits of both however small they are.
+    /// `phi` and `phi'` at c, with all digits of both.
     fn at_rounded(self, c: f64) -> (f64, f64) {
         let (phi, slope) = self.at(c.into(), DoubleDouble::from(1.0) - DoubleDouble::from(c));
         (phi.value(), slope.value())

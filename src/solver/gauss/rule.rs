@@ -9,7 +9,7 @@ pub const NODES: usize = 16;
 /// One value a node.
 pub type Nodes = [f64; NODES];
 
-/// Pairs of nodes that are mirror images of each other, and one value for each.
+/// Pairs of mirrored nodes, and one value for each.
 const PAIRS: usize = NODES / 2;
 type Pairs = [f64; PAIRS];
 
@@ -23,7 +23,7 @@ pub struct Rule {
     pub(super) x: [DoubleDouble; NODES],
     /// The weights of the nodes on [0, 1].
     pub(super) weights: [DoubleDouble; NODES],
-    /// The weights of the pairs, and how far the first node of a pair is from the middle.
+    /// The weights of the pairs, and the distance of their first nodes from the middle.
     of_pairs: Pairs,
     off_middle: Pairs,
     /// `Q` and `Q Q`.
@@ -36,8 +36,8 @@ pub struct Rule {
     pub powers: [Nodes; NODES],
 }
 
-/// What the even and the odd part of values at the nodes contribute to integrals up to the nodes of the first half: a
-/// column for the sum or difference of the values of a pair.
+/// Contributions of the even and the odd part of values at the nodes to integrals up to the nodes of the first half: a
+/// column for the sum or difference of each pair.
 #[derive(Clone, Debug)]
 struct Halves {
     even: [Pairs; PAIRS],
@@ -71,7 +71,7 @@ impl Rule {
         let ratios = std::array::from_fn(|k| number(k) * inverse(number(k + 1)));
         let (mut x, mut weights, mut p) = ([zero; NODES], [zero; NODES], [[zero; NODES + 1]; NODES]);
         for l in 0..NODES / 2 {
-            // Newton's method, from a start that is within the last one's reach (Abramowitz and Stegun, 22.16.6).
+            // Newton's method, from the estimate of Abramowitz and Stegun, 22.16.6.
             let start = -libm::cos(std::f64::consts::PI * (l as f64 + 0.75) / (NODES as f64 + 0.5));
             let slope = |node: DoubleDouble, p: &Legendre| {
                 number(NODES) * (p[NODES - 1] - node * p[NODES]) * inverse(one - node * node)

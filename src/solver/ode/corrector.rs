@@ -29,7 +29,7 @@ fn integral(p: &Polynomial, power: usize) -> f64 {
     p.iter().enumerate().map(term).sum()
 }
 
-/// What a step of some length and order needs.
+/// Coefficients for a step of some length and order.
 pub(super) struct Coefficients {
     /// The corrector polynomial L.
     pub corrector: Polynomial,
@@ -43,7 +43,7 @@ pub(super) struct Coefficients {
     pub spread: f64,
 }
 
-/// Distances, in units of `unit`, of points that lie `first` and then each of `steps` further back.
+/// Distances, in units of `unit`, of points at `first` and then each of `steps` further back.
 pub(super) fn distances(first: f64, steps: &[f64], unit: f64) -> [f64; MAX_ORDER + 1] {
     let mut sum = first;
     let mut distances = [first / unit; MAX_ORDER + 1];
@@ -70,11 +70,11 @@ pub(super) fn adams(order: usize, xi: &[f64]) -> Coefficients {
     let area = integral(&kept, 0);
     let mut corrector = ONE;
     (1..=order).for_each(|j| corrector[j] = kept[j - 1] / (j as f64 * area));
-    // The divided difference of the rates over these points and one more, and the integral of what it multiplies.
+    // The divided difference of the rates over these points and one more, and the integral of its factor.
     let spread = area * xi[..order].iter().product::<f64>();
     Coefficients {
         corrector,
-        // Shorter steps than before make it too small where the rates jump: no smaller, then, than that of equal steps.
+        // Shorter steps make it too small where the rates jump, so it is at least that of equal steps.
         error: (integral(&kept, 1) / (area * xi[order - 1].min(order as f64))).abs(),
         lower: order as f64 * integral(&roots(&xi[..order.saturating_sub(2)]), 1).abs(),
         higher: (integral(&roots(&xi[..order]), 1) / (xi[order] * spread)).abs(),

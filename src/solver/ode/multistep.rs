@@ -2,14 +2,13 @@
 //!
 //! The solution is kept as the polynomial over the last step (Nordsieck's array). A step extrapolates it to `P(s)` and
 //! adds `e L(s)` with the corrector polynomial `L` of the family, where `e` follows from `y' = f` at the end of the
-//! step. Steps of unequal length are taken account of in `L` (Byrne and Hindmarsh, ACM Trans. Math. Software 1, 1975);
-//! for the backward differentiation formulas the leading coefficient is that of equal steps (Jackson and Sacks-Davis,
-//! ACM Trans. Math. Software 6, 1980). Errors, orders and steps are controlled as in VODE and CVODE (Brown, Byrne and
+//! step. `L` accounts for steps of unequal length (Byrne and Hindmarsh, ACM Trans. Math. Software 1, 1975); for the
+//! backward differentiation formulas the leading coefficient is that of equal steps (Jackson and Sacks-Davis, ACM
+//! Trans. Math. Software 6, 1980). Errors, orders and steps are controlled as in VODE and CVODE (Brown, Byrne and
 //! Hindmarsh, SIAM J. Sci. Stat. Comput. 10, 1989; Cohen and Hindmarsh, Computers in Physics 10, 1996).
 //!
-//! The crates that are there do not do this job: those with both families have them of one order, or with a dense
-//! Jacobian that 10,000 balls do not fit into, or take minutes to build; and none lets its history be saved and
-//! restored.
+//! No crate fits: those with both families have one order only, or a dense Jacobian that is too large for 10,000 balls,
+//! or take minutes to build; and none can save and restore its history.
 
 use std::cmp::Ordering;
 
@@ -17,18 +16,17 @@ use super::corrector::{Coefficients, MAX_ORDER, adams, bdf, distances, roots};
 use super::solver::{LONGEST, Method, Solver};
 use super::system::{Stuck, System, resolved};
 
-/// A step is not changed for less than this ratio.
+/// Smallest ratio for which the step is changed.
 const WORTH_IT: f64 = 1.5;
 const GROWTH: f64 = 10.0;
-/// Attempts at one step after which the solver gives up: from the longest step to the resolution of the clock.
+/// Attempts at one step after which the solver gives up: enough from the longest step to the resolution of doubles.
 const MAX_ATTEMPTS: usize = 200;
 /// Iterations of a corrector.
 const MAX_ITERATIONS: usize = 3;
-/// Iterate until the error is this part of what is tolerated in a step.
+/// The iteration ends when its error is this part of the allowed error of a step.
 const ITERATION_ERROR: f64 = 0.1;
 
-/// Ratio to the last step of one whose error, last `error` times what is tolerated, would be within it with some
-/// margin, `bias`.
+/// Ratio of the next step to the last one, whose error was `error` times the allowed one, with a margin `bias`.
 fn ratio(bias: f64, error: f64, order: usize) -> f64 {
     1.0 / (libm::pow(bias * error, 1.0 / (order + 1) as f64) + 1e-6)
 }
@@ -75,8 +73,7 @@ impl Solver {
         Err(Stuck { step: self.path.step })
     }
 
-    /// Finds `e` for the trial step; its error in units of what is tolerated, or nothing where the iteration does not
-    /// converge.
+    /// Finds `e` for the trial step. Returns its error over the allowed one; `None` if the iteration does not converge.
     fn correct(&mut self, system: &impl System, c: &Coefficients) -> Option<f64> {
         let (t, step, slope) = (self.trial.end, self.trial.step, c.corrector[1]);
         self.correction.fill(0.0);
@@ -86,7 +83,7 @@ impl Solver {
         let (mut before, mut convergence) = (0.0, 1.0_f64);
         for iteration in 0..MAX_ITERATIONS {
             self.evaluate(system, t);
-            // The rates become the change of e.
+            // Turns the rates into the change of e.
             let predicted = self.trial.column(1).iter().zip(&self.correction);
             for (rate, (predicted, e)) in self.rates.iter_mut().zip(predicted) {
                 *rate = (step * *rate - predicted) / slope - e;
@@ -125,7 +122,7 @@ impl Solver {
         system.copy_sums(&self.rates, &mut self.correction);
     }
 
-    /// A shorter step; from the fourth failure on a lower order as well, and at order 1 a new start.
+    /// Shortens the step; from the fourth failure on also lowers the order, and at order 1 restarts.
     fn after_failure(&mut self, system: &impl System, error: f64, failures: usize) {
         self.growth = 1.0;
         let shorter = if failures > 3 {
@@ -146,7 +143,7 @@ impl Solver {
         self.path.rescale(shorter);
     }
 
-    /// Takes the trial step over, and chooses the order and the length of the next one.
+    /// Accepts the trial step, and chooses order and length of the next one.
     fn accept(&mut self, system: &impl System, c: &Coefficients, error: f64) {
         std::mem::swap(&mut self.path, &mut self.trial);
         self.steps.rotate_right(1);
@@ -192,7 +189,7 @@ impl Solver {
         distances(self.steps[0], &self.steps[1..], self.path.step)
     }
 
-    /// Takes the highest coefficient out of the path so that it still holds for all that the lower order keeps.
+    /// Removes the highest coefficient from the path, which keeps the points of the lower order.
     fn lower_order(&mut self) {
         let order = self.path.degree;
         let through = roots(&self.points()[..order.saturating_sub(2)]);
@@ -212,8 +209,8 @@ impl Solver {
         self.path.column_mut(order + 1).fill(0.0);
         self.wait = order + 2;
         if self.method == Method::Bdf {
-            // So that the path passes through one point more. (For the Adams formulas that would be a rate, which is
-            // not kept.)
+            // The path passes through one more point. (For the Adams formulas that would be a rate, which is not
+            // stored.)
             let points = &self.points()[..order];
             let off: f64 = points.iter().enumerate().map(|(j, xi)| 1.0 / (j + 1) as f64 - 1.0 / xi).sum();
             let highest = off / points.iter().product::<f64>();

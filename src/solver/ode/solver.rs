@@ -1,4 +1,4 @@
-//! A solver at work: its history, from which it goes on.
+//! A solver with its history.
 
 use serde::{Deserialize, Serialize};
 
@@ -30,7 +30,7 @@ impl Method {
         }
     }
 
-    /// Degree that there is room for: a multistep method also looks at the order above.
+    /// Degree of the allocated polynomials: a multistep method also tries the order above.
     fn room(self) -> usize {
         self.max_degree() + usize::from(!matches!(self, Self::RungeKutta(_)))
     }
@@ -49,15 +49,15 @@ pub struct Solver {
     /// Order of the next step and its length, s.
     pub(super) order: usize,
     pub(super) step: f64,
-    /// Steps until another order is thought of.
+    /// Steps until another order is considered.
     pub(super) wait: usize,
     /// Largest growth of the next step.
     pub(super) growth: f64,
-    /// Correction `e` of the last step, and that of the one before with its spread, if it was kept.
+    /// Correction `e` of the last step, and that of the one before with its spread, if stored.
     pub(super) correction: Vec<f64>,
     pub(super) kept: Vec<f64>,
     pub(super) kept_spread: Option<f64>,
-    /// Room for states and rates.
+    /// Working memory for states and rates.
     #[serde(skip)]
     pub(super) state: Vec<f64>,
     #[serde(skip)]
@@ -66,8 +66,8 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Starts at the state `y` at time `t`, after this `work`. The first step is one of order 1 that changes the state
-    /// by no more than is tolerated, if the method leaves that open.
+    /// Starts at the state `y` at time `t`, after this `work`. Unless the method has a fixed step, the first step is
+    /// one of order 1 that changes the state by no more than the allowed error.
     pub fn new(method: Method, system: &impl System, t: DoubleDouble, y: &[f64], work: StepCounters) -> Self {
         let path = Path::resting(t, y, method.room());
         let mut solver = Self {
@@ -98,8 +98,8 @@ impl Solver {
         solver
     }
 
-    /// Takes up again what was put down as plain data; nothing if it is not of this method and `size` components. Its
-    /// values may be anything if it is `broken`.
+    /// Restores it from plain data; `None` if it does not fit this method and `size` components. Any values pass if it
+    /// is `broken`.
     pub fn restored(mut self, method: Method, size: usize, broken: bool) -> Option<Self> {
         let lengths = self.steps.iter().all(|step| *step >= 0.0 && step.is_finite());
         let next = self.step > 0.0 && self.growth >= 1.0 && self.step.max(self.growth).is_finite();
@@ -120,7 +120,7 @@ impl Solver {
     /// Makes a step.
     ///
     /// # Errors
-    /// [`Stuck`] if it would have to be shorter than the clock resolves.
+    /// Makes a step; [`Stuck`] if it would have to be shorter than doubles resolve.
     pub fn step(&mut self, system: &impl System) -> Result<(), Stuck> {
         let made = match self.method {
             Method::RungeKutta(step) => self.runge_kutta(system, step),
@@ -135,7 +135,7 @@ impl Solver {
         self.work.evaluations = self.work.evaluations.saturating_add(1);
     }
 
-    /// The path, with steps of this length (s), has the rates found last at its end.
+    /// Sets the slope of the path at its end from the last rates, for steps of this length (s).
     pub(super) fn set_slope(&mut self, step: f64) {
         self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = step * rate);
     }

@@ -4,19 +4,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::solver::double_double::DoubleDouble;
 
-/// A system `y' = f(t, y)`, with all that its solvers ask for.
+/// A system `y' = f(t, y)`, with the functions that its solvers need.
 pub trait System {
-    /// What [`Self::linearize`] keeps of the Jacobian.
+    /// The factors of the Jacobian from [`Self::linearize`].
     type Linearized;
 
     /// Writes `f(t, y)`.
     fn rates(&self, t: DoubleDouble, y: &[f64], rates: &mut [f64]);
 
-    /// The change `e` of the solution `y` in units of what is tolerated. Components that `f` does not depend on are
-    /// left out.
+    /// The change `e` of the solution `y` over the allowed error. Components that `f` does not depend on are left out.
     fn size(&self, y: &[f64], e: &[f64]) -> f64;
 
-    /// The error `e` of the solution `y` in units of what is tolerated: at least its size.
+    /// The error `e` of the solution `y` over the allowed one: at least its size.
     fn error(&self, y: &[f64], e: &[f64]) -> f64;
 
     /// The matrix `I - gamma df/dy` at `(t, y)`.
@@ -28,19 +27,19 @@ pub trait System {
     /// Replaces the components that `f` does not depend on by those of `from`.
     fn copy_sums(&self, from: &[f64], to: &mut [f64]);
 
-    /// Looks at a step before it is accepted: where `f` switched within it without its ends showing that, the fraction
-    /// of the step at which the switching shows.
+    /// Checks a step before it is accepted: if `f` switched within it and its ends do not show that, the fraction of
+    /// the step at which it shows.
     fn overlooked(&self, path: &Path) -> Option<f64>;
 }
 
-/// A solver that did not get on.
+/// A solver without progress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stuck {
     /// Length of the last step it tried, s.
     pub step: f64,
 }
 
-/// Whether the clock resolves steps of `step` (s) at the time `t`: its two doubles hold 32 digits.
+/// Whether double-doubles resolve steps of `step` (s) at the time `t`.
 pub(super) fn resolved(t: DoubleDouble, step: f64) -> bool {
     step > 1e-32 * t.value().abs().max(1.0)
 }
@@ -74,7 +73,7 @@ impl Path {
         Self { end: t, step: 0.0, degree: 0, size: y.len(), columns }
     }
 
-    /// Whether it is one of `size` components with room for polynomials up to `room`, of finite values unless it may be
+    /// Whether it has `size` components with room for polynomials up to `room`, and finite values unless it is
     /// `broken`.
     pub fn is_sound(&self, size: usize, room: usize, broken: bool) -> bool {
         let fits = self.size == size && self.columns.len() == size * (room + 1) && self.degree <= room;
@@ -127,14 +126,14 @@ impl Path {
         (0..self.size).map(|i| self.value(i, s)).collect()
     }
 
-    /// Takes over everything of `other`, without allocating.
+    /// Copies `other` without allocating.
     pub fn copy_from(&mut self, other: &Self) {
         (self.end, self.step, self.degree) = (other.end, other.step, other.degree);
         let used = (other.degree + 1) * self.size;
         self.columns[..used].copy_from_slice(&other.columns[..used]);
     }
 
-    /// Describes the same polynomials in steps `ratio` times as long.
+    /// Rescales the same polynomials to steps `ratio` times as long.
     pub fn rescale(&mut self, ratio: f64) {
         if ratio == 1.0 {
             return;

@@ -1,6 +1,6 @@
 //! Symmetric, positive definite, tridiagonal systems.
 
-/// Such a matrix; solving replaces it by its factors.
+/// The matrix; solving replaces it by its factors.
 #[derive(Clone, Debug, Default)]
 pub struct Tridiagonal {
     pub diagonal: Vec<f64>,

@@ -23,7 +23,7 @@ pub const MAX_FORCE_ORDER: usize = 3;
 /// Number of functions `U_0, U_1, ...` that the motion, its integrals and the work of the force need.
 pub const BASIS: usize = 2 * MAX_FORCE_ORDER + 4;
 
-/// Natural frequency and decay of an oscillator; what follows from them is not serialized.
+/// Natural frequency and decay of an oscillator; derived values are not serialized.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "(f64, f64)", from = "(f64, f64)")]
 pub struct Oscillator {
@@ -76,7 +76,7 @@ impl Oscillator {
         self.gamma
     }
 
-    /// A bound of the rates at which its motion and the derivatives of that change, 1/s.
+    /// A bound of the rates at which its motion and derivatives change, 1/s.
     pub fn pace(&self) -> f64 {
         self.omega() + 2.0 * self.gamma
     }
@@ -97,7 +97,7 @@ impl Oscillator {
         }
     }
 
-    /// `U_-3` to `U_2` at `tau` >= 0 (s): the functions go on downwards as derivatives, `U_(k-1) = U_k'`.
+    /// `U_-3` to `U_2` at `tau` >= 0 (s), where `U_(k-1) = U_k'`.
     pub fn derivatives(&self, tau: DoubleDouble) -> [f64; 6] {
         let t = tau.value();
         let mut u = [0.0; 6];
@@ -205,9 +205,9 @@ impl Oscillator {
         (fast, self.omega2 / fast)
     }
 
-    /// Rates (1/s) and velocities at time 0 (m/s) of the two decays, fast and slow, that the velocity is the sum of
-    /// under a constant force if this is overdamped: for the velocity `v` (m/s) and the acceleration but for that by
-    /// the velocity, `force` (m/s2), at time 0.
+    /// Rates (1/s) and velocities at time 0 (m/s) of the two decays, fast and slow, whose sum is the velocity of an
+    /// overdamped oscillator, from its velocity `v` (m/s) and its acceleration without damping, `force` (m/s2), at time
+    /// 0.
     pub(super) fn decays(&self, v: f64, force: f64) -> Option<[[f64; 2]; 2]> {
         let (fast, slow) = self.is_overdamped().then(|| self.decay_rates())?;
         Some([[fast, (fast * v - force) / (fast - slow)], [slow, (force - slow * v) / (fast - slow)]])
@@ -276,8 +276,7 @@ impl Oscillator {
     }
 }
 
-/// Sine and cosine of an angle (rad) that is known to more digits than a double holds: the phase of a pendulum after an
-/// hour is 1e4 rad.
+/// Sine and cosine of a double-double angle (rad): the phase of a pendulum after an hour is 1e4 rad.
 fn sin_cos(angle: DoubleDouble) -> (f64, f64) {
     let (sine, cosine) = libm::sincos(angle.value());
     (sine + angle.rest() * cosine, cosine - angle.rest() * sine)

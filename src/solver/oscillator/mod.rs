@@ -1,8 +1,8 @@
 //! The damped linear oscillator in closed form.
 //!
-//! [`Oscillator`] has the functions that every motion under polynomial forces is a sum of (`closed_form`);
-//! [`ForcedOscillator`] is one motion under a constant force as a search for its crossings wants it, [`Steady`] one as
-//! a steady part and a free swing.
+//! [`Oscillator`] has the functions of which every motion under polynomial forces is a sum (`closed_form`);
+//! [`ForcedOscillator`] is a motion under a constant force with bounds of its derivatives, [`Steady`] a motion as a
+//! steady part and a free swing.
 
 mod closed_form;
 mod response;

@@ -1,5 +1,4 @@
-//! The motion of an oscillator under a constant force as a search for its crossings wants it: with derivatives and
-//! bounds of the next ones.
+//! The motion of an oscillator under a constant force, with derivatives and bounds for the search for crossings.
 
 use std::cell::Cell;
 
@@ -18,10 +17,10 @@ pub struct Response {
 #[derive(Clone, Debug)]
 pub struct ForcedOscillator {
     pub oscillator: Oscillator,
-    /// Velocity (m/s) and acceleration but for that by the velocity (m/s2) at time 0.
+    /// Velocity (m/s) and acceleration without damping (m/s2) at time 0.
     v: f64,
     force: f64,
-    /// When it was asked for last, and the functions of the oscillator then: many ask for the same time.
+    /// The last time and the oscillator's functions there, because many calls are for the same time.
     last: Cell<Option<(f64, [f64; 6])>>,
 }
 
@@ -37,8 +36,8 @@ impl ForcedOscillator {
         self.v * u2 + self.force * u3
     }
 
-    /// Integral of the velocity squared from time 0 to `t` (s), m2/s: what the damping takes from the energy `v^2/2 +
-    /// omega^2 x^2/2 - f x`, for gamma > 0.
+    /// Integral of the velocity squared from time 0 to `t` (s), m2/s, from the loss of the energy `v^2/2 + omega^2
+    /// x^2/2 - f x`, for gamma > 0.
     pub fn squared_velocity_integral(&self, t: f64) -> f64 {
         let Response { change_of_rate: change, derivatives: [x, ..] } = self.at(t);
         let o = &self.oscillator;
@@ -70,11 +69,11 @@ impl ForcedOscillator {
     /// from the time `t` (s) on.
     pub fn derivative_bound(&self, t: f64, k: i32, a: f64, b: f64) -> f64 {
         if let Some([[fast, v_fast], [slow, v_slow]]) = self.oscillator.decays(self.v, self.force) {
-            // What is left of the decays, from `U_0` and `U_1`, and from `U_-3`, in which the fast one counts most.
+            // The rest of the decays, from `U_0` and `U_1`, and from `U_-3`, in which the fast one dominates.
             let [third, .., u0, u1, _] = self.functions(t);
             let of_slow = u0 + fast * u1;
             let of_fast = (power(slow, 4) * of_slow - (fast - slow) * third).abs() / power(fast, 4);
-            // The two terms often all but cancel each other in a slow decay.
+            // The two terms often almost cancel in a slow decay.
             let bound = |rate: f64, v: f64| (v * (a - b * rate)).abs() * power(rate, k - 1);
             return bound(fast, v_fast) * of_fast + bound(slow, v_slow) * of_slow;
         }

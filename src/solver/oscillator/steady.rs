@@ -1,9 +1,9 @@
 //! A driven oscillator's motion as a polynomial that follows the force, and a free swing about it.
 //!
 //! The displacement D with `D'' + 2 gamma D' + omega^2 D = f`, f a polynomial of the time, is `P + h`: P is the
-//! polynomial that solves the equation, h the free motion that takes up what P misses of the start. Beside the
-//! functions `U_k` (`oscillator`), in which nothing cancels for short times, this is the form for long ones:
-//! derivatives and integrals over many swings are closed forms of it.
+//! polynomial that solves the equation, h the free motion with the rest of the start state. The functions `U_k`
+//! (`oscillator`), in which nothing cancels, are for short times, this form for long ones: it has derivatives and
+//! integrals over many swings in closed form.
 
 use nalgebra::Complex;
 

@@ -1,5 +1,5 @@
-//! How neighbours that press on each other move, by Gauss collocation (see [`gauss`](crate::solver::gauss)), and how
-//! that changes with their start and with the coefficients: the variational equations.
+//! The motion of neighbours that press on each other, by Gauss collocation (see [`gauss`](crate::solver::gauss)), and
+//! its derivatives by their start and by the coefficients, from the variational equations.
 //!
 //! With positions `y = x + v t + h^2 Q2 g` at the nodes, the changes of the accelerations there are
 //!
@@ -8,8 +8,8 @@
 //! f_j = slope_j (y_j - y_(j+1)) + what the coefficients do,
 //! ```
 //!
-//! linear equations, `A g = known`, with a block for each ball and its neighbours. What a number of the state at the
-//! end, `c g`, changes by with everything that is known follows from one solution of `A^T z = c^T`.
+//! linear equations, `A g = known`, with a block for each ball and its neighbours. The derivatives of a number at the
+//! end, `c g`, by everything known follow from one solution of `A^T z = c^T`.
 
 use super::map::{
     CLEARANCE, COEFFICIENTS, IMPULSE, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives, numbers_of_state,
@@ -21,12 +21,12 @@ use crate::solver::gauss::{NODES, Nodes, Table, combine, weighted};
 /// Iterations after which a segment counts as too long.
 const MOST: usize = 30;
 
-/// Change of the accelerations over their size, both summed over balls and nodes, at which the iteration is at its end.
+/// Change of the accelerations over their size, both summed over balls and nodes, at which the iteration ends.
 const CONVERGED: f64 = 1e-14;
 
-/// Part of the largest acceleration that may be left in the two highest terms of their interpolation. In the stretched
-/// time `c^2` forces are smooth whose exponent is a multiple of 1/2: the error at the end of a segment is far smaller
-/// then.
+/// Allowed size of the two highest terms of the interpolation over the largest acceleration. In the stretched time
+/// `c^2`, forces with exponents that are multiples of 1/2 are smooth, and the error at the end of a segment is far
+/// smaller.
 const TAIL: f64 = 1e-11;
 const SMOOTH_TAIL: f64 = 1e-7;
 
@@ -59,7 +59,7 @@ struct BallNodes {
     force: Nodes,
 }
 
-/// What the force of one contact changes by at the nodes: with the overlap, and with the coefficients.
+/// Derivatives of the force of one contact at the nodes, by the overlap and by the coefficients.
 struct ContactNodes {
     slope: Nodes,
     by_coefficients: [Nodes; OF_CONTACT],
@@ -75,14 +75,14 @@ fn along(columns: &[Nodes; NODES], values: &Nodes, factor: f64, start: f64, slop
 const BAND: usize = 3 * NODES;
 
 impl Group<'_> {
-    /// Numbers that it takes to linearise the motion of so many balls: the map, and the equations for the forces.
+    /// Numbers needed to linearise the motion of this many balls: the map, and the equations for the forces.
     pub fn numbers_of(balls: usize) -> usize {
         let contacts = balls - 1;
         Map::numbers_of(balls) + contacts * NODES * (BAND + numbers_of_state(balls))
     }
 
-    /// The linearised motion on the segment, and its end, displacement and velocity of each ball; nothing if that is
-    /// too long.
+    /// The linearised motion on the segment, and displacement and velocity of each ball at its end; `None` if the
+    /// segment is too long.
     pub fn press(&self) -> Option<(Map, Vec<(f64, f64)>)> {
         let (length, table) = (self.length, self.table);
         let balls = self.follow()?;
@@ -128,7 +128,7 @@ impl Group<'_> {
                 }
             }
             let [size, change] = [size, change].map(|parts| parts.iter().sum::<f64>());
-            // It converges faster and faster: the next change is far below this.
+            // Convergence accelerates: the next change is far below this.
             let next = 100.0 * change * (change / before);
             before = change;
             converged = size.is_finite() && change.min(next) <= CONVERGED * size;
@@ -213,8 +213,8 @@ impl Group<'_> {
         places
     }
 
-    /// Enters what a number at the end changes by with state and coefficients of ball `i`, from its derivatives by the
-    /// displacements through the forces of contacts, and `z` by the accelerations at the nodes.
+    /// Enters the derivatives of a number at the end by state and coefficients of ball `i`, from its derivatives by the
+    /// displacements through the contact forces, and `z` by the accelerations at the nodes.
     fn enter(&self, [state, coefficients]: [&mut [f64]; 2], i: usize, ball: &BallNodes, by_place: &Nodes, z: &Nodes) {
         let BallModel { mass, omega2, gamma } = self.models[i];
         let by_place: Nodes = std::array::from_fn(|m| by_place[m] - omega2 * z[m]);
@@ -244,7 +244,7 @@ impl Group<'_> {
                 for number in [X, V] {
                     row[BAND + STATE * i + number] = -lightness * response.at_end[number][l];
                 }
-                // The contacts at the left and at the right of this ball, as far as there are any.
+                // The contacts at the left and at the right of this ball, if there are any.
                 for (other, sign) in [(i.wrapping_sub(1), -1.0), (i, 1.0)] {
                     let Some(contact) = contacts.get(other) else { continue };
                     let block = row[(1 + other - j) * NODES..].iter_mut();
@@ -260,7 +260,7 @@ impl Group<'_> {
     }
 }
 
-/// How a pendulum passes on a number at the end of a segment.
+/// The transposed response of a pendulum on a segment.
 #[derive(Clone)]
 struct Response {
     /// By the accelerations at the nodes: of the position and of the velocity at the end, `E^-T c` with
@@ -302,9 +302,9 @@ impl Response {
     }
 }
 
-/// Solves linear equations by Gaussian elimination: rows, each with a band of the matrix and then the right-hand sides,
-/// which become the solutions. The band is the block on the diagonal and those beside it. Without pivoting: where the
-/// motion has converged the matrix is near one with 1 on the diagonal.
+/// Solves linear equations by Gaussian elimination. Each row has a band of the matrix, of the diagonal block and those
+/// beside it, and then the right-hand sides, which become the solutions. No pivoting is needed: where the motion has
+/// converged, the matrix is near the identity.
 fn eliminate(rows: &mut [Vec<f64>]) {
     let count = rows.len();
     for k in 0..count {

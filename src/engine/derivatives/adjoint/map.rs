@@ -1,8 +1,7 @@
-//! Linear maps of changes, of which a tape is a chain.
+//! Linear maps of changes; a tape is a chain of them.
 //!
-//! Changes of a state, or how much something changes with it, are one row of numbers: [`STATE`] for each ball. Those of
-//! the coefficients of the equations are another: [`COEFFICIENTS`] for each ball, and one for the support. The last
-//! ball has no contact at its right.
+//! Changes of a state, or derivatives by it, are one row of numbers, [`STATE`] for each ball; those of the coefficients
+//! another, [`COEFFICIENTS`] for each ball and one for the support. The last ball has no contact at its right.
 
 use std::ops::{Add, Range};
 
@@ -27,7 +26,7 @@ pub(super) const CLEARANCE: usize = 3;
 
 pub(super) const COEFFICIENTS: usize = OF_BALL + OF_CONTACT;
 
-/// Numbers of a state of so many neighbours.
+/// Numbers of a state of this many neighbours.
 pub(super) fn numbers_of_state(balls: usize) -> usize {
     (balls * STATE).saturating_sub(1)
 }
@@ -37,7 +36,7 @@ pub(super) fn numbers_of_coefficients(balls: usize) -> usize {
     (balls * COEFFICIENTS).saturating_sub(OF_CONTACT) + 1
 }
 
-/// How the coefficients change along a direction, in which the inputs change by `inputs`.
+/// Changes of the coefficients along a direction in which the inputs change by `inputs`.
 pub(super) fn changes(along: &Cradle<Dual>, inputs: &Inputs) -> Vec<f64> {
     let mut changes = Vec::with_capacity(numbers_of_coefficients(along.balls.len()));
     for (i, (ball, force)) in along.balls.iter().zip(&inputs.force).enumerate() {
@@ -62,8 +61,8 @@ pub(super) fn dot(by: &[DoubleDouble], changes: &[f64]) -> DoubleDouble {
     products.fold(DoubleDouble::ZERO, |sum, (by, change)| sum + *by * *change)
 }
 
-/// Derivatives of the force of a contact by the coefficients with the overlap held, at this overlap and rate, where the
-/// force and its derivative by the overlap are the given ones.
+/// Derivatives of the force of a contact by the coefficients at constant overlap and rate, from the force and its
+/// derivative by the overlap.
 pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: f64, slope: f64) -> [f64; OF_CONTACT] {
     if overlap <= 0.0 {
         return [0.0; OF_CONTACT];
@@ -73,8 +72,8 @@ pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: 
     [force / law.stiffness, by_reference, by_exponent, 0.0, rate, force * rate, slope * rate]
 }
 
-/// Linear functions of the state of some neighbours and of the coefficients. Of a part of a run: what the numbers of
-/// the state grow by with their values before, and with the coefficients.
+/// Linear functions of the state of some neighbours and of the coefficients; for a part of a run, the change of the
+/// state over it.
 #[derive(Clone, Debug)]
 pub(super) struct Map {
     first: usize,
@@ -94,18 +93,18 @@ impl Map {
         Self { first, balls, tuning, by: vec![0.0; rows * columns] }
     }
 
-    /// Numbers that the map of a part with so many balls holds.
+    /// Numbers in the map of a part with this many balls.
     pub fn numbers_of(balls: usize) -> usize {
         let rows = numbers_of_state(balls);
         rows * (rows + numbers_of_coefficients(balls))
     }
 
-    /// What each row is made of: the numbers of the state, the coefficients, and the last one.
+    /// The rows: the numbers of the state, the coefficients, and that of the support.
     fn rows(&self) -> std::slice::ChunksExact<'_, f64> {
         self.by.chunks_exact(numbers_of_state(self.balls) + numbers_of_coefficients(self.balls))
     }
 
-    /// What a row has of the numbers of the state, and of the coefficients, the last one that of the support.
+    /// A row: by the numbers of the state, and by the coefficients, the last one that of the support.
     pub fn row(&mut self, number: usize) -> [&mut [f64]; 2] {
         let states = numbers_of_state(self.balls);
         let columns = states + numbers_of_coefficients(self.balls);
@@ -133,7 +132,7 @@ impl Map {
         self.rows().map(of_row).collect()
     }
 
-    /// Adds the derivatives by the state and by the coefficients of something with these derivatives by its functions.
+    /// Adds the derivatives by the state and by the coefficients, from those by its functions.
     pub fn apply_transposed(
         &self,
         by: &[DoubleDouble],
@@ -149,13 +148,14 @@ impl Map {
         }
     }
 
-    /// Takes changes of the state before this part of a run to those after it.
+    /// Turns changes of the state before this part of a run into those after it.
     pub fn forward(&self, changes: &[f64], state: &mut [DoubleDouble]) {
         let growth = self.apply(changes, state);
         state[self.first * STATE..].iter_mut().zip(growth).for_each(|(to, growth)| *to += growth);
     }
 
-    /// Takes derivatives by the state after this part of a run to those by the state before it and by the coefficients.
+    /// Turns derivatives by the state after this part of a run into those by the state before it and by the
+    /// coefficients.
     pub fn backward(&self, by_coefficients: &mut [DoubleDouble], by_state: &mut [DoubleDouble]) {
         let [own, _] = self.places();
         let by_after = by_state[own].to_vec();

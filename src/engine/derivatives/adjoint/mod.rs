@@ -1,18 +1,18 @@
-//! Derivatives of a whole run in both directions: along one direction, or of one number by everything at once.
+//! Derivatives of a whole run: along one direction, or of one number by everything at once.
 //!
 //! A [`Tape`] is the chain of the linear maps ([`Map`]) of the parts of a run of elastic contacts, each from the state
 //! at its start and the coefficients to the state at its end: flights of single balls and equal pendulums in a linear
-//! contact (`oscillation`), and other neighbours that press on each other (`group`). Forwards, the maps take a
-//! direction along; transposed and backwards, they give the derivatives of one number by the start state and all
-//! coefficients, for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008,
-//! chapter 3).
+//! contact (`oscillation`), and other neighbours that press on each other (`group`). Forwards, the maps give
+//! derivatives along a direction; transposed and backwards, those of one number by the start state and all
+//! coefficients, for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008, chapter
+//! 3).
 //!
-//! Both directions use the same numbers, and what runs through them are double-doubles: they agree to rounding. Doubles
-//! would lose five digits, others in each direction: within a contact a change of a position makes one of velocities
-//! that is `omega` times as large, most of which is gone at its end.
+//! Both directions apply the same maps to double-doubles, so they agree to rounding. Doubles would lose five digits in
+//! each contact, differently in each direction: within a contact, a change of a position causes a change of velocities
+//! `omega` times as large, most of which vanishes at its end.
 //!
-//! Elastic forces are continuous where a contact closes and opens: the shifts of these times count by their second
-//! order only. They are taken as the run has had them.
+//! Elastic forces are continuous where a contact closes and opens, so shifts of these times have effects of second
+//! order; the tape uses the times of the run.
 
 mod group;
 mod map;
@@ -47,7 +47,7 @@ pub struct Tape {
     sums: Map,
 }
 
-/// The derivatives of one number by everything that a run depends on.
+/// The derivatives of one number by the start and the coefficients of a run.
 #[derive(Clone, Debug)]
 pub struct Gradient<'a> {
     tape: &'a Tape,
@@ -70,7 +70,7 @@ impl Tape {
         self.tunings[self.sums.tuning].cradle.balls.len()
     }
 
-    /// How the coefficients change along a direction, for each tuning.
+    /// Changes of the coefficients along a direction, for each tuning.
     fn changes(&self, tangent: &Parameters, inputs: &Inputs) -> Vec<Vec<f64>> {
         let change = |tuning: &Arc<Tuning>| changes(&Cradle::<Dual>::along(&tuning.parameters, tangent), inputs);
         self.tunings.iter().map(change).collect()

@@ -1,9 +1,9 @@
-//! How balls whose motion is a sum of oscillations move, and how that changes with their start and with the
-//! coefficients: one that touches nothing, or two equal pendulums that press on each other by a linear contact.
+//! Motions that are sums of oscillations, with their derivatives by the start and the coefficients: one ball in flight,
+//! or two equal pendulums in a linear contact.
 //!
-//! The centre of two swings like one of them, their distance like an oscillator of its own: both motions and their
-//! responses are closed forms. What the coefficients change is the integral of the response to it, by Gauss's rule: for
-//! two balls in a time `3 c^2 - 2 c^3`, which takes the logarithm of the overlap.
+//! The centre of two balls swings like one of them, their distance like an oscillator of its own; both motions and
+//! their responses have closed forms. The effect of a coefficient is an integral of the response to it, by Gauss's
+//! rule; for two balls in a time `3 c^2 - 2 c^3`, which makes the logarithm of the overlap smooth enough.
 
 use super::map::{CLEARANCE, COEFFICIENTS, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives, numbers_of_state};
 use crate::engine::flight::{Flight, Forcing, degree, forcing_at};
@@ -11,17 +11,16 @@ use crate::model::{BallModel, ContactLaw};
 use crate::solver::gauss::{NODES, Nodes, Stretching, Table, weighted};
 use crate::solver::oscillator::Oscillator;
 
-/// Longest part that is taken at once, times `omega + 2 gamma`: within that the rule is exact to rounding.
+/// Longest part, times `omega + 2 gamma`, for which the rule is exact to rounding.
 pub(super) const REACH: f64 = 4.0;
 
-/// Up to this, two nodes are enough for a flight where inputs are constant: what they leave out grows with the fourth
-/// power.
+/// Longest part for which two nodes suffice in a flight under constant inputs; their error grows with the fourth power.
 const SHORT: f64 = 1e-3;
 
 /// The places of the two-point rule on [0, 1], whose weights are 1/2.
 const EARLY_AND_LATE: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
 
-/// What the numbers of the state of two balls change by.
+/// Changing numbers of the state of two balls.
 const NUMBERS: usize = 2 * STATE - 1;
 type Change = [f64; NUMBERS];
 
@@ -44,7 +43,7 @@ struct Contact<'a> {
 }
 
 impl<'a> Oscillation<'a> {
-    /// These balls, if their motion is a sum of oscillations. That of the first one alone is the given one.
+    /// These balls, if their motion is a sum of oscillations; `own` is the oscillator of the first one.
     pub fn of(models: &'a [BallModel], laws: &'a [ContactLaw], own: Oscillator) -> Option<Self> {
         match (models, laws) {
             ([_], []) => Some(Self { models, shares: [1.0, 0.0], own, contact: None }),
@@ -61,14 +60,14 @@ impl<'a> Oscillation<'a> {
         }
     }
 
-    /// Parts that a motion for the time `length` (s) is taken in.
+    /// Number of parts of a motion for the time `length` (s).
     pub fn pieces(&self, length: f64) -> f64 {
         let fastest = self.contact.as_ref().map_or(&self.own, |contact| &contact.oscillator);
         (fastest.pace() * length / REACH).ceil().max(1.0)
     }
 
-    /// A change of the state from one of the centre, position and velocity, and one of the distance, its rate and the
-    /// impulse; of one ball, the first two numbers.
+    /// A change of the state from changes of the centre's position and velocity, and of the distance, its rate and the
+    /// impulse; for one ball, the first two.
     fn state(&self, [x, v]: [f64; 2], [apart, rate, impulse]: [f64; 3]) -> Change {
         let [left, right] = self.shares;
         [x + right * apart, v + right * rate, impulse, x - left * apart, v - left * rate]
@@ -100,7 +99,7 @@ impl<'a> Oscillation<'a> {
             let basis: [f64; 3] = oscillator.basis(length.into());
             let (closer, rate) = moved(&overlap, oscillator, &basis, length);
             apart = [closer, rate, 0.0];
-            // The integral of a distance that has begun with 1 at rest is t - omega^2 U_3: so nothing cancels.
+            // The integral of a distance that starts at 1 at rest is t - omega^2 U_3: nothing cancels.
             let impulse = [basis[1] + 2.0 * oscillator.gamma() * basis[2], basis[2]].map(|u| law.stiffness * u);
             let swing = swing(oscillator, &basis);
             by_distance = [X, V].map(|k| [swing[k][0], swing[k][1], impulse[k]]);
@@ -125,8 +124,8 @@ impl<'a> Oscillation<'a> {
         (map, [0, STATE].map(|side| (ends[side + X], ends[side + V])))
     }
 
-    /// What the state changes by with the coefficients and with the acceleration of the support along these motions of
-    /// the centre and of the overlap: the integrals of what a coefficient does times what that does till the end.
+    /// Derivatives of the state by the coefficients and the acceleration of the support along these motions of the
+    /// centre and of the overlap: integrals of a coefficient's effect times the response to it at the end.
     fn by_coefficients(
         &self,
         [centre, overlap]: &[Flight; 2],
@@ -150,15 +149,15 @@ impl<'a> Oscillation<'a> {
         };
         let (of_centre, of_distance) =
             (bases(&self.own), self.contact.as_ref().map(|contact| bases(&contact.oscillator)));
-        // Of the acceleration of each ball, and of the force of the contact: what it changes the state by, and what
-        // changes it.
+        // For the acceleration of each ball, and the force of the contact: its effect on the state, and its
+        // derivatives.
         let (mut to_balls, mut of_balls) = ([[[0.0; NODES]; NUMBERS]; 2], [[[0.0; NODES]; OF_BALL]; 2]);
         let (mut to_force, mut of_force) = ([[0.0; NODES]; NUMBERS], [[0.0; NODES]; OF_CONTACT]);
         let mut to_centre = [0.0; 2];
         for m in 0..count {
             let enter =
                 |to: &mut [Nodes], values: &[f64]| to.iter_mut().zip(values).for_each(|(to, value)| to[m] = *value);
-            // Places and weights are symmetric: what is left till the end is the time of the node as far from there.
+            // Nodes and weights are symmetric: the time left to the end is that of the mirrored node.
             let (s, weight, left) = (length * places[m], length * weights[m], count - 1 - m);
             let (moved_centre, v_centre) = moved(centre, &self.own, &of_centre[m], s);
             let [v, x, _] = of_centre[left].map(|response| weight * response);
@@ -203,14 +202,14 @@ impl<'a> Oscillation<'a> {
     }
 }
 
-/// What position and velocity of an oscillator grow by with its position, and with its velocity, at the start, in the
-/// time at which its functions have these values.
+/// Derivatives of position and velocity of an oscillator by position and velocity at the start, minus the identity, at
+/// the time of these function values.
 fn swing(o: &Oscillator, [_, u1, u2]: &[f64; 3]) -> [[f64; 2]; 2] {
     let turn = o.omega2() * u2;
     [[-turn, -o.omega2() * u1], [*u1, -turn - 2.0 * o.gamma() * u1]]
 }
 
-/// Displacement and velocity on a flight at the time `t` (s), where the functions of the oscillator have these values.
+/// Displacement and velocity on a flight at the time `t` (s), from the oscillator's functions there.
 fn moved(flight: &Flight, o: &Oscillator, basis: &[f64; 3], t: f64) -> (f64, f64) {
     if degree(&flight.forcing) == 0 {
         (flight.displacement(o, basis), flight.velocity(o, basis))

@@ -1,4 +1,4 @@
-//! The outputs that follow from the end of a tape, and their derivatives.
+//! The outputs at the end of a tape, and their derivatives.
 
 use super::map::{COEFFICIENTS, Map, OF_BALL, STATE, V, X};
 use crate::model::Cradle;

@@ -23,9 +23,8 @@ const MOST_NUMBERS: usize = 1 << 24;
 /// gradient.
 const NUMBERS_OF_TUNING: usize = 4;
 
-/// Part of the amplitude of the motion, and of the velocities that go with it, by which a tape may end elsewhere than
-/// the run. Up to 3e-12 were found in moving chains, also where ten balls amplify small changes by 1e37; some runs that
-/// come to rest in contact end elsewhere.
+/// Allowed difference between the ends of a tape and of the run, over the amplitude. In moving chains up to 3e-12 was
+/// found, even where ten balls amplify small changes by 1e37; some runs that come to rest in contact differ by more.
 const AGREEMENT: f64 = 1e-9;
 
 /// How often a segment that is too long is halved.
@@ -45,7 +44,7 @@ pub(crate) struct Recorder {
     last: DoubleDouble,
     /// Each contact: its overlap, if it is closed.
     overlaps: Vec<Option<f64>>,
-    /// From when on these inputs act (s): external forces, N, and the acceleration of the support, m/s2.
+    /// Start of the current inputs (s): external forces, N, and acceleration of the support, m/s2.
     since: f64,
     pushes: Vec<Forcing>,
     support: Forcing,
@@ -110,7 +109,7 @@ impl Recorder {
         Some(())
     }
 
-    /// They have acted until this time (s).
+    /// Ends them at this time (s).
     pub fn end(&mut self, until: f64) -> Option<()> {
         self.failed = self.failed || (0..self.x.len()).try_for_each(|ball| self.advance(ball, until.into())).is_none();
         (!self.failed).then_some(())
@@ -124,7 +123,7 @@ impl Recorder {
         let near = |own: &[f64], values: &[f64], size: f64| {
             own.iter().zip(values).all(|(own, value)| (own - value).abs() <= AGREEMENT * size)
         };
-        // Where all balls pass the middle, or turn, the one that they have gives the size of the other.
+        // Where all balls pass the middle, or turn, positions or velocities alone give the scale of both.
         let omega = acting.oscillators[0].omega();
         let (position, velocity) = (most(&end.x), most(&end.v));
         let swing = if omega > 0.0 { velocity / omega } else { 0.0 };
@@ -147,7 +146,7 @@ impl Recorder {
         Some(())
     }
 
-    /// Moves a ball on to `until` (s), with those that it presses on.
+    /// Advances a ball to `until` (s), with those that it presses on.
     fn advance(&mut self, ball: usize, until: DoubleDouble) -> Option<()> {
         let length = (until - self.time[ball]).value();
         if length <= 0.0 {
@@ -174,7 +173,7 @@ impl Recorder {
         Some(())
     }
 
-    /// Adds a part of this length (s), which takes its balls so far: displacements and velocities.
+    /// Adds a part of this length (s), with the displacements and velocities of its balls at the end.
     fn enter(&mut self, first: usize, length: f64, part: Map, ends: &[(f64, f64)]) -> Option<()> {
         self.hold(Map::numbers_of(ends.len()))?;
         self.parts.push(part);
@@ -189,7 +188,7 @@ impl Recorder {
         Some(())
     }
 
-    /// Inputs, which are these polynomials, as they act on this ball from now on.
+    /// The polynomials of the inputs, expanded about the time of this ball.
     fn seen_from(&self, ball: usize, input: &Forcing) -> Forcing {
         shifted(input, (self.time[ball] - self.since.into()).value())
     }
@@ -209,7 +208,7 @@ impl Recorder {
         self.enter(balls.start, length, part, &ends[..balls.len()])
     }
 
-    /// Moves `balls`, which press on each other, on by `length` (s), in as many parts as that takes.
+    /// Advances `balls`, which press on each other, by `length` (s), in as many parts as needed.
     fn press(&mut self, balls: Range<usize>, length: f64, stretching: Stretching, halvings: u32) -> Option<()> {
         self.room(1.0, Group::numbers_of(balls.len()))?;
         let (tuning, contacts) = (self.tunings.len() - 1, balls.start..balls.end - 1);
@@ -242,13 +241,13 @@ impl Recorder {
         self.press(balls, 0.5 * length, second, halvings)
     }
 
-    /// Holds so many numbers more, if there is room.
+    /// Counts this many more numbers, if there is room.
     fn hold(&mut self, numbers: usize) -> Option<()> {
         self.numbers = self.numbers.saturating_add(numbers);
         self.room(0.0, 0)
     }
 
-    /// Whether there is room for so many parts of so many numbers, before time and memory go into them.
+    /// Whether there is room for this many parts of this many numbers.
     fn room(&self, parts: f64, numbers: usize) -> Option<()> {
         (self.numbers as f64 + parts * numbers as f64 <= MOST_NUMBERS as f64).then_some(())
     }

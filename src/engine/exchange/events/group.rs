@@ -1,5 +1,5 @@
-//! A group of contacts, followed within an event from its onset until all of them are open, by the event-driven engine;
-//! of rigid contacts all, from their first impact to the end of chatter.
+//! A group of contacts, followed within an event by the event-driven engine from its onset until all are open; with
+//! rigid contacts, all contacts from the first impact to the end of chatter.
 
 use std::ops::Range;
 
@@ -15,23 +15,23 @@ use crate::model::{Inputs, Mode, Parameters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
-/// Part of the period of ball 1 that a group may last; without gravity of 2 pi s.
+/// Longest duration of a group over the period of ball 1; without gravity, over 2 pi s.
 const LONGEST: f64 = 1e-3;
 
-/// Effort, in units of about a tenth of a microsecond, that a group may take.
+/// Largest effort of a group, in units of about a tenth of a microsecond.
 const EFFORT: u64 = 1_000_000;
 
 /// The time of an engine where it begins.
 pub(super) const START: DoubleDouble = DoubleDouble::ZERO;
 
-/// What has been followed to its end.
+/// A group followed to its end.
 pub(super) struct Group {
-    /// The engine that has followed it, its time 0 the onset, and its first ball.
+    /// The engine that has followed it, with time 0 at the onset, and its first ball.
     engine: Engine,
     first: usize,
-    /// The contacts of the engine between which all pulses were.
+    /// The contacts of the engine that had pulses.
     contacts: Range<usize>,
-    /// The onset from now and the end after that, s.
+    /// The onset, relative to now, and the end after that, s.
     onset: f64,
     end: DoubleDouble,
     pulses: Vec<Pulse>,
@@ -45,8 +45,8 @@ impl Group {
 }
 
 impl Exchange {
-    /// An engine for the balls of `range`, which move as `balls` do, `onset` (s) from now; that is its time 0. The
-    /// contacts that are `closed`, in ascending order, press.
+    /// An engine for the balls of `range` of `balls`, whose time 0 is `onset` (s) from now. The `closed` contacts, in
+    /// ascending order, press.
     pub(in crate::engine::exchange) fn engine_at(
         &self,
         balls: &[Ball],
@@ -117,9 +117,8 @@ impl Exchange {
         engine
     }
 
-    /// Follows the group that contact `first` belongs to from its onset, which is `onset` (s) from now; contacts that
-    /// are `closed` are closed already. Nothing if it does not end before long, or if a contact that is closed for the
-    /// host takes part.
+    /// Follows the group of contact `first` from its onset, `onset` (s) from now, with contacts that are `closed`
+    /// already. `None` if it does not end soon, or if a contact that is closed for the host takes part.
     pub(super) fn follow(
         &self,
         balls: &[Ball],
@@ -142,11 +141,11 @@ impl Exchange {
             let Some((contacts, end)) = self.to_the_end(&mut engine, j, &mut pulses)? else { return Ok(None) };
             let beyond = |j: usize| !contacts.contains(&j) && engine.contacts[j].ledger.pulses > 0;
             if (0..engine.contacts.len()).any(beyond) {
-                // Others, which this group has not met, have had pulses as well: once more without them.
+                // Contacts of other groups have had pulses as well: again without them.
                 members = members.start + contacts.start..members.start + contacts.end + 1;
                 continue;
             }
-            // A ball at the edge that a closed contact acts on was not in flight.
+            // A ball at the edge on which a closed contact acts was not in flight.
             let at_left = contacts.start == 0 && members.start > 0 && is_closed(members.start - 1);
             let at_end = contacts.end == engine.contacts.len() && members.end < self.balls();
             if at_left || at_end && is_closed(members.end - 1) {
@@ -156,9 +155,9 @@ impl Exchange {
         }
     }
 
-    /// Moves `engine` on until the group of contact `first` is open and has stayed so for as long as it lasted; of
-    /// rigid contacts until no impact follows rapidly on the last, or until that takes too long. Answers its contacts,
-    /// of rigid ones all, and that time, if it comes before long.
+    /// Advances `engine` until the group of contact `first` is open and has stayed so for as long as it lasted; with
+    /// rigid contacts until no impact follows rapidly on the last, or until that takes too long. Returns its contacts
+    /// (with rigid ones, all) and that time, if it comes soon.
     fn to_the_end(
         &self,
         engine: &mut Engine,
@@ -184,10 +183,10 @@ impl Exchange {
         }
     }
 
-    /// Goes on from the end of `group`, seen from now. `balls` are those that it has been followed from; the impulse of
-    /// a contact up to its onset was `before` (N.s, from now).
+    /// Applies the outcome of `group` to the states. `balls` are those before it; `before` is the impulse of a contact
+    /// up to its onset (N.s, from now).
     ///
-    /// From the end all balls move back, or on, to the current time as they do then: in flight, or as a part of a body.
+    /// From the end all balls move back, or on, to the current time, in flight or as a part of a body.
     pub(super) fn apply(
         &mut self,
         balls: &[Ball],
@@ -224,7 +223,7 @@ impl Exchange {
                 if first + i == 0 {
                     self.y[0] = x;
                 } else if i == 0 {
-                    // The ball beside is not among those of the engine: it goes on as it does.
+                    // The ball beside is not part of the engine and continues.
                     self.y[first] -= change;
                 }
                 if i + 1 == engine.balls.len() && first + i + 1 < n {

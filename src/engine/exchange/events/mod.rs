@@ -1,5 +1,5 @@
-//! Events: contacts open and close, laws begin and end to clip, groups are followed to their end; of rigid contacts
-//! impacts, chatter to its end, balls that stay in contact, and their parting.
+//! Events: onsets, releases, clipping, groups followed to their end; for rigid contacts impacts, chatter, balls that
+//! stay in contact, and their parting.
 
 mod group;
 
@@ -15,7 +15,7 @@ use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use group::START;
 
-/// What an event has done, and when the next one is due.
+/// The result of an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Update {
     /// Whether a flag or a state has changed.
@@ -24,12 +24,11 @@ pub struct Update {
     pub next: Option<f64>,
 }
 
-/// Groups that one event may follow: after a long step, one after the other.
+/// Most groups in one event, which after a long step come one after the other.
 const GROUPS: usize = 10_000;
 
 impl Exchange {
-    /// Handles what is due now; `observer` is notified of the pulses that have finished. What is not due changes
-    /// nothing.
+    /// Handles all events due now; `observer` is notified of finished pulses. Without due events nothing changes.
     pub fn update(&mut self, observer: &mut dyn Observer) -> Result<Update, EngineError> {
         if let Some(i) = (0..self.balls()).find(|&i| !(self.state.x[i].is_finite() && self.state.v[i].is_finite())) {
             return Err(EngineError::NotFinite { time: self.time, ball: i });
@@ -58,7 +57,7 @@ impl Exchange {
         Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
     }
 
-    /// The end of a step of the host's: whether an event is due.
+    /// Ends a step of the host. Returns whether an event is due.
     pub fn complete_step(&mut self) -> bool {
         for j in 0..self.modes.len() {
             if self.modes[j] == Mode::Pressing && !self.is_rigid() {
@@ -72,14 +71,14 @@ impl Exchange {
         self.is_event_due()
     }
 
-    /// When contact `j` had the overlap 0, from a time at which it almost has.
+    /// When contact `j` had the overlap 0, near now.
     fn time_of_switch(&self, j: usize) -> DoubleDouble {
         let (overlap, rate) = self.overlap_and_rate(j);
         let since = if overlap.abs() <= 2.0 * self.scales.shift(j) && rate != 0.0 { overlap / rate } else { 0.0 };
         DoubleDouble::from(self.time) + -since
     }
 
-    /// Opens closed contacts without overlap, and switches what clips.
+    /// Opens closed contacts without overlap, and switches clipping.
     fn open_and_clip(&mut self, observer: &mut dyn Observer) {
         for j in 0..self.modes.len() {
             let (overlap, rate) = self.overlap_and_rate(j);
@@ -105,7 +104,7 @@ impl Exchange {
         self.refresh();
     }
 
-    /// Closes open contacts that overlap, or are about to.
+    /// Closes open contacts that overlap or are about to.
     fn close_due(&mut self) {
         let balls = self.flights();
         for j in 0..self.modes.len() {
@@ -118,8 +117,8 @@ impl Exchange {
         }
     }
 
-    /// Follows groups to their end as long as any is due: those that have been `closed` from the start, then the
-    /// earliest first. What does not end before long is closed for the host to integrate.
+    /// Follows all due groups to their end: those `closed` from the start, then the earliest first. Groups that do not
+    /// end soon are closed for the host to integrate.
     fn follow_due(&mut self, mut closed: Vec<usize>, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             let balls = self.flights();
@@ -140,7 +139,7 @@ impl Exchange {
                 None => self.close(first),
             }
         }
-        // Beside what the host integrates, whatever overlaps is closed.
+        // Beside contacts that the host integrates, overlapping ones are closed.
         for j in 0..self.modes.len() {
             if self.modes[j] == Mode::Open && self.is_beside_closed(j) && self.state.overlaps[j] > 0.0 {
                 self.close(j);
@@ -149,14 +148,14 @@ impl Exchange {
         Ok(())
     }
 
-    /// The earliest onset that is due in one of the `open` contacts, from now (s), and its contact.
+    /// The earliest due onset of the `open` contacts, relative to now (s), and its contact.
     fn earliest_due(&self, balls: &[Ball], open: impl Fn(usize) -> bool) -> Option<(f64, usize)> {
         let open = (0..self.modes.len()).filter(|&j| open(j));
         let due = open.filter_map(|j| self.due_onset(balls, j).map(|onset| (onset, j)));
         due.reduce(|first, other| if other.0 < first.0 { other } else { first })
     }
 
-    /// What is due between rigid balls: all of them go from the earliest onset to the end of what comes about there.
+    /// The due event of rigid balls: follows all of them from the earliest onset to the end of its impacts.
     fn rigid_event(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             // Balls that are pressed together move as bodies.
@@ -175,7 +174,7 @@ impl Exchange {
         Ok(())
     }
 
-    /// Nothing meets now: balls at rest against each other stay so if they are pressed, and part if they are not.
+    /// Without an impact now: balls at rest against each other stay if they are pressed, and part otherwise.
     fn rest(&mut self, engine: &mut Engine, observer: &mut dyn Observer) -> Result<(), EngineError> {
         while let Some((t, key)) = engine.queue.first()
             && t <= START
