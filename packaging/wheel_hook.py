@@ -1,12 +1,15 @@
-"""What hatchling cannot know about the wheel: its platform, and the program `cradle-fmu` that it puts on the path."""
+"""What hatchling cannot know about the wheel: its platform, the program `cradle-fmu` that it puts on the path, and the
+links of its page in a registry."""
 
 import os
 import platform
+import re
 import sys
 from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
 
@@ -28,6 +31,19 @@ class CustomBuildHook(BuildHookInterface):
             build_data["force_include"][str(built / "engine.html")] = "newtons_cradle/engine.html"
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{os.environ.get('CRADLE_WHEEL_PLATFORM') or this_platform()}"
+
+
+class CustomMetadataHook(MetadataHookInterface):
+    """README.md with links that lead into the repository, whose address is that of its line `git clone`."""
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        """Called when the metadata are gathered."""
+        text = Path(self.root, "README.md").read_text(encoding="utf-8")
+        address = re.search(r"git clone (\S+)", text)[1]
+        images = re.sub(r"(!\[[^]]*]\()(?!https:)", rf"\1{address}/raw/HEAD/", text)
+        links = re.sub(r"(\[[^]]*]\()(?!https:)", rf"\1{address}/blob/HEAD/", images)
+        metadata["readme"] = {"content-type": "text/markdown", "text": links}
+        metadata["urls"] = {"Source": address}
 
 
 def this_platform() -> str:

@@ -1,6 +1,7 @@
 """The wheel in a bare virtual environment: no checkout, no Rust, no compiler."""
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -77,6 +78,15 @@ def test_a_page_needs_nothing_else(bare, work):
     bare("cradle-fmu", "page", "desk.fmu", "--stop", "1")
     text = (work / "desk.html").read_text(encoding="utf-8")
     assert '"title": "5 balls, 1 s"' in text and "#engine/recording.js" in text
+
+
+def test_its_page_in_a_registry_has_no_relative_links(wheel):
+    archive = zipfile.ZipFile(wheel)
+    (metadata,) = (archive.read(name).decode() for name in archive.namelist() if name.endswith("/METADATA"))
+    address = re.search(r"^Project-URL: Source, (https://\S+)$", metadata, re.MULTILINE)[1]
+    links = re.findall(r"\]\(([^)]*)", metadata)
+    assert all(link.startswith("https://") for link in links)
+    assert {f"{address}/raw/HEAD/docs/cradle.jpg", f"{address}/blob/HEAD/docs/tools.md"} <= set(links)
 
 
 def test_the_licences_come_along(wheel):
