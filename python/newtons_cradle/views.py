@@ -11,6 +11,8 @@ from .recording import LARGEST, Recording, known_of, of_columns
 from .run import Result
 from .run.model import Values
 
+Told = Callable[[float], None] | None  # of the fraction done
+
 
 def sample_times(pulses: Array, stop: float, step: float, per_pulse: int = 32) -> Array:
     """Communication points (s) every `step` up to `stop` and `per_pulse` of them in every pulse.
@@ -31,17 +33,24 @@ def resolved(
     step: float = 0.01,
     per_pulse: int = 32,
     record: Iterable[str] | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Told = None,
 ) -> Result:
     """A run whose samples resolve every pulse, from seconds down to nanoseconds.
 
-    It is run twice: once in one step for the table of pulses, then with communication points in all of
+    It is run twice: once in large steps for the table of pulses, then with communication points in all of
     them. The trajectory does not depend on where they are, so the pulses of both runs are the same.
     """
-    pulses = fmu.simulate(values, times=[0.0, stop], record=[]).pulses
+    pulses, then = first_pass(fmu, values, stop, progress)
     return fmu.simulate(
-        values, times=sample_times(pulses, stop, step, per_pulse), record=record, progress=progress
+        values, times=sample_times(pulses, stop, step, per_pulse), record=record, progress=then
     )
+
+
+def first_pass(fmu: Fmu, values: Values | None, stop: float, progress: Told) -> tuple[Array, Told]:
+    """The table of pulses of a run, half of the work, and what to tell the progress of the other half."""
+    first = None if progress is None else lambda done: progress(done / 2)
+    then = None if progress is None else lambda done: progress((1 + done) / 2)
+    return fmu.simulate(values, stop=stop, step=stop / 100, record=[], progress=first).pulses, then
 
 
 def overlaps(result: Result) -> Array:
@@ -90,14 +99,14 @@ def from_fmu(
     *,
     stop: float = 10.0,
     step: float = 0.02,
-    progress: Callable[[float], None] | None = None,
+    progress: Told = None,
 ) -> Recording:
     """Runs an FMU with these start values for `stop` (s); samples every `step` (s) and within every pulse.
 
     The run is made twice, as in `resolved`. Raises FileNotFoundError, FmuError or KeyError.
     """
     with Fmu(path) as fmu:
-        pulses = fmu.simulate(values, times=[0.0, stop], record=[]).pulses
+        pulses, then = first_pass(fmu, values, stop, progress)
         n = fmu.balls
         shown = ("x", "v", "F", "E_kinetic", "E_gravity", "E_contact")
         # As many samples in each pulse as fit; where not even four do, the later pulses go without.
@@ -105,7 +114,7 @@ def from_fmu(
         per_pulse = int(np.clip(room // max(1, len(pulses)), 4, 48))
         times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
         record = [name for name in shown if name in fmu.arrays]
-        result = fmu.simulate(values, times=times, record=record, progress=progress)
+        result = fmu.simulate(values, times=times, record=record, progress=then)
     columns = {name: result[name] for name in result.names}
     title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
     return of_columns(title, columns, n, pulses=pulses, **known_of(result.model, result.given))
