@@ -154,3 +154,27 @@ fn quoted(word: &str) -> String {
         format!("'{}'", word.replace('\'', r"'\''"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use crate::arguments::{Program, Request};
+
+    #[test]
+    fn files_are_named_after_what_is_in_them() {
+        for (arguments, name) in [
+            (&["--preset", "desk"][..], "desk"),
+            (&["--preset", "figure3"], "figure3"),
+            (&["--balls", "2"], "NewtonsCradle2"),
+            (&["--preset", "desk", "--balls", "5", "--fmi", "3"], "desk.fmi3"),
+            (&["--parameters", "presets/rigid.toml", "--balls", "13"], "rigid13"),
+        ] {
+            let Request::Build(build) = Program::parse_from([&["cradle-fmu", "build"], arguments].concat()).request
+            else {
+                panic!("{arguments:?}")
+            };
+            assert_eq!(build.choice(build.standard().unwrap()).unwrap().1, name, "{arguments:?}");
+        }
+    }
+}

@@ -96,7 +96,7 @@ fn changed_descriptions_are_found() {
 /// A reader that recurses exhausts the stack at some depth.
 #[test]
 fn deeply_nested_descriptions_are_survived() {
-    let (begin, end) = ("<a>".repeat(1_000_000), "</a>".repeat(1_000_000));
+    let (begin, end) = ("<a>".repeat(100_000), "</a>".repeat(100_000));
     let whole = format!("<fmiModelDescription fmiVersion=\"2.0\">{begin}{end}</fmiModelDescription>");
     for (text, problem, informed) in [(begin, "it ends within an element", false), (whole, "fmpy", true)] {
         let nested = zip(&[(DESCRIPTION.to_owned(), text.into_bytes())].into(), Deflated);
@@ -116,7 +116,7 @@ fn every_flipped_bit_and_cut_is_survived_and_hardly_one_overlooked() {
     // Small, without the binary.
     let sound = with(&library(), None, Deflated);
     let expected = problems(&sound);
-    let tried: Vec<usize> = (0..sound.len()).step_by(149).collect();
+    let tried: Vec<usize> = (0..sound.len()).step_by(401).collect();
     let changed = |at: &&usize| {
         let mut damaged = sound.clone();
         damaged[**at] ^= 1 << (**at % 8);
@@ -125,7 +125,7 @@ fn every_flipped_bit_and_cut_is_survived_and_hardly_one_overlooked() {
     // What is not found lies in dates, attributes and the like, which nobody reads.
     let found = tried.iter().filter(changed).count();
     assert!(found * 100 > tried.len() * 90, "{found} of {}", tried.len());
-    for end in (0..sound.len()).step_by(501) {
+    for end in (0..sound.len()).step_by(1501) {
         assert!(problems(&sound[..end]).contains("zip: "), "{end}");
     }
 }

@@ -31,42 +31,19 @@ fn an_fmu_gives_its_binaries_and_licences() {
 }
 
 #[test]
-fn files_are_named_after_what_is_in_them_and_the_default_stays() {
-    let folder = Folder::new("names");
-    let from = packed(&folder);
-    let before = fs::read(&from).unwrap();
-    folder.write("mine.toml", "gravity = 1.62");
-    let cases: [(&[&str], &str); 5] = [
-        (&["--preset", "desk"], "desk.fmu"),
-        (&["--preset", "figure3"], "figure3.fmu"),
-        (&["--balls", "2"], "NewtonsCradle2.fmu"),
-        (&["--fmi", "3"], "NewtonsCradle.fmi3.fmu"),
-        (&["--parameters", "mine.toml", "--balls", "5"], "mine.fmu"),
-    ];
-    for (arguments, name) in cases {
-        let built = run_in(&folder, &[&["build", "--from", &from], arguments].concat());
-        assert_eq!((built.code, built.error.as_str()), (0, ""), "{arguments:?}");
-        assert!(built.output.starts_with(&format!("{name} (")), "{}", built.output);
-        assert!(Path::new(&folder.file(name)).exists(), "{name}");
-    }
-    assert!(fs::read(&from).unwrap() == before);
-}
-
-#[test]
 fn what_is_replaced_is_told() {
     let folder = Folder::new("replaced");
-    let from = packed(&folder);
     let out = folder.write("x.fmu", "a letter");
-    let build = |arguments: &[&str]| {
-        let built = run(&[&["build", "--from", &from, "--out", &out], arguments].concat());
+    let told = |arguments: &[&str]| {
+        let built = run(&[&["build", "--out", &out, "--binary", &library()], arguments].concat());
         assert_eq!(built.code, 0, "{}", built.error);
         built.error
     };
-    assert!(build(&["--preset", "desk"]).contains("which was: 8 bytes, not an FMU"));
-    assert_eq!(build(&["--preset", "desk"]), "");
-    let told = build(&["--balls", "7"]);
-    assert!(told.contains("which was: preset desk, GUID {") && told.contains("}; now GUID {"), "{told}");
-    assert!(build(&[]).contains("which was: n = 7, GUID {"));
+    assert!(told(&["--preset", "desk"]).contains("which was: 8 bytes, not an FMU"));
+    let other = told(&["--balls", "7"]);
+    assert!(other.contains("which was: preset desk, GUID {") && other.contains("}; now GUID {"), "{other}");
+    assert!(told(&[]).contains("which was: n = 7, GUID {"));
+    assert_eq!(told(&[]), "");
 }
 
 /// The layout of a virtual environment: `bin/cradle-fmu` and the package in `lib/python3.x/site-packages`.

@@ -82,13 +82,14 @@ fn what_is_refused_is_named_and_leaves_nothing() {
 fn a_wrong_sign_is_told() {
     let folder = Folder::new("doubts");
     let (out, library) = (folder.file("x.fmu"), library());
-    let told = |arguments: &[&str]| {
+    let build = |arguments: &[&str]| {
         let built = run(&[&["build", "--out", &out, "--binary", &library], arguments].concat());
         assert_eq!(built.code, 0, "{}", built.error);
-        built.error.contains("warning: x_start[1] = 0.1 m and x_start[2] = 0 m press balls 1 and 2 into each other")
+        built.error
     };
-    assert!(told(&["--set", "x_start=0.1,0,0,0,0"]) && !told(&["--set", "x_start=-0.1,0,0,0,0"]));
-    assert!(run(&["build", "--out", &out, "--binary", &library, "--preset", "figure5"]).error.lines().count() <= 1);
+    let wrong = build(&["--set", "x_start=0.1,0,0,0,0"]);
+    assert!(wrong.contains("warning: x_start[1] = 0.1 m and x_start[2] = 0 m press balls 1 and 2 into each other"));
+    assert!(!build(&["--preset", "figure5"]).contains("warning"));
 }
 
 #[test]
