@@ -78,23 +78,6 @@ def test_figure_6_mapped_in_cvode(fmu, exchange, tolerance, limit):
     assert error(result) < limit
 
 
-@pytest.mark.parametrize(
-    ("values", "tolerance", "right"),
-    [
-        ({}, 1e-4, False),
-        ({}, 1e-7, True),
-        ({}, 1e-10, True),
-        (nc.preset("figure6"), 1e-5, False),
-        (nc.preset("figure6"), 1e-10, True),
-    ],
-)
-def test_resolved_contacts_need_a_tight_tolerance(fmu, exchange, values, tolerance, right):
-    values = fmu.settings(values) | {"exchange.contacts": RESOLVED}
-    result = run(exchange, values, relative_tolerance=tolerance)
-    assert (last(result) == [7, 14, 14, 7]) == right
-    assert not right or error(result) < 1e4 * tolerance
-
-
 REFERENCE = json.loads((Path(__file__).parents[1] / "data/reference.json").read_text())
 CHAINS = {case["id"]: case for case in REFERENCE["free_chain"] if case["N"] == N}
 
@@ -139,7 +122,7 @@ def drawn(seed: int) -> dict:
     ("contacts", "tolerance"), [(MAPPED, 1e-8), pytest.param(RESOLVED, 1e-8, marks=pytest.mark.all)]
 )
 def test_no_contact_of_random_cradles_is_missed(exchange, steps, contacts, tolerance):
-    """100 cradles: after each event no open contact overlaps by more than its nominal value and approaches. Mapped,
+    """40 cradles: after each event no open contact overlaps by more than its nominal value and approaches. Mapped,
     the pulses are those of co-simulation."""
     _, description, instance = exchange
     references = {variable.name: variable.valueReference for variable in description.modelVariables}
@@ -162,7 +145,7 @@ def test_no_contact_of_random_cradles_is_missed(exchange, steps, contacts, toler
 
     instance.enterContinuousTimeMode = watched
     try:
-        for seed in range(100):
+        for seed in range(40):
             values = drawn(seed)
             try:
                 result = run(exchange, values | {"exchange.contacts": contacts}, relative_tolerance=tolerance)

@@ -90,23 +90,6 @@ def test_an_event_just_ahead_is_due(make3):
     assert not cradle.get("onset.clock") and cradle.events() == ([], due)
 
 
-def test_without_early_return_ticks_come_one_after_the_other(make3):
-    cradle = make3().start(eventModeUsed=True)
-    assert cradle.step(0.0, 2.0) == (True, False, 2.0)
-    cradle.enterEventMode()
-    seen = []
-    while True:
-        seen.append((cradle.tick(), cradle.get("pulses").sum()))
-        again, due = cradle.update()
-        assert again == (due is None)
-        if not again:
-            break
-    times = [next(iter(tick.values()))[0] for tick, _ in seen]
-    assert times == sorted(times) and len(times) > 4 and times[-1] <= 2.0
-    closed = np.cumsum([len(tick.get("onset", (0, ()))[1]) for tick, _ in seen])
-    assert [count for _, count in seen] == closed.tolist()
-
-
 def test_contacts_closed_at_the_start_tick_first(make3):
     cradle = make3().start({"x_start": [0.0] * 5, "contact.gap": [-1e-5] * 5}, **BOTH)
     assert cradle.told == [{"onset": (0.0, (0, 1, 2, 3))}] and cradle.get("pulses").tolist() == [1] * 4 + [0]

@@ -47,16 +47,6 @@ def test_an_impact_in_nanoseconds_is_the_same(fmu, fmu3, method):
         run.step_to_onset()
 
 
-def test_a_saved_state_continues_with_the_same_bits(fmu3):
-    with fmu3.start() as run, fmu3.start({"pendulum.drag": 0.1}) as other:
-        run.step_to(0.5)
-        saved = run.save()
-        other.load(saved)
-        for each in (run, other):
-            each.step_to(2.0)
-        assert other.time == 2.0 and np.array_equal(run["x"], other["x"]) and run["pulses"].sum() > 0
-
-
 def test_another_model_of_fmi_3_is_refused(fmu3_path, tmp_path):
     path = tmp_path / "other.fmu"
     with zipfile.ZipFile(fmu3_path) as entries, zipfile.ZipFile(path, "w") as written:

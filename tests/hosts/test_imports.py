@@ -1,7 +1,7 @@
 """The sources: no file of Rust imports one that imports it, directly or through others."""
 
 import re
-from graphlib import CycleError, TopologicalSorter
+from graphlib import TopologicalSorter
 
 import pytest
 from checkout import ROOT
@@ -66,26 +66,10 @@ def imports(texts: dict) -> dict:
     }
 
 
-def circle(graph: dict) -> list:
-    """The modules of a circle, if there is one."""
-    try:
-        TopologicalSorter(graph).prepare()
-    except CycleError as found:
-        return found.args[1]
-    return []
-
-
 @pytest.mark.parametrize("folder", ["src", "packaging/src", "web/src"])
 def test_no_import_runs_in_a_circle(folder):
-    found = circle(imports(modules(ROOT / folder)))
-    assert not found, " -> ".join("::".join(module) or "lib" for module in found)
-
-
-def test_a_circle_is_found():
-    texts = {
-        (): "",
-        ("a",): "use crate::b::{C, d::E};",
-        ("b",): "mod d;\npub use d::C;",
-        ("b", "d"): "use crate::a::F;",
-    }
-    assert set(circle(imports(texts))) == {("a",), ("b", "d")}
+    """If one does, graphlib names the modules."""
+    texts = modules(ROOT / folder)
+    graph = imports(texts)
+    assert len(texts) == 1 or any(graph.values())
+    TopologicalSorter(graph).prepare()

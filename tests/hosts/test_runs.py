@@ -1,4 +1,4 @@
-"""Runs through FMPy: its own simulate_fmu, instances side by side, communication steps, saved states, and what a
+"""Runs through FMPy: its own simulate_fmu, instances in threads, communication steps, saved states, and what a
 click looks like.
 
 The laws themselves are checked in tests/rust, without a host.
@@ -52,11 +52,6 @@ def test_a_saved_state_can_be_loaded_again_and_again(fmu):
         saved = run.save()
         run.step_to(1.0)
         wanted = run.get("E_residual")
-        damaged = bytearray(saved.data)
-        damaged[len(damaged) // 2] ^= 4
-        for data in (saved.data[:-1], bytes(damaged), b""):
-            with pytest.raises(nc.FmuError, match="the state is refused: "):
-                run.load(nc.Saved(0.0, data))
         for target in (run, other, other):
             target.load(saved)
             assert target.time == 0.6
@@ -64,18 +59,9 @@ def test_a_saved_state_can_be_loaded_again_and_again(fmu):
             assert target.get("E_residual") == wanted
 
 
-def test_instances_side_by_side_and_in_threads_keep_their_own_pulses(fmu):
-    """One is freed half-way."""
+def test_instances_in_threads_keep_their_own_pulses(fmu):
     few = [nc.figure5(0.0), nc.figure5(), nc.preset("figure6"), {}]
     alone = [fmu.simulate(values, stop=3.0).pulses.tobytes() for values in few]
-    with fmu.start(few[0]) as one, fmu.start(few[2]) as other:
-        for time in np.linspace(0.1, 3.0, 30):
-            one.step_to(float(time))
-            other.step_to(float(time))
-            if time < 1.0:
-                with fmu.start(few[1]) as third:
-                    third.step_to(0.75)
-        assert [one.pulses.tobytes(), other.pulses.tobytes()] == alone[::2]
     with ThreadPoolExecutor(4) as pool:
         found = pool.map(lambda values: fmu.simulate(values, stop=3.0).pulses.tobytes(), 3 * few)
         assert list(found) == 3 * alone

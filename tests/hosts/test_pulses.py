@@ -1,25 +1,13 @@
-"""The helpers themselves, without an FMU: log lines, sequences, order, counts of the test command."""
-
-import sys
+"""What is measured in tables of pulses and in samples, without an FMU: sequences, order, overlaps, momentum."""
 
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from suite import EXPECTED_SKIPS, Results, counts
 
 
 def pulses(*rows) -> np.ndarray:
     """A pulse table from (contact, onset, release) in s."""
     return np.array([(c, on, off, 1.0, 1.0) for c, on, off in rows], dtype=nc.PULSE)
-
-
-PULSE = "contact=3 onset=0.70248147310409812 release=7.0248200000000001e-01 peak=1.5e7 impulse=2.25"
-OTHERS = ["", "contact=3 onset=", "solver: 12 steps", "contact=x onset=1 release=2 peak=3 impulse=4"]
-
-
-def test_log_lines_of_pulses_become_rows():
-    assert nc.parse_pulse(PULSE) == (3, 0.70248147310409812, 0.702482, 1.5e7, 2.25)
-    assert [nc.parse_pulse(line) for line in OTHERS] == [None] * len(OTHERS)
 
 
 def test_sequences_are_cut_at_pauses_and_not_within_a_long_pulse():
@@ -60,33 +48,3 @@ def test_overlap_of_neighbouring_pulses():
 def test_sample_times_lie_on_the_grid_and_in_the_pulses():
     times = nc.sample_times(pulses((1, 0.25, 0.35), (2, 0.95, 1.05)), stop=1.0, step=0.5, per_pulse=3)
     assert times == pytest.approx([0.0, 0.25, 0.3, 0.35, 0.5, 0.95, 1.0])
-
-
-@pytest.mark.parametrize(
-    ("line", "wanted"),
-    [
-        ("test result: FAILED. 12 passed; 1 failed; 2 ignored; 0 measured; finished in 0.01s", (12, 1, 2)),
-        ("=== 2 failed, 34 passed, 1 skipped, 1 error in 5.01s (0:00:05) ===", (34, 3, 1)),
-        ("SKIPPED advisories: their database cannot be reached", (0, 0, 1)),
-        ("SKIPPED [3] tests/hosts/test_x.py:50: fmi-sim is missing", None),
-        ("tests/hosts/test_x.py ..... [100%]", None),
-        ("running 3 tests", None),
-    ],
-)
-def test_counts_of_the_runners(line, wanted):
-    assert counts(line) == wanted
-
-
-def test_results_of_lanes_are_added_up_and_failures_named():
-    results = Results()
-    skipped = "SKIPPED [3] tests/hosts/test_x.py:50: fmi-sim is missing"
-    lines = [skipped, "FAILED tests/hosts/test_x.py::test_y - boom", "=== 1 failed, 3 skipped in 1.0s ==="]
-    command = [sys.executable, "-c", f"print(*{lines!r}, sep='\\n'); raise SystemExit(1)"]
-    results.beside(
-        lane=lambda part: part.step("Hosts", command),
-        other=lambda part: part.step("Quiet", [sys.executable, "-c", ""]),
-    )
-    results.skip("Licences", EXPECTED_SKIPS[0])
-    assert (results.passed, results.failed, results.skipped) == (1, 1, 4)
-    assert any("test_x.py::test_y - boom" in remark for remark in results.remarks)
-    assert results.unexpected_skips() == [skipped]
