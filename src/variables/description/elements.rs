@@ -224,16 +224,3 @@ pub fn padding(row: &Row) -> f64 {
     };
     first(&Settings::default_for(2)).unwrap_or(0.0)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_text_of_the_tables_needs_escapes() {
-        for Array { row, .. } in Array::all() {
-            let texts = [row.name, row.description].concat();
-            assert_eq!(Escaped(&texts).to_string(), texts);
-        }
-    }
-}

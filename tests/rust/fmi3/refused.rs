@@ -30,14 +30,6 @@ fn an_instance_is_not_freed_in_the_middle_of_a_step() {
 }
 
 #[test]
-fn after_a_refused_call_there_is_a_new_start() {
-    let host = host();
-    assert_eq!((unsafe { fmi3EnterStepMode(host.c) }, host.enter()), (fmi3Error, fmi3Error));
-    assert_eq!(unsafe { fmi3Reset(host.c) }, fmi3OK);
-    host.start();
-}
-
-#[test]
 fn a_refused_number_of_balls_changes_nothing() {
     let host = host();
     let (n, numbers) = ([vr("n"); 2], [3, 0]);

@@ -81,21 +81,4 @@ proptest! {
         prop_assert!((engine.x(0) - start.0).abs() < phase * (1.0 + 1.0 / omega));
         prop_assert!((engine.v(0) - start.1).abs() < phase * (1.0 + omega));
     }
-
-    /// Without gravity it flies.
-    #[test]
-    fn without_gravity_it_is_thrown(
-        mass in decades(-2.0, 2.0), start in (-1.0..1.0, -1.0..1.0), push in -1.0..1.0, t in 0.01..100.0,
-    ) {
-        let mut inputs = Inputs::zero(1);
-        inputs.force[0] = push * mass;
-        let mut engine = Engine::new(&single(0.0, mass, 0.0, start), &inputs, 0.0).unwrap();
-        engine.advance(t, &mut Vec::new()).unwrap();
-        let reach = 1.0 + t + t * t;
-        let (x, v): (f64, f64) = (start.0 + start.1 * t + 0.5 * push * t * t, start.1 + push * t);
-        prop_assert!((engine.x(0) - x).abs() < 1e-15 * reach);
-        prop_assert!((engine.v(0) - v).abs() < 1e-15 * (1.0 + t));
-        prop_assert!(engine.energy_residual().abs() < 1e-14 * mass * (1.0 + t) * (1.0 + t));
-        prop_assert_eq!((engine.support_force(), engine.next_onset()), (0.0, newtons_cradle::engine::Next::Never));
-    }
 }
