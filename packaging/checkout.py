@@ -28,7 +28,7 @@ LINKERS = ROOT / "packaging/linkers.txt"
 
 
 class Stop(Exception):
-    """Something is missing that these commands cannot supply; the message says what to do."""
+    """Something is missing; the message says what to do."""
 
 
 def say(text: str) -> None:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes anew what the licences say that travel in every FMU, and with the program, after a change of dependencies.
+"""Renews the licence texts in every FMU and with the program, after a change of dependencies.
 
     python3 packaging/licences.py
 
@@ -27,13 +27,13 @@ HEADING = """ code of the packages below, and of the Rust standard library
 
 
 def cargo(folder: Path, *arguments: str) -> str:
-    """What Cargo says about the packages in a folder's Cargo.lock."""
+    """Cargo's metadata of the packages in a folder's Cargo.lock."""
     command = ["cargo", *arguments, "--locked"]
     return subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
 
 
 def packages(folder: Path, *options: str) -> dict[tuple[str, str], dict]:
-    """What `cargo metadata` says of each package that `cargo tree` with these options shows, by name and version."""
+    """The metadata of each package that `cargo tree` with these options lists, by name and version."""
     lines = cargo(folder, "tree", "--prefix", "none", "--format", "{p}", *options).splitlines()
     shown = {re.match(r"(\S+) v(\S+)", line).groups() for line in lines if line}
     known = json.loads(cargo(folder, "metadata", "--format-version=1"))["packages"]

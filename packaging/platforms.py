@@ -26,7 +26,7 @@ BUILD = ROOT / "target/platforms"  # what is compiled: what runs while compiling
 
 
 class Platform(NamedTuple):
-    """A platform of the standard, and what compiles for it."""
+    """A platform of the standard, and its toolchain."""
 
     folder: str
     targets: tuple[str, ...]  # with a version of glibc where cargo-zigbuild is to link
@@ -99,7 +99,7 @@ def with_sources(usr: Path) -> dict:
 
 
 def too_old(environment: dict) -> str | None:
-    """What is wrong with the version of a Rust, if it is older than the sources need: apt may have only an old one."""
+    """The error for a Rust that is older than the sources need, as apt's may be."""
     command = [environment["RUSTC"], "--version"]
     answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True)
     version = re.match(r"rustc (\d+)\.(\d+)", answer.stdout)
@@ -110,7 +110,7 @@ def too_old(environment: dict) -> str | None:
 
 
 def for_macos(sysroot: Path) -> tuple[str, dict]:
-    """Cargo's settings and the environment to link for macOS, after making what they name."""
+    """Cargo's settings and environment to link for macOS; makes the files that they name."""
     (lld,) = sysroot.glob("lib/rustlib/*/bin/rust-lld")
     linker = BUILD / "rust-lld"  # rustc knows by the name what it is
     linker.write_text(LLD.format(lld))

@@ -90,7 +90,7 @@ def finish(_options) -> None:
 
 
 def main() -> int:
-    """Parses the command line and makes what it asks for."""
+    """Parses the command line and makes the files."""
     description, _, commands = __doc__.partition("\n\n")
     parser = argparse.ArgumentParser(
         description=description, epilog=commands, formatter_class=argparse.RawDescriptionHelpFormatter

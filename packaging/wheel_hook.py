@@ -15,7 +15,7 @@ PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
 
 
 class CustomBuildHook(BuildHookInterface):
-    """Takes what `cradle.py wheel` has left in target/wheel."""
+    """Takes the files that `cradle.py wheel` has put into target/wheel."""
 
     def initialize(self, _version: str, build_data: dict[str, Any]) -> None:
         """Called before the files are gathered. Raises FileNotFoundError."""

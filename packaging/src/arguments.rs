@@ -29,10 +29,10 @@ pub enum Request {
     /// Write an FMU of a cradle: pack existing or newly compiled binaries with description and documentation
     #[command(after_help = build_help())]
     Build(Build),
-    /// Say what is wrong with an FMU that this program has written, maybe with binaries from elsewhere
+    /// Validate an FMU that this program has written, possibly with binaries from elsewhere
     ///
-    /// It looks at zip entries, description and binaries. Then it runs the binary for this machine in a separate
-    /// process, and compares the results with those in the FMU. `fmpy validate FILE` checks the FMUs of others.
+    /// It checks zip entries, description and binaries. Then it runs the binary for this machine in a separate process,
+    /// and compares the results with those in the FMU. `fmpy validate FILE` checks third-party FMUs.
     #[command(after_help = EXIT_CODES)]
     Check {
         /// The FMU
@@ -41,22 +41,22 @@ pub enum Request {
         #[arg(long)]
         no_load: bool,
     },
-    /// Say what is in an FMU, whoever wrote it
+    /// List the contents of any FMU
     #[command(after_help = EXIT_CODES)]
     Info {
         /// The FMU
         file: PathBuf,
     },
-    /// List the presets that `build --preset` takes
+    /// List the presets for `build --preset`
     #[command(after_help = EXIT_CODES)]
     Presets,
-    /// Write the page in which the cradle runs live: one HTML file for a browser, no network needed
+    /// Write the page of the live cradle: one HTML file for a browser, no network needed
     #[command(after_help = PYTHON)]
     Live(Python),
-    /// Make the page of an FMU's run, or of a result in CSV: one HTML file for a browser that needs no network
+    /// Write the page of an FMU's run, or of a result in CSV: one HTML file for a browser, no network needed
     #[command(after_help = PYTHON)]
     Page(Python),
-    /// Run the binary in a folder for the reference results of this name; `build` and `check` run this
+    /// Run the binary in a folder for the reference results of this name (used by `build` and `check`)
     #[command(hide = true)]
     Record { folder: PathBuf, name: String },
 }
@@ -68,7 +68,7 @@ pub struct Python {
     /// this folder or one above]
     #[arg(long, value_name = "PROGRAM")]
     pub python: Option<OsString>,
-    /// What the package's command takes: --help after a `--` lists it
+    /// Arguments of the package's command; `-- --help` lists them
     #[arg(num_args = 0.., value_name = "ARGUMENT", trailing_var_arg = true, allow_hyphen_values = true)]
     pub arguments: Vec<OsString>,
 }
@@ -87,13 +87,13 @@ pub struct Build {
     /// Version of the standard [default: 2]; the default file of version 3 is called NAME.fmi3.fmu
     #[arg(long, value_name = "VERSION", value_parser = ["2", "3"])]
     fmi: Option<String>,
-    /// Leave the clocks of version 3 out, with the variables they tell of, for hosts that take none
+    /// Leave out the clocks of version 3 and their variables, for hosts that do not support clocks
     #[arg(long, value_name = "none", value_parser = ["none"])]
     clocks: Option<String>,
     /// Start from a preset, see below
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
-    /// Take binaries and licences from an FMU that this version of this program has written; nothing is compiled
+    /// Take binaries and licences from an FMU written by this version of this program; nothing is compiled
     #[arg(long, value_name = "FILE.fmu")]
     pub from: Option<PathBuf>,
     /// Compile for a Rust target triple [default: this machine]
@@ -105,7 +105,7 @@ pub struct Build {
     /// Take an existing binary, such as `linux64=libnewtons_cradle.so`; compile only if there is a --target
     #[arg(long, value_name = "PLATFORM=FILE")]
     pub binary: Vec<String>,
-    /// Optimise what is compiled; recommended for every FMU that is to be used
+    /// Optimise the compiled binary; recommended for every FMU in use
     #[arg(long)]
     pub release: bool,
     /// Where to write the FMU [default: a name from the preset, the parameter file or NewtonsCradle, and --balls; in
@@ -119,7 +119,7 @@ pub struct Build {
 }
 
 impl Build {
-    /// The version of the standard that the FMU is to follow.
+    /// The version of the standard for the FMU.
     pub fn standard(&self) -> Result<Standard, Error> {
         match (self.fmi.as_deref(), &self.clocks) {
             (Some("3"), clocks) => Ok(Standard::Fmi3 { clocks: clocks.is_none() }),

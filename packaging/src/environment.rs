@@ -1,5 +1,5 @@
-//! The Python package: the environment that this program is installed in, and other Pythons that have it. It brings an
-//! FMU along, and makes pages, because it runs FMUs through FMPy and has the engine for browsers.
+//! The Python package in the environment of this program, and other Pythons that have it. It contains an FMU, and makes
+//! pages, for which it runs FMUs through FMPy.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -10,19 +10,19 @@ use crate::error::Error;
 
 const PACKAGE: &str = "newtons_cradle";
 
-/// Where a virtual environment has its Python.
+/// Path of Python in a virtual environment.
 const IN_VENV: &str = if cfg!(windows) { ".venv/Scripts/python.exe" } else { ".venv/bin/python" };
 
 const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the folder of the sources, \
                       `python3 cradle.py paper`; --python selects another Python";
 
-/// The FMU that the installed package brings along, if this program lies in an environment that has it.
+/// The FMU of the installed package, if this program lies in its environment.
 pub fn fmu() -> Option<PathBuf> {
     file("NewtonsCradle.fmu")
 }
 
-/// Runs `python -m newtons_cradle` with a command and its arguments; its exit code. Without a `python` to run it takes
-/// the first that has the package.
+/// Runs `python -m newtons_cradle` with a command and its arguments, by default with the first Python that has the
+/// package. Returns the exit code.
 pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]) -> Result<u8, Error> {
     let none = || Error::Failure(format!("there is no Python that has {PACKAGE}; {ADVICE}"));
     let python = python.or_else(self::python).ok_or_else(none)?;
@@ -31,17 +31,17 @@ pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]
         .args(arguments)
         .status()
         .map_err(|error| Error::Failure(format!("cannot run {}: {error}; {ADVICE}", python.display())))?;
-    // A package that is missing, or misses another one, has ended Python with its own words.
+    // If a package is missing, Python has printed an error of its own.
     if !status.success() && !succeeds(&python, &format!("import {PACKAGE}.page")) {
         let python = python.display();
         return Err(Error::Failure(format!("{python} cannot import {PACKAGE}; {ADVICE}")));
     }
-    // Killed by a signal it has no code.
+    // Killed by a signal, it has no code.
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
 }
 
-/// A Python that finds the package: that of the environment this program is installed in, one on the PATH, or that of
-/// `.venv` in this folder or one above. The package is not imported, which would take a while.
+/// A Python that has the package: that of this program's environment, one on the PATH, or that of `.venv` in this
+/// folder or one above. The package is not imported, which would take time.
 pub fn python() -> Option<OsString> {
     let (beside, on_path) = if cfg!(windows) {
         (["python.exe", "../python.exe"], ["py", "python"])
@@ -65,16 +65,16 @@ fn above(name: &str) -> Option<PathBuf> {
     here.ancestors().map(|folder| folder.join(name)).find(|file| file.is_file())
 }
 
-/// The folder of this program, where a link to it leads.
+/// The folder of this program, with links resolved.
 fn program_folder() -> Option<PathBuf> {
     let program = env::current_exe().ok()?;
-    // On Windows this would give a path in a form that not every program takes.
+    // On Windows this would give a path that not every program accepts.
     let program = if cfg!(windows) { program } else { fs::canonicalize(program).ok()? };
     program.parent().map(Path::to_path_buf)
 }
 
-/// A file of the package in the environment whose programs this one lies among. An environment such as `~/.local` may
-/// have several Pythons: the file that was installed last.
+/// A file of the package in the environment of this program. Of several Pythons in it, as in `~/.local`, the file
+/// installed last.
 fn file(name: &str) -> Option<PathBuf> {
     let root = program_folder()?.parent()?.to_path_buf();
     let libraries = ["lib", "lib64"].into_iter().filter_map(|lib| fs::read_dir(root.join(lib)).ok());

@@ -1,13 +1,13 @@
-//! What can go wrong in this program.
+//! The errors of this program.
 
 use newtons_cradle::variables::Refusal;
 
-/// What went wrong, in words for the user.
+/// An error, in words for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Error {
     /// The arguments ask for something that does not exist or is not allowed.
     Usage(String),
-    /// Something did not work: a file, a program, a device.
+    /// A file, a program or a device failed.
     Failure(String),
 }
 

@@ -1,4 +1,4 @@
-//! What is in an FMU, for people.
+//! The contents of an FMU, for people.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -12,13 +12,13 @@ use crate::check::{self, Library, MAX_BYTES, Model, Report};
 use crate::error::Error;
 use crate::platform::libraries;
 
-/// A page of text on the FMU in a file.
+/// A summary of the FMU in a file.
 pub fn of(path: &Path) -> Result<String, Error> {
     bytes(&check::read(path)?, MAX_BYTES)
         .map_err(|reason| Error::Usage(format!("cannot read {}: {reason}", path.display())))
 }
 
-/// The same of an FMU in memory, of which at most `limit` bytes are unpacked; else why it cannot be read.
+/// The same for an FMU in memory, of which at most `limit` bytes are unpacked; otherwise why it cannot be read.
 pub fn bytes(bytes: &[u8], limit: u64) -> Result<String, String> {
     let mut report = Report::default();
     let entries = check::unpack(bytes, limit, &mut report).unwrap_or_default();

@@ -1,5 +1,4 @@
-//! The producer of the Newton's cradle FMU: chooses a cradle, compiles or takes binaries, writes the .fmu, and checks
-//! it.
+//! The producer of the Newton's cradle FMU: chooses a cradle, compiles or takes binaries, writes and checks the .fmu.
 //!
 //! | module | what it does | needs |
 //! |---|---|---|
@@ -12,7 +11,7 @@
 //! | [`platform`] | folders of the standard, target triples, and what a binary is made for | `archive`, `universal` |
 //! | [`universal`] | universal binaries of macOS | nothing |
 //!
-//! All of them tell what went wrong by an [`Error`].
+//! All of them return an [`Error`].
 
 pub mod archive;
 pub mod build;

@@ -17,7 +17,7 @@ impl Build {
         let standard = self.standard()?;
         let (choice, name) = self.choice(standard)?;
         let recipe = choice.recipe()?;
-        // A preset alone is meant as it is.
+        // A preset alone gives no warnings.
         if !self.set.is_empty() || !self.parameters.is_empty() {
             recipe.settings()?.doubts().iter().for_each(|doubt| eprintln!("warning: {doubt}"));
         }
@@ -51,7 +51,7 @@ impl Build {
         // The Python package makes the page.
         let command = if environment::python().is_some() { "page" } else { "check" };
         let program = quoted(&std::env::args().next().unwrap_or_else(|| "cradle-fmu".to_owned()));
-        // At once, for a reader who closes the pipe after the first line.
+        // In one piece, for a reader who closes the pipe after the first line.
         print!(
             "{path} ({} kB, n = {})\n{beside}Try it: {program} {command} {}\n",
             bytes.len().div_ceil(1000),
@@ -61,8 +61,8 @@ impl Build {
         Ok(())
     }
 
-    /// The cradle, and what its file is called: after the preset or the last parameter file, and the number of balls if
-    /// it is another.
+    /// The cradle, and the name of its file: that of the preset or the last parameter file, with the number of balls if
+    /// it differs.
     fn choice(&self, standard: Standard) -> Result<(Choice, String), Error> {
         let mut choice = Choice::default();
         let mut name = MODEL_IDENTIFIER.to_owned();
@@ -133,12 +133,12 @@ fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &s
     ready.add(Binary { platform, contents }).map_err(|error| Error::Usage(format!("{argument}: {error}")))
 }
 
-/// A path as short as it can be typed from here.
+/// A path as typed from the current folder.
 fn shown(path: &Path) -> &Path {
     std::env::current_dir().ok().and_then(|here| path.strip_prefix(here).ok()).unwrap_or(path)
 }
 
-/// Whether this folder is there; no name is the current one.
+/// Whether this folder exists; an empty name is the current one.
 fn exists(folder: &Path) -> bool {
     folder.as_os_str().is_empty() || folder.is_dir()
 }

@@ -1,4 +1,4 @@
-//! Platforms of the FMI standard: the folders for binaries, and what a binary is made for.
+//! Platforms of the FMI standard: folders for binaries, and the platform of a binary.
 
 use object::{Architecture, BinaryFormat, Object, ObjectKind};
 
@@ -15,8 +15,8 @@ pub struct Platform {
     pub tuples: &'static [&'static str],
 }
 
-/// Every platform that the standard names, and what it names since 2.0.4 by the tuple of FMI 3.0: Linux on ARM. Hosts
-/// of FMI 2.0 look for macOS in `darwin64`, whatever the processor.
+/// Every platform that the standard names and, since 2.0.4 by its tuple of FMI 3.0, Linux on ARM. Hosts of FMI 2.0 look
+/// for macOS in `darwin64`, for either processor.
 pub static PLATFORMS: &[Platform] = &[
     Platform { folder: "linux64", tuples: &["x86_64-linux"] },
     Platform { folder: "linux32", tuples: &["x86-linux"] },
@@ -69,12 +69,12 @@ impl Platform {
         self.tuples[0].split_once('-').unwrap_or_default().1
     }
 
-    /// Name of a shared library, which is the model's identifier for hosts.
+    /// Name of a shared library; hosts use the model's identifier as `stem`.
     pub fn library_name(&self, stem: &str) -> String {
         format!("{stem}.{}", self.library().0)
     }
 
-    /// Where an FMU has its shared library for this platform.
+    /// Path in an FMU of the shared library for this platform.
     pub fn binary_path(&self, identifier: &str) -> String {
         self.path(self.folder, identifier)
     }
@@ -83,7 +83,7 @@ impl Platform {
         format!("binaries/{folder}/{}", self.library_name(identifier))
     }
 
-    /// Where FMUs of either version may have the shared library for the machine this program runs on.
+    /// Paths in FMUs of either version of the shared library for this machine.
     pub fn host_paths(&self, identifier: &str) -> [String; 2] {
         [self.binary_path(identifier), self.path(&host_tuple(), identifier)]
     }
@@ -97,14 +97,14 @@ impl Platform {
         universal::slices(binary)?.into_iter().map(place).collect()
     }
 
-    /// Whether `binary` is a shared library for this platform; else what it is instead.
+    /// Checks that `binary` is a shared library for this platform; otherwise says what it is.
     pub fn check(&self, binary: &[u8]) -> Result<(), String> {
         let wanted = format!("not a shared library for {}", self.folder);
         for slice in universal::slices(binary).map_err(|error| format!("{wanted}: {error}"))? {
             let file = object::File::parse(slice).map_err(|error| format!("{wanted}: {error}"))?;
             let (format, architecture, kind) = (file.format(), file.architecture(), file.kind());
             let tuple = format!("{}-{}", processor(architecture), self.os());
-            // Hosts of FMI 2.0 on ARM look in `linux64`, too, though the standard has another name for it.
+            // Hosts of FMI 2.0 on ARM look in `linux64`, too, against the standard.
             let fits = self.tuples.contains(&tuple.as_str()) || (self.folder == "linux64" && tuple == ARM_LINUX);
             if format != self.library().1 || !fits || kind != ObjectKind::Dynamic {
                 let is_library = kind == ObjectKind::Dynamic;

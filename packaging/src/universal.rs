@@ -21,8 +21,7 @@ pub fn slices(binary: &[u8]) -> object::Result<Vec<&[u8]>> {
     }
 }
 
-/// One universal binary with the libraries of both. Refused are files that are none of macOS, and two for one
-/// processor.
+/// One universal binary with the libraries of both. Refuses files that are not of macOS, and two for one processor.
 pub fn join(first: &[u8], second: &[u8]) -> Result<Vec<u8>, String> {
     let mut libraries = Vec::new();
     for binary in [first, second] {

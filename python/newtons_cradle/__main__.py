@@ -60,7 +60,7 @@ def arguments() -> argparse.ArgumentParser:
     result = page.add_argument_group("for a CSV file").add_argument
     help = "number of balls; needed if it is 1 (default: as in the file)"
     result("--balls", type=whole, metavar="N", help=help)
-    what = "the page in which the cradle runs live: one HTML file for a browser, no network needed"
+    what = "the page of the live cradle: one HTML file for a browser, no network needed"
     live = commands.add_parser("live", help=f"write {what}", description=f"Writes {what}.")
     place = live.add_mutually_exclusive_group().add_argument
     help = "default: %(default)s"

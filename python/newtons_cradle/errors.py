@@ -32,7 +32,7 @@ class FileMissing(CradleError, FileNotFoundError):
 
 
 class PackageMissing(CradleError, ImportError):
-    """A Python package is needed that only an extra of this one installs."""
+    """A Python package is missing that an extra of this one installs."""
 
 
 class DoubtfulStart(UserWarning):
@@ -57,13 +57,13 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
 
 
 def needed(what: str, value: Any, kind: Any, example: str) -> None:
-    """Raises InvalidValue unless the value is of this kind."""
+    """Raises InvalidValue unless the value is of this type."""
     if not isinstance(value, kind):
         raise InvalidValue(f"{what}: {example} is needed, not {value!r}")
 
 
 def optional(package: str, extra: str) -> Any:
-    """A package that only an extra of this one installs. Raises PackageMissing, which names both."""
+    """Imports a package of an extra. Raises PackageMissing, which names both."""
     try:
         return import_module(package)
     except ImportError:

@@ -1,4 +1,4 @@
-"""Where the files are that come with the package: beside it in a wheel, with the sources and builds in a checkout."""
+"""Places of the package's files: beside it in a wheel, among the sources and builds in a checkout."""
 
 import sys
 import sysconfig
@@ -27,7 +27,7 @@ ENGINE = own("target/web/engine.html", "engine.html")
 
 
 def producer() -> Path:
-    """The program cradle-fmu: that of the installation or, in a checkout, the one built last. Raises FileMissing."""
+    """The program cradle-fmu of the installation or, in a checkout, the one built last. Raises FileMissing."""
     name = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
     if not IN_CHECKOUT:
         return newest(Path(sysconfig.get_path("scripts"), name))
@@ -35,7 +35,7 @@ def producer() -> Path:
 
 
 def newest(*paths: Path) -> Path:
-    """The file that was made last of those that are there. Raises FileMissing, with what makes one."""
+    """The newest of these files. Raises FileMissing, which names the command that makes one."""
     found = [path for path in paths if path.is_file()]
     if not found:
         cure = "run `cargo pack build --release`" if IN_CHECKOUT else "install newtons-cradle again"
@@ -54,7 +54,7 @@ def _toml(path: Path) -> dict[str, Any]:
 
 
 def _dotted(table: dict[str, Any], before: str = "") -> dict[str, Any]:
-    """A table of tables as one, its names with dots: `pendulum.length`."""
+    """A table of tables as one, with dotted names: `pendulum.length`."""
     names: dict[str, Any] = {}
     for name, value in table.items():
         names |= _dotted(value, f"{before}{name}.") if isinstance(value, dict) else {before + name: value}
@@ -62,7 +62,7 @@ def _dotted(table: dict[str, Any], before: str = "") -> dict[str, Any]:
 
 
 def version() -> str:
-    """The version of the package: that of the installation or, in a checkout, of the sources."""
+    """The version of the installed package or, in a checkout, of the sources."""
     if IN_CHECKOUT:
         return str(_toml(CHECKOUT / "Cargo.toml")["workspace"]["package"]["version"])
     return metadata.version("newtons-cradle")

@@ -42,7 +42,7 @@ class Fmu(Model):
             raise FileMissing(f"{path}: there is no such file; {own}")
         try:
             description = read_model_description(str(path))
-        except Exception as problem:  # FMPy raises what its parser meets
+        except Exception as problem:  # FMPy passes on its parser's exceptions
             raise FmuError(f"{path} is not an FMU that FMPy can read: {problem}") from problem
         own = description.modelName == files.MODEL and description.fmiVersion.startswith("3.")
         if not (own or description.fmiVersion.startswith("2.")) or description.coSimulation is None:

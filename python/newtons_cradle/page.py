@@ -59,7 +59,7 @@ def save_site(folder: str | Path) -> int:
 
 
 def told(recording: Recording) -> dict[str, Any]:
-    """The recording as web/page/engine/recording.js reads it."""
+    """The recording in the form of web/page/engine/recording.js."""
     samples = dict(recording.energy)
     for name in "xvF":
         samples |= {f"{name}[{i}]": column for i, column in enumerate(getattr(recording, name).T, start=1)}
@@ -70,14 +70,14 @@ def told(recording: Recording) -> dict[str, Any]:
 
 
 def packed(columns: Columns, kind: str) -> dict[str, Any]:
-    """Columns as bytes, the first ones of all numbers, then the second ones, ...: so they deflate better."""
+    """Columns as bytes: the first byte of all numbers, then the second, ..., which deflates better."""
     values = np.array(list(columns.values()), dtype=f"<{kind}").reshape(-1, 1)
     data = base64.b64encode(zlib.compress(values.view(np.uint8).T.tobytes(), 9)).decode("ascii")
     return {"names": list(columns), "kind": kind, "data": data}
 
 
 def modules() -> Iterable[tuple[str, str]]:
-    """The scripts by the names that they import each other by, as an import map's addresses."""
+    """The scripts by their import names, as addresses of an import map."""
     for room in ("engine", "view", "control"):
         for path in sorted((PAGE / room).glob("*.js")):
             script = base64.b64encode(path.read_bytes()).decode()

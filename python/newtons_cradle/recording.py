@@ -76,7 +76,7 @@ def from_result(columns: Columns, pulses: Array, model: "Model | None", given: d
 
 
 def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
-    """What a recording tells besides of a run of this model with these parameters and inputs, see `Recording`."""
+    """Further fields of a `Recording` of this model with these parameters and inputs."""
     if model is None or not given:
         return {}
     texts: dict[str, list[str]] = {}
@@ -102,7 +102,7 @@ def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _checked(source: object, columns: Columns, balls: int | None, **others: Any) -> Recording:
-    """The recording of what these columns hold whole, in samples that are near enough; see `of_columns`."""
+    """The recording of these columns, if complete and fine enough; see `of_columns`."""
     n = _number_of_balls(source, columns, balls)
     run = of_columns(str(source), columns, n, **others)
     time, x, v = run.time, run.x, run.v
@@ -159,7 +159,7 @@ def _refuse_missed_clicks(source: object, run: Recording) -> None:
 
 
 def _guessed_pulses(time: Array, force: Array) -> Array:
-    """Pulses as far as samples of the force show them: as long as a contact's samples are not 0."""
+    """Pulses from samples of the force: while a contact's samples are not 0."""
     rows = []
     for contact, column in enumerate(force.T, start=1):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], column > 0, [0]])))

@@ -1,5 +1,4 @@
-//! A cradle as the user chooses it: a preset, parameter files, single start values. The start values are checked by
-//! what checks them in the FMU.
+//! The cradle that the user chooses: a preset, parameter files, single start values, checked by the FMU's own code.
 
 use std::fs;
 use std::path::Path;
@@ -14,9 +13,9 @@ use crate::error::Error;
 
 /// A cradle with a name, whose parameter file is built into the program.
 pub struct Preset {
-    /// What `--preset` calls it.
+    /// Its name for `--preset`.
     pub name: &'static str,
-    /// The parameter file; its first line says what it is.
+    /// The parameter file; its first line is the title.
     file: &'static str,
 }
 
@@ -26,7 +25,7 @@ macro_rules! preset {
     };
 }
 
-/// Every preset, in the order in which all that lists them does so: `packaging/presets/order.txt`.
+/// Every preset, in the order of every list of presets: `packaging/presets/order.txt`.
 pub static PRESETS: &[Preset] = &[
     preset!("textbook"),
     preset!("figure3"),
@@ -44,7 +43,7 @@ impl Preset {
         self.file.lines().next().unwrap_or_default().trim_start_matches("# ")
     }
 
-    /// The preset of this name; else what there is.
+    /// The preset of this name; the error lists all names.
     pub fn named(name: &str) -> Result<&'static Self, Error> {
         PRESETS.iter().find(|preset| preset.name == name).ok_or_else(|| {
             let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
@@ -61,16 +60,16 @@ impl Preset {
     }
 }
 
-/// What was chosen so far; what comes later replaces what came before.
+/// The choice so far; later values replace earlier ones.
 #[derive(Default)]
 pub struct Choice {
     balls: Option<usize>,
-    /// Where start values were given, and each name with one value, or one for each variable of an array.
+    /// Origin, name and values of each start value; one value, or one for each variable of an array.
     assignments: Vec<(String, String, Vec<StartValue>)>,
 }
 
 impl Choice {
-    /// Chooses the number of balls; says whether that is another one than was chosen before.
+    /// Chooses the number of balls. Returns whether it differs from an earlier choice.
     pub fn balls(&mut self, balls: usize) -> bool {
         self.balls.replace(balls).unwrap_or(DEFAULT_BALLS) != balls
     }
@@ -87,7 +86,7 @@ impl Choice {
         self.toml(&origin, &text)
     }
 
-    /// Takes the text of a parameter file: `balls`, and start values by name, where the dots of names may be TOML's.
+    /// Takes the text of a parameter file: `balls`, and start values by name, whose dots may be TOML tables.
     fn toml(&mut self, origin: &str, text: &str) -> Result<(), Error> {
         let mut table: Table = text.parse().map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
         if let Some(balls) = table.remove("balls") {
@@ -111,7 +110,7 @@ impl Choice {
             };
             let start = |value: Value| match value {
                 Value::Float(number) => Ok(StartValue::Number(number)),
-                // Whole numbers of a parameter file mean reals.
+                // Integers in a parameter file are reals.
                 Value::Integer(number) => Ok(StartValue::Number(number as f64)),
                 Value::String(item) => Ok(StartValue::Item(item)),
                 other => Err(Error::Usage(format!(
@@ -156,7 +155,7 @@ impl Choice {
     }
 }
 
-/// The variables that `name` stands for, with their values.
+/// The variables of `name`, with their values.
 fn elements(name: &str, mut values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
     let (position, row) = names::settable(name, balls)?;
     if let Some(refusal) = values.iter().find_map(|value| names::unit_written(row, value)) {
@@ -187,7 +186,7 @@ fn elements(name: &str, mut values: Vec<StartValue>, balls: usize) -> Result<Vec
     }
 }
 
-/// What a start value is in a parameter file.
+/// A start value as in a parameter file.
 pub fn in_words(variable: Variable, value: &StartValue) -> String {
     match (value, variable.row.access) {
         (StartValue::Item(item), Access::Enumeration(_)) => format!("{variable} = {item}"),
@@ -222,7 +221,7 @@ mod tests {
             let recipe = recipe(preset);
             let parameters = recipe.settings().unwrap().parameters;
             let stated = |name: &str| recipe.start.contains_key(name);
-            // How it is solved is no part of a cradle.
+            // The solver is not part of a cradle.
             let of_solving = |name: &str| name.starts_with("solver.") || name.starts_with("exchange.");
             for row in TABLE.iter().filter(|row| row.causality == Causality::Parameter && (row.used)(&parameters)) {
                 let (preset, name) = (preset.name, row.name);

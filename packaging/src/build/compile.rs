@@ -11,7 +11,7 @@ use crate::platform::Platform;
 
 const PACKAGE: &str = "newtons-cradle";
 
-/// Where the sources are and where Cargo puts what it builds.
+/// The folders of the sources and of Cargo's builds.
 pub struct Workspace {
     /// Cargo's target folder.
     pub target: PathBuf,
@@ -38,9 +38,9 @@ impl Workspace {
         target.zip(root).map(|(target, root)| Self { target, root }).ok_or_else(missing)
     }
 
-    /// Builds the shared library for this machine, or for each of the target triples, and tells where they are, in the
-    /// same order. Cargo shows its progress on standard error. What has a version of glibc at its end is linked by
-    /// cargo-zigbuild, for systems from that version on.
+    /// Builds the shared library for this machine, or for each of the target triples. Returns the paths, in the same
+    /// order. Cargo shows its progress on standard error. cargo-zigbuild links targets that end in a version of glibc,
+    /// for systems from that version on.
     pub fn libraries(&self, targets: &[String], release: bool) -> Result<Vec<(&'static Platform, PathBuf)>, Error> {
         let here = [rustc("host-tuple")?];
         let all = if targets.is_empty() { &here } else { targets };
@@ -50,7 +50,7 @@ impl Workspace {
         self.cargo("build", &plain, release)?;
         self.cargo("zigbuild", &zig, release)?;
         let library = |(target, platform): (&String, &'static Platform)| {
-            // In the name of the folder there is no version of glibc.
+            // The folder's name has no version of glibc.
             let triple = target.split('.').next().unwrap_or_default();
             let prefix = if triple.contains("windows") { "" } else { "lib" };
             let name = platform.library_name(&format!("{prefix}{}", PACKAGE.replace('-', "_")));
@@ -66,13 +66,12 @@ impl Workspace {
         }
         let mut command = cargo();
         command.args([build, "--package", PACKAGE, "--lib"]).arg("--manifest-path").arg(self.root.join("Cargo.toml"));
-        // Also named where it is this machine's: the flags are then not those of what runs while compiling, which can
-        // be shared with what has compiled this program.
+        // The target is always named, even if it is this machine's, so that the flags do not apply to build scripts,
+        // which can be shared with this program's.
         command.args(targets.iter().flat_map(|target| ["--target", target]));
         command.args(release.then_some("--release"));
         command.env("CARGO_ENCODED_RUSTFLAGS", self.flags()?);
-        // `pip install cargo-zigbuild` may have put it, and the Python that knows where zig is, into the .venv of the
-        // sources.
+        // cargo-zigbuild, and the Python that has zig, may be in the .venv of the sources.
         let programs = self.root.join(".venv/bin");
         if build == "zigbuild" && programs.join("cargo-zigbuild").is_file() {
             let path = std::env::var_os("PATH").unwrap_or_default();
@@ -91,7 +90,7 @@ impl Workspace {
         Err(Error::Failure(format!("the FMU's binary does not compile for {of}, see above; {advice}")))
     }
 
-    /// The user's flags for the compiler, and those that keep this machine's paths out of the binary.
+    /// The user's compiler flags, and those that keep this machine's paths out of the binary.
     fn flags(&self) -> Result<OsString, Error> {
         let mut flags: Vec<OsString> = Vec::new();
         if let Some(encoded) = std::env::var_os("CARGO_ENCODED_RUSTFLAGS") {
@@ -107,10 +106,10 @@ impl Workspace {
         let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
         let missing = || Error::Failure("there is neither CARGO_HOME nor a home folder".to_owned());
         remap(&home.ok_or_else(missing)?, "cargo");
-        // Where the standard library's sources are, for targets for which it is compiled along.
+        // The standard library's sources, for targets that compile it.
         let library = Path::new(&rustc("sysroot")?).join("lib/rustlib/src/rust");
         remap(&library, "rust");
-        // Cargo names what lies within the workspace from there.
+        // Cargo uses relative paths within the workspace.
         if let Ok(inside) = library.strip_prefix(&self.root) {
             remap(inside, "rust");
         }

@@ -11,21 +11,21 @@ use crate::platform::Platform;
 
 /// A shared library and the platform it was made for.
 pub struct Binary {
-    /// What it was compiled for.
+    /// Its platform.
     pub platform: &'static Platform,
     /// The shared library.
     pub contents: Vec<u8>,
 }
 
-/// What is in every FMU. The licences of others are kept in the sources, so that packing needs neither Cargo nor a
-/// network; a test compares them with what Cargo knows.
+/// Licences in every FMU. Those of third parties are kept in the sources, so that packing needs neither Cargo nor a
+/// network; a test compares them with Cargo's.
 const LICENSES: [(&str, &str); 3] = [
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
     ("third-party", include_str!("../../assets/third-party.txt")),
 ];
 
-/// What connects to the support and to the balls.
+/// The terminals of the support and the balls.
 const TERMINALS: &str = include_str!("../../assets/terminalsAndIcons.xml");
 
 /// The files of an FMU for the cradle of `recipe` with these binaries.
@@ -56,7 +56,7 @@ pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Re
         }
         let parts = platform.by_tuple(MODEL_IDENTIFIER, &contents);
         for (path, part) in parts.map_err(|error| Error::Failure(format!("{}: {error}", platform.folder)))? {
-            // A place can be asked for twice: FMUs of FMI 2.0 may have Linux on ARM in two folders.
+            // Two binaries may have the same place: FMUs of FMI 2.0 may have Linux on ARM in two folders.
             if entries.get(&path).is_some_and(|other| *other != part) {
                 return Err(Error::Failure(format!("two different shared libraries are for {path}; allowed: one")));
             }
@@ -72,8 +72,8 @@ const ZIP_EPOCH: u64 = 315_532_800;
 /// The end of the year 9999, s since 1970.
 const MAX_SECONDS: u64 = 253_402_300_799;
 
-/// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: what `SOURCE_DATE_EPOCH` asks for, or 1980-01-01. The clock is not
-/// asked, so that the same arguments give the same bytes.
+/// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: `SOURCE_DATE_EPOCH`, or 1980-01-01. Not the clock's, so that the
+/// same arguments give the same bytes.
 fn date() -> Result<String, Error> {
     let seconds = match std::env::var("SOURCE_DATE_EPOCH") {
         Ok(text) => text.parse().ok().filter(|seconds| *seconds <= MAX_SECONDS).ok_or_else(|| {

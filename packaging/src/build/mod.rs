@@ -1,7 +1,7 @@
-//! Building an FMU: from what the user chooses to the files that go into the zip file.
+//! Building an FMU: from the user's choice to the files in the zip file.
 //!
-//! [`Choice`] collects what the user asks for and makes a checked recipe of it, [`Workspace`] compiles a binary,
-//! [`Ready`] takes those of another FMU, and [`entries`] puts description, documentation and binaries together.
+//! [`Choice`] makes a checked recipe of the user's arguments, [`Workspace`] compiles a binary, [`Ready`] takes those of
+//! another FMU, and [`entries`] puts description, documentation and binaries together.
 
 mod choice;
 mod compile;
@@ -22,7 +22,7 @@ pub enum Standard {
     Fmi2,
     /// FMI 3.0.
     Fmi3 {
-        /// Whether it has clocks; some hosts take none.
+        /// Whether it has clocks, which some hosts do not support.
         clocks: bool,
     },
 }

@@ -1,9 +1,9 @@
-//! Names that a user gets wrong, and what may have been meant.
+//! Suggestions for misspelt names.
 
 use newtons_cradle::variables::{Row, Shape, StartValue, TABLE, Type};
 
-/// `; did you mean "..."?` with the known name that is most like a wrong one, if any is like it: less than a third of
-/// its letters differ, or it is the wrong one after a dot. Else nothing.
+/// `; did you mean "..."?` with the known name most similar to a wrong one: less than a third of its letters differ, or
+/// it equals the wrong one after a dot. Empty if none is.
 pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let wrong = wrong.to_lowercase();
     let distance = |name: &str| {
@@ -16,8 +16,8 @@ pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -
     like.min().map(|(_, name)| format!("; did you mean \"{name}\"?")).unwrap_or_default()
 }
 
-/// The row of a variable that a start value can be given for in a cradle of `balls` balls, and its position in the
-/// table; else why there is none, and what can be set.
+/// The row of a variable with a start value in a cradle of `balls` balls, and its position in the table; otherwise why
+/// there is none, and what can be set.
 pub fn settable(name: &str, balls: usize) -> Result<(usize, &'static Row), String> {
     let (family, index) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
         Some((family, index)) => (family, Some(index)),
@@ -54,7 +54,7 @@ pub fn settable(name: &str, balls: usize) -> Result<(usize, &'static Row), Strin
     }
 }
 
-/// Why `value` is no value of `row`, if it is a number followed by something.
+/// The error for a `value` of `row` that is a number followed by a unit.
 pub fn unit_written(row: &Row, value: &StartValue) -> Option<String> {
     let StartValue::Item(text) = value else { return None };
     let end =

@@ -1,4 +1,4 @@
-//! The page of documentation that travels in the FMU. Its table comes from the table of variables.
+//! The page of documentation in the FMU, with tables from the table of variables.
 
 use super::Standard;
 use newtons_cradle::variables::{
@@ -14,7 +14,7 @@ const PICTURE: &str = include_str!("../../assets/run.svg");
 /// The same run inside its first click, as the cradle's page shows it.
 const SCENE: &str = include_str!("../../assets/scene.svg");
 
-/// The template with what is for this version of the standard, between `<!--2-->`, `<!--3-->` or `<!--clocks-->` and
+/// The template with the parts for this version of the standard, between `<!--2-->`, `<!--3-->` or `<!--clocks-->` and
 /// `<!--end-->`.
 fn template(standard: Standard) -> String {
     let mut pieces = TEMPLATE.split("<!--");
@@ -46,7 +46,7 @@ pub fn html(start: &Settings, standard: Standard) -> String {
         .replace("{{tables}}", &TABLES.map(|table| self::table(start, standard, table)).concat())
 }
 
-/// A table of variables: its anchor, its heading, a note, and the causalities it has.
+/// A table of variables: anchor, heading, note, and causalities.
 type TableOf = (&'static str, &'static str, &'static str, &'static [Causality]);
 
 const TABLES: [TableOf; 4] = [
@@ -85,7 +85,7 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
         };
         return rows.map(|(position, row)| of(row, &row.name_of("i"), &mut variables(position, row))).collect();
     }
-    // The number of balls is a parameter to the reader.
+    // For the reader, the number of balls is a parameter.
     let causality = |array: &Array| match array.row.causality {
         Causality::StructuralParameter => Causality::Parameter,
         causality => causality,
@@ -102,7 +102,7 @@ fn line(name: &str, unit: &str, value: &str, description: &str) -> String {
     format!("<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{description}</td></tr>\n")
 }
 
-/// Start value, if all balls or contacts have the same; else the first and the last.
+/// Start value, if it is the same for all balls or contacts; otherwise the first and the last.
 fn start_value(start: &Settings, variables: &mut dyn Iterator<Item = Variable>) -> String {
     let value = |variable: Variable| match variable.row.access {
         Access::Enumeration(enumeration) => {
@@ -117,7 +117,7 @@ fn start_value(start: &Settings, variables: &mut dyn Iterator<Item = Variable>) 
     }
 }
 
-/// What is allowed and when.
+/// Ranges, and when it may be set.
 fn remarks(row: &Row) -> String {
     let mut text = match row.access {
         Access::Enumeration(enumeration) => format!(": {enumeration}"),

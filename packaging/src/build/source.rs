@@ -1,4 +1,4 @@
-//! Where binaries come from that are not compiled: another FMU of this program.
+//! Binaries from another FMU of this program.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::universal;
 
 const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
 
-/// What an FMU has that serves every cradle.
+/// The parts of an FMU that serve every cradle.
 #[derive(Default)]
 pub struct Ready {
     /// The shared libraries.
@@ -24,7 +24,7 @@ pub struct Ready {
 }
 
 impl Ready {
-    /// Takes them from an FMU, if this version of this program has written it and nothing is wrong with it.
+    /// Takes them from an FMU, if it is valid and written by this version of this program.
     pub fn of(path: &Path) -> Result<Self, Error> {
         let bytes = check::read(path)?;
         let refused = |reason: &str| Error::Usage(format!("--from {} is refused: {reason}", path.display()));
@@ -52,7 +52,7 @@ impl Ready {
         Ok(ready)
     }
 
-    /// Adds a shared library. Those of macOS for two processors become one.
+    /// Adds a shared library. Two of macOS for different processors become one.
     pub fn add(&mut self, binary: Binary) -> Result<(), String> {
         let Some(other) = self.binaries.iter_mut().find(|other| other.platform == binary.platform) else {
             self.binaries.push(binary);
@@ -86,7 +86,7 @@ pub fn in_checkout() -> bool {
     std::env::current_dir().is_ok_and(|here| here.ancestors().any(is_ours))
 }
 
-/// What is in a file that is about to be replaced by the FMU `new`, in words; nothing if there is no file, or the same.
+/// The contents of a file that the FMU `new` would replace, in words; none if there is no file, or the same one.
 pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
     let old = check::read(path).ok().filter(|old| old != new)?;
     let (entries, was) = opened(&old);

@@ -1,5 +1,5 @@
-//! What a shared library shows without being loaded: exported functions, linked libraries, the glibc or macOS it needs,
-//! its signature, and paths of the machine it was built on.
+//! Inspection of a shared library without loading it: exported functions, linked libraries, the glibc or macOS it
+//! needs, its signature, and paths of the build machine.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use object::{Architecture, File, Object, ReadRef, elf, macho};
 use super::report::Report;
 use crate::universal;
 
-/// Functions of FMI 2.0, without the `fmi2` that all of them begin with.
+/// Functions of FMI 2.0, without the prefix `fmi2`.
 const FMI2: &str =
     "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode
     ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean
@@ -20,7 +20,7 @@ const FMI2: &str =
     CompletedIntegratorStep SetTime SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates
     GetNominalsOfContinuousStates";
 
-/// Functions of FMI 3.0, without the `fmi3` that all of them begin with, but for getters and setters of types.
+/// Functions of FMI 3.0, without the prefix `fmi3`, except getters and setters of types.
 const FMI3: &str =
     "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation InstantiateScheduledExecution
     FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode Terminate Reset
@@ -34,7 +34,7 @@ const FMI3: &str =
 const TYPES_OF_FMI3: &str =
     "Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock";
 
-/// What a path of somebody's machine begins with.
+/// Beginnings of paths on somebody's machine.
 const PATHS: [&[u8]; 5] = [b"/home/", b"/root/", b"/Users/", b"/tmp/", b":\\Users\\"];
 
 /// Libraries that every system of a kind has: of glibc, of Windows, of macOS.
@@ -42,13 +42,13 @@ const SYSTEM: &str =
     "ld-linux libc.so. libm.so. libdl.so. libpthread.so. librt.so. advapi32.dll api-ms-win- bcrypt kernel32.dll
     msvcrt.dll ntdll.dll ucrtbase.dll user32.dll userenv.dll ws2_32.dll /usr/lib/libsystem";
 
-/// The glibc of systems that are still about (2012).
+/// The glibc of the oldest systems still in use (2012).
 const OLD_GLIBC: (u32, u32) = (2, 17);
 
 /// The first macOS for ARM, of 2020.
 const OLD_MACOS: (u32, u32) = (11, 0);
 
-/// What a shared library shows.
+/// The findings of an inspection.
 #[derive(Debug)]
 pub struct Library {
     /// The processor it is made for.
@@ -57,9 +57,9 @@ pub struct Library {
     pub exports: BTreeSet<String>,
     /// Libraries it is linked with.
     pub libraries: BTreeSet<String>,
-    /// The newest version of glibc that it needs something of, such as (2, 17).
+    /// The newest version of glibc that it needs, such as (2, 17).
     pub glibc: Option<(u32, u32)>,
-    /// The oldest macOS that it is meant for, such as (11, 0).
+    /// The oldest macOS that it supports, such as (11, 0).
     pub macos: Option<(u32, u32)>,
     /// Whether it has a signature, without which macOS loads nothing on ARM. It is not verified.
     pub signed: bool,
@@ -154,7 +154,7 @@ fn glibc(version: &[u8]) -> Option<(u32, u32)> {
 
 fn paths(bytes: &[u8]) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
-    // A loop, which is fast enough where it is not optimised.
+    // A loop, which is fast enough without optimisation.
     for (begin, byte) in bytes.iter().enumerate() {
         if matches!(byte, b'/' | b':') && PATHS.iter().any(|path| bytes[begin..].starts_with(path)) {
             let path = bytes[begin..].iter().take(80).take_while(|byte| byte.is_ascii_graphic());

@@ -1,8 +1,8 @@
-//! What is wrong with an FMU that this program has written, maybe with binaries from elsewhere: its entries, its
-//! description, its binaries. Damage of any kind is reported, also that of files that are no such FMU.
+//! Validation of an FMU that this program has written, possibly with binaries from elsewhere: its entries, description
+//! and binaries. Any damage is reported, also in foreign files.
 //!
-//! [`bytes()`] checks a whole FMU and hands out a [`Report`]. What it reads on the way is here, too, for those who only
-//! want to look: the entries by [`unpack()`], the description as `Model`, a binary as `Library`.
+//! [`bytes()`] checks a whole FMU and returns a [`Report`]. Its parts serve for inspection, too: the entries by
+//! [`unpack()`], the description as `Model`, a binary as `Library`.
 
 mod binary;
 mod model;
@@ -36,20 +36,20 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Error> {
     fs::read(path).map_err(|error| refused(error.to_string()))
 }
 
-/// What an FMU of this program was built for; nothing if that cannot be read.
+/// The recipe of an FMU of this program, if it can be read.
 pub(crate) fn recipe(entries: &Entries) -> Option<Recipe> {
     Recipe::from_json(entries.get(&format!("resources/{FILE_NAME}"))?).ok()
 }
 
-/// Checks an FMU in memory, without loading its binaries; of its contents at most `limit` bytes are unpacked. The
-/// entries are for more checks; there are none if it is not an FMU of this version of this program.
+/// Checks an FMU in memory, without loading its binaries; unpacks at most `limit` bytes. Returns the entries for
+/// further checks, if it is an FMU of this version of this program.
 pub fn bytes(bytes: &[u8], limit: u64) -> (Report, Option<Entries>) {
     let mut report = Report::default();
     let entries = unpack(bytes, limit, &mut report).filter(|entries| is_checked(entries, &mut report));
     (report, entries)
 }
 
-/// Checks description and binaries; whether this version can check all of them.
+/// Checks description and binaries. Returns whether this version can check all of them.
 fn is_checked(entries: &Entries, report: &mut Report) -> bool {
     let Some(model) = Model::of(entries, report) else { return false };
     if !model.is_own() {
@@ -69,7 +69,7 @@ fn is_checked(entries: &Entries, report: &mut Report) -> bool {
     belongs_together(entries, &model, report)
 }
 
-/// Whether description, resources and GUID belong together; whether this version can check that.
+/// Checks that description, resources and GUID match. Returns whether this version can check that.
 fn belongs_together(entries: &Entries, model: &Model, report: &mut Report) -> bool {
     let place = format!("resources/{FILE_NAME}");
     let recipe = entries.get(&place).map_or_else(|| Ok(Recipe::default()), |text| Recipe::from_json(text));

@@ -1,7 +1,6 @@
-//! What a modelDescription.xml says, as far as this program needs it.
+//! The parts of a modelDescription.xml that this program needs.
 //!
-//! The text may be anybody's. It is read as a stream, element by element: nothing here recurses, however deep elements
-//! are nested.
+//! The text is untrusted. It is read as a stream, element by element, without recursion.
 
 use std::error::Error;
 
@@ -15,7 +14,7 @@ use crate::archive::Entries;
 /// The file in an FMU.
 pub const FILE: &str = "modelDescription.xml";
 
-/// A description. What is absent is empty.
+/// A description, with empty texts for absent parts.
 #[derive(Default)]
 pub struct Model {
     pub fmi_version: String,
@@ -33,7 +32,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Reads the description of an FMU; nothing if it is no XML, or not of FMI 2.0 or 3.0.
+    /// Reads the description of an FMU; none if it is not XML, or not of FMI 2.0 or 3.0.
     pub fn of(entries: &Entries, report: &mut Report) -> Option<Self> {
         let text = report.accept(format_args!("{FILE}: not in UTF-8"), std::str::from_utf8(entries.get(FILE)?))?;
         let mut model = Self::default();

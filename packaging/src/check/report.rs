@@ -2,15 +2,15 @@
 
 use std::fmt::{Display, Formatter};
 
-/// Findings of one kind that a report has; there may be one for each of many thousand entries.
+/// Most findings of one kind in a report; each of many thousand entries may have one.
 const MAX_FINDINGS: usize = 100;
 
 /// What was found.
 #[derive(Default)]
 pub struct Report {
-    /// What is against the standard, or does not fit together.
+    /// Violations of the standard, and contradictions.
     pub problems: Vec<String>,
-    /// What is allowed but causes trouble in some hosts.
+    /// Allowed, but known to break some importers.
     pub remarks: Vec<String>,
     omitted: usize,
 }
@@ -36,14 +36,14 @@ impl Report {
         }
     }
 
-    /// What has gone well; where it has not, that is a problem of `what`.
+    /// The value of a result; an error becomes a problem of `what`.
     pub(crate) fn accept<T, E: Display>(&mut self, what: impl Display, result: Result<T, E>) -> Option<T> {
         result.inspect_err(|error| self.problem(format_args!("{what}: {error}"))).ok()
     }
 
     fn add(list: &mut Vec<String>, omitted: &mut usize, text: impl Display) {
         if list.len() < MAX_FINDINGS {
-            // Foreign names may hold anything; a finding stays one line.
+            // Foreign names may contain line breaks; a finding stays one line.
             list.push(text.to_string().replace(char::is_control, "?"));
         } else {
             *omitted += 1;
@@ -51,7 +51,7 @@ impl Report {
     }
 }
 
-/// One line for each finding, and one that sums up.
+/// One line for each finding, and a summary.
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         self.problems.iter().try_for_each(|problem| writeln!(f, "problem: {problem}"))?;

@@ -8,10 +8,10 @@ use super::model;
 use super::report::Report;
 use crate::archive::Entries;
 
-/// Longer paths exceed what Windows allows once a host has unpacked them into a folder of its own.
+/// Longer paths exceed the limit of Windows once a host has unpacked them.
 const LONG_PATH: usize = 160;
 
-/// Every entry that can be read, at most `limit` bytes together; nothing if this is no zip file.
+/// Every entry that can be read, at most `limit` bytes together; none if this is no zip file.
 pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> {
     let mut archive = report.accept("zip", ZipArchive::new(Cursor::new(bytes)))?;
     let mut entries = Entries::new();
@@ -26,7 +26,7 @@ pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> 
             continue;
         }
         let mut contents = Vec::new();
-        // One byte more than there is room for tells that there are too many.
+        // One byte more than allowed shows that there are too many.
         let length = archive
             .by_index(index)
             .and_then(|entry| Ok(entry.take(left.saturating_add(1)).read_to_end(&mut contents)?));

@@ -1,5 +1,6 @@
-//! What is run for reference: the FMU as it is, and the presets of as many balls. What a host has to set for each, also
-//! as a parameter set in SSV, the format of System Structure and Parameterization 1.0.
+//! The cases with reference results: the FMU's own start values, and the presets with the same number of balls; each
+//! with the parameters that a host must set, also as a parameter set (SSV) of System Structure and Parameterization
+//! 1.0.
 
 use std::fmt::Write;
 
@@ -11,22 +12,21 @@ use newtons_cradle::variables::{
 use crate::build::PRESETS;
 use crate::error::Error;
 
-/// From this number of balls on the run is short.
+/// From this number of balls on, the run is short.
 const MANY_BALLS: usize = 101;
 
-/// The case of the FMU as it is.
+/// The case of the FMU's own start values.
 pub const START: &str = "start";
 
-/// A cradle that the FMU becomes when parameters are set.
+/// A cradle that the FMU becomes by setting parameters.
 pub struct Case {
-    /// What its files are called.
+    /// The name of its files.
     pub name: &'static str,
     /// One line on it.
     pub title: &'static str,
     /// Its start values.
     pub settings: Settings,
-    /// What makes it of the FMU, whatever else a host leaves as it is: every scalar, and of the arrays what is not the
-    /// default or not what the FMU has.
+    /// The parameters to set: every scalar, and elements of arrays that are not the default or differ from the FMU's.
     pub parameters: Vec<Variable>,
 }
 
@@ -58,8 +58,7 @@ pub fn times(balls: usize) -> Vec<f64> {
     (0..=if balls < MANY_BALLS { 100 } else { 10 }).map(|step| f64::from(step) / 10.0).collect()
 }
 
-/// What is recorded, at most ten variables: balls at both ends, the impulses of the contacts there, momentum and
-/// energy.
+/// The recorded variables, at most ten: balls at both ends, the impulses of the contacts there, momentum and energy.
 pub fn recorded(balls: usize) -> Vec<Variable> {
     let mut names = Vec::new();
     for (name, count, of) in [("x", 3, balls), ("impulse", 1, balls - 1)] {
@@ -71,7 +70,7 @@ pub fn recorded(balls: usize) -> Vec<Variable> {
 }
 
 impl Case {
-    /// Whether the parameter set has no arrays, which SSP 1.0 does not know: in FMI 3.0 only such a one can be set.
+    /// Whether the parameter set has no arrays, which SSP 1.0 does not know; in FMI 3.0 only such sets work.
     pub fn is_scalar(&self) -> bool {
         self.parameters.iter().all(|variable| variable.row.shape == Shape::Scalar)
     }

@@ -1,4 +1,4 @@
-//! A host for the FMU's own binary: parameters, steps, reals. It runs in a process of its own, which ends with the run.
+//! A minimal host for the FMU's own binary. It runs in a process of its own, which ends with the run.
 #![allow(unsafe_code)]
 
 use std::ffi::{CString, c_char, c_int, c_void};
@@ -25,7 +25,7 @@ type Step = unsafe extern "C" fn(Instance, f64, f64, c_int) -> c_int;
 type Get = unsafe extern "C" fn(Instance, *const u32, usize, *mut f64) -> c_int;
 type Set<T> = unsafe extern "C" fn(Instance, *const u32, usize, *const T) -> c_int;
 
-/// The binary's log. Its arguments, which are as many as it likes, are the caller's: leaving them alone is safe.
+/// The binary's logger, which ignores its variable arguments safely.
 unsafe extern "C" fn ignore() {}
 
 /// A cradle with parameters set.
@@ -47,7 +47,7 @@ impl Run {
         let text = |text: &str| CString::new(text).map_err(|_| format!("\"{text}\" holds a null byte"));
         let (name, guid, place) = (text("reference")?, text(guid)?, text(&location(resources))?);
         let (allocate, free) = (libc::calloc as *const c_void, libc::free as *const c_void);
-        // They have to stay where they are.
+        // They must not move.
         let callbacks = Box::leak(Box::new([ignore as *const c_void, allocate, free, null(), null()]));
         // SAFETY: the arguments of the standard, here and below.
         run.instance =
@@ -85,7 +85,7 @@ impl Run {
         self.call("fmi2GetReal", call).map(|()| value)
     }
 
-    /// A function of the library; the caller names the type that the standard gives it.
+    /// A function of the library; the caller names its type in the standard.
     fn function<T>(&self, name: &str) -> Result<Symbol<'_, T>, String> {
         // SAFETY: see above.
         unsafe { self.library.get(name.as_bytes()) }.map_err(|_| format!("{name} is not exported"))

@@ -1,8 +1,8 @@
-//! Parameter sets and reference results that travel in the FMU, so that any host can check itself: FMI-LS-REF, a
-//! layered standard of FMI (<https://github.com/modelica/fmi-ls-ref>), as of its version 1.0.0-beta.1.
+//! Parameter sets and reference results in the FMU, by which any host can check itself: FMI-LS-REF, a layered standard
+//! of FMI (<https://github.com/modelica/fmi-ls-ref>), version 1.0.0-beta.1.
 //!
 //! `cases` are the cradles that a host makes of the FMU by setting parameters, `record` runs the FMU's own binary for
-//! what it should get, [`add`] puts all of it into the FMU, and [`check`] runs the binary once more.
+//! the expected results, [`add`] puts them into the FMU, and [`check`] runs the binary again.
 
 mod cases;
 mod host;
@@ -24,17 +24,17 @@ pub use record::run;
 
 /// The folder of the layered standard in an FMU.
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
-/// Its version that has labels. The text of that version still gives the one before as its own; its schema takes any.
+/// Its version that has labels. (The text of that version still gives the one before; its schema takes any.)
 const VERSION: &str = "1.0.0-beta.1";
-/// What the standard wants said of it; its page is beside the other documentation.
+/// The description that the standard prescribes.
 const DESCRIPTION: &str = "Layered Standard providing information on related files included in an FMU.";
 const PAGE: &str = include_str!("../../assets/fmi-ls-ref.txt");
-/// How close another host should come, relative to the largest value of a variable.
+/// Tolerance for other hosts, relative to the largest value of a variable.
 const TOLERANCE: f64 = 1e-6;
 
-/// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary that runs on this machine there
-/// are no results; says why not. Parameter sets of SSP 1.0 have no arrays. In FMI 3.0 those that would need one are
-/// left out: of the FMU as it is, there are results nevertheless.
+/// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary for this machine there are no
+/// results; returns why not. Parameter sets of SSP 1.0 have no arrays, so in FMI 3.0 those that would need one are left
+/// out; the FMU's own start values have results nevertheless.
 pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result<Option<String>, Error> {
     let mut cases = cases(recipe)?;
     let has_set = |case: &Case| standard == Standard::Fmi2 || case.is_scalar();
@@ -56,7 +56,7 @@ pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result
     Ok(missing)
 }
 
-/// Runs the FMU's binary for this machine: whether it computes the reference results that the FMU has.
+/// Checks that the FMU's binary for this machine computes the FMU's reference results.
 pub fn check(entries: &Entries, report: &mut Report) {
     if let Err(missing) = own_binary(entries) {
         return report.remark(format_args!("nothing was run: {missing}"));
@@ -74,8 +74,8 @@ pub fn check(entries: &Entries, report: &mut Report) {
     }
 }
 
-/// Writes the reference results of the default experiment and its options as FMI's tool pages ask for, `NAME_ref.csv`
-/// and `NAME_ref.opt`, for an FMU that is called `NAME.fmu`; their paths.
+/// Writes the reference results of the default experiment and its options in the form of FMI's tool pages,
+/// `NAME_ref.csv` and `NAME_ref.opt`, for an FMU named `NAME.fmu`. Returns their paths.
 pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 2], Error> {
     let csv = record(entries, &[EXPERIMENT])
         .map_err(|reason| Error::Failure(format!("cannot make reference results: {reason}")))?

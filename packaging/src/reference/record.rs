@@ -1,5 +1,5 @@
-//! Recording what the FMU's own binary computes. It is loaded in a process of its own, which is this program once more:
-//! a binary that crashes or hangs takes nothing with it.
+//! Recording the results of the FMU's own binary. It is loaded in a process of its own, this program again, so that a
+//! binary may crash or hang.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -18,22 +18,21 @@ use crate::platform::Platform;
 /// The name of the results of the default experiment, with the FMU's start values.
 pub const EXPERIMENT: &str = "experiment";
 
-/// What the binary is called in the folder that it is run in. Only Windows minds the extension.
+/// Name of the binary in the folder of the run; only on Windows does the extension matter.
 const BINARY: &str = "binary.dll";
 
 /// How long a run may take.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The FMU's binary for this machine, if it has one; else what it lacks. An FMU of FMI 3.0 has the same one elsewhere:
-/// both versions get the same numbers from it.
+/// The FMU's binary for this machine, or an error. An FMU of FMI 3.0 has the same one elsewhere.
 pub fn own_binary(entries: &Entries) -> Result<&[u8], String> {
     let platform = Platform::host().map_err(|error| error.to_string())?;
     let binary = platform.host_paths(MODEL_IDENTIFIER).iter().find_map(|path| entries.get(path));
     binary.map(Vec::as_slice).ok_or_else(|| format!("the FMU has no binary for this machine, {}", platform.folder))
 }
 
-/// The results as CSV of the FMU's binary for this machine, for these cases or for `EXPERIMENT`; else why there are
-/// none.
+/// The results of the FMU's binary for this machine as CSV, for these cases or for `EXPERIMENT`; otherwise why there
+/// are none.
 pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<String>, String> {
     let binary = own_binary(entries)?;
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
@@ -48,13 +47,13 @@ pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<String>, String> 
         Ok(()) => names.iter().map(|name| in_child(&folder, name)).collect(),
         Err(error) => Err(format!("cannot write {}: {error}", folder.display())),
     };
-    // What is left in the system's folder for temporary files is no harm.
+    // Files left in the system's temporary folder do no harm.
     let _ = fs::remove_dir_all(&folder);
     results
 }
 
 fn in_child(folder: &Path, name: &str) -> Result<String, String> {
-    // What the binary itself prints goes nowhere.
+    // Output of the binary itself is discarded.
     let started = env::current_exe().and_then(|program| {
         let mut child = Command::new(program);
         child.arg("record").arg(folder).arg(name).stdin(Stdio::null()).stdout(Stdio::null()).output()
@@ -68,12 +67,12 @@ fn in_child(folder: &Path, name: &str) -> Result<String, String> {
     Err(problem.map_or_else(|| format!("its binary crashed ({})", ended.status), str::to_owned))
 }
 
-/// Where the child leaves its results.
+/// The file for the child's results.
 fn results(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.csv"))
 }
 
-/// The child: runs the binary in `folder` for the case of this name, and leaves its results there as CSV.
+/// The child: runs the binary in `folder` for the case of this name, and writes its results there as CSV.
 pub fn run(folder: &Path, name: &str) -> Result<(), Error> {
     thread::spawn(|| {
         thread::sleep(PATIENCE);
@@ -86,7 +85,7 @@ pub fn run(folder: &Path, name: &str) -> Result<(), Error> {
     written.map_err(|problem| Error::Failure(format!("{name}: {problem}")))
 }
 
-/// The results in the form that FMI's cross-check asks for: quoted names, commas, numbers as in C.
+/// The results in the form of FMI's cross-check: quoted names, commas, numbers as in C.
 fn csv(folder: &Path, name: &str) -> Result<String, String> {
     let resources = folder.join("resources");
     let recipe = fs::read(resources.join(FILE_NAME)).map_err(|error| error.to_string())?;

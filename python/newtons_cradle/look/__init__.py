@@ -1,4 +1,4 @@
-"""What report, plots and the FMU's page share: fonts, colours and what they mean (look.css, look.js); numbers and
+"""The common look of report, plots and the FMU's page: fonts, and colours with their meaning (look.css, look.js); numbers and
 drawing (common.js of the cradle's page).
 
 The producer puts look.css into the FMU's page, too.

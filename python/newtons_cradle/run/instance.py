@@ -82,7 +82,7 @@ class Run:
         try:
             return function(*args, **kwargs)
         except Exception as error:
-            # What the FMU says of it, without the function's name; else what FMPy says.
+            # The FMU's message without the function's name; otherwise FMPy's.
             said = [line.text.partition(": ")[2] for line in self.log[before:] if line.status >= 1]
             raise FmuError("; ".join(said) or str(error)) from error
 
@@ -122,7 +122,7 @@ class Run:
         self.time += h
 
     def step_to(self, t: float) -> None:
-        """One communication step that ends at `t` (s) exactly, not an ulp beside it. Raises InvalidValue, FmuError."""
+        """One communication step that ends exactly at `t` (s). Raises InvalidValue, FmuError."""
         if not number("t", t, "s") > self.time:
             raise InvalidValue(f"t = {t} s is refused; allowed: later than now, {self.time} s")
         h = t - self.time
@@ -147,12 +147,12 @@ class Run:
                 if onset - before > self.time:
                     self.step_to(onset - before)
                 return onset
-            # A look goes on as soon as time has moved.
+            # A look continues once time has moved.
             self.step_to(max(onset - before, math.nextafter(self.time, math.inf)))
         raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {onset} s")
 
     def _is_onset(self, ahead: float) -> bool:
-        """Whether `t_next` is an onset: FMI 3.0 has no variable for it, a step there tells."""
+        """Whether `t_next` is an onset. FMI 3.0 has no variable for it, but a step to it shows it."""
         if "t_next_isOnset" in self.fmu.variables:
             return bool(self.get("t_next_isOnset"))
         here, lines, before = self.save(), len(self.log), self["pulses"]
@@ -184,7 +184,7 @@ class Run:
         return Saved(self.time, self._call(self.slave.to_bytes))
 
     def load(self, saved: Saved) -> None:
-        """Continues from a saved state, with the same bits; the log is kept. Raises InvalidValue, FmuError."""
+        """Restores a saved state; the run continues bit-for-bit identically. The log is kept. Raises InvalidValue, FmuError."""
         needed("saved", saved, Saved, "what `save` returned")
         self._call(self.slave.go_to, saved.data)
         self.time = saved.time
@@ -219,7 +219,7 @@ class Recorder:
         self._rows.append((self._run.time, *self.row()))
 
     def result(self) -> Result:
-        """All samples so far, the run's pulses so far and, while the run is open, what it was given."""
+        """All samples and pulses so far and, while the run is open, its parameters and inputs."""
         fmu = self._run.fmu
         types = [("time", "f8"), *((name, DTYPES[fmu.variables[name].type]) for name in self._names)]
         units = {"time": "s"} | {name: fmu.unit(name) for name in self._names}

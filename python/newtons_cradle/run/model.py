@@ -1,4 +1,4 @@
-"""What an FMU's description says: its variables by name, what may be set, and which values they take."""
+"""An FMU's description: its variables by name, and checks of values."""
 
 import copy
 from collections.abc import Iterable, Iterator, Mapping
@@ -28,7 +28,7 @@ OF_LAST_ELEMENT = "; the last element belongs to no contact"
 
 
 class Preset(dict[str, Any]):
-    """Start values of a preset, which are meant as they are: a run from them, unchanged, gives no DoubtfulStart."""
+    """Start values of a preset; a run with them unchanged gives no DoubtfulStart."""
 
 
 class Model:
@@ -79,7 +79,7 @@ class Model:
         return self.variable(name).unit or ""
 
     def number(self, name: str, value: Value) -> float | int | bool:
-        """A value in the type of this variable; an item of an enumeration may be named. Raises FmuError."""
+        """A value in the type of this variable; an item of an enumeration may be given by name. Raises FmuError."""
         kind = self.variable(name).type
         try:
             if kind == "Enumeration" and isinstance(value, str):
@@ -175,7 +175,7 @@ class Model:
 
 
 def _cure(array: str, count: int) -> str:
-    """How to get an FMU in which an array of the balls has so many elements."""
+    """Advice how to get an FMU with this many elements in arrays over balls."""
     possible = array.endswith("_start") and count > 0
     return f"; `cradle-fmu build --balls {count}` makes one of {count}" if possible else ""
 
@@ -203,7 +203,7 @@ def variables(description: ModelDescription) -> dict[str, Any]:
 
 
 def _elements(variable: Any) -> Iterator[Any]:
-    """The variable itself, or those of its elements that belong to something."""
+    """The variable itself, or its elements that belong to a ball or contact."""
     length = variable.shape[0] if variable.shape else 1
     starts = (variable.start or "").split()
     stored = "Int64" if variable.type == "Enumeration" else variable.type

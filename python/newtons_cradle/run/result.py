@@ -38,7 +38,7 @@ class Result:
     given: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        """What another process gets: all but the model, which belongs to this one."""
+        """For another process: everything but the model, which belongs to this one."""
         return vars(self) | {"model": None}
 
     def __repr__(self) -> str:
@@ -49,7 +49,7 @@ class Result:
 
     @property
     def names(self) -> list[str]:
-        """What was recorded, `time` first."""
+        """The recorded names, `time` first."""
         return list(self.samples.dtype.names or ())
 
     def __getitem__(self, name: str) -> Array:

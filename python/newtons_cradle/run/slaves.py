@@ -1,4 +1,4 @@
-"""FMPy's slaves as runs use them, of FMI 2.0 and 3.0: their log goes to a list, variables are read and set by type."""
+"""FMPy's slaves of FMI 2.0 and 3.0 for runs: their log goes to a list, variables are read and set by type."""
 
 from ctypes import byref
 from dataclasses import dataclass
@@ -54,7 +54,7 @@ def callbacks(log: Log) -> fmi2CallbackFunctions:
 
 
 class Instance:
-    """What is the same in both versions of FMI."""
+    """The common part of both versions of FMI."""
 
     def __init__(self, fmu: Model):
         identifier, guid = fmu.description.coSimulation.modelIdentifier, fmu.description.guid
@@ -72,7 +72,7 @@ class Instance:
         return data
 
     def go_to(self: Any, data: bytes) -> None:
-        """Goes to the state in these bytes."""
+        """Restores the state in these bytes."""
         state = self.deserializeFMUState(data)
         self.setFMUState(state)
         self.freeFMUState(state)
@@ -101,7 +101,7 @@ class FMU2Instance(Instance, FMU2Slave):  # type: ignore[misc]  # FMPy goes by t
 
 
 class FMU3Instance(Instance, FMU3Slave):  # type: ignore[misc]
-    """An instance of FMI 3.0: by the elements of its arrays, in steps without event mode."""
+    """An instance of FMI 3.0, read and set by elements, stepped without event mode."""
 
     def create(self, log: Log) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
@@ -113,7 +113,7 @@ class FMU3Instance(Instance, FMU3Slave):  # type: ignore[misc]
         return [arrays[array][index] for array, index in places]
 
     def write(self, _kind: str, places: list[Place], values: list[Any]) -> None:
-        """The other elements of their arrays stay as they are."""
+        """Sets these elements; the others of their arrays keep their values."""
         arrays = self._arrays(places)
         for (array, index), value in zip(places, values, strict=True):
             arrays[array][index] = value
@@ -121,6 +121,6 @@ class FMU3Instance(Instance, FMU3Slave):  # type: ignore[misc]
             getattr(self, f"set{array.type}")([array.reference], elements)
 
     def _arrays(self, places: list[Place]) -> dict[Whole, list[Any]]:
-        """The arrays that these are in, with all their elements."""
+        """The arrays of these elements, with all their values."""
         arrays = dict.fromkeys(array for array, _ in places)
         return {a: getattr(self, f"get{a.type}")([a.reference], nValues=a.length) for a in arrays}

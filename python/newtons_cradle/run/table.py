@@ -67,6 +67,6 @@ class Table(dict[str, Variable]):
 
 
 def general(text: str, index: int | None) -> str:
-    """The text about an element of an array as one about all: of i, and of i+1."""
+    """The description of an array's element with i and i+1 for the numbers."""
     numbers = {} if index is None else {str(index): "i", str(index + 1): "i+1"}
     return re.sub(r"\b\d+\b", lambda number: numbers.get(number[0], number[0]), text)
