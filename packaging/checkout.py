@@ -1,5 +1,4 @@
-"""What the commands of cradle.py need: the checkout's virtual environment and FMUs, programs run with progress
-shown."""
+"""Common parts of cradle.py's commands: the virtual environment, FMUs, programs run with progress shown."""
 
 import hashlib
 import os
