@@ -45,7 +45,7 @@ return [...said, source.caption.detail];
 """
 CAPTIONS = {
     ("textbook", 2): [
-        "Ball 2 is 21 µs from ball 3.",
+        "Balls 2 and 3 meet in 21 µs.",
         "Ball 2 touches ball 3.",
         "Balls 2 and 3 part. Nothing touches.",
         "Ball 1 touches ball 2. Ball 3 touches ball 4.",
@@ -57,7 +57,7 @@ CAPTIONS = {
         "Compared with the incoming speed: ball 4 100 %, ball 5 100 %.",
     ],
     ("steel", 2): [
-        "Ball 2 is 21 µs from ball 3.",
+        "Balls 2 and 3 meet in 21 µs.",
         "Ball 2 touches ball 3. 4 contacts press at once.",
         "Ball 2 still touches ball 3 when ball 1 leaves.",
         "Ball 3 still touches ball 4 when ball 5 leaves.",
@@ -67,7 +67,7 @@ CAPTIONS = {
         "ball 1 \N{MINUS SIGN}11 %, ball 2 \N{MINUS SIGN}4 %, ball 3 21 %, ball 4 80 %, ball 5 114 %.",
     ],
     ("rigid", 1): [
-        "Ball 1 is 21 µs from ball 2.",
+        "Balls 1 and 2 meet in 21 µs.",
         "Rigid balls: 4 impacts in no time at all. There is no inside to look at.",
         "Compared with the incoming speed: ball 5 100 %.",
     ],

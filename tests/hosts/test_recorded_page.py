@@ -127,7 +127,7 @@ def test_a_click_is_gone_through_by_buttons(player):
     press(player, "inside")
     wait(player, "cradle.clock.inside")
     js(player, "cradle.setRunning(false); cradle.seek(source.shownClick.begin - 1e-7)")
-    assert text(player, ".sentence") == "Ball 2 is 100 ns from ball 3."
+    assert text(player, ".sentence") == "Balls 2 and 3 meet in 100 ns."
     assert "Slowed" in text(player, "#pace")
     for sentence, begin in zip(CAPTIONS["textbook", 2][1:8], BEGINS, strict=True):
         press(player, "next")
