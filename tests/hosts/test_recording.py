@@ -51,7 +51,10 @@ REFUSED = [
     ("time,y\n0,1\n1,2\n", "missing: x[1], v[1]"),
     (ONE + "0,1,0\n1,1,0\n", "has only one ball. If the cradle has one, say `--balls 1`"),
     ("time,x[1],x[3],v[1],v[2],v[3],F[1],F[2]\n0,1,1,0,0,0,0,0\n", "of 3 balls is incomplete; missing: x[2]"),
-    ("time,x[1],F_peak[4]\n0,1,1\n", "of 5 balls is incomplete; missing: x[2], x[3], x[4], x[5], v[1], v[2], ..."),
+    (
+        "time,x[1],F_peak[4]\n0,1,1\n",
+        "of 5 balls is incomplete; missing: x[2], x[3], x[4], x[5], v[1], v[2], ...",
+    ),
     (TWO.replace(",F[1]", "") + "0,1,2,3,4\n", "the result of 2 balls is incomplete; missing: F[1]"),
     (TWO.replace("F[1]", "F[1],F[2]") + "0,1,2,3,4,0,0\n", "of 3 balls is incomplete; missing: x[3], v[3]"),
     (TWO + "0,1,2,3,4,0\n", "at least two rows are needed, with times that rise"),

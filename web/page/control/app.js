@@ -66,7 +66,7 @@ class App {
     this.stages[0].source = source;
   }
 
-  /** All stages show other runs, or other drawings; balls are let go unless it is only a change of what moves. */
+  /** Shows other runs or drawings on all stages; lets balls go unless only what moves changes. */
   changed(released = true) {
     this.clock.reset();
     document.body.classList.toggle("two", this.stages.length > 1);
@@ -86,7 +86,7 @@ class App {
     for (const { heading, named } of this.stages) heading.textContent = this.stages.length > 1 ? named : "";
   }
 
-  /** Does something that the engine may refuse: then it says why, and nothing is changed. */
+  /** Does something that the engine may refuse; then shows the reason, and nothing changes. */
   attempt(act) {
     try {
       act();
@@ -119,7 +119,7 @@ class App {
     if (doubt && !this.preset) this.tell(say("doubt", { text: doubt }), 20);
   }
 
-  /** Other values from the next instant at which no balls touch. */
+  /** Changes values at the next instant at which no balls touch. */
   change(values) {
     const sources = this.side === "both" ? this.sources : [this.changedSource];
     if (this.attempt(() => sources.forEach((source) => source.change(values, () => this.changed(false))))) {
@@ -129,7 +129,7 @@ class App {
     } else this.panels.refresh();
   }
 
-  /** Has each source begin another run; what else is `known` of these. */
+  /** Starts another run in each source; `known`: more about these. */
   renew(begin, known = {}) {
     this.attempt(() => this.liveSources.forEach(begin));
     Object.assign(this, known);
@@ -156,7 +156,7 @@ class App {
 
   stopAll() { this.renew((source) => source.begin(source.setup.atRest())); }
 
-  /** A second cradle beside the first, that differs in what `name` says, or in the `values` given; "stop": none. */
+  /** Shows a second cradle beside the first, different by `name` or by `values`; "stop": none. */
   compare(name, values) {
     const [{ live, setup }] = this.sources;
     this.dropStage();
@@ -177,7 +177,7 @@ class App {
     this.controls.play.textContent = say(on ? "pause" : "play");
   }
 
-  /** Slows down at the next click, or leaves it; with reduced motion, a recording stands still at its beginning. */
+  /** Slows down at the next click, or leaves it; with reduced motion, a recording pauses at its beginning. */
   inside() {
     const { clock, still, sources: [source] } = this;
     if (clock.slow === "next" || (clock.slow !== "no" && clock.inside)) return clock.slowAt("no");
@@ -187,7 +187,7 @@ class App {
     if (!this.clock.running) this.seek(source.now + source.ahead().distance);
   }
 
-  /** To any time of a recording's run, or of a live run within a click, which then stands still. */
+  /** Goes to any time of a recording, or of a live run within a click, and pauses. */
   seek(time) {
     const { clock, sources: [source] } = this;
     if (source.live) this.setRunning(false);
@@ -198,7 +198,7 @@ class App {
     clock.land(ahead ? [ahead] : []);
   }
 
-  /** Back or on within a click, by a part of its length. */
+  /** Goes back or on within a click, by a part of its length. */
   step(part) {
     const [{ now, shownClick: click }, other] = this.sources;
     if (click?.length && !other) this.seek(now + part * click.length);
@@ -258,7 +258,7 @@ class App {
     this.lateTold = percent;
   }
 
-  /** What is said below the balls away from clicks: {text, detail}. */
+  /** The caption below the balls outside clicks: {text, detail}. */
   hintFor({ source }) {
     const { running, inside } = this.clock, { lesson, guide, stages } = this;
     if (!source.live) return { text: inside ? "" : this.timeline.clickOf(source) };

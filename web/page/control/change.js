@@ -10,7 +10,7 @@ const WEIGHTS = [0.125, 0.25, 0.5, 0.75, 1, 1.5, 2, 4, 8];
 const some = (value, text) => (value ? text : say("none")), length = (m) => some(m, withPrefix(m, "m"));
 const isRigid = ({ law }) => law === "rigid";
 
-/** Numbers on scales: which set-ups have them, where one is `at`, how that is said, and the values of a place. */
+/** Numbers on scales: the set-ups that have them, the place of a number, its text, and the values of a place. */
 const SCALES = {
   deadBand: { list: [0, 1e-7, 2.6e-7, 5e-7, 1e-6, 2.6e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4], show: length,
     at: (get) => get("contact.deadBand"), values: (m) => ({ "contact.deadBand": m }) },

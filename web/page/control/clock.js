@@ -27,7 +27,7 @@ export class Clock {
     if (slow === "no") this.rate = this.base;
   }
 
-  /** How fast time runs, given the clicks ahead. */
+  /** The rate of time, given the clicks ahead. */
   rateFor(clicks) {
     if (this.slow === "no") return this.base;
     const known = [{ distance: this.sinceClick, length: this.lastLength }, ...(this.slow === "leaving" ? [] : clicks)];
@@ -35,7 +35,7 @@ export class Clock {
     return Math.min(this.base, ...rates);
   }
 
-  /** Moves all sources on by what `seconds` of the viewer's are worth, together, within the budget. */
+  /** Advances all sources together by `seconds` of the viewer's, within the budget. */
   frame(seconds, sources) {
     const begun = performance.now(), watch = this.slow !== "no", deadline = begun + BUDGET, pieces = watch ? 6 : 1;
     const piece = Math.min(seconds, LONGEST_FRAME) / pieces;
@@ -54,7 +54,7 @@ export class Clock {
     this.late += 0.06 * ((piece > 0 ? 1 - passed / pieces : 0) - this.late);
   }
 
-  /** Keeps account of the click that was passed last. */
+  /** Records the click passed last. */
   notice(clicks, step) {
     const current = clicks.filter(({ distance, done }) => done && distance === 0).map(({ length }) => length);
     if (current.length) Object.assign(this, { sinceClick: 0, lastLength: Math.max(...current), met: true });
@@ -63,7 +63,7 @@ export class Clock {
     if (this.slow === "leaving" && this.rate >= this.base) this.slowAt("no");
   }
 
-  /** As slow as it has to be where a source is now, with these clicks ahead. */
+  /** The rate needed where a source is now, with these clicks ahead. */
   land(clicks) {
     this.slowAt(this.slow !== "leaving" ? this.slow : clicks[0]?.distance === 0 ? "next" : "no");
     this.rate = this.rateFor(clicks);
@@ -72,7 +72,7 @@ export class Clock {
   calm() { this.slowAt(this.slow === "always" ? "always" : "no"); }
   reset() { this.targets.clear(); }
 
-  /** Whether all sources have come to their targets: each call of the engine is short, and they end at the deadline. */
+  /** Whether all sources have reached their targets, in short calls of the engine that end at the deadline. */
   finish(sources, deadline) {
     for (const source of sources) {
       const target = this.targets.get(source);

@@ -4,7 +4,7 @@ const WAIT = 1, PULL = 1.6, HOLD = 0.5; // s before it comes, that it pulls, and
 const LIFT = 0.3; // of the strings' length
 
 export class Guide {
-  /** `phase`: "pulls" the first ball, then "has shown" how; null where nobody needs to be shown. */
+  /** `phase`: "pulls" the first ball, then "has shown" how; null if not needed. */
   constructor(app) {
     Object.assign(this, { app, seconds: 0, phase: location.hash || app.still ? null : "waits" });
     for (const touched of ["pointerdown", "keydown", "hashchange"])

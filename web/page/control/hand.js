@@ -10,7 +10,7 @@ const MEMORY = 90;        // ms of a hand's way that say how fast it throws
 const FASTEST_THROW = 4;  // m/s
 
 export class Hand {
-  /** `ways`: what pointers do on the canvas; those with a `ball` of -1 turn the view. */
+  /** `ways`: pointers on the canvas; those with a `ball` of -1 turn the view. */
   constructor(stage) {
     const { canvas, app } = stage;
     Object.assign(this, { stage, app, ways: new Map() });
@@ -66,7 +66,7 @@ export class Hand {
   }
 }
 
-/** A slider for each ball, for the keyboard and for screen readers; seen are only the balls. */
+/** An invisible slider for each ball, for the keyboard and for screen readers. */
 export class Sliders {
   constructor(stage) {
     const box = element(stage.figure, "div", { className: "sliders" });
@@ -101,7 +101,7 @@ export class Sliders {
     this.inputs.push(input);
   }
 
-  /** The ball that has the keyboard, from 0; -1 for none. */
+  /** The ball with the keyboard focus, from 0; -1 for none. */
   get chosen() { return this.inputs.indexOf(document.activeElement); }
 
   /** Says where a ball is. */

@@ -14,7 +14,7 @@ export function save(name, content) {
   setTimeout(() => URL.revokeObjectURL(url), 10000);
 }
 
-/** All stages as they are, on the page's background, with what is said below. */
+/** All stages as they are, on the page's background, with their captions. */
 export function savePicture(app) {
   const theme = app.theme, scale = 2, boxes = app.stages.map(({ canvas }) => canvas.getBoundingClientRect());
   const width = boxes.reduce((sum, box) => sum + box.width, 0), height = boxes[0].height + 70;
@@ -45,7 +45,7 @@ export function pulsesTable({ pulses }) {
     ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse])]);
 }
 
-/** The run for this page and `cradle-fmu page`: a recording's samples; a live run so far, once more at even times. */
+/** The run for this page and `cradle-fmu page`: a recording's samples, or a live run computed again at even times. */
 export function runTable(source) {
   const { live, drawing: { balls }, now } = source, run = live ? new Live(source.engine, source.setup) : source;
   const rows = Math.max(2, Math.min(RUN_ROWS, Math.floor(now / RUN_STEP)) + 1);

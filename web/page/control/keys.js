@@ -9,7 +9,7 @@ const SYMBOLS = { ArrowLeft: "←", ArrowRight: "→", Escape: "⎋" };
 const toggle = (app, key, name) => app.panels.toggle(name);
 const way = (key) => (",←".includes(key) ? -1 : 1);
 
-/** By the names of texts, buttons and panels: keys, what is needed, and what is done then. */
+/** By the names of texts, buttons and panels: keys, conditions and actions. */
 const ACTS = {
   ball: ["", "live"], pull: ["", "live"], letGo: ["", "live"], // of the sliders in hand.js
   play: [" ", "any", (app) => app.setRunning(!app.clock.running)],
@@ -39,7 +39,7 @@ const ACTS = {
   ask: ["", "engine"], link: ["", "setup"],
 };
 
-/** Whether anything can be done by this name with what is shown. */
+/** Whether the action of this name is possible now. */
 export function offers({ engine, sources: [{ live, openable, setup }] }, name) {
   const runs = Boolean(engine && setup), [, need] = ACTS[name] ?? ["", "any"];
   return { any: true, live, recorded: !live, clicks: live || openable.length > 0, engine: Boolean(engine), setup: runs,
@@ -61,7 +61,7 @@ export function listenToUser(app) {
     { if (detail && document.activeElement?.matches("button")) document.activeElement.blur(); });
 }
 
-/** Does what a key that was pressed stands for, unless something of the page takes it itself. */
+/** Does the action of a pressed key, unless an element of the page takes it. */
 function press(app, event) {
   const key = SYMBOLS[event.key] ?? event.key.toLowerCase(), taken = { " ": "button, #panel input" }[key];
   if (event.ctrlKey || event.metaKey || event.altKey || key.length !== 1) return;

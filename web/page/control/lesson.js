@@ -11,10 +11,10 @@ const FLIES = 0.1;        // of the incoming speed: a ball that is faster has fl
 const LATER = 0.15;       // s after a click at which it is said what flew out
 
 export class Lesson {
-  /** `step`: that is presented, from 0, or null; `phase` of the question: "asks", "waits" for the click, "knows". */
+  /** `step`: the one presented, from 0, or null; `phase` of the question: "asks", "waits" for the click, "knows". */
   constructor(app) { Object.assign(this, { app, step: null, asks: false, phase: null }); }
 
-  /** Presents the step with this number, from 1: what the page is asked for then. */
+  /** Presents the step with this number, from 1. */
   turnTo(number) {
     this.step = Math.min(LESSON.length, Math.max(1, Math.round(number) || 1)) - 1;
     this.asks = ASKING.includes(this.step);
@@ -35,7 +35,7 @@ export class Lesson {
     showLink(this.app);
   }
 
-  /** Title and text at the head of the page while the lesson is presented: no answer before it is seen. */
+  /** Title and text at the head of the page while the lesson is presented, without the answer before it is seen. */
   get heading() {
     if (this.step === null) return null;
     return ["asks", "waits"].includes(this.phase) ? { title: say("ask"), text: "" } : textsOf("lessons")[this.step];
@@ -47,7 +47,7 @@ export class Lesson {
     this.app.name();
   }
 
-  /** Balls have been let go: if the class is to be asked, time stands still until it has answered. */
+  /** When balls are let go: if the class is to be asked, pauses until it has answered. */
   ask() {
     const { app } = this, [{ live, setup }] = app.sources, { guesses } = app.controls;
     this.enter(this.asks && live && setup.release ? "asks" : null);
@@ -58,7 +58,7 @@ export class Lesson {
       element(guesses, "button", { type: "button", textContent: i + 1, onclick: () => this.answer(i + 1) }));
   }
 
-  /** What the class expects; whether it was asked. */
+  /** Takes the class's answer; returns whether it was asked. */
   answer(guess) {
     if (this.phase !== "asks" || guess > this.app.sources[0].setup.balls) return false;
     Object.assign(this, { guess, click: null });
@@ -67,7 +67,7 @@ export class Lesson {
     return true;
   }
 
-  /** A ball (from 0) is pointed at: if it hangs, it and those beyond it are expected; whether that is an answer. */
+  /** Takes a ball (from 0) that hangs as the answer, with those beyond it; returns whether it is one. */
   point(ball) {
     if (this.phase !== "asks" || ball < 0) return false;
     const { release: { x_start, v_start }, balls } = this.app.sources[0].setup;
@@ -76,7 +76,7 @@ export class Lesson {
     return this.answer(away.findIndex((far) => far > least) < ball ? balls - ball : ball + 1);
   }
 
-  /** Watches the first click, until it is known and seen. A hand, or time that runs unasked, end the question. */
+  /** Watches the first click until it is known and seen. A hand, or time that runs on, ends the question. */
   follow() {
     const { app, phase } = this, [source] = app.sources;
     if (phase && (source.holds?.size || (phase === "asks" && app.clock.running))) this.enter(null);
@@ -86,7 +86,7 @@ export class Lesson {
     if (source.run.time > this.click?.end + LATER && !app.clock.inside) this.enter("knows");
   }
 
-  /** What is said below the balls: the question, or whether the class was right: {text, detail}. */
+  /** The caption below the balls: the question, or whether the class was right: {text, detail}. */
   get said() {
     const { phase, guess, click } = this;
     if (phase === "asks") return { text: say("askCount") };

@@ -15,7 +15,7 @@ export function linkTo(app) {
   return `${location.href.replace(/#.*/, "")}#${parts.filter(Boolean).join("&")}`;
 }
 
-/** Keeps the address of the page up to date, so that it can be copied and marked. */
+/** Keeps the address of the page up to date, for copying and bookmarks. */
 export function showLink(app) {
   if (!app.stages[0].source.live) return;
   try {
@@ -31,7 +31,7 @@ export async function copyLink(app) {
   else app.tell(`${say("linkHere")} ${link}`, 60);
 }
 
-/** Shows what the part of an address behind # asks for. Throws Refusal. */
+/** Applies the part of an address behind #. Throws Refusal. */
 export function openLink(app, hash) {
   const { present } = Setup.fromLink(hash).options;
   const link = present === undefined ? hash : app.lesson.turnTo(present);

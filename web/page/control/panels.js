@@ -25,7 +25,7 @@ export class Panels {
     app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.close(); };
   }
 
-  /** Another source is shown: only panels in which there is something to be done. */
+  /** For another source: shows only panels with possible choices. */
   offer() {
     for (const kind of KINDS) this.openers[kind].hidden = !offers(this.app, kind);
     if (this.openers[this.kind]?.hidden) this.close();
@@ -49,7 +49,7 @@ export class Panels {
 
   close() { if (this.kind) this.toggle(this.kind); }
 
-  /** Fills it anew, with what is the case now. */
+  /** Fills it with the current values. */
   refresh() {
     if (!this.kind) return;
     const focus = document.activeElement?.dataset?.key;
@@ -72,7 +72,7 @@ export class Panels {
     }
   }
 
-  /** A number on a scale, or one of a list; `show` says it in words. */
+  /** A number on a scale, or one of a list; `show` gives its text. */
   slider(title, { list, min = 0, max = list?.length - 1, step = 1, value, show, choose }) {
     const label = element(this.body, "label", { className: "field" }), range = { type: "range", min, max, step };
     element(label, "span", { textContent: say(title) });
@@ -87,7 +87,7 @@ export class Panels {
     input.onchange = () => choose(chosen());
   }
 
-  /** A column of buttons with the texts of these names, as far as they can do something. */
+  /** A column of buttons with the texts of these names, if possible now. */
   buttons(acts) {
     const column = element(this.body, "div", { className: "column" });
     for (const [name, onclick] of Object.entries(acts))
@@ -140,7 +140,7 @@ export class Panels {
     });
   }
 
-  /** What a recording was run with, and how the drawing departs from it. */
+  /** The parameters of a recording, and how the drawing differs. */
   details() {
     const { source, scene } = this.app.stages[0], { length, radius } = source.drawing, { parameters } = source;
     const known = parameters.length > 0, larger = length / (radius * scene.long);

@@ -38,7 +38,7 @@ export class Stage {
 
   get named() { return this.source.live ? describeSetup(this.source.setup) : this.source.name; }
 
-  /** Shows the cradle in 3D, or flat; false where that cannot be. */
+  /** Shows the cradle in 3D, or flat; false if that is impossible. */
   setSpace(on) {
     if (on === this.scene instanceof Scene3D) return true;
     const { app, canvas } = this, scene = on ? Scene3D.open(canvas, app.eye, () => app.loseSpace()) : new Scene(canvas);

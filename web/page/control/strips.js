@@ -40,7 +40,7 @@ export class Strips {
 
   get track() { return this.stage.source.live ? this.history : this.stage.source; }
 
-  /** A recording can be gone through by hand, and a live run within a click that is known. */
+  /** Whether dragging in time is possible: in a recording, or in a live run within a known click. */
   get canSeek() {
     const { source } = this.stage;
     return this.window && this.app.stages.length === 1 && Boolean(!source.live || source.shownClick);
@@ -81,7 +81,7 @@ export class Strips {
     return { left, right: live ? Math.max(now, left + clock.base) : Math.min(left + span, end) };
   }
 
-  /** What a row shows, in words, with its values at this time. */
+  /** The text of a row, with its values at this time. */
   title(kind, track, at, theme) {
     const count = track.times.length > 1 ? track.counts[kind] : 0, place = placeIn(track.times, at);
     const several = Array.from({ length: count }, (_, i) => valueAt(track, kind, i, place))
@@ -96,7 +96,7 @@ export class Strips {
     return [say(`shows.${kind}`), ...values, this.sum(kind)].join(" ");
   }
 
-  /** What a live run says besides of its energy and momentum. */
+  /** Further text about energy and momentum of a live run. */
   sum(kind) {
     const { live, account, state } = this.stage.source;
     if (live && kind === "momentum") return `· ${say("support", { force: withPrefix(state.supportForce, "N") })}`;

@@ -47,14 +47,14 @@ export class Timeline {
     if (time !== undefined) app.seek(time);
   }
 
-  /** Which click is shown, or was last, and why one cannot look inside. */
+  /** Number of the click shown, or of the last one, and why one cannot look inside. */
   clickOf({ clicks, lastClick, openable, drawing }) {
     if (!clicks.length) return say("noClicks");
     const which = lastClick ? say("clickOf", { click: lastClick.number + 1, clicks: clicks.length }) : "";
     return openable.length ? which : `${which} ${say(drawing.rigid ? "noInside" : "notResolved")}`.trim();
   }
 
-  /** Another source is shown: its clicks are marked, as near as a slider can tell them apart. */
+  /** For another source: marks its clicks, as close as a slider can show. */
   changed({ live, begin, end, clicks }) {
     const { whole, marks, timeline } = this.app.controls;
     timeline.hidden = live;

@@ -9,7 +9,7 @@ export const LONGEST = 0.2;      // s, of a click that never ends
 const SAMPLES = 360;      // instants at which its forces are sampled
 const CLICK_TIME = 2;      // ms for one picture, if nothing else is said
 
-/** Follows a run through its next click ahead of time, in copies, some work at a time. */
+/** Follows copies of a run through its next click ahead of time, in small portions. */
 export class Click {
   /** `run` is before the onset at `begin` (s). */
   constructor(run, begin) {
@@ -18,7 +18,7 @@ export class Click {
     Object.assign(this, { before, scout, sampler, samples: new History(run.balls) });
   }
 
-  /** Goes on until the clock shows `deadline` (ms), all but the samples is known (`done`), and these (`sampled`). */
+  /** Continues until `deadline` (ms), or until the click (`done`) and its samples (`sampled`) are known. */
   work(deadline = performance.now() + CLICK_TIME) {
     while (!this.sampled) {
       if (this.done) this.sample();

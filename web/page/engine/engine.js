@@ -2,7 +2,7 @@
 
 export const EFFORT = 1500; // of one call, about 0.15 ms
 
-/** What the engine refuses or cannot go on with, in its own words. */
+/** A refusal or failure of the engine, in its own words. */
 export class Refusal extends Error {}
 
 /** The compiled engine. Its functions are those of web/src/lib.rs. */
@@ -12,7 +12,7 @@ export class Engine {
     return Object.assign(new Engine(), { functions: exports });
   }
 
-  /** What the engine left last as "text" or "numbers", until the next call. */
+  /** The engine's last "text" or "numbers", until the next call. */
   left(name, Kind) {
     const place = BigInt.asUintN(64, this.functions[name]());
     return new Kind(this.functions.memory.buffer, Number(place >> 32n), Number(place & 0xffffffffn));
@@ -21,7 +21,7 @@ export class Engine {
   get text() { return new TextDecoder().decode(this.left("text", Uint8Array)); }
   get numbers() { return this.left("numbers", Float64Array); }
 
-  /** Starts a run from an FMU's recipe {balls, start}; its `doubt`: what of that is hardly meant. Throws Refusal. */
+  /** Starts a run from an FMU's recipe {balls, start}; its `doubt`: a warning. Throws Refusal. */
   start({ balls, start }) {
     const recipe = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
     this.functions.make_room(recipe.length);
@@ -32,7 +32,7 @@ export class Engine {
   }
 }
 
-/** What a run shows at one time: sums, and a part of `numbers` for each quantity of the balls and contacts. */
+/** The values of a run at one time: sums, and a part of `numbers` for each quantity of balls and contacts. */
 export class State {
   constructor(balls) {
     const counts = [...Array(4).fill(balls), ...Array(4).fill(balls - 1)], numbers = new Float64Array(8 * balls + 4);
@@ -42,7 +42,7 @@ export class State {
     [this.x, this.v, this.kinetic, this.gravity, this.F, this.overlap, this.elastic, this.closed] = parts;
   }
 
-  /** Takes over numbers: of the whole in s, J, N.s and N, then the parts. */
+  /** Copies numbers: of the whole in s, J, N.s and N, then the parts. */
   read(numbers) {
     this.numbers.set(numbers);
     [this.time, this.energy, this.dissipated, this.work, this.residual, this.momentum, this.supportForce, this.events] =
@@ -78,7 +78,7 @@ class Run {
     return this.shown.read(this.engine.numbers);
   }
 
-  /** When the next onset is (s), or, if that is not `known` yet, before when there is none; infinite: never. */
+  /** The time of the next onset (s) or, if not `known` yet, a time before which there is none; infinite: never. */
   nextOnset() {
     const time = this.engine.functions.next_onset(this.number), known = time > 0 || Object.is(time, 0);
     return { time: Math.abs(time), known };

@@ -17,7 +17,7 @@ export class Track {
 
   pulsesIn(left, right) { return this.pulses.filter(({ onset, release }) => release >= left && onset <= right); }
 
-  /** Takes note of columns of this kind: the largest value of all is at least theirs. */
+  /** Raises the largest value of this kind to that of these columns. */
   see(kind, columns) { this.most[kind] = Math.max(this.most[kind], largest(columns)); }
 }
 
@@ -28,7 +28,7 @@ export class History extends Track {
       momentum: curves(1) }, PARTS);
   }
 
-  /** Notes what is shown at `time`, and pulses by the clock of their run, which began at `origin`. */
+  /** Adds the state at `time`, and pulses in the time of their run, which began at `origin`. */
   record(time, { v, F, energy, momentum, overlap, ...stored }, pulses = [], origin = 0) {
     const parts = PARTS.map((part) => Math.max(0, stored[part].reduce((a, b) => a + b, 0))), { times, curves } = this;
     const row = { velocity: v, force: F, energy: parts, momentum: [momentum] };

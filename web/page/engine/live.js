@@ -14,7 +14,7 @@ export class Live {
     this.begin(setup);
   }
 
-  /** What does not change while balls move; `reach` (rad) of the largest swing. */
+  /** Values that do not change while balls move; `reach` (rad) of the largest swing. */
   get drawing() {
     const { drawing, drawing: { length }, values: { x_start: x, v_start: v } } = this.setup;
     const omega = Math.sqrt(Math.max(this.setup.get("gravity"), 0.1) / length);
@@ -29,14 +29,14 @@ export class Live {
     Object.assign(this, { setup, run, origin, state: run.look(), pending: null, fresh: [], pulses: [] });
   }
 
-  /** Whether its sums are those of one undisturbed run. */
+  /** Whether its sums belong to one undisturbed run. */
   get account() { return this.holds.size === 0; }
 
-  /** Time of the run (s), and on the clock of the page, which goes on when a new run begins. */
+  /** Time of the run (s), and of the page, which continues when a new run begins. */
   get now() { return this.run.time; }
   get time() { return this.origin + this.run.time; }
 
-  /** Moves on to `time` on the clock of the page (s), as far as `effort` goes. */
+  /** Advances to `time` of the page (s), as far as `effort` allows. */
   advance(time, effort) {
     if (this.holds.size) return this.advanceHeld(time, effort);
     this.run.advance(time - this.origin, effort);
@@ -51,7 +51,7 @@ export class Live {
 
   takePulses() { return this.fresh.splice(0); }
 
-  /** A new run with other values, from the next instant at which all contacts are open. `done(reason)` is told. */
+  /** Starts a run with other values at the next instant at which all contacts are open; then calls `done(reason)`. */
   change(given, done = () => {}) {
     const values = { ...this.pending?.values, ...given };
     this.engine.start(this.setup.with(values).atRest().recipe()).forget(); // refused now rather than later
@@ -76,7 +76,7 @@ export class Live {
     return new Map([...this.holds.values()].flatMap(({ balls, x }) => [...balls].map((ball) => [ball, x])));
   }
 
-  /** `who` takes ball `ball` (from 0), or moves the one it has, to `x` (m). What hangs on it, outward, comes along. */
+  /** `who` takes ball `ball` (from 0), or moves its ball, to `x` (m); balls outward of it come along. */
   hold(who, ball, x) {
     this.dropClicks();
     const most = 1.2 * this.setup.get("pendulum.length"), place = Math.min(most, Math.max(-most, x));
@@ -90,7 +90,7 @@ export class Live {
     this.holds.set(who, Object.assign(hold, { x: place, side }));
   }
 
-  /** Puts held balls where the hand is, without any time passing. */
+  /** Moves held balls to the hand, without any time passing. */
   place() {
     const { held } = this, [x] = this.motion();
     for (const [ball, place] of held) x[ball] = place;
@@ -99,7 +99,7 @@ export class Live {
     this.restart(this.setup, x, x.map(() => 0));
   }
 
-  /** The others swing on: in runs of a frame each, in which held balls are heavy and move as the hand does. */
+  /** The other balls swing on, in runs of a frame each, in which held balls are heavy and move with the hand. */
   advanceHeld(time, effort) {
     const { held, setup, time: before } = this, passed = time - before;
     if (!(passed > 0)) return;
@@ -118,7 +118,7 @@ export class Live {
     this.fresh.push(...fresh);
   }
 
-  /** `who` lets go; held balls fly on at `speed` (m/s). A new run when nobody holds any more. */
+  /** `who` lets go; held balls fly on at `speed` (m/s). Starts a run when nobody holds any more. */
   release(who, speed = 0) {
     const hold = this.holds.get(who);
     if (!hold) return;
@@ -134,7 +134,7 @@ export class Live {
     this.click = this.past = null;
   }
 
-  /** The next click, or the one that lasts {distance, length, done} (s), explored until `deadline` (ms); or null. */
+  /** The next or current click {distance, length, done} (s), explored until `deadline` (ms); or null. */
   ahead(deadline) {
     if (this.holds.size) return null;
     const now = this.run.time;
@@ -154,7 +154,7 @@ export class Live {
     return { distance: Math.max(click.begin - now, 0), length: click.end - click.begin, done: click.done };
   }
 
-  /** The click that the time shown is in, or was in last. */
+  /** The click at the time shown, or the last one before. */
   get shownClick() {
     const now = this.run.time, { click, past } = this;
     if (click?.done && (!past || click.begin - now < now - past.end)) return click;

@@ -11,7 +11,7 @@ import { inflated } from "#view/elements.js";
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
 
 export class Recording extends Track {
-  /** From what page.py has packed into the page. */
+  /** From the data that page.py has packed into the page. */
   static async load({ time, samples, pulses, ...known }) {
     const [times, columns, table] = await Promise.all([time, samples, pulses].map(unpacked));
     const rows = Array.from(table.get("contact"), (contact, i) => ({ contact: contact - 1, onset: table.get("onset")[i],
@@ -82,7 +82,7 @@ export class Recording extends Track {
     if (setup) state.overlap.set(F.map((_, i) => this.overlap(i, state.x[i] - state.x[i + 1])));
   }
 
-  /** How far contact `i` is pressed together (m) when its balls have come `nearer` by so much than they hang. */
+  /** Overlap of contact `i` (m) when its balls are `nearer` by this much than at rest. */
   overlap(i, nearer) {
     return nearer - this.setup.get("contact.deadBand") - this.setup.values["contact.gap"][i];
   }
@@ -105,13 +105,13 @@ export class Recording extends Track {
     return [this.openable[i - 1], this.openable[i]];
   }
 
-  /** The next click, or the one that lasts; null if there is none. */
+  /** The next or current click; null if there is none. */
   ahead() {
     const [last, next] = this.around, click = last && this.now <= last.end + 0.05 * last.length ? last : next;
     return click ? { distance: Math.max(click.begin - this.now, 0), length: click.length, done: true } : null;
   }
 
-  /** The click that the time shown is in, or is nearest to. */
+  /** The click at the time shown, or the nearest one. */
   get shownClick() {
     const [past, next] = this.around;
     return past && !(next && next.begin - this.now < this.now - past.end) ? past : next ?? null;

@@ -2,7 +2,7 @@
 
 import { Refusal } from "#engine/engine.js";
 
-/** Of vectors, the elements where nothing else is said: of balls at rest, and of contacts. */
+/** Default elements of vectors: of balls at rest, and of contacts. */
 const USUAL = { "ball.massRatio": 1, "pendulum.lengthRatio": 1, x_start: 0, v_start: 0, "contact.gap": 0,
   "contact.stiffnessRatio": 1 };
 export const MOST_BALLS = 20;
@@ -18,7 +18,7 @@ export const LAWS = {
 };
 
 export class Setup {
-  /** `values`: start values by name; vectors as arrays, filled up with what is usual. */
+  /** `values`: start values by name; vectors as arrays, filled up with defaults. */
   constructor(balls, values) {
     this.balls = balls;
     this.values = { ...values };
@@ -31,7 +31,7 @@ export class Setup {
   with(values) { return new Setup(this.balls, { ...this.values, ...values }); }
   atRest() { return this.with({ x_start: [], v_start: [] }); }
 
-  /** What balls are let go with, {x_start, v_start}; null where they rest. */
+  /** The release, {x_start, v_start}; null where balls rest. */
   get release() {
     const { x_start, v_start } = this.values;
     return [...x_start, ...v_start].some(Boolean) ? { x_start, v_start } : null;
@@ -50,7 +50,7 @@ export class Setup {
     return new Setup(balls, { ...this.values, "contact.gap": [], "contact.stiffnessRatio": [] }).atRest();
   }
 
-  /** What does not change while balls move. */
+  /** Values that do not change while balls move. */
   get drawing() {
     return { balls: this.balls, radius: this.get("ball.radius"), mass: this.get("ball.mass"),
       ratio: this.get("ball.massRatio"), length: this.get("pendulum.length"), rigid: this.law === "rigid" };
@@ -68,7 +68,7 @@ export class Setup {
     return { balls: this.balls, start: Object.fromEntries(start) };
   }
 
-  /** What a cradle beside it has by this name, as values that differ; `preset`: that it is made from. */
+  /** The different values of a cradle beside it, by name; `preset`: the one it is made from. */
   compared(name, preset) {
     const middle = Math.floor(this.balls / 2), double = (ratio, i) => (i === middle ? 2 * ratio : ratio);
     return {
@@ -93,7 +93,7 @@ export class Setup {
       .map(([name, value]) => `${name}=${value}`);
   }
 
-  /** What it has other than `first`, with the same balls, as parts of an address. */
+  /** Its differences from `first`, with the same balls, as parts of an address. */
   besides(first) {
     return Object.keys({ ...this.values, ...first.values })
       .filter((name) => !name.endsWith("_start") && String(this.get(name)) !== String(first.get(name)))
@@ -136,7 +136,7 @@ function parsed(name, raw) {
 
 export const FILES = {}; // their values by name: the producer's, which the page carries along
 
-/** Values of the FMU where nothing else is said. */
+/** Default values of the FMU. */
 export const DEFAULTS = {
   gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
   "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw", "contact.stiffness": 1e10,
@@ -156,7 +156,7 @@ export const LESSON = [
 
 const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
 
-/** Of those that one lifts by hand here, the release is left out. `beside`: what each is compared with, as changes. */
+/** Without the release where one lifts by hand. `beside`: changes of the cradle to compare with. */
 function ready(name, beside, byHand = false) {
   const setup = () => {
     const { balls, ...values } = FILES[name], made = new Setup(balls, values);

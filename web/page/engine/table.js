@@ -9,7 +9,7 @@ const STRUCK = 0.3;  // of the largest velocity: a change from one sample to the
 const TRUTH = { True: 1, False: 0 };
 const ENERGIES = { kinetic: "E_kinetic", gravity: "E_gravity", elastic: "E_contact" };
 
-/** The run in a file {balls, time, x, v, F, energy, pulses}. Throws Refusal, which names what is wrong and needed. */
+/** The run in a file {balls, time, x, v, F, energy, pulses}. Throws Refusal, with the fault and what is needed. */
 export function fromCsv(file, text) {
   const refuse = (reason, values) => {
     throw new Refusal(say("badFile", { file, reason: say(`refused.${reason}`, values) }));
@@ -66,7 +66,7 @@ function ballsOf(names) {
   return Math.max(1, ...numbers.map(([, name, i]) => Number(i) + ofContacts.test(name)));
 }
 
-/** Refuses where the motion between samples cannot be told from them. */
+/** Refuses samples that do not resolve the motion. */
 function refuseCoarse(refuse, { time, x, v }) {
   const edge = (of) => of(...x.map((column) => column.reduce((a, b) => of(a, b))));
   const extent = edge(Math.max) - edge(Math.min);
@@ -89,7 +89,7 @@ function refuseMissed(refuse, { time, v, F }) {
   });
 }
 
-/** Pulses as far as samples of the forces show them: as long as a contact's samples are not 0. */
+/** Pulses from samples of the forces: while a contact's samples are not 0. */
 function guessedPulses(time, forces) {
   const pulses = [];
   forces.forEach((force, contact) => force.forEach((size, k) => {

@@ -5,7 +5,7 @@ import { rounded, say } from "#view/texts.js";
 
 export const TOGETHER = 1e-3; // of a click's length, within which events are told as one
 
-/** What has happened last at `now` (s of the run): {text, detail}. */
+/** The caption of the last event at `now` (s of the run): {text, detail}. */
 export function captionOf(click, now, state) {
   if (now < click.begin) {
     const first = click.pulses.filter(({ onset }) => onset - click.begin <= TOGETHER * click.length);
@@ -26,13 +26,13 @@ export function captionOf(click, now, state) {
 /** The balls of a contact, counted from 1. */
 const pair = (contact) => ({ a: contact + 1, b: contact + 2 });
 
-/** Of pulses or events, that whose balls came in fastest towards each other. */
+/** The pulse or event whose balls approached each other fastest. */
 function fastest(events, { speeds }) {
   const closing = ({ contact }) => speeds[contact] - speeds[contact + 1];
   return events.reduce((best, event) => (closing(event) > closing(best) ? event : best));
 }
 
-/** The onsets or the releases that were last at `now`, with what touches besides. Balls are counted from 1. */
+/** A sentence on the last onsets or releases at `now`, and the other contacts. Balls are counted from 1. */
 function sentence(click, now, state) {
   const events = click.pulses.flatMap(({ contact, onset, release }) => [
     ...(release > onset ? [{ contact, time: release, text: "part" }] : []), { contact, time: onset, text: "touch" },
@@ -55,7 +55,7 @@ function sentence(click, now, state) {
   return told.join(" ");
 }
 
-/** Which balls move after a click, and how fast, in percent of the fastest that came in. */
+/** The balls that move after a click, with speeds in percent of the fastest incoming one. */
 export function outcome({ speeds, after }) {
   const fastest = Math.max(...speeds.map(Math.abs)) || 1;
   const list = after.flatMap((v, i) => {

@@ -2,7 +2,7 @@
 
 const PREFIXES = { 9: "G", 6: "M", 3: "k", 0: "", "-3": "m", "-6": "µ", "-9": "n", "-12": "p", "-15": "f" };
 
-/** The power of ten, a multiple of three, that a number of this size is written with. */
+/** The power of ten, a multiple of three, for a number of this size. */
 function powerFor(size) {
   return size > 0 ? Math.min(9, Math.max(-15, 3 * Math.floor(Math.log10(size * 1.0001) / 3))) : 0;
 }
@@ -15,13 +15,13 @@ export function withPrefix(value, unit, digits = 3) {
   return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
 }
 
-/** The least of 1, 2 or 5, or other `factors`, times a power of ten that is not below `least`, but for rounding. */
+/** The smallest of 1, 2 or 5 (`factors`), times a power of ten, that is not below `least`, except by rounding. */
 export function roundStep(least, factors = [1, 2, 5, 10]) {
   const power = 10 ** Math.floor(Math.log10(least));
   return power * factors.find((factor) => factor * power >= 0.999 * least);
 }
 
-/** Number of elements of the `array` that are not above `value`, as rising numbers, which each may be `of`. */
+/** Number of elements of the rising `array` (or of their values `of`) that are not above `value`. */
 export function countUpTo(array, value, of = (number) => number) {
   let low = 0, high = array.length;
   while (low < high) {
@@ -36,7 +36,7 @@ export function largest(columns) {
   return columns.reduce((most, column) => column.reduce((a, b) => Math.max(a, Math.abs(b)), most), 0);
 }
 
-/** Where `t` lies among rising times: the sample before it, and the part of the way to the next one. */
+/** The place of `t` among rising times: the sample before it, and the part of the way to the next one. */
 export function placeIn(times, t) {
   const i = Math.min(Math.max(countUpTo(times, t) - 1, 0), times.length - 2), h = times[i + 1] - times[i];
   return { i, h, part: Math.min(Math.max((t - times[i]) / h, 0), 1) };
@@ -52,7 +52,7 @@ export function cubic(x, v, { i, h, part }) {
     + h * part * rest * (v[i] * rest - v[i + 1] * part);
 }
 
-/** Writes a text where it is not there yet. */
+/** Writes a text, if it differs. */
 export function write(item, text) { if (item && item.textContent !== text) item.textContent = text; }
 
 /** The canvas with so many pixels. */

@@ -18,7 +18,7 @@ export function box(x, low, high, z) {
 export class Eye {
   constructor() { Object.assign(this, VIEWS.front, { wanted: VIEWS.front, view: "front" }); }
 
-  /** To this one of the ready views or, without a name, the next one; the short way round. */
+  /** Goes to this ready view or, without a name, to the next one, the short way round. */
   look(name) {
     const views = Object.keys(VIEWS), view = name ?? views[(views.indexOf(this.view) + 1) % views.length];
     const { azimuth, height } = VIEWS[view], turns = Math.round((this.azimuth - azimuth) / (2 * Math.PI));
@@ -31,7 +31,7 @@ export class Eye {
     Object.assign(this, wanted, { wanted, view: "free" });
   }
 
-  /** A part of the way to where it shall be; `still`: there at once. */
+  /** Moves a part of the way to the target; `still`: there at once. */
   glide(still) {
     for (const angle of ["azimuth", "height"]) {
       const away = this.wanted[angle] - this[angle];
@@ -39,7 +39,7 @@ export class Eye {
     }
   }
 
-  /** What is to the right, up and towards the eye, as unit vectors. */
+  /** Unit vectors to the right, up and towards the eye. */
   get axes() {
     const { azimuth, height } = this;
     const [s, c, high, flat] = [Math.sin(azimuth), Math.cos(azimuth), Math.sin(height), Math.cos(height)];

@@ -93,7 +93,7 @@ export class Graph {
     return jumps.size ? points.sort(([a], [b]) => a - b) : points;
   }
 
-  /** Which samples of a curve are drawn: of each block of so many the least and the largest, looked for once. */
+  /** The samples to draw of a curve: the smallest and the largest of each block, found once. */
   samples(kind, i, block) {
     const key = [kind, i, block].join(), { times } = this.track, value = curveOf(this.track, kind, i), kept = [];
     if (this.kept.has(key)) return this.kept.get(key);
@@ -108,7 +108,7 @@ export class Graph {
     return kept;
   }
 
-  /** Which balls each pulse is between, at its peak. */
+  /** Labels each pulse with its balls, at its peak. */
   drawPairs({ pulses, level, width, theme }) {
     if (pulses.length > 16) return;
     const { context: c, track } = this;
@@ -129,7 +129,7 @@ export class Graph {
     });
   }
 
-  /** Through these points and, with this opacity, what is between them and the foot of their row. */
+  /** Draws a line through these points and, with this opacity, the area below. */
   line(points, colour, width = 1, opacity = 0, foot = 0) {
     const { context: c } = this;
     Object.assign(c, { strokeStyle: colour, fillStyle: colour, lineWidth: width, lineJoin: "round" });
@@ -148,7 +148,7 @@ export function colourOf(kind, i, { balls }, theme) {
   return kind === "momentum" ? theme.ink : kind === "energy" ? theme.energies[i] : ballColour(i, balls, theme.dark);
 }
 
-/** What a track's curve is at a place between its samples. */
+/** A track's curve at a place between its samples. */
 export function valueAt(track, kind, i, { i: k, part }) {
   return linear([track.value(kind, i, k), track.value(kind, i, k + 1)], { i: 0, part });
 }

@@ -16,7 +16,7 @@ export class Painter {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
-  /** A program with this fragment shader, and where it has a thing's numbers; null where it does not come about. */
+  /** A program with this fragment shader, and the location of a thing's numbers; null if it fails. */
   program(fragment) {
     const { gl } = this, program = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -30,7 +30,7 @@ export class Painter {
     return { program, place: gl.getUniformLocation(program, "thing_") };
   }
 
-  /** One more thing, in front of those that are farther away; what its vectors are, the shaders say. */
+  /** Adds a thing, in front of those farther away; the shaders define its vectors. */
   add(kind, far, a, b, c = [], d = []) { this.things.push({ kind, far, numbers: padded([a, b, c, d]) }); }
 
   /** Draws what was added, unless it looks as it did, on a canvas of this size (px), with `ratio` pixels in one: fewer
@@ -55,7 +55,7 @@ export class Painter {
     }
   }
 
-  /** The part of its pixels that a moving picture gets, by the time (ms) that passes from one to the next. */
+  /** The part of the pixels of a moving picture, by the time (ms) between two pictures. */
   sharpness() {
     const now = performance.now();
     this.pace += 0.08 * (Math.min(60, now - this.last) - this.pace);

@@ -48,13 +48,13 @@ export class Scene {
     return Object.assign(this, { lens, unit: lens.focal / distance });
   }
 
-  /** What is to be seen from afar, as points: room for a swing to both sides, strings, balls and base. */
+  /** Points that a view from afar must contain: a swing to both sides, strings, balls and base. */
   surroundings() { return box(this.reach, this.floor - 0.5, this.long + 0.2, 0); }
 
-  /** A point, `at`, as it is seen: where on the canvas, and how many px a radius is there, `unit`. */
+  /** A point, `at`, on the canvas, and the size of a radius there, `unit` (px). */
   seen(at) { return { at, ...this.lens.place(at) }; }
 
-  /** Where ball `i` is, and is seen, when its displacement is x (m); in radii: to the right, up, towards the viewer. */
+  /** Place of ball `i` at the displacement x (m), in space (radii: right, up, towards the viewer) and on the canvas. */
   place(i, x) {
     const { rests, long } = this, angle = x / this.length;
     return this.seen([rests[i] + long * Math.sin(angle), long * (1 - Math.cos(angle)), 0]);
@@ -62,7 +62,7 @@ export class Scene {
 
   places({ x }) { return Array.from(x, (away, i) => this.place(i, away)); }
 
-  /** The point on the string of ball `i`, which is `at`, so many radii from the ball's middle. */
+  /** The point on the string of ball `i`, which is `at`, this many radii from the ball's middle. */
   onString(i, at, radii) { return plus(at, minus([this.rests[i], this.long, 0], at), radii / this.long); }
 
   /** The displacement (m) of ball `i` that is nearest to a point on the canvas. A row that is seen end on is pulled
@@ -148,7 +148,7 @@ export class Scene {
     c.fill();
   }
 
-  /** A soft shadow for each ball on what the cradle stands on. */
+  /** A soft shadow for each ball on the table. */
   drawShadows(places, theme) {
     const { context: c, unit } = this;
     places.forEach(({ at, x }, i) => {
@@ -215,7 +215,7 @@ export class Scene {
     });
   }
 
-  /** Numbers of the balls of which others do not hide the middle. */
+  /** Numbers on the balls whose middle is not hidden by others. */
   drawLabels(places, theme) {
     const { context: c } = this;
     Object.assign(c, { textAlign: "center", textBaseline: "middle", fillStyle: theme.label, strokeStyle: theme.halo,

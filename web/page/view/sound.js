@@ -7,7 +7,7 @@ const PITCH = 2400;       // Hz, of the sound that is kept
 export class Sound {
   constructor() { this.on = false; this.played = 0; }
 
-  /** Browsers let a page sound after it was touched only. */
+  /** Browsers allow sound only after a touch. */
   switchOn(on) {
     this.on = on;
     if (!on || this.context) return void this.context?.resume();

@@ -3,13 +3,13 @@
 let tables = {}, language = "en", table = {};
 let plurals = new Intl.PluralRules("en"), roughly = new Intl.NumberFormat("en");
 
-/** Takes the tables by their languages' codes, and speaks that of these `languages` which is there, else English. */
+/** Takes the tables by language code, and chooses the first available of `languages`, otherwise English. */
 export function learn(all, languages = []) {
   tables = all;
   speak(languages.map((language) => language.split("-")[0]).find((code) => code in tables) ?? "en");
 }
 
-/** From now on the page speaks the language with this code. */
+/** Switches to the language with this code. */
 export function speak(code) {
   [language, table] = [code, tables[code]];
   plurals = new Intl.PluralRules(code);
@@ -22,7 +22,7 @@ export function languages() {
   return [Object.fromEntries(Object.entries(tables).map(([code, { language: name }]) => [code, name])), language];
 }
 
-/** What a table has by this name, such as `presets.desk`: a text, or a list or table of them. */
+/** The entry of this name, such as `presets.desk`: a text, or a list or table of texts. */
 export function textsOf(name) { return name.split(".").reduce((part, key) => part?.[key], table); }
 
 /** The text with this name, its {places} filled with these values. Where it has forms for numbers, `count` chooses. */
