@@ -116,7 +116,7 @@ fn by_fmi2() {
     }
 }
 
-/// The same in FMI 3.0; with `events` it stops at onsets and releases, and takes part in them.
+/// The same in FMI 3.0; with `events` it stops at onsets and releases, with event mode.
 fn by_fmi3(events: bool) {
     let host = fmi3::Host::new(events, events);
     assert_eq!(unsafe { fmi3SetDebugLogging(host.c, 0, 0, std::ptr::null()) }, fmi3OK);

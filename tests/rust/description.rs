@@ -1,5 +1,5 @@
-//! The description for any number of balls, read by somebody else's code, against the table. What is in it by name is
-//! for tests/hosts/test_description.py, the rules of the standard are for FMPy's validation there.
+//! The description for any number of balls, read by third-party code, against the table.
+//! tests/hosts/test_description.py checks names, and the rules of the standard by FMPy's validation.
 
 use fmi_schema::fmi2::{self, Fmi2ModelDescription, ScalarVariableElement};
 use fmi_schema::traits::FmiModelDescription;

@@ -1,4 +1,4 @@
-//! Derivatives by differences, and the laws and dependencies that exact ones are checked for.
+//! Derivatives by finite differences, and the laws and dependencies for which exact ones are checked.
 
 use std::collections::BTreeSet;
 
@@ -50,8 +50,8 @@ pub fn names(arrays: &[(&str, usize)], scalars: &[&str]) -> Vec<String> {
     elements.chain(scalars.iter().map(|name| name.to_string())).collect()
 }
 
-/// The unknowns in a part of a description of FMI 2.0, each with what it depends on, in rising order; with nothing
-/// where that may be everything.
+/// The unknowns in a part of a description of FMI 2.0, each with its dependencies in rising order; none if these may be
+/// everything.
 pub fn dependencies(part: &str, balls: usize) -> Vec<(Variable, Option<BTreeSet<String>>)> {
     let named = |indices: &str| -> Vec<Variable> {
         let indices: Vec<usize> = indices.split_whitespace().map(|index| index.parse().unwrap()).collect();
@@ -66,14 +66,14 @@ pub fn dependencies(part: &str, balls: usize) -> Vec<(Variable, Option<BTreeSet<
     part.lines().filter(|line| line.contains("<Unknown ")).map(unknown).collect()
 }
 
-/// The change of what has this value by which differences are taken.
+/// The change of a known with this value for finite differences.
 pub fn step(known: Variable, value: f64) -> f64 {
     let unit = if ["contact.gap", "contact.deadBand"].contains(&known.row.name) { 1e-3 } else { 1.0 };
     1e-5 * if value == 0.0 { unit } else { value.abs() }
 }
 
-/// Derivatives of the values `at` changes that are multiples of `h`, and by how much a rounding of 1 of the values
-/// changes them: of sixth order, or `one_sided` of fourth order.
+/// Finite differences of the values `at` multiples of `h`, of sixth order or, `one_sided`, of fourth order, and their
+/// change by a rounding of 1 of the values.
 pub fn by_differences(h: f64, one_sided: bool, at: impl Fn(f64) -> Vec<f64>) -> (Vec<f64>, f64) {
     let weights: &[(f64, f64)] = if one_sided {
         &[(0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)]

@@ -39,7 +39,7 @@ impl Step {
             self.outputs(input, 0.0);
             outputs().iter().map(|name| self.host.sensitivity(name, input)).collect()
         };
-        // How far a look ahead has come depends on nothing that acts on the cradle.
+        // The progress of a look ahead does not depend on the cradle.
         let foreseen = self.host.get_boolean("t_next_isOnset");
         let size: Vec<f64> = self.outputs(input, h);
         let (differences, _) = by_differences(h, false, |change| self.outputs(input, change));
@@ -116,7 +116,7 @@ fn they_agree_with_differences() {
 /// The waves through touching balls, in which all pulses overlap; and balls pressed together by dashpots.
 #[test]
 fn overlapping_pulses_and_lasting_contacts() {
-    // Where balls just touch, or two onsets tie, there is no derivative: a nanometre apart, and unequal.
+    // Where balls just touch, or two onsets coincide, there is no derivative: so a nanometre apart, and unequal.
     let ratios = names(&[("ball.massRatio", BALLS)], &[]);
     let wave = ratios.iter().zip([1.01, 1.02, 1.03, 1.04, 1.05]).map(|(name, ratio)| (name.as_str(), ratio));
     let wave = wave.chain([("contact.deadBand", 1e-9)]).collect();
@@ -137,8 +137,7 @@ fn overlapping_pulses_and_lasting_contacts() {
     }
 }
 
-/// What no derivative is known of is refused: rigid balls that stay in contact or touch, and a step that ends with
-/// their impact.
+/// Derivatives are refused for rigid balls that stay in contact or touch, and for a step that ends with their impact.
 #[test]
 fn rigid_balls_in_contact_are_refused() {
     let refused = |host: &Host, input: &str| {

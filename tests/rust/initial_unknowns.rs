@@ -1,4 +1,4 @@
-//! InitialUnknowns: what the description says they depend on, and what they do depend on in Initialization Mode.
+//! InitialUnknowns: their dependencies in the description, against those found by trial in Initialization Mode.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -69,8 +69,8 @@ const SETUPS: [Setup; 10] = [
     (&[("contact.model", 3.0)], TOUCHING),
 ];
 
-/// Every known is changed in every set-up: what then changes says that it depends on the known, and what says so does
-/// change. That the time of the next onset says nothing is true of it alone.
+/// Every known is changed in every set-up: unknowns change exactly if they list it. Only the time of the next onset
+/// lists nothing.
 #[test]
 fn dependencies_are_those_of_the_values() {
     let xml = Description::of(&Settings::default_for(BALLS)).xml("2000-01-01T00:00:00Z");
@@ -112,7 +112,7 @@ fn dependencies_are_those_of_the_values() {
     }
 }
 
-/// What rigid balls transmit that rest against each other depends on all of them: it comes with the run.
+/// The force between rigid balls at rest against each other depends on all of them, so it appears when the run begins.
 #[test]
 fn rigid_contacts_transmit_nothing_before_the_run() {
     let host = initializing(SETUPS[9]);

@@ -58,15 +58,14 @@ fn the_input_keeps_the_value_it_reached() {
     assert_eq!(constant.set_derivative("a_support", 1, 2.0), fmi2OK);
     assert_eq!(constant.step(0.0, 0.25), fmi2OK);
     assert!((constant.get("p_total") - before).abs() < 1e-13);
-    // A step so short that the clock does not move uses the derivatives up as well.
+    // A step below the resolution of doubles also ends the derivatives.
     assert_eq!(constant.set_derivative("a_support", 1, 7.0), fmi2OK);
     assert_eq!(constant.step(0.25 - 1e-13, 1e-14), fmi2OK);
     assert_eq!(constant.step(0.25, 0.25), fmi2OK);
     assert_eq!(constant.get("x[3]").to_bits(), ramp.get("x[3]").to_bits());
 }
 
-/// Impacts under inputs that change all the time, in laws of all kinds: the energy balance holds, steps of any length
-/// agree.
+/// Impacts under changing inputs, for all laws: the energy balance holds, and steps of any length agree.
 #[test]
 fn impacts_under_changing_inputs_keep_the_energy_balance() {
     for (law, exponent, damping) in

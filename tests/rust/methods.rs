@@ -1,12 +1,11 @@
-//! The methods that integrate the whole chain, next to the event-driven engine and to themselves.
+//! The methods that integrate the whole chain, against the event-driven engine and against themselves.
 
 use newtons_cradle::engine::{EngineError, Next, Pulse, Results, Simulation};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 use newtons_cradle::variables::{Access, Row, Variable, variables};
 
-/// Method, tolerance and step, and how far from the engine's the results of a second may be, in units of their scale.
-/// It is far more than the tolerance because balls that come to rest on each other bounce dozens of times and every
-/// bounce magnifies errors.
+/// Method, tolerance and step, and the allowed difference of the results after a second over their scale. It is far
+/// above the tolerance, because balls bounce dozens of times before they rest, and every bounce magnifies errors.
 const METHODS: [(SolverMethod, f64, f64, f64); 3] = [
     (SolverMethod::Adams, 1e-13, 1e-6, 1e-4),
     (SolverMethod::Bdf, 1e-13, 1e-6, 1e-4),
@@ -44,14 +43,13 @@ fn results(run: &dyn Results, balls: usize) -> impl Iterator<Item = (Variable, f
     variables(balls).filter_map(value)
 }
 
-/// All that a run leaves behind, bit by bit. Means and peaks are those of the step; how far `t_next` has looked depends
-/// on when it was asked for.
+/// All results of a run, bit by bit, without means and peaks over the step, and without the progress of `t_next`.
 pub fn bits(run: &dyn Results, balls: usize) -> Vec<u64> {
     let of_run = |variable: &Variable| !["mean", "peak", "t_next"].iter().any(|part| variable.row.name.contains(part));
     results(run, balls).filter(|(variable, _)| of_run(variable)).map(|(_, value)| value.to_bits()).collect()
 }
 
-/// Everything that can be read but for what each method counts by itself, and what it is measured by.
+/// All results except counters, with their scales.
 fn everything(run: &Simulation, balls: usize) -> Vec<(String, f64, f64)> {
     let scale = |row: &Row| match (row.name, row.unit()) {
         ("F_support" | "F_support_mean", _) => 1.0,
@@ -183,7 +181,7 @@ fn communication_points_change_nothing() {
                     fine.retune(&p).unwrap();
                 }
             }
-            // A copy goes on with the same bits.
+            // A copy continues bit-for-bit identically.
             fine = fine.clone();
             assert_eq!(bits(&*coarse, 5), bits(&*fine, 5), "{method:?} at {}", coarse.time());
         }

@@ -1,4 +1,4 @@
-//! fmi2GetRealOutputDerivatives: derivatives by time, checked against differences of a finely stepped run.
+//! fmi2GetRealOutputDerivatives: time derivatives, checked against finite differences of a finely stepped run.
 
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
@@ -81,7 +81,7 @@ fn they_agree_with_differences_in_flight_and_in_contact() {
         check(&format!("{law}, in flight"), &host, (0.0, 0.01, 40), 1e-6);
         let onset = host.get("t_next");
         assert_eq!(host.step(0.4, onset - 0.4), fmi2OK);
-        // Across the first impact, stretch by stretch; differences across a switching are no derivatives.
+        // Across the first impact, between switchings, across which differences are no derivatives.
         let mut t = onset;
         let mut stretches = 0;
         for _ in 0..60 {

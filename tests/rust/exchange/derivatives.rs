@@ -128,7 +128,7 @@ fn the_structure_is_what_depends() {
             let name = unknown.to_string();
             let seen = seen.remove(&name).unwrap_or_default();
             assert!(seen.is_subset(&described[&name]), "{name}: {seen:?} {:?}", described[&name]);
-            // Of compliant contacts what is listed does matter, where the contacts are closed.
+            // Listed dependencies on closed compliant contacts are not 0.
             let excess: Vec<&String> = described[&name].difference(&seen).collect();
             let of_open = |known: &&&String| !["overlap[3]", "v[3]", "v[4]"].contains(&known.as_str());
             assert!(rigid || excess.iter().filter(of_open).count() == 0, "{name}: {excess:?}");

@@ -1,5 +1,5 @@
-//! What events do: contacts at rest, ties, contacts closed from the start, inputs that change at an onset, chains that
-//! stay pressed.
+//! Events: contacts at rest, simultaneous ones, contacts closed from the start, inputs that change at an onset, chains
+//! that stay pressed.
 
 use cradle_host::exchange::{Master, Method};
 use cradle_host::{Host, fmi2OK};
@@ -139,7 +139,7 @@ fn a_chain_that_stays_pressed_is_resolved() {
         ("F_ext[5]", -1e3),
         ("contact.damping", 1e5),
     ];
-    // Without gravity there is no period that would bound how long an event follows it.
+    // Without gravity no period limits the duration of a group.
     for (gravity, contacts) in [(9.81, 1), (9.81, 2), (0.0, 1), (0.0, 2)] {
         let values = [&[("gravity", gravity)], values].concat();
         let (other, host) = (steps(&values, 1e-3), with(&values, contacts));

@@ -1,4 +1,4 @@
-//! Runs with mapped contacts by explicit methods: what they leave is the error of the method in flight.
+//! Runs with mapped contacts by explicit methods: only the error of the method in flight is left.
 
 use cradle_host::exchange::{Master, Method};
 use cradle_host::{FIGURE_6, Host, fmi2OK};

@@ -1,5 +1,5 @@
-//! Balls that touch, at rest or pressed: an event that is announced changes something, so that none follows another for
-//! ever.
+//! Balls that touch, at rest or pressed: an announced event changes something, so that events do not follow each other
+//! for ever.
 
 use cradle_host::Host;
 use cradle_host::exchange::{Master, Method};
@@ -13,8 +13,8 @@ const MOST: usize = 12;
 /// Events of a whole run, whatever they do.
 const TOTAL: usize = 300;
 
-/// Integrates a component up to `time` (s); returns the onsets, the most events that followed each other without any,
-/// and all events.
+/// Integrates a component up to `time` (s); returns the onsets, the longest sequence of events without one, and all
+/// events.
 fn events(host: &Host, time: f64) -> (usize, usize, usize) {
     let onsets = || pulses(host).into_iter().sum::<i32>() as usize;
     let mut master = Master::start(host, 0.0);

@@ -1,5 +1,5 @@
-//! Bad input through the C functions: each is answered with an error that names what it is about and what is allowed,
-//! and leaves an instance that is still usable.
+//! Bad input through the C functions: each gives an error that names the fault and what is allowed, and leaves the
+//! instance usable.
 
 use std::fs;
 use std::ptr::{null, null_mut};
@@ -49,7 +49,7 @@ fn rigid_balls_that_cannot_start_are_refused() {
         error.contains("rigid balls 3 and 4 overlap by 9.9740e-4 m") && error.contains("x_start[3] - x_start[4]"),
         "{error}"
     );
-    // Still in Initialization Mode: it can be put right.
+    // Still in Initialization Mode: it can be corrected.
     host.give(&[("x_start[3]", 0.0), ("solver.method", 2.0)]);
     assert_eq!(host.exit(), fmi2Error);
     let error = host.error();
@@ -160,7 +160,7 @@ fn experiments_that_are_none_are_refused() {
     for stop in [f64::NAN, 0.0, -1.0] {
         host.refused(unsafe { fmi2SetupExperiment(host.c, 0, 0.0, 0.0, 1, stop) }, "stopTime = ");
     }
-    // Nonsense tolerances are ignored.
+    // Invalid tolerances are ignored.
     for tolerance in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
         assert_eq!(unsafe { fmi2SetupExperiment(host.c, 1, tolerance, 0.0, 1, 10.0) }, fmi2OK);
     }

@@ -1,5 +1,5 @@
-//! Which function may be called in which state (FMI 2.0.4, sections 3.2.3 and 4.2.4), call by call, both ways: a legal
-//! call is not turned down for its time, an illegal one answers fmi2Error, says why and changes nothing.
+//! Which function may be called in which state (FMI 2.0.4, sections 3.2.3 and 4.2.4), call by call, both ways: a call
+//! legal in a state is not rejected there, an illegal one returns fmi2Error, says why and changes nothing.
 
 use std::ptr::{null, null_mut};
 
@@ -46,7 +46,7 @@ fn host_in(state: State, exchange: bool) -> Host {
     host
 }
 
-/// A function, the states that it is legal in, and a call that is fine in those.
+/// A function, the states in which it is legal, and a call that succeeds there.
 type Function = (&'static str, &'static [State], fn(&Host) -> fmi2Status);
 type Getter = unsafe extern "C" fn(fmi2Component, *mut f64, usize) -> fmi2Status;
 

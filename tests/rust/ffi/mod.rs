@@ -1,5 +1,4 @@
-//! The C interface: what comes from outside and must do no harm. The package `fuzz` has these tests, too, with
-//! AddressSanitizer.
+//! The C interface: input from outside must do no harm. The package `fuzz` has these tests, too, with AddressSanitizer.
 
 mod bad_input;
 mod legality;

@@ -1,11 +1,11 @@
-//! Saving and restoring: a run goes on with the same bits, and bytes that are no state are refused.
+//! Saving and restoring: a run continues bit-for-bit identically, and invalid bytes are refused.
 
 use std::ptr::null_mut;
 
 use cradle_host::{Host, Instantiate, Line, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
-/// What a host sets before the start.
+/// Values set before the start.
 type Setup = &'static [(&'static str, f64)];
 
 fn instantiated(setup: Setup) -> Host {
@@ -85,7 +85,7 @@ fn points(setup: Setup) -> Vec<f64> {
     points
 }
 
-/// What the host does at point `i` besides stepping.
+/// Changes by the host at point `i`.
 fn disturb(host: &Host, i: usize) {
     if i % 4 == 1 {
         assert_eq!(host.set_derivative("F_ext[2]", 1 + (i % 3) as i32, 0.01), fmi2OK);
@@ -131,7 +131,8 @@ fn a_restored_run_goes_on_with_the_same_bits() {
     }
 }
 
-/// A master that makes every step whole, goes back and repeats it in two halves ends in the bits of plain halves.
+/// A master that makes every step as a whole, goes back and repeats it in halves gets the same bits as with halves
+/// alone.
 #[test]
 fn step_doubling_is_plain_stepping() {
     for (name, setup) in SETUPS {

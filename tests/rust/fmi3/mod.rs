@@ -1,6 +1,6 @@
 //! FMI 3.0: which function may be called in which state (FMI 3.0.2, sections 2.3, 3.2 and 4.2), call by call, both
-//! ways, and the description as another reader understands it. A legal call is not turned down for its time; an illegal
-//! one answers fmi3Error, and the run is over.
+//! ways, and the description as another reader understands it. A call legal in a state is not rejected there; an
+//! illegal one returns fmi3Error and ends the run.
 
 mod exchange;
 mod refused;
@@ -46,7 +46,7 @@ const STATES: [&[State]; 2] = [
 /// A call.
 type Asked = fn(&Host) -> fmi3Status;
 
-/// What `function` answers in this state.
+/// The status of `function` in this state.
 fn ask(state: State, exchange: bool, function: Asked) -> fmi3Status {
     let host = if exchange { Host::exchanging() } else { Host::new(true, true) };
     let c = host.c;
@@ -114,14 +114,14 @@ fn vector(get: unsafe extern "C" fn(fmi3Instance, *mut f64, usize) -> fmi3Status
     unsafe { get(c, [0.0; 17].as_mut_ptr(), length) }
 }
 
-/// A function, the states that it is legal in, and a call that is fine in those.
+/// A function, the states in which it is legal, and a call that succeeds there.
 type Function = (&'static str, &'static [State], Asked);
 
 const ANY: &[State] = &[Instantiated, Configuration, Initialization, Event, Step, Continuous, Terminated, Abandoned];
 const LOGGED: &[State] =
     &[Instantiated, Configuration, Initialization, Event, Step, Intermediate, Continuous, Terminated, Abandoned];
 const READ: &[State] = &[Initialization, Event, Step, Intermediate, Continuous, Terminated];
-/// What has a start value can be read before initialization, what is calculated cannot.
+/// Start values can be read before initialization, calculated values cannot.
 const START: &[State] = &[Instantiated, Initialization, Event, Step, Intermediate, Continuous, Terminated];
 /// There are no clocks with intervals: a call for none of them does nothing.
 const INTERVALS: &[State] = &[Initialization, Event];
@@ -261,7 +261,7 @@ fn an_instance_of_one_version_is_none_of_the_other() {
     assert_eq!(other.reset(), cradle_host::fmi2OK);
 }
 
-/// For hosts that take no clocks: nothing else is left out, and the binary knows both descriptions by their tokens.
+/// Without clocks, nothing else is left out, and the binary accepts the tokens of both descriptions.
 #[test]
 fn the_clocks_can_be_left_out() {
     let settings = Settings::default_for(5);

@@ -104,8 +104,7 @@ fn start_values_are_there_before_initialization() {
     }
 }
 
-/// Hosts that record intermediate values read everything: beyond the standard, they get it. They set what the standard
-/// allows.
+/// Within a step, hosts may read every variable, beyond the standard, and set those that the standard allows.
 #[test]
 fn everything_can_be_read_in_the_middle_of_a_step() {
     let answer = ask(Intermediate, false, |host| {

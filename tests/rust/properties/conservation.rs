@@ -10,7 +10,7 @@ use super::cradles::{ANY, Case, Family, RIGID, cradles, ended_early, state};
 /// Communication points in a run of a property.
 const POINTS: usize = 20;
 
-/// The largest energies that a run has had to do with so far, J: what errors are measured by.
+/// The largest energies in a run so far, J, as the scale of errors.
 pub fn energy_scale(engine: &Engine, n: usize) -> f64 {
     let contacts: f64 = (0..n - 1).map(|i| engine.contact_energy(i)).sum();
     engine.total_energy() + engine.dissipated_energy() + engine.external_work().abs() + contacts
@@ -29,9 +29,8 @@ fn follow(case: &Case, mut check: impl FnMut(&Engine, f64) -> Result<(), TestCas
     Ok(())
 }
 
-/// No energy comes from nowhere, and none that was lost comes back. The momentum changes by the forces from outside and
-/// by that on the support, step by step. Each ball of a free chain without drag has got what the impulses of its
-/// contacts and the inputs gave it.
+/// Energy is balanced, and losses never fall. In each step the momentum changes by the external forces and that of the
+/// support; for each ball of a free chain without drag, by the impulses of its contacts and the inputs.
 fn all_is_accounted_for(case: &Case) -> Result<(), TestCaseError> {
     let n = case.p.balls();
     let masses: Vec<f64> = case.p.mass_ratio.iter().map(|ratio| ratio * case.p.mass).collect();

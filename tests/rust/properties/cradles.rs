@@ -1,4 +1,4 @@
-//! Random cradles, and what the properties ask of a run.
+//! Random cradles, and the runs of the properties.
 
 use newtons_cradle::engine::{Engine, EngineError, Pulse, Results};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 /// The most balls of a random cradle.
 const MOST: usize = 6;
 
-/// What the random cradles of a property may have. Each alternative is drawn about half of the time.
+/// Features of the random cradles of a property; each is drawn about half of the time.
 #[derive(Clone, Copy, Default)]
 pub struct Family {
     /// Masses, lengths and stiffnesses that differ from ball to ball.

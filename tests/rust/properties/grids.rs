@@ -1,4 +1,4 @@
-//! Communication points are where one looks, nothing else.
+//! Communication points have no effect.
 
 use newtons_cradle::engine::{Engine, Pulse, Results, Unsound};
 use proptest::collection::vec;
@@ -34,7 +34,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
         }
         fine.advance(time, &mut fine_pulses).map_err(ended_early)?;
         prop_assert_eq!(bits(&coarse, n), bits(&fine, n), "at {}", time);
-        // How far a look ahead gets depends on the looks before, what it finds does not.
+        // The progress of a look ahead depends on earlier looks, its result does not.
         if let (Some(coarse), Some(fine)) = (coarse.next_onset().found(), fine.next_onset().found()) {
             prop_assert_eq!(coarse.to_bits(), fine.to_bits(), "t_next at {}", time);
         }

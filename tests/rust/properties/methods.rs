@@ -7,15 +7,15 @@ use proptest::prelude::*;
 use super::config;
 use super::cradles::{ANY, Case, Family, cradles, distance, ended_early};
 
-/// Balls click on and on, and errors grow with every click: after so many a comparison still tells something.
+/// Errors grow with every click; after this many a comparison is still meaningful.
 const CLICKS: usize = 10;
 
 /// Where the largest displacement and speed of a run are looked for.
 const POINTS: usize = 20;
 
-/// To ten digits of the largest displacement and nine of the largest speed, and less only where the result depends that
-/// much on the rounding of the start. Adams's method knows nothing of where forces are not analytic; what it is off by
-/// goes down with its tolerance. BDF at a hundred times the tolerance, to six digits; and both balances of energy hold.
+/// To ten digits of the largest displacement and nine of the largest speed, fewer only where the result depends that
+/// much on the rounding of the start. Adams's method ignores where forces are not analytic; its error falls with its
+/// tolerance. BDF at a hundred times the tolerance, to six digits; both energy balances hold.
 pub fn agrees_with_adams(mut case: Case) -> Result<(), TestCaseError> {
     let (_, pulses) = case.run()?;
     prop_assume!(!pulses.is_empty());

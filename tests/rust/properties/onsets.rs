@@ -22,7 +22,7 @@ fn flight(case: &Case, i: usize, t: f64) -> f64 {
 proptest! {
     #![proptest_config(config(400))]
 
-    /// The first onset is where a search through the closed form finds the first overlap, and t_next foretells it.
+    /// The first onset is where a search through the closed form finds the first overlap, and t_next is that time.
     #[test]
     fn the_first_onset_is_the_first_overlap(case in cradles(Family { damped: false, drag: false, ..ANY })) {
         let n = case.p.balls();

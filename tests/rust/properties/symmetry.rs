@@ -1,4 +1,4 @@
-//! Two runs that a symmetry of the equations makes the same.
+//! Two runs that are equal by a symmetry of the equations.
 
 use newtons_cradle::engine::{Engine, Results};
 use proptest::prelude::*;

@@ -1,5 +1,4 @@
-//! Balls that touch at the start exactly, but for rounding: which contacts close, and when, hardly shows in overlaps
-//! and rates.
+//! Balls that touch at the start within rounding: overlaps and rates hardly show which contacts close, and when.
 
 use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
@@ -141,7 +140,7 @@ proptest! {
     }
 }
 
-/// Nothing but work and losses has changed the energy, as far as the largest `scale` (J) so far tells.
+/// Only work and losses have changed the energy, within rounding of the largest `scale` (J) so far.
 fn keeps_its_energy(engine: &Engine, p: &Parameters, scale: &mut f64, allowed: f64) -> Result<(), TestCaseError> {
     *scale = scale.max(energy_scale(engine, p.balls()));
     let (off, allowed) = (engine.energy_residual().abs(), allowed * *scale + energy_of_rounding(p));
