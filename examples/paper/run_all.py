@@ -8,7 +8,6 @@ import figure4
 import figure5
 import figure6
 import hertz
-import overlap_order
 import stiffness
 import ten_minutes
 from newtons_cradle.page import save_page
@@ -16,7 +15,7 @@ from newtons_cradle.views import from_fmu
 from report import save_report
 from support import Found, command_line, nc, opened, shorter
 
-EXPERIMENTS = [figure3, figure4, figure5, figure6, ten_minutes, overlap_order, dead_band, stiffness, hertz]
+EXPERIMENTS = [figure3, figure4, figure5, figure6, ten_minutes, dead_band, stiffness, hertz]
 
 
 def main() -> int:

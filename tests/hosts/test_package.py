@@ -64,6 +64,8 @@ def either(request) -> nc.Fmu:
         (lambda fmu: nc.Fmu(5), "the path of an .fmu file is needed, not 5"),
         (lambda fmu: nc.energy_error(fmu.simulate(stop=0.1, record=["x"])), "E_residual was not recorded"),
         (lambda fmu: nc.impact_sequences([]), "a table such as `result.pulses` is needed"),
+        (lambda fmu: fmu.require(balls=13), "has 5 balls where 13 are needed"),
+        (lambda fmu: fmu.require(starts={"contact.model": "hertz"}), "= powerLaw where hertz is needed"),
         (lambda fmu: nc.build(balls=0, binaries=fmu.path), "balls = 0 is refused; allowed: 1 to 10000"),
         (lambda fmu: nc.build(fmi=4, binaries=fmu.path), "fmi = 4 is refused; allowed: a whole number from 2 to 3"),
     ],

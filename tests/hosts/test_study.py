@@ -51,13 +51,6 @@ def test_a_study_with_failures(fmu_path, tmp_path):
     }
 
 
-def test_a_study_in_which_everything_fails(fmu_path, tmp_path):
-    axes = ["--orders", "0.5", "--dead-bands", "0", "1", "--dampings", "0", "--lifted", "1"]
-    done = study(fmu_path, tmp_path, "--workers", "1", *axes, code=1)
-    assert "0 runs succeeded, 2 failed" in done.stdout
-    assert len(rows(tmp_path)) == 2
-
-
 def test_a_study_that_cannot_start_says_why(fmu_path, tmp_path):
     done = study(fmu_path, tmp_path, "--scheduler", "tcp://127.0.0.1:9", code=2)
     assert done.stderr.splitlines()[-1].startswith("error: ") and "tcp://127.0.0.1:9" in done.stderr
