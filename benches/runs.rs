@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant};
 
 use cradle_host::{Host, fmi2OK, fmi3, scenes};
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use newtons_cradle::engine::{Differential, History, Simulation, Unrecorded};
 use newtons_cradle::fmi2::{fmi2DoStep, fmi2GetReal};
 use newtons_cradle::fmi3::fmi3Status::fmi3OK;
@@ -44,28 +44,6 @@ fn runs(c: &mut Criterion) {
     one_step(c, "pressed chain", "Hunt-Crossley, unequal, 1 s", scenes::ringing, (0.0, 1.0));
     one_step(c, "pressed chain", "rigid, elastic, 600 s", scenes::elastic_chatter, (0.0, 600.0));
     one_step(c, "call", "doStep over an impact sequence", scenes::default_cradle, (0.7, 0.71));
-}
-
-/// Time per pulse of a run of `time` (s).
-fn per_pulse(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host, time: f64) {
-    let counted = scene();
-    assert_eq!(counted.step(0.0, time), fmi2OK);
-    let mut group = c.benchmark_group(group);
-    group.throughput(Throughput::Elements(scenes::pulses(&counted)));
-    group.bench_function(name, |b| {
-        b.iter_batched(&scene, |host| (host.step(0.0, time), host), BatchSize::PerIteration);
-    });
-}
-
-fn pulses(c: &mut Criterion) {
-    for (balls, time) in [(5, 200.0), (1000, 2.0)] {
-        per_pulse(c, "separated pulses", &format!("n = {balls}"), || scenes::separated(balls), time);
-    }
-    for (damping, time) in [(0.0, 0.02), (50.0, 0.2), (1e3, 0.2), (3e5, 10.0)] {
-        let unequal = |pressed| move || scenes::unequal(damping, pressed);
-        per_pulse(c, "unequal masses, pressed", &format!("c = {damping}"), unequal(true), time);
-        per_pulse(c, "unequal masses, one lifted", &format!("c = {damping}"), unequal(false), 10.0);
-    }
 }
 
 /// A step in flight and what a host reads after it.
@@ -183,6 +161,6 @@ criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(2));
-    targets = runs, pulses, calls, onsets, versions, gradients
+    targets = runs, calls, onsets, versions, gradients
 }
 criterion_main!(benches);

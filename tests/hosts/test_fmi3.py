@@ -34,23 +34,6 @@ def test_the_same_bits_as_fmi_2(make3, fmu, step, setup):
                 assert values.tobytes() == expected.tobytes(), (options, family, time)
 
 
-def test_fmpy_simulates_it_as_it_is(fmu3_path, fmu):
-    reference = fmu.simulate(stop=10.0, step=2.0**-4, record=["x[1]", "impulse[3]"])
-    for use_event_mode, early_return_allowed in ((False, False), (True, False), (True, True)):
-        result = fmpy.simulate_fmu(
-            str(fmu3_path),
-            stop_time=10.0,
-            output_interval=2.0**-4,
-            use_event_mode=use_event_mode,
-            early_return_allowed=early_return_allowed,
-        )
-        place = {time: i for i, time in enumerate(result["time"])}
-        rows = [place[time] for time in reference["time"]]
-        assert result["x"][rows, 0].tobytes() == reference["x[1]"].tobytes()
-        assert result["impulse"][rows, 2].tobytes() == reference["impulse[3]"].tobytes()
-        assert use_event_mode == bool(result["onset.closed"].any())
-
-
 @pytest.mark.parametrize("balls", [1, 13])
 def test_the_host_chooses_the_number_of_balls(make3, fmu_path, producer, tmp_path, balls):
     cradle = make3().start(balls=balls)

@@ -3,12 +3,14 @@
 import csv
 import itertools
 import json
+import os
+import signal
 import subprocess
 import sys
 
 import pytest
 from conftest import ROOT, ended
-from distributed import Client
+from distributed import LocalCluster
 
 pytestmark = pytest.mark.all
 
@@ -69,48 +71,25 @@ def test_an_axis_without_effect_is_an_error(fmu, fmu_path, tmp_path):
     assert len(rows(tmp_path)) == 8 and not (tmp_path / "study.png").exists()
 
 
-@pytest.fixture
-def cluster(tmp_path):
-    """A scheduler and two workers started separately: its address and the workers' processes."""
-
-    def start(*arguments):
-        command = [sys.executable, "-m", "dask", *arguments]
-        with (tmp_path / f"{arguments[0]}{len(processes)}.log").open("w") as log:
-            processes.append(subprocess.Popen(command, cwd=tmp_path, stdout=log, stderr=log))
-
-    processes, file = [], tmp_path / "scheduler.json"
-    local = ["--host", "127.0.0.1", "--no-dashboard"]
-    try:
-        start("scheduler", *local, "--port", "0", "--scheduler-file", str(file))
-        for _ in range(2):
-            start("worker", *local, "--scheduler-file", str(file), "--nthreads", "1", "--no-nanny")
-        while not file.exists() or not file.read_text():
-            assert processes[0].poll() is None, (tmp_path / "scheduler0.log").read_text()
-        with Client(scheduler_file=str(file)) as client:
-            client.wait_for_workers(2, timeout=120)
-            yield client.scheduler.address, processes[1:]
-    finally:
-        for process in processes:
-            process.kill()
-            process.wait()
-
-
-def test_a_worker_killed_half_way_loses_nothing(fmu, fmu_path, cluster):
-    """All rows come, each once, with the numbers that a run on its own gives."""
+def test_a_worker_killed_half_way_loses_nothing(fmu, fmu_path):
+    """On a cluster that was there before. All rows come, each once, with the numbers that a run on its own gives."""
     import one_run
     import study
 
-    address, workers = cluster
     names = study.COLUMNS[:4]
     axes = ([1.0, 1.5, 2.0, 3.0], [0.0, 0.4, 0.8, 1.2, 1.6], [0.0, 0.2], [1, 2])
     cases = [dict(zip(names, values, strict=True)) for values in itertools.product(*axes)]
     found = []
-    with study.connected(address, 0) as client:
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        study.connected(cluster.scheduler_address, 0) as client,
+    ):
+        worker, _ = client.run(os.getpid).values()
         for number, row in enumerate(study.outcomes(client, fmu_path, cases)):
             if number == len(cases) // 4:
-                workers[0].kill()
+                os.kill(worker, signal.SIGKILL)
             found.append(row)
-        assert len(client.scheduler_info()["workers"]) == 1
+        assert worker not in client.run(os.getpid).values()
     assert [row["error"] for row in found] == [""] * len(cases)
     assert sorted([row[name] for name in names] for row in found) == sorted(
         list(case.values()) for case in cases

@@ -1,7 +1,6 @@
-//! A run through the C functions: time, values before and after a setter, the log, several instances.
+//! A run through the C functions: time, values before and after a setter, the log.
 
 use std::ptr::null;
-use std::thread;
 
 use cradle_host::{CUBIC, FIGURE_6, Host, Instantiate, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
@@ -227,37 +226,6 @@ fn questions_about_the_last_step_are_answered() {
         assert_eq!(fmi2GetBooleanStatus(host.c, fmi2DoStepStatus, &mut boolean), fmi2Error);
         assert!(host.error().contains("fmi2StatusKind = 0 is refused; allowed: fmi2Terminated (3)"));
         host.refused(fmi2GetStatus(host.c, 99, &mut status), "fmi2StatusKind = 99");
-    }
-}
-
-/// Ten seconds of instances side by side, each with its amplitude; their last values bit by bit.
-fn bits(amplitudes: &[f64]) -> Vec<Vec<u64>> {
-    let start = |amplitude: &f64| {
-        let host = Host::new();
-        assert_eq!(host.set("x_start[1]", *amplitude), fmi2OK);
-        host.start();
-        host
-    };
-    let hosts: Vec<Host> = amplitudes.iter().map(start).collect();
-    for i in 0..1000 {
-        for host in &hosts {
-            assert_eq!(host.step(f64::from(i) * 0.01, 0.01), fmi2OK);
-        }
-    }
-    hosts.iter().map(Host::everything).collect()
-}
-
-/// 64 instances in 8 threads.
-#[test]
-fn threads_give_the_bits_of_one() {
-    let amplitude = |i: i32| -0.1 - 0.01 * f64::from(i % 4);
-    let expected: Vec<Vec<u64>> = (0..4).flat_map(|i| bits(&[amplitude(i)])).collect();
-    let run = move || bits(&(0..8).map(amplitude).collect::<Vec<f64>>());
-    let threads: Vec<_> = (0..8).map(|_| thread::spawn(run)).collect();
-    for thread in threads {
-        for (i, bits) in thread.join().unwrap().into_iter().enumerate() {
-            assert_eq!(bits, expected[i % 4]);
-        }
     }
 }
 

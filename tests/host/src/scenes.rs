@@ -127,17 +127,3 @@ pub fn in_flight() -> Host {
 pub fn separated(balls: usize) -> Host {
     ready(balls, &[&[ONE_LIFTED]])
 }
-
-/// Five balls of masses in the ratios 1 2 1 0.5 1 that touch, on linear contacts with this damping (N.s/m): the first
-/// one lifted, or the outer ones pressed by 20 N.
-pub fn unequal(damping: f64, pressed: bool) -> Host {
-    let forces = pressing("F_ext[5]", 20.0);
-    let ratios = [("ball.massRatio[2]", 2.0), ("ball.massRatio[4]", 0.5)];
-    let moved = if pressed { &forces[..] } else { &[ONE_LIFTED] };
-    ready(5, &[moved, &ratios, &[NO_DEAD_BAND, ("contact.damping", damping)]])
-}
-
-/// Onsets so far.
-pub fn pulses(host: &Host) -> u64 {
-    (1..host.balls).map(|i| host.get_integer(&format!("pulses[{i}]")) as u64).sum()
-}

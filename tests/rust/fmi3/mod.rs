@@ -7,7 +7,6 @@ mod refused;
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::ffi::CString;
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
 
@@ -259,23 +258,6 @@ fn an_instance_of_one_version_is_none_of_the_other() {
         assert_eq!(fmi3Reset(host.c), fmi3OK);
     }
     assert_eq!(other.reset(), cradle_host::fmi2OK);
-}
-
-/// Without clocks, nothing else is left out, and the binary accepts the tokens of both descriptions.
-#[test]
-fn the_clocks_can_be_left_out() {
-    let settings = Settings::default_for(5);
-    let [with, without] = [Description::fmi3(&settings), Description::fmi3(&settings).without_clocks()];
-    let tokens = [&with, &without].map(|description| CString::new(description.guid()).unwrap());
-    assert_ne!(tokens[0], tokens[1]);
-    assert!(tokens.iter().all(|token| Host::instantiated(token, None).is_ok()));
-    let (with, without) = (with.xml(""), without.xml(""));
-    for array in Array::all() {
-        let (name, unknown) = (format!(" name=\"{array}\""), format!(" valueReference=\"{}\" dep", array.reference()));
-        assert_eq!(without.contains(&name), with.contains(&name) && !array.needs_clocks(), "{array}");
-        assert_eq!(without.contains(&unknown), with.contains(&unknown) && !array.needs_clocks(), "{array}");
-    }
-    assert!(!without.to_lowercase().contains("clock"));
 }
 
 #[test]

@@ -46,7 +46,7 @@ pub const ANY: Family = Family {
 pub const RIGID: Family = Family { rigid: true, ..ANY };
 
 /// A random cradle, its inputs, and how long to follow it.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Case {
     pub p: Parameters,
     pub inputs: Inputs,
@@ -146,34 +146,6 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
             case
         },
     )
-}
-
-/// In one line, and by the names of the FMU: a failure is reported with it.
-impl std::fmt::Debug for Case {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { p, inputs, time } = self;
-        write!(f, "n={} time={time:?} gravity={:?} length={:?}", p.balls(), p.gravity, p.length)?;
-        write!(f, " mass={:?} k={:?} d_ref={:?}", p.mass, p.stiffness, p.overlap_ref)?;
-        write!(f, " p={:?} deadBand={:?} drag={:?} {:?}", p.exponent, p.dead_band, p.drag, p.damping_law)?;
-        write!(f, " c={:?} alpha={:?} A={:?}", p.damping, p.hunt_crossley, p.relaxation_time)?;
-        write!(f, " a_support={:?}", inputs.support_acceleration)?;
-        write!(f, " {:?} e={:?}", p.contact_model, p.restitution)?;
-        let vectors = [
-            ("massRatio", &p.mass_ratio, 1.0),
-            ("lengthRatio", &p.length_ratio, 1.0),
-            ("stiffnessRatio", &p.stiffness_ratio, 1.0),
-            ("gap", &p.gap, 0.0),
-            ("x_start", &p.x_start, 0.0),
-            ("v_start", &p.v_start, 0.0),
-            ("F_ext", &inputs.force, 0.0),
-        ];
-        for (name, values, plain) in vectors {
-            if values.iter().any(|value| *value != plain) {
-                write!(f, " {name}={values:?}")?;
-            }
-        }
-        Ok(())
-    }
 }
 
 /// A run that ended early has failed.
