@@ -9,13 +9,12 @@ import figure5
 import figure6
 import hertz
 import stiffness
-import ten_minutes
 from newtons_cradle.page import save_page
 from newtons_cradle.views import from_fmu
 from report import save_report
 from support import Found, command_line, nc, opened, shorter
 
-EXPERIMENTS = [figure3, figure4, figure5, figure6, ten_minutes, dead_band, stiffness, hertz]
+EXPERIMENTS = [figure3, figure4, figure5, figure6, dead_band, stiffness, hertz]
 
 
 def main() -> int:
