@@ -94,6 +94,8 @@ def with_sources(usr: Path) -> dict:
         "CARGO": str(usr / "bin/cargo"),
         "RUSTC": str(usr / "bin/rustc"),
         "LD_LIBRARY_PATH": str(usr / "lib/x86_64-linux-gnu"),
+        # As rustup's Rust has built in; glibc's allocator takes a tenth longer.
+        "LD_PRELOAD": "libjemalloc.so.2",
         "RUSTC_BOOTSTRAP": "1",
     }
 
