@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import ssp
-from machine import COMMON, CRADLE, FREE, PLANTS, STOP, Fmus, nc, opened, plant, positions, reference
+from machine import COMMON, CRADLE, FREE, PARAMETERS, PLANTS, STOP, Fmus, nc, opened, positions, reference
 from master import METHODS, REPEATING
 from plots import COLOURS, Column, Strip, Trace
 from support import Found, command_line, tracked
@@ -46,7 +46,7 @@ def main() -> int:
     try:
         with opened(options.fmu, options.out, options.plant) as fmus:
             run(fmus, found, STEPS[: options.steps])
-            about = fmus.cradle.provenance() | {"cradle": CRADLE, "plant": plant.PARAMETERS}
+            about = fmus.cradle.provenance() | {"cradle": CRADLE, "plant": PARAMETERS}
             about["plant guid"] = fmus.plant.description.guid
             (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     except (FileNotFoundError, nc.FmuError) as problem:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from xml.etree.ElementTree import tostring
+from xml.etree import ElementTree
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import fmpy
@@ -16,9 +16,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
-import plant
 from master import Master
-from pythonfmu.builder import FmuBuilder
 from reference import Machine
 from support import nc
 
@@ -38,6 +36,11 @@ CRADLE = {  # all that the equations in reference.py take for granted
 CRADLE |= {f"{name}[{i}]": 1.0 for name in ("ball.massRatio", "pendulum.lengthRatio") for i in range(1, 6)}
 for i in range(1, 5):
     CRADLE |= {f"contact.stiffnessRatio[{i}]": 1.0, f"contact.gap[{i}]": 0.0}
+DESCRIPTION = Path(__file__).with_name("plant.xml")
+PARAMETERS = {  # of the plant
+    parameter.get("name"): float(parameter.find("Real").get("start"))
+    for parameter in ElementTree.parse(DESCRIPTION).iterfind("ModelVariables/*[@causality='parameter']")
+}
 # These cannot be set by every tool that runs an SSP: the FMU must have been built with them.
 BUILT_IN = {"contact.model": "powerLaw", "contact.dampingLaw": "kelvinVoigt", "solver.method": "eventDriven"}
 
@@ -67,7 +70,9 @@ def opened(cradle: Path, out: Path, language: str) -> Iterator[Fmus]:
 
 def in_python(out: Path) -> Path:
     """The plant's FMU by PythonFMU."""
-    return FmuBuilder.build_FMU(plant.__file__, dest=out, canGetAndSetFMUstate=True)
+    from pythonfmu.builder import FmuBuilder
+
+    return FmuBuilder.build_FMU(DESCRIPTION.with_suffix(".py"), out, [DESCRIPTION])
 
 
 def in_c(out: Path) -> Path:
@@ -75,27 +80,12 @@ def in_c(out: Path) -> Path:
     compiler = next(filter(shutil.which, ("cc", "gcc", "clang")), None)
     if not compiler:
         raise FileNotFoundError("a C compiler (cc, gcc or clang) is missing; `--plant python` needs none")
-    source, path = Path(__file__).with_name("plant.c"), out / "plant.fmu"
-    description = plant.CartAndCoil(instance_name="plant").to_xml()
-    description.set("generationTool", "examples/mechatronics")
-    capabilities = {"needsExecutionTool": "false", "canGetAndSetFMUstate": "true"}
-    description.find("CoSimulation").attrib |= {"modelIdentifier": path.stem} | capabilities
+    source, path = DESCRIPTION.with_suffix(".c"), out / "plant.fmu"
     headers, library = Path(fmpy.__file__).with_name("c-code"), f"{path.stem}{fmpy.sharedLibraryExtension}"
-    command = [
-        compiler,
-        "-std=c11",
-        "-Wall",
-        "-Werror",
-        "-O2",
-        "-shared",
-        "-fPIC",
-        f"-I{headers}",
-        source,
-        "-lm",
-    ]
+    options = ["-std=c11", "-Wall", "-Werror", "-O2", "-shared", "-fPIC", f"-I{headers}", source, "-lm"]
     with TemporaryDirectory() as folder, ZipFile(path, "w", ZIP_DEFLATED) as archive:
-        subprocess.run([*command, "-o", Path(folder, library)], check=True)
-        archive.writestr("modelDescription.xml", tostring(description, "UTF-8", xml_declaration=True))
+        subprocess.run([compiler, *options, "-o", Path(folder, library)], check=True)
+        archive.write(DESCRIPTION, "modelDescription.xml")
         archive.write(Path(folder, library), f"binaries/{fmpy.platform}/{library}")
     return path
 
@@ -106,8 +96,7 @@ PLANTS = {"c": in_c, "python": in_python}
 def reference() -> np.ndarray:
     """Positions of the balls and of the cart (m) at multiples of COMMON, by the single set of equations."""
     times = COMMON * np.arange(round(STOP / COMMON) + 1)
-    values = {name: start for name, (start, *_) in plant.PARAMETERS.items()}
-    return Machine(CRADLE, values, 5).solve(times)[:, [0, 1, 2, 3, 4, 10]]
+    return Machine(CRADLE, PARAMETERS, 5).solve(times)[:, [0, 1, 2, 3, 4, 10]]
 
 
 def positions(master: Master) -> list[float]:

@@ -1,4 +1,5 @@
-/* The plant of plant.py in C: its FMU needs no Python. For your own, change the variables and their `rates`. */
+/* The plant in C: an FMU that needs nothing of its host. For your own, change the variables, here and in plant.xml,
+   and their `rates`. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -6,10 +7,11 @@
 
 #include "fmi2Functions.h"
 
+#define GUID "{5d1f7a50-3c55-4d0c-9a2e-8f0a4d1c7b63}"
 #define PI 3.14159265358979323846
 #define SUBSTEP 1e-4 /* s, of the Runge-Kutta method; the fastest time constant, of the coil, is 20 ms */
 
-/* Value references: the variables of plant.py in their order, which has their units. */
+/* Value references: the variables in the order of plant.xml, which has their units and meanings. */
 enum {
     mass, stiffness, damping, force_constant, resistance, inductance, gain, pull, pull_time,
     F_support, F_support_rate, v_coil, v_coil_rate, F_sensor,
@@ -83,7 +85,7 @@ const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
 {
-    fmi2Component c = type == fmi2CoSimulation ? malloc(sizeof START) : NULL;
+    fmi2Component c = type == fmi2CoSimulation && !strcmp(guid, GUID) ? malloc(sizeof START) : NULL;
     return c ? memcpy(c, START, sizeof START) : NULL;
 }
 
@@ -142,8 +144,8 @@ ANSWER(fmi2Error, fmi2SetString, fmi2Component c, References of, size_t count, c
 ANSWER(fmi2Error, fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate state, size_t *size)
 ANSWER(fmi2Error, fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 ANSWER(fmi2Error, fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
-ANSWER(fmi2Error, fmi2GetDirectionalDerivative, fmi2Component c, References of, size_t count, References by, size_t by_count,
-       const fmi2Real seed[], fmi2Real value[])
+ANSWER(fmi2Error, fmi2GetDirectionalDerivative, fmi2Component c, References of, size_t count, References by,
+       size_t by_count, const fmi2Real seed[], fmi2Real value[])
 ANSWER(fmi2Error, fmi2SetRealInputDerivatives, fmi2Component c, References of, size_t count, const fmi2Integer order[],
        const fmi2Real value[])
 ANSWER(fmi2Error, fmi2GetRealOutputDerivatives, fmi2Component c, References of, size_t count, const fmi2Integer order[],

@@ -108,7 +108,7 @@ def test_another_fmu_is_refused(fmu_path, producer, tmp_path, example, given, co
     if isinstance(given, list):
         path = repacked(producer, fmu_path, tmp_path / "other.fmu", *given)
     else:
-        path = FmuBuilder.build_FMU(given, dest=tmp_path) if given == PLANT else given
+        path = FmuBuilder.build_FMU(given, tmp_path, [given.with_suffix(".xml")]) if given == PLANT else given
     more = {PAPER: ["--fmu13", path], STUDY: ["--workers", "1", "--orders", "1", "2"]}.get(example, [])
     out = tmp_path / "out"
     command = [sys.executable, example, "--fmu", path, "--out", out, *more]
