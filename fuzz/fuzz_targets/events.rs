@@ -8,7 +8,7 @@ use std::ptr::null_mut;
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::hybrid::{Call, Operation, Phase, Picture, Vector, Within, few, of_type};
+use cradle_fuzz::hybrid::{Operation, Phase, Picture, Vector, Within, few, of_type};
 use cradle_fuzz::inspection::{FLOATS, forge, look};
 use cradle_fuzz::values::{Current, LONGEST_STEP, Step, Value};
 use cradle_host::fmi3::{Host, vr};
@@ -86,9 +86,10 @@ struct Driver<'a> {
 }
 
 impl Driver<'_> {
-    /// Takes an answer: success where the call is legal, else the end of the run. Says whether it succeeded.
-    fn take(&mut self, what: &Operation, legal: bool, status: fmi3Status) -> bool {
-        let picture = &self.picture;
+    /// Takes an answer: success where the call is legal and its arguments are `possible`, else the end of the run. Says
+    /// whether it succeeded.
+    fn take(&mut self, what: &Operation, possible: bool, status: fmi3Status) -> bool {
+        let (picture, legal) = (&self.picture, possible && self.picture.allows(what));
         assert_eq!(status, if legal { fmi3OK } else { fmi3Error }, "{what:?} in {picture:?}");
         self.given_up(status)
     }
@@ -102,9 +103,8 @@ impl Driver<'_> {
     }
 
     /// A call that only goes to another phase.
-    fn go(&mut self, what: &Operation, call: Call, status: fmi3Status, phase: Phase) {
-        let legal = self.picture.allows(call);
-        if self.take(what, legal, status) {
+    fn go(&mut self, what: &Operation, status: fmi3Status, phase: Phase) {
+        if self.take(what, true, status) {
             self.picture.phase = phase;
         }
     }
@@ -115,40 +115,41 @@ impl Driver<'_> {
         unsafe {
             match operation {
                 Operation::EnterConfiguration => {
-                    self.go(operation, Call::EnterConfiguration, fmi3EnterConfigurationMode(c), Phase::Configuration);
+                    self.go(operation, fmi3EnterConfigurationMode(c), Phase::Configuration);
                 }
                 Operation::ExitConfiguration => {
-                    self.go(operation, Call::ExitConfiguration, fmi3ExitConfigurationMode(c), Phase::Instantiated);
+                    self.go(operation, fmi3ExitConfigurationMode(c), Phase::Instantiated);
                 }
                 Operation::EnterInitialization => {
                     let status = self.host.enter();
-                    self.go(operation, Call::EnterInitialization, status, Phase::Initialization);
+                    self.go(operation, status, Phase::Initialization);
                     self.picture.time = if status == fmi3OK { 0.0 } else { self.picture.time };
                 }
                 Operation::ExitInitialization => {
                     let next = if self.picture.events { Phase::Event } else { Phase::Step };
-                    self.go(operation, Call::ExitInitialization, fmi3ExitInitializationMode(c), next);
+                    self.go(operation, fmi3ExitInitializationMode(c), next);
                 }
                 Operation::EnterEvents => {
-                    self.go(operation, Call::EnterEvents, fmi3EnterEventMode(c), Phase::Event);
+                    self.go(operation, fmi3EnterEventMode(c), Phase::Event);
                     if self.picture.phase == Phase::Event && self.picture.exchange {
                         self.picture.event = self.picture.time;
                     }
                 }
-                Operation::EnterStepMode => {
-                    self.go(operation, Call::EnterStepMode, fmi3EnterStepMode(c), Phase::Step);
+                Operation::EnterStepMode => self.go(operation, fmi3EnterStepMode(c), Phase::Step),
+                Operation::EnterContinuousTime => {
+                    self.go(operation, fmi3EnterContinuousTimeMode(c), Phase::ContinuousTime);
                 }
-                Operation::Terminate => self.go(operation, Call::Terminate, fmi3Terminate(c), Phase::Terminated),
+                Operation::Terminate => self.go(operation, fmi3Terminate(c), Phase::Terminated),
                 Operation::Reset => {
                     self.take(operation, true, fmi3Reset(c));
                     self.picture = Picture::new(self.picture.events, self.picture.exchange);
                 }
-                Operation::Update => _ = self.update(operation),
+                Operation::Update => _ = self.update(),
                 Operation::TakePart => {
-                    if self.picture.allows(Call::EnterEvents) {
+                    if self.picture.allows(&Operation::EnterEvents) {
                         self.make(&Operation::EnterEvents);
                     }
-                    while self.picture.phase == Phase::Event && self.update(operation) {}
+                    while self.picture.phase == Phase::Event && self.update() {}
                     match (self.picture.phase, self.picture.exchange) {
                         (Phase::Event, true) => self.make(&Operation::EnterContinuousTime),
                         (Phase::Event, false) => self.make(&Operation::EnterStepMode),
@@ -202,7 +203,7 @@ impl Driver<'_> {
                     let (unknown, known) = (unknown.reference(), known.reference());
                     let status =
                         function(c, &unknown, 1, &known, 1, seed.as_ptr(), seed.len(), values.as_mut_ptr(), found);
-                    assert!(self.picture.allows(Call::Derivative) || status == fmi3Error);
+                    assert!(self.picture.allows(operation) || status == fmi3Error);
                     self.given_up(status);
                 }
                 Operation::OutputDerivative { which, order } => {
@@ -210,7 +211,7 @@ impl Driver<'_> {
                     let mut values = vec![f64::NAN; array.len(self.picture.balls)];
                     let (reference, order, n) = (array.reference(), i32::from(*order), values.len());
                     let status = fmi3GetOutputDerivatives(c, &reference, 1, &order, values.as_mut_ptr(), n);
-                    assert!(self.picture.allows(Call::OutputDerivatives) || status == fmi3Error);
+                    assert!(self.picture.allows(operation) || status == fmi3Error);
                     self.given_up(status);
                 }
                 Operation::Save(place) => {
@@ -246,16 +247,10 @@ impl Driver<'_> {
                     forge(self.host, &self.picture, changes);
                     self.ended = true;
                 }
-                Operation::EnterContinuousTime => {
-                    let status = fmi3EnterContinuousTimeMode(c);
-                    self.go(operation, Call::EnterContinuousTime, status, Phase::ContinuousTime);
-                }
                 Operation::SetTime(step) => {
-                    let time = self.picture.time + step.length(self.ahead(Call::Integrate), LONGEST_STEP);
+                    let time = self.picture.time + step.length(self.ahead(operation), LONGEST_STEP);
                     let status = fmi3SetTime(c, time);
-                    let possible = time.is_finite() && time >= self.picture.event;
-                    let legal = self.picture.allows(Call::Integrate) && possible;
-                    if self.take(operation, legal, status) {
+                    if self.take(operation, time.is_finite() && time >= self.picture.event, status) {
                         self.picture.time = time;
                     }
                 }
@@ -263,15 +258,14 @@ impl Driver<'_> {
                 Operation::CompletedStep => {
                     let [mut events, mut ended] = [9, 9];
                     let status = fmi3CompletedIntegratorStep(c, 1, &mut events, &mut ended);
-                    if self.take(operation, self.picture.allows(Call::Integrate), status) {
+                    if self.take(operation, true, status) {
                         assert!(events <= 1 && ended == 0);
                     }
                 }
                 Operation::GetVector { of, excess } => {
                     let length = self.picture.length(*of);
                     let (status, values) = self.vector(*of, few(length, *excess));
-                    let legal = self.picture.allows(Call::GetVector(*of)) && values.len() == length;
-                    if self.take(operation, legal, status) {
+                    if self.take(operation, values.len() == length, status) {
                         assert!(values.iter().all(|value| value.is_finite()), "{of:?} = {values:?}");
                     }
                 }
@@ -283,10 +277,9 @@ impl Driver<'_> {
     }
 
     /// fmi3UpdateDiscreteStates: whether there is more at once.
-    fn update(&mut self, operation: &Operation) -> bool {
+    fn update(&mut self) -> bool {
         let (status, again, _, next) = self.host.update();
-        let legal = self.picture.allows(Call::HandleEvents);
-        if self.take(operation, legal, status)
+        if self.take(&Operation::Update, true, status)
             && let Some(next) = next
         {
             assert!(!again && next > self.picture.time, "{next} after {:?}", self.picture);
@@ -296,11 +289,11 @@ impl Driver<'_> {
 
     fn step(&mut self, operation: &Operation, current: &Current, step: &Step, within: &Within) {
         let own = self.picture.time;
-        let (current, length) = (current.time(own), step.length(self.ahead(Call::DoStep), LONGEST_STEP));
+        let (current, length) = (current.time(own), step.length(self.ahead(operation), LONGEST_STEP));
         self.prepare(within.clone());
         let (status, events, reached) = self.host.step(current, length);
         let near = (current - own).abs() <= 1e-12 * own.abs().max(1.0);
-        let legal = self.picture.allows(Call::DoStep) && near && length > 0.0 && (current + length).is_finite();
+        let legal = near && length > 0.0 && (current + length).is_finite();
         if self.take(operation, legal, status) {
             let end = own.max(current + length);
             assert!(reached >= own && reached <= end, "{reached} from {own} to {end}");
@@ -328,8 +321,8 @@ impl Driver<'_> {
     }
 
     /// How long it is to the next onset, s, where this call is legal.
-    fn ahead(&self, call: Call) -> f64 {
-        if self.picture.allows(call) { self.host.floats("t_next", 1)[0] - self.picture.time } else { 0.0 }
+    fn ahead(&self, operation: &Operation) -> f64 {
+        if self.picture.allows(operation) { self.host.floats("t_next", 1)[0] - self.picture.time } else { 0.0 }
     }
 
     fn vector(&self, of: Vector, length: usize) -> (fmi3Status, Vec<f64>) {
@@ -344,9 +337,9 @@ impl Driver<'_> {
     }
 
     fn set_states(&mut self, operation: &Operation, step: &Step, excess: i8) {
-        let length = step.length(self.ahead(Call::Integrate), LONGEST_STEP);
+        let length = step.length(self.ahead(operation), LONGEST_STEP);
         let mut y = vec![0.0; self.picture.length(Vector::States)];
-        if self.picture.allows(Call::Integrate) {
+        if self.picture.allows(operation) {
             let [(read, states), (derived, rates)] =
                 [Vector::States, Vector::Derivatives].map(|of| self.vector(of, y.len()));
             assert_eq!((read, derived), (fmi3OK, fmi3OK));
@@ -356,7 +349,7 @@ impl Driver<'_> {
         y.resize(few(states, excess), 0.0);
         let status = unsafe { fmi3SetContinuousStates(self.host.c, y.as_ptr(), y.len()) };
         let legal = y.len() == states && y.iter().all(|y| y.is_finite());
-        self.take(operation, self.picture.allows(Call::Integrate) && legal, status);
+        self.take(operation, legal, status);
     }
 
     fn set(&mut self, operation: &Operation, which: u8, values: &[Value], excess: i8) {

@@ -20,29 +20,6 @@ pub enum Phase {
 }
 use Phase::{Abandoned, Configuration, ContinuousTime, Event, Initialization, Instantiated, Step, Terminated};
 
-/// Calls that differ in when they are legal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Call {
-    Always,
-    EnterConfiguration,
-    ExitConfiguration,
-    EnterInitialization,
-    ExitInitialization,
-    EnterEvents,
-    HandleEvents,
-    EnterStepMode,
-    EnterContinuousTime,
-    /// fmi3SetContinuousStates and fmi3CompletedIntegratorStep.
-    Integrate,
-    /// One of the vectors of model exchange.
-    GetVector(Vector),
-    DoStep,
-    Terminate,
-    Get,
-    Derivative,
-    OutputDerivatives,
-}
-
 /// What the host of model exchange reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Arbitrary)]
 pub enum Vector {
@@ -145,34 +122,39 @@ impl Picture {
         Self { phase: Instantiated, events, exchange, balls: 5, time: 0.0, event: 0.0 }
     }
 
-    /// Whether it is legal now.
-    pub fn allows(&self, call: Call) -> bool {
-        match call {
-            Call::Always => true,
-            Call::EnterConfiguration | Call::EnterInitialization => self.phase == Instantiated,
-            Call::ExitConfiguration => self.phase == Configuration,
-            Call::ExitInitialization => self.phase == Initialization,
-            Call::EnterEvents => self.phase == Step && self.events || self.phase == ContinuousTime,
-            Call::HandleEvents => self.phase == Event,
-            Call::EnterStepMode => self.phase == Event && !self.exchange,
-            Call::EnterContinuousTime => self.phase == Event && self.exchange,
-            Call::Integrate => self.phase == ContinuousTime,
-            Call::GetVector(of) => {
-                let early = of == Vector::Nominals && self.phase == Instantiated;
-                self.exchange && (early || self.allows(Call::Get))
+    /// Whether a call is legal now, as far as its arguments do not decide.
+    pub fn allows(&self, operation: &Operation) -> bool {
+        match operation {
+            Operation::EnterConfiguration | Operation::EnterInitialization => self.phase == Instantiated,
+            Operation::ExitConfiguration => self.phase == Configuration,
+            Operation::ExitInitialization => self.phase == Initialization,
+            Operation::EnterEvents => self.phase == Step && self.events || self.phase == ContinuousTime,
+            Operation::Update => self.phase == Event,
+            Operation::EnterStepMode => self.phase == Event && !self.exchange,
+            Operation::EnterContinuousTime => self.phase == Event && self.exchange,
+            Operation::SetTime(_) | Operation::SetStates { .. } | Operation::CompletedStep => {
+                self.phase == ContinuousTime
             }
-            Call::DoStep => self.phase == Step,
-            Call::Terminate => matches!(self.phase, Step | Event | ContinuousTime),
-            Call::Get | Call::Derivative => {
-                matches!(self.phase, Initialization | Event | Step | ContinuousTime | Terminated)
+            Operation::GetVector { of, .. } => {
+                let early = *of == Vector::Nominals && self.phase == Instantiated;
+                self.exchange && (early || self.may_read())
             }
-            Call::OutputDerivatives => matches!(self.phase, Step | Terminated) && !self.exchange,
+            Operation::DoStep { .. } => self.phase == Step,
+            Operation::Terminate => matches!(self.phase, Step | Event | ContinuousTime),
+            Operation::Derivative { .. } => self.may_read(),
+            Operation::OutputDerivative { .. } => matches!(self.phase, Step | Terminated) && !self.exchange,
+            _ => true,
         }
+    }
+
+    /// Whether calculated values may be read now.
+    pub fn may_read(&self) -> bool {
+        matches!(self.phase, Initialization | Event | Step | ContinuousTime | Terminated)
     }
 
     /// Whether a variable may be read now.
     pub fn may_get(&self, array: Array) -> bool {
-        self.allows(Call::Get) || self.phase == Instantiated && array.has_start()
+        self.may_read() || self.phase == Instantiated && array.has_start()
     }
 
     /// How many numbers a vector of model exchange has.

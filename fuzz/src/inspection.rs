@@ -8,14 +8,14 @@ use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Array, Causality, Type};
 
 use crate::forgery::{Change, forged};
-use crate::hybrid::{Call, Phase, Picture, of_type};
+use crate::hybrid::{Phase, Picture, of_type};
 
 /// Everything that has real values.
 pub static FLOATS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Real));
 
 /// What can be read is finite, and clocks are active in Event Mode only.
 pub fn look(host: &Host, picture: &Picture) {
-    if !picture.allows(Call::Get) {
+    if !picture.may_read() {
         return;
     }
     for array in &*FLOATS {
@@ -51,7 +51,7 @@ fn parameters(host: &Host, picture: &Picture) -> Option<Vec<u64>> {
     for array in FLOATS.iter().filter(|array| array.row.causality == Causality::Parameter) {
         let mut values = vec![f64::NAN; array.len(picture.balls)];
         let n = values.len();
-        if !picture.allows(Call::Get)
+        if !picture.may_read()
             || unsafe { fmi3GetFloat64(host.c, &array.reference(), 1, values.as_mut_ptr(), n) } != fmi3OK
         {
             return None;
