@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from browser import SIZES, assert_quiet, serious, set_screen, visit
 from live_page import boxes, drag, each_panel, js, wait
-from newtons_cradle import look
 
 pytestmark = pytest.mark.all
 
@@ -108,15 +107,6 @@ def test_colours_are_told_from_what_they_are_on(browser, axe, pages, dark):
         least = min(browser.execute_script(CONTRAST, name, ground) for ground in GROUNDS)
         assert least >= (4.5 if name in TEXT_COLOURS else 3), name
     assert browser.execute_script(CONTRAST, "on-accent", "accent") >= 4.5
-
-
-def test_all_pages_have_one_look(pages):
-    for name in ("report", "fmu"):
-        assert look.STYLE in pages[name].read_text(encoding="utf-8")
-    assert len(look.SERIES) == len(set(look.SERIES)) == 6
-    assert look.series(4) == look.SERIES[:4]
-    many = look.series(12)
-    assert len(set(many)) == 12 and (many[0], many[-1]) == (look.SERIES[0], look.SERIES[1])
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -1,37 +1,18 @@
-//! What runs cost, in steps, evaluations of contact forces and events: exact where it follows from the physics, bounds
-//! where it depends on the method that follows several contacts.
+//! What runs cost at most, in steps, evaluations of contact forces and events. Where that follows from the physics,
+//! running.rs knows it exactly.
 
 use std::ops::RangeInclusive;
 
-use newtons_cradle::engine::{Simulation, WorkCounters};
+use newtons_cradle::engine::Simulation;
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 
-/// The work of a run without inputs.
-fn work(parameters: &Parameters, time: f64) -> WorkCounters {
+/// A run without inputs takes at most so many steps and evaluations, and so many events.
+fn assert_bounds(parameters: &Parameters, time: f64, steps: u64, evaluations: u64, events: RangeInclusive<u64>) {
     let mut run = Simulation::new(parameters, &Inputs::zero(parameters.balls()), 0.0).unwrap();
     run.advance(time, &mut Vec::new()).unwrap();
-    run.work()
-}
-
-/// A run takes at most so many steps and evaluations, and so many events.
-fn assert_bounds(parameters: &Parameters, time: f64, steps: u64, evaluations: u64, events: RangeInclusive<u64>) {
-    let work = work(parameters, time);
+    let work = run.work();
     let within = work.steps <= steps && work.evaluations <= evaluations && events.contains(&work.events);
     assert!(within, "{work:?}, at most {steps} steps, {evaluations} evaluations, events within {events:?}");
-}
-
-/// Every impact of two balls is solved at once: an onset and a release, and nothing between.
-#[test]
-fn a_pulse_of_two_balls_is_one_step_in_a_chain_of_any_length() {
-    for balls in [2, 5, 1000] {
-        let mut parameters = Parameters::default_for(balls);
-        parameters.x_start.fill(0.0);
-        parameters.x_start[0] = -0.1;
-        // A quarter of a period brings the lifted ball to the others, the same time again the last one to its height.
-        let pulses = balls as u64 - 1;
-        let separate = WorkCounters { steps: pulses, evaluations: pulses, events: 2 * pulses };
-        assert_eq!(work(&parameters, 1.4), separate, "{balls} balls");
-    }
 }
 
 /// Steel balls that touch: four pulses a group, where those of two balls alone are one step each without damping.

@@ -328,7 +328,8 @@ impl Host {
     pub fn error(&self) -> String {
         let lines = self.log();
         let [line] = lines.as_slice() else { panic!("not one line but {lines:?}") };
-        assert_eq!((line.status, line.category.as_str()), (fmi2Error, "logStatusError"), "{}", line.text);
+        let heading = (line.instance.as_str(), line.status, line.category.as_str());
+        assert_eq!(heading, ("cradle", fmi2Error, "logStatusError"), "{}", line.text);
         line.text.clone()
     }
 
