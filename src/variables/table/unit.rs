@@ -18,7 +18,7 @@ macro_rules! quantities {
     ($($id:ident $name:literal $unit:literal $kg:literal $m:literal $s:literal;)*) => {
         $(#[doc = concat!("The quantity ", $name, ".")]
         pub static $id: Quantity = Quantity { name: $name, unit: $unit, exponents: [$kg, $m, $s], display: None };)*
-        /// Every quantity, as shown in its SI unit; a variable is declared with one of these or of [`DISPLAYED`].
+        /// Every quantity, as shown in its SI unit; a variable is declared with one of these or of `DISPLAYED`.
         pub static QUANTITIES: &[&Quantity] = &[$(&$id),*];
     };
 }
