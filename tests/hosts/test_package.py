@@ -25,7 +25,7 @@ def either(request) -> nc.Fmu:
         (lambda fmu: fmu.simulate(stop="soon"), "stop = 'soon' is refused"),
         (lambda fmu: fmu.simulate(step=1e-300), "1e-300 is refused: up to 10.0 s that makes 1e+301 steps"),
         (lambda fmu: fmu.simulate(times=[0.0, 2.0, 1.0]), "is needed that begins at 0 and rises"),
-        (lambda fmu: fmu.simulate(nc.preset("figure3")), "`cradle-fmu build --balls 13` makes one of 13"),
+        (lambda fmu: fmu.simulate(nc.preset("figure3")), "`nc.build(balls=13)` makes one of 13"),
         (lambda fmu: fmu.simulate({"x_start[7]": 0.1}), "x_start[7] is refused: x_start[1] to x_start[5]"),
         (lambda fmu: fmu.simulate({"x": 0.1}), "x is refused: it is an output, which the FMU computes"),
         (lambda fmu: fmu.simulate({"x[2]": 0.1}), "; did you mean x_start[2]?"),

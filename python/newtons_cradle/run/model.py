@@ -177,7 +177,7 @@ class Model:
 def _cure(array: str, count: int) -> str:
     """Advice how to get an FMU with this many elements in arrays over balls."""
     possible = array.endswith("_start") and count > 0
-    return f"; `cradle-fmu build --balls {count}` makes one of {count}" if possible else ""
+    return f"; `nc.build(balls={count})` makes one of {count}" if possible else ""
 
 
 @dataclass(frozen=True)
