@@ -1,6 +1,6 @@
 """Fixtures of the host tests: which FMU is tested.
 
-The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `pytest --fmu FILE` or by
+The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `pytest --fmu=FILE` or by
 the environment variable CRADLE_FMU.
 """
 
