@@ -274,7 +274,7 @@ def python_style(results: Results, requirements: Path) -> None:
 
 def python_hosts(results: Results, fmu: Path, *options) -> None:
     """tests/hosts by pytest, on all cores: files by name, which has those with few but long tests not last."""
-    command = [PYTHON, "-m", "pytest", "--fmu", fmu, *options]
+    command = [PYTHON, "-m", "pytest", f"--fmu={fmu}", *options]  # the "=" makes it no path to tests
     cores = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     results.step("Python hosts", [*command, *cores])
 
