@@ -8,7 +8,7 @@ from pathlib import Path
 from .errors import CradleError, FileMissing, InvalidValue
 from .page import save_page, save_site
 from .progress import Progress
-from .recording import Recording, RecordingError, from_csv
+from .recording import LENGTH, RADIUS, Recording, RecordingError, from_csv
 from .views import from_fmu
 
 LONGEST = 3600.0  # s, of a run that nobody insists on
@@ -58,8 +58,12 @@ def arguments() -> argparse.ArgumentParser:
     help = "a start value, such as contact.model=hertz; may be repeated"
     run("--set", type=setting, action="append", default=[], metavar="NAME=VALUE", help=help)
     result = page.add_argument_group("for a CSV file").add_argument
+    result("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
     help = "number of balls; needed if it is 1 (default: as in the file)"
     result("--balls", type=whole, metavar="N", help=help)
+    for name, default, meaning in (("length", LENGTH, "pendulum length"), ("radius", RADIUS, "ball radius")):
+        help = f"{meaning} in m, for the drawing (default {default})"
+        result(f"--{name}", type=positive, default=default, help=help)
     what = "the page of the live cradle: one HTML file for a browser, no network needed"
     live = commands.add_parser("live", help=f"write {what}", description=f"Writes {what}.")
     place = live.add_mutually_exclusive_group().add_argument
@@ -87,7 +91,9 @@ def make_page(options: argparse.Namespace) -> None:
         progress(0.0)
         recording = from_fmu(options.file, dict(options.set), stop=options.stop, progress=progress)
     elif kind == ".csv":
-        recording = from_csv(options.file, balls=options.balls)
+        recording = from_csv(
+            options.file, options.pulses, balls=options.balls, length=options.length, radius=options.radius
+        )
     else:
         raise RecordingError(f"{options.file}: only .fmu and .csv files can be shown")
     save(out, recording)

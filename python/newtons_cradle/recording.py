@@ -10,7 +10,7 @@ import numpy as np
 
 from .errors import CradleError
 from .files import MODEL
-from .pulses import PULSE, Array
+from .pulses import FIELDS, PULSE, Array
 
 if TYPE_CHECKING:
     from .run.model import Model
@@ -52,16 +52,25 @@ class Recording:
     start: dict[str, Any] | None = None
 
 
-def from_csv(path: str | Path, *, balls: int | None = None) -> Recording:
-    """Reads a result as FMPy writes it: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there. Its
-    pulses are taken from F_peak, else from F.
+def from_csv(
+    path: str | Path,
+    pulses: str | Path | None = None,
+    *,
+    balls: int | None = None,
+    length: float = LENGTH,
+    radius: float = RADIUS,
+) -> Recording:
+    """Reads a result as FMPy writes it: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there.
 
-    `balls`: how many there are, None for as many as are named. Raises RecordingError, OSError.
+    `pulses`: CSV file of the pulse table; without it, they are taken from F_peak, else from F. `balls`: how many there
+    are, None for as many as are named. `length`, `radius` (m): for the drawing. Raises RecordingError, OSError.
     """
     path = Path(path)
     columns = _read_columns(path)
-    run = replace(_checked(path, columns, balls), title=path.stem)
+    run = replace(_checked(path, columns, balls, length=length, radius=radius), title=path.stem)
     n = run.x.shape[1]
+    if pulses is not None:
+        return replace(run, pulses=_pulse_table(Path(pulses), n))
     known = all(f"F_peak[{i}]" in columns for i in range(1, n))
     if not known:
         _refuse_missed_clicks(path, run)
@@ -154,7 +163,8 @@ def _refuse_missed_clicks(source: object, run: Recording) -> None:
         row, ball = missed[0]
         raise RecordingError(
             f"{source}: too coarse for the clicks. Ball {ball + 1} is struck between t = {time[row]:g} s and "
-            f"{time[row + 1]:g} s, and F is 0 at both. Needed: F_peak[i] of every contact"
+            f"{time[row + 1]:g} s, and F is 0 at both. Needed: F_peak[i] of every contact, or the run's "
+            "table of pulses (`--pulses FILE.csv`)"
         )
 
 
@@ -185,6 +195,19 @@ def _read_columns(path: Path) -> Columns:
     if not np.isfinite(table).all():
         raise RecordingError(f"{path}: NaN or infinite numbers cannot be drawn")
     return dict(zip(names, table.T, strict=True))
+
+
+def _pulse_table(path: Path, balls: int) -> Array:
+    columns = _read_columns(path)
+    if missing := [name for name in FIELDS if name not in columns]:
+        needed = f"a table of pulses has the columns {', '.join(FIELDS)}"
+        raise RecordingError(f"{path}: {needed}; missing: {', '.join(missing)}")
+    table = np.array(list(zip(*(columns[name] for name in FIELDS), strict=True)), dtype=PULSE)
+    contacts = table["contact"]
+    if len(table) and not (contacts.min() >= 1 and contacts.max() < balls):
+        own = f"{balls} balls have contacts 1 to {balls - 1}"
+        raise RecordingError(f"{path}: pulses of contacts {contacts.min()} to {contacts.max()}; {own}")
+    return np.sort(table, order=["onset", "contact"])
 
 
 def of_columns(title: str, columns: Columns, n: int, **others: Any) -> Recording:

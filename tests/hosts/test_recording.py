@@ -108,15 +108,29 @@ def test_a_result_that_is_too_coarse_is_refused(fmu_path, fine, tmp_path):
 
 
 def test_forces_that_miss_the_clicks_are_refused(fmu, fine, tmp_path):
-    """Without F_peak, steps of 10 ms show none; samples in every pulse do."""
+    """Without F_peak or a table of pulses, steps of 10 ms show none; samples in every pulse do."""
     names = [f"{name}[{i}]" for name in "xv" for i in range(1, 6)] + [f"F[{i}]" for i in range(1, 5)]
     wanted = (
         "for the clicks. Ball 1 is struck between t = 0.7 s and 0.71 s, and F is 0 at both. Needed: F_peak"
     )
     with pytest.raises(RecordingError, match=wanted):
         from_csv(saved(tmp_path, fine, names))
+    pulses = tmp_path / "pulses.csv"
+    run = fmu.simulate(stop=3.0)
+    np.savetxt(pulses, run.pulses, delimiter=",", header=",".join(run.pulses.dtype.names), comments="")
+    assert len(from_csv(saved(tmp_path, fine, names), pulses).pulses) == len(run.pulses) == 12
     resolved = nc.resolved(fmu, stop=3.0, record=names)
     assert len(from_csv(saved(tmp_path, resolved.samples)).pulses) == 12
+
+
+def test_pulses_of_another_cradle_are_refused(fine, tmp_path):
+    pulses = tmp_path / "pulses.csv"
+    pulses.write_text("contact,onset,release,peak,impulse\n7,0.1,0.2,1,1\n")
+    with pytest.raises(RecordingError, match="pulses of contacts 7 to 7; 5 balls have contacts 1 to 4"):
+        from_csv(saved(tmp_path, fine), pulses)
+    pulses.write_text("contact,onset,release\n1,0.1,0.2\n")
+    with pytest.raises(RecordingError, match=r"a table of pulses has the columns .*; missing: peak, impulse"):
+        from_csv(saved(tmp_path, fine), pulses)
 
 
 def test_one_ball_is_drawn_if_said_so(page, tmp_path, capsys):
