@@ -57,6 +57,9 @@
 //! # Ok::<(), newtons_cradle::engine::EngineError>(())
 //! ```
 
+// A browser calls the instance directly: what only the C interfaces use is unused there.
+#![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports))]
+
 #[cfg(feature = "engine")]
 pub mod engine;
 // In a browser no host could call them: web/ has functions of its own.
