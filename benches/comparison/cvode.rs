@@ -22,7 +22,8 @@ pub fn measure(runs: &[Run], span: f64) -> Result<(Vec<Line>, String), String> {
         let runs = (0..3).map(|_| {
             let run = Command::new(&program).args(arguments).arg(span.to_string()).output();
             let text = String::from_utf8_lossy(&run.map_err(|error| error.to_string())?.stdout).into_owned();
-            let fields: Vec<&str> = text.split_whitespace().collect();
+            // Warnings of SUNDIALS 7 come before.
+            let fields: Vec<&str> = text.lines().last().unwrap_or_default().split_whitespace().collect();
             let [seconds, steps, evaluations, error, sundials] = fields[..] else {
                 return Err(format!("{title} ended with {text:?}"));
             };
