@@ -1,22 +1,18 @@
 """The machine of this example: its start values, its plant FMU, and runs of it in either way."""
 
-import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from xml.etree import ElementTree
-from zipfile import ZIP_DEFLATED, ZipFile
 
-import fmpy
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from master import Master
+from pack import pack
 from reference import Machine
 from support import nc
 
@@ -77,17 +73,7 @@ def in_python(out: Path) -> Path:
 
 def in_c(out: Path) -> Path:
     """The plant's FMU from plant.c, for machines like this one. Raises FileNotFoundError without a C compiler."""
-    compiler = next(filter(shutil.which, ("cc", "gcc", "clang")), None)
-    if not compiler:
-        raise FileNotFoundError("a C compiler (cc, gcc or clang) is missing; `--plant python` needs none")
-    source, path = DESCRIPTION.with_suffix(".c"), out / "plant.fmu"
-    headers, library = Path(fmpy.__file__).with_name("c-code"), f"{path.stem}{fmpy.sharedLibraryExtension}"
-    options = ["-std=c11", "-Wall", "-Werror", "-O2", "-shared", "-fPIC", f"-I{headers}", source, "-lm"]
-    with TemporaryDirectory() as folder, ZipFile(path, "w", ZIP_DEFLATED) as archive:
-        subprocess.run([compiler, *options, "-o", Path(folder, library)], check=True)
-        archive.write(DESCRIPTION, "modelDescription.xml")
-        archive.write(Path(folder, library), f"binaries/{fmpy.platform}/{library}")
-    return path
+    return pack(DESCRIPTION.with_suffix(".c"), DESCRIPTION, out / "plant.fmu")
 
 
 PLANTS = {"c": in_c, "python": in_python}

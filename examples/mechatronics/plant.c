@@ -1,5 +1,5 @@
-/* The plant in C: an FMU that needs nothing of its host. For your own, change the variables, here and in plant.xml,
-   and their `rates`. */
+/* The plant in C: an FMU that needs nothing of its host. For your own, change the variables, here and in plant.xml, their
+   `rates`, and which outputs fmi2DoStep makes of them. pack.py compiles it, with the GUID of plant.xml as a macro. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -7,7 +7,6 @@
 
 #include "fmi2Functions.h"
 
-#define GUID "{5d1f7a50-3c55-4d0c-9a2e-8f0a4d1c7b63}"
 #define PI 3.14159265358979323846
 #define SUBSTEP 1e-4 /* s, of the Runge-Kutta method; the fastest time constant, of the coil, is 20 ms */
 
@@ -57,7 +56,7 @@ static void integrate(double *p, double t, double h)
 /* A communication step, of length h, s. */
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean final)
 {
-    double *p = c, before[COUNT], rate[COUNT] = {0.0};
+    double *p = c, before[COUNT], soon[COUNT], rate[COUNT] = {0.0}, later[COUNT] = {0.0};
     int substeps = (int)ceil(h / SUBSTEP);
     memcpy(before, p, sizeof before);
     /* What the cradle reports is the mean over its last step, as long as the one done here. */
@@ -65,12 +64,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean final
     if (p[F_sensor] > 0.0) p[impacts] = p[pulses];
     for (int k = 0; k < substeps; k++) integrate(p, t + k * h / substeps, h / substeps);
     rates(p, t + h, rate);
+    for (int k = 0; k < COUNT; k++) soon[k] = p[k] + SUBSTEP * rate[k];
+    rates(soon, t + h + SUBSTEP, later);
     p[a_mean] = (p[v] - before[v]) / h;
     p[F_coil_mean] = p[force_constant] * (p[q] - before[q]) / h;
     p[a] = rate[v];
     p[F_coil] = p[force_constant] * p[i];
     p[F_coil_rate] = p[force_constant] * rate[i];
-    p[a_rate] = (rate[F_support] - p[F_coil_rate] - p[stiffness] * p[v] - p[damping] * p[a]) / p[mass];
+    p[a_rate] = (later[v] - rate[v]) / SUBSTEP;
     p[last_step] = h;
     p[F_support] = before[F_support];
     p[v_coil] = before[v_coil];
