@@ -159,7 +159,7 @@ def build(
     `nc.build(balls=13, set={"x_start": [-0.1] + 12 * [0], "contact.model": "hertz"})`. `fmi`: the version of the
     standard, 2 or 3. `out`: where to write the file; if None, into a temporary folder, removed with the FMU. Nothing is
     compiled: `binaries` is the FMU whose binaries it gets; if None, the one that comes with the package. Raises
-    FmuError with what `cradle-fmu` says, and FileMissing where that program is missing.
+    FmuError with what `cradle-fmu` says, InvalidValue, and FileMissing where that program is missing.
     """
     needed("set", set, Mapping | None, 'a dict such as {"ball.mass": 0.5}')
     whole("fmi", fmi, 2, 3)
@@ -171,7 +171,12 @@ def build(
     command += ["--preset", preset] if preset is not None else []
     for name, value in (set or {}).items():
         several = isinstance(value, (list, tuple)) or hasattr(value, "tolist")
-        command += ["--set", f"{name}={','.join(map(repr, map(float, value))) if several else value}"]
+        try:
+            text = ",".join(map(repr, map(float, value))) if several else value
+        except (TypeError, ValueError):
+            allowed = "a number in the variable's SI unit, a list of them, or the name of an item"
+            raise InvalidValue(f"{name} = {value!r} is refused; allowed: {allowed}") from None
+        command += ["--set", f"{name}={text}"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         shutil.rmtree(folder, ignore_errors=True)

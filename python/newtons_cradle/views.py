@@ -7,7 +7,7 @@ import numpy as np
 
 from .fmu import Fmu, equal_steps
 from .pulses import Array, impact_sequences
-from .recording import LARGEST, Recording, known_of, of_columns
+from .recording import LARGEST, Recording, RecordingError, known_of, of_columns
 from .run import Result
 from .run.model import Values
 
@@ -103,9 +103,11 @@ def from_fmu(
 ) -> Recording:
     """Runs an FMU with these start values for `stop` (s); samples every `step` (s) and within every pulse.
 
-    The run is made twice, as in `resolved`. Raises FileNotFoundError, FmuError or KeyError.
+    The run is made twice, as in `resolved`. Raises FileNotFoundError, RecordingError, FmuError or KeyError.
     """
     with Fmu(path) as fmu:
+        if missing := [name for name in ("x[1]", "v[1]") if name not in fmu.variables]:
+            raise RecordingError(f"{fmu.path}: the FMU is no cradle; missing: {', '.join(missing)}")
         pulses, then = first_pass(fmu, values, stop, progress)
         n = fmu.balls
         shown = ("x", "v", "F", "E_kinetic", "E_gravity", "E_contact")

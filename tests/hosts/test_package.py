@@ -33,7 +33,8 @@ def either(request) -> nc.Fmu:
         (lambda fmu: fmu.simulate({"x_start": 0.1}), "has 5 elements; allowed: x_start[i], or a list"),
         (lambda fmu: fmu.simulate({"contact.stifness": 1e9}), "did you mean contact.stiffness"),
         (lambda fmu: fmu.simulate({"drag": 1e-3}), "did you mean pendulum.drag?"),
-        (lambda fmu: fmu.simulate({"ball.mass": "1kg"}), "give it in kg, without writing the unit"),
+        (lambda fmu: fmu.simulate({"ball.mass": "1kg"}), "give it in kg, as one number"),
+        (lambda fmu: fmu.simulate({"contact.deadBand": (2.6, "um")}), "give it in m, as one number"),
         (lambda fmu: fmu.simulate({"ball.mass": -1}), "ball.mass = -1 kg is refused; allowed: finite and > 0"),
         (lambda fmu: fmu.simulate({"contact.model": "herz"}), "hertz, rigid; did you mean hertz?"),
         (lambda fmu: fmu.simulate([0.1]), "values: a dict"),
@@ -67,6 +68,7 @@ def either(request) -> nc.Fmu:
         (lambda fmu: fmu.require(balls=13), "has 5 balls where 13 are needed"),
         (lambda fmu: fmu.require(starts={"contact.model": "hertz"}), "= powerLaw where hertz is needed"),
         (lambda fmu: nc.build(balls=0, binaries=fmu.path), "balls = 0 is refused; allowed: 1 to 10000"),
+        (lambda fmu: nc.build(set={"ball.mass": (50, "g")}), "ball.mass = (50, 'g') is refused; allowed: a number"),
         (lambda fmu: nc.build(fmi=4, binaries=fmu.path), "fmi = 4 is refused; allowed: a whole number from 2 to 3"),
     ],
 )  # fmt: skip

@@ -3,7 +3,9 @@
 import pickle
 import sys
 from dataclasses import replace
+from zipfile import ZipFile
 
+import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
@@ -170,6 +172,19 @@ def test_names_do_not_become_markup(fine, tmp_path):
 )
 def test_a_bad_command_is_refused_in_words(page, fmu_path, arguments, complaint):
     page(*(fmu_path if argument == "FMU" else argument for argument in arguments), refused=complaint)
+
+
+def test_fmus_of_something_else_or_for_other_machines_are_refused(page, fmu_path, tmp_path):
+    path = tmp_path / "other.fmu"
+    for old, new, complaint in (
+        ('name="x[', 'name="y[', "other.fmu: the FMU is no cradle; missing: x[1]\n"),
+        ("binaries/", "binaries/mars-", f"only; this machine needs {fmpy.platform}\n"),
+    ):
+        with ZipFile(fmu_path) as source, ZipFile(path, "w") as target:
+            for name in source.namelist():
+                text = source.read(name).replace(old.encode(), new.encode())
+                target.writestr(name.replace(old, new), text)
+        page(path, refused=complaint)
 
 
 def test_a_result_has_a_page(fmu, tmp_path):

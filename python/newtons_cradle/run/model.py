@@ -93,8 +93,8 @@ class Model:
             hint = did_you_mean(str(value), items)
             raise FmuError(f"{name} = {value} is refused; allowed: {', '.join(items)}{hint}") from None
         except (TypeError, ValueError):
-            unit = self.unit(name) if isinstance(value, str) else ""
-            cure = "" if unit in ("", "1") else f"; give it in {unit}, without writing the unit"
+            unit = self.unit(name) if isinstance(value, (str, tuple, list)) else ""
+            cure = "" if unit in ("", "1") else f"; give it in {unit}, as one number without the unit"
             raise FmuError(f"{name} = {value} is not a number{cure}") from None
 
     def built_with(self, name: str) -> float | int | bool:

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
 
-from fmpy import platform_tuple, sharedLibraryExtension
+from fmpy import platform, platform_tuple, sharedLibraryExtension
 from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Slave
 from fmpy.logging import addLoggerProxy
 
+from ..errors import FmuError
 from .model import Model, Place, Whole
 
 
@@ -60,9 +61,13 @@ class Instance:
         identifier, guid = fmu.description.coSimulation.modelIdentifier, fmu.description.guid
         given = {"guid": guid, "modelIdentifier": identifier, "unzipDirectory": fmu.folder}
         # FMPy looks in linux64 for FMI 2.0 on ARM, too; FMI 2.0.4 has aarch64-linux, as FMI 3.0.
-        library = Path(fmu.folder, "binaries", platform_tuple, identifier + sharedLibraryExtension)
-        path = str(library) if library.is_file() else None
-        super().__init__(**given, instanceName="cradle", libraryPath=path)  # type: ignore[call-arg]
+        folders, library = Path(fmu.folder, "binaries"), identifier + sharedLibraryExtension
+        paths = [path for name in (platform_tuple, platform) if (path := folders / name / library).is_file()]
+        if not paths:
+            has = ", ".join(sorted(folder.name for folder in folders.glob("*"))) or "no machine"
+            needs = platform if fmu.description.fmiVersion.startswith("2.") else platform_tuple
+            raise FmuError(f"{fmu.path.name} has binaries for {has} only; this machine needs {needs}")
+        super().__init__(**given, instanceName="cradle", libraryPath=str(paths[0]))  # type: ignore[call-arg]
 
     def to_bytes(self: Any) -> bytes:
         """The state."""
