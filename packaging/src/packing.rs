@@ -33,6 +33,7 @@ impl Build {
                 "the new FMU would replace {from}, from which it is made; give another file with --out"
             )));
         }
+        let runs_here = ready.binaries.iter().any(|binary| Platform::host().ok() == Some(binary.platform));
         let mut entries = build::entries(&recipe, ready.binaries, standard)?;
         entries.extend(ready.licenses);
         if let Some(reason) = reference::add(&mut entries, &recipe, standard)? {
@@ -51,12 +52,13 @@ impl Build {
         // The Python package makes the page.
         let command = if environment::python().is_some() { "page" } else { "check" };
         let program = quoted(&std::env::args().next().unwrap_or_else(|| "cradle-fmu".to_owned()));
+        let hint = format!("Try it: {program} {command} {}\n", quoted(&path));
         // In one piece, for a reader who closes the pipe after the first line.
         print!(
-            "{path} ({} kB, n = {})\n{beside}Try it: {program} {command} {}\n",
+            "{path} ({} kB, n = {})\n{beside}{}",
             bytes.len().div_ceil(1000),
             recipe.balls,
-            quoted(&path)
+            if runs_here { &hint } else { "" }
         );
         Ok(())
     }

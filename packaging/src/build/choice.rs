@@ -158,7 +158,7 @@ impl Choice {
 /// The variables of `name`, with their values.
 fn elements(name: &str, mut values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
     let (position, row) = names::settable(name, balls)?;
-    if let Some(refusal) = values.iter().find_map(|value| names::unit_written(row, value)) {
+    if let Some(refusal) = values.iter().find_map(|value| names::not_a_number(row, value)) {
         return Err(refusal);
     }
     if name == row.name && row.shape != Shape::Scalar {

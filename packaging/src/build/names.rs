@@ -54,14 +54,21 @@ pub fn settable(name: &str, balls: usize) -> Result<(usize, &'static Row), Strin
     }
 }
 
-/// The error for a `value` of `row` that is a number followed by a unit.
-pub fn unit_written(row: &Row, value: &StartValue) -> Option<String> {
+/// The error for a `value` of `row` that is text where a number is needed, such as one with its unit.
+pub fn not_a_number(row: &Row, value: &StartValue) -> Option<String> {
     let StartValue::Item(text) = value else { return None };
-    let end =
-        text.find(|c: char| c.is_ascii_alphabetic() && !matches!(c, 'e' | 'E') || c.is_whitespace() || c == '%')?;
-    let number = text.get(..end).filter(|number| number.parse::<f64>().is_ok())?;
-    (row.access.data_type() == Type::Real).then(|| {
-        let unit = if row.unit() == "1" { "has no unit".to_owned() } else { format!("is in {}", row.unit()) };
-        format!("{} = {text} is refused: leave the unit out, {number} {unit}", row.name)
+    if row.access.data_type() != Type::Real {
+        return None;
+    }
+    let refused = format!("{} = {text} is refused", row.name);
+    let of_unit = |c: char| c.is_ascii_alphabetic() && !matches!(c, 'e' | 'E') || c.is_whitespace() || c == '%';
+    let is_number = |text: &&str| text.parse::<f64>().is_ok();
+    let number = text.find(of_unit).and_then(|end| text.get(..end)).filter(is_number);
+    Some(match number {
+        Some(number) if row.unit() == "1" => format!("{refused}: leave the unit out, {number} has no unit"),
+        Some(number) => format!("{refused}: leave the unit out, {number} is in {}", row.unit()),
+        None if is_number(&text.as_str()) => format!("{refused}: write the number without quotes"),
+        None if text.starts_with('[') || text.ends_with(']') => format!("{refused}: write the list without brackets"),
+        None => format!("{refused}; allowed: a number"),
     })
 }

@@ -105,6 +105,20 @@ fn the_hint_after_a_build_works_as_it_stands() {
     assert_eq!(tried.code, 0, "{hint}: {}{}", tried.output, tried.error);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn an_fmu_for_other_machines_comes_without_a_hint() {
+    const MACHINE: usize = 18; // its place in an ELF header
+    let folder = Folder::new("foreign hint");
+    let (platform, machine) = if cfg!(target_arch = "x86_64") { ("aarch64-linux", 183) } else { ("linux64", 62) };
+    let mut library = fs::read(super::support::library_path()).unwrap();
+    library[MACHINE] = machine;
+    let binary = format!("{platform}={}", folder.write("other.so", library));
+    let built = run(&["build", "--binary", &binary, "--out", &folder.file("other.fmu")]);
+    assert_eq!(built.code, 0, "{}", built.error);
+    assert!(built.output.contains("other.fmu (") && !built.output.contains("Try it"), "{}", built.output);
+}
+
 #[test]
 fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
     let folder = Folder::new("reference");

@@ -8,8 +8,9 @@ use super::support::{Folder, entries, fmu, library, library_path, run, run_in, t
 #[test]
 fn what_is_refused_is_named_and_leaves_nothing() {
     let folder = Folder::new("refused");
-    let [bad, torn] =
-        [("bad.toml", "x_start = [1, true]"), ("torn.toml", "balls = ")].map(|(name, text)| folder.write(name, text));
+    let [bad, torn, quoted] =
+        [("bad.toml", "x_start = [1, true]"), ("torn.toml", "balls = "), ("quoted.toml", "pendulum.length = \"0.2\"")]
+            .map(|(name, text)| folder.write(name, text));
     let text = format!("linux64={bad}");
     let other = if cfg!(windows) { "linux64" } else { "win64" };
     let foreign = format!("{other}={}", library_path().display());
@@ -41,7 +42,8 @@ fn what_is_refused_is_named_and_leaves_nothing() {
         ),
         (&["--set", "ball.mass=-1"], "--set ball.mass=-1: ball.mass = -1 kg is refused; allowed: finite and > 0 kg"),
         (&["--set", "ball.mass=inf"], "allowed: finite and > 0 kg"),
-        (&["--set", "ball.mass=heavy"], "ball.mass is of type Real"),
+        (&["--set", "ball.mass=heavy"], "--set ball.mass=heavy: ball.mass = heavy is refused; allowed: a number"),
+        (&["--set", "x_start=[-0.1,0,0,0,0]"], "x_start = [-0.1 is refused: write the list without brackets"),
         (&["--set", "contact.model=glue"], "contact.model = glue is refused; allowed: powerLaw (1) or hertz (2) or r"),
         (&["--set", "contact.model=2"], "contact.model = 2 is refused; allowed: powerLaw (1)"),
         (&["--set", "gravity"], "allowed: name=value"),
@@ -49,6 +51,7 @@ fn what_is_refused_is_named_and_leaves_nothing() {
         (&["--preset", "dest"], "there is no preset \"dest\"; did you mean \"desk\"?; allowed: textbook, figure3, "),
         (&["--parameters", &bad], "bad.toml: x_start is of type boolean"),
         (&["--parameters", &torn], "torn.toml: "),
+        (&["--parameters", &quoted], "pendulum.length = 0.2 is refused: write the number without quotes"),
         (&["--parameters", "nowhere.toml"], "cannot read nowhere.toml"),
         (&["--from", "nowhere.fmu"], "cannot read nowhere.fmu"),
         (&["--out", "nowhere/x.fmu"], "--out: there is no folder nowhere"),
