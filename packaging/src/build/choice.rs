@@ -64,6 +64,8 @@ impl Preset {
 #[derive(Default)]
 pub struct Choice {
     balls: Option<usize>,
+    /// The preset, and its number of balls.
+    preset: Option<(&'static str, usize)>,
     /// Origin, name and values of each start value; one value, or one for each variable of an array.
     assignments: Vec<(String, String, Vec<StartValue>)>,
 }
@@ -76,7 +78,9 @@ impl Choice {
 
     /// Takes everything from a preset.
     pub fn preset(&mut self, preset: &Preset) -> Result<(), Error> {
-        self.toml(&format!("preset {}", preset.name), preset.file)
+        self.toml(&format!("preset {}", preset.name), preset.file)?;
+        self.preset = self.balls.map(|balls| (preset.name, balls));
+        Ok(())
     }
 
     /// Takes everything from a parameter file.
@@ -143,6 +147,14 @@ impl Choice {
     pub fn recipe(self) -> Result<Recipe, Error> {
         let mut recipe = Recipe::new(self.balls.unwrap_or(DEFAULT_BALLS));
         recipe.settings()?;
+        // Every preset lists the positions of its balls.
+        if let Some((preset, balls)) = self.preset.filter(|(_, balls)| *balls != recipe.balls) {
+            return Err(Error::Usage(format!(
+                "preset {preset} is of {balls} balls, not {}; leave out the number of balls, or set the preset's values \
+                 one by one, with your own x_start",
+                recipe.balls
+            )));
+        }
         for (origin, name, values) in self.assignments {
             // Checked alone, so that the error can name where it was given.
             let mut alone = Recipe::new(recipe.balls);

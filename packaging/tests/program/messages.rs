@@ -34,6 +34,7 @@ fn what_is_refused_is_named_and_leaves_nothing() {
             "--set x_start[7]=0.1: x_start[7]: index 7 is refused; allowed: 1 to 5, in a cradle of 5 ball(s)",
         ),
         (&["--balls", "1", "--set", "contact.gap[1]=0"], "index 1 is refused; there are none, in a cradle of 1 ball("),
+        (&["--balls", "7", "--preset", "desk", "--set", "v_start=0,0,0,0,0,0,0"], "preset desk is of 5 balls, not 7; "),
         (&["--set", "x_start=0,0"], "x_start takes a list of 5 value(s)"),
         (&["--set", "gravity=1,2"], "gravity takes one value, not 2; write decimals with a point"),
         (
