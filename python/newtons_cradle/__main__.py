@@ -5,7 +5,8 @@ import sys
 import zipfile
 from pathlib import Path
 
-from .errors import CradleError, FileMissing, InvalidValue
+from .errors import CradleError, InvalidValue
+from .files import in_folder
 from .page import save_page, save_site
 from .progress import Progress
 from .recording import LENGTH, RADIUS, Recording, RecordingError, from_csv
@@ -80,8 +81,7 @@ def arguments() -> argparse.ArgumentParser:
 def make_page(options: argparse.Namespace) -> None:
     """Makes the page that the command line asks for."""
     kind = options.file.suffix.lower()
-    out = options.out or options.file.with_suffix(".html")
-    needs_folder(out)
+    out = in_folder(options.out or options.file.with_suffix(".html"), "--out")  # before the work is done
     if kind == ".fmu":
         if options.stop > LONGEST and not options.force:
             raise InvalidValue(
@@ -104,14 +104,7 @@ def make_live(options: argparse.Namespace) -> None:
     if options.site:
         written(options.site / "index.html", save_site(options.site))
     else:
-        needs_folder(options.out)
-        save(options.out)
-
-
-def needs_folder(out: Path) -> None:
-    """Before the work is done. Raises FileMissing."""
-    if not out.parent.is_dir():
-        raise FileMissing(f"--out: there is no folder {out.parent}")
+        save(in_folder(options.out, "--out"))
 
 
 def save(out: Path, recording: Recording | None = None) -> None:

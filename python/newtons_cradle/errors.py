@@ -1,8 +1,10 @@
 """The errors of this package: one family, `CradleError`. Their messages say what was wrong and what is allowed."""
 
 import difflib
+import inspect
 import math
 import numbers
+import warnings
 from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
@@ -40,12 +42,30 @@ class DoubtfulStart(UserWarning):
     or swings too wide for linear pendulums."""
 
 
-def number(name: str, value: Any, unit: str = "", *, positive: bool = False) -> float:
-    """The value as a finite number, a positive one if wanted. Raises InvalidValue."""
+def doubt(text: str) -> None:
+    """Warns of doubtful start values, at the line outside this package that gave them."""
+    frame, level = inspect.currentframe(), 1
+    while frame and frame.f_globals["__name__"].startswith(f"{__package__}."):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, DoubtfulStart, stacklevel=level)
+
+
+def number(
+    name: str,
+    value: Any,
+    unit: str = "",
+    *,
+    positive: bool = False,
+    least: float = -math.inf,
+    most: float = math.inf,
+) -> float:
+    """The value as a finite number, a positive one if wanted, from `least` to `most`. Raises InvalidValue."""
     real = isinstance(value, numbers.Real) and math.isfinite(value) and not isinstance(value, bool)
-    if not real or (positive and not value > 0):
+    if not real or (positive and not value > 0) or not least <= value <= most:
+        ends = [f"at least {least:g}"] if least > -math.inf else []
+        ends += [f"at most {most:g}"] if most < math.inf else []
         allowed = f"a {'positive' if positive else 'finite'} number{f' ({unit})' if unit else ''}"
-        raise InvalidValue(f"{name} = {value!r} is refused; allowed: {allowed}")
+        raise InvalidValue(f"{name} = {value!r} is refused; allowed: {', '.join([allowed, *ends])}")
     return float(value)
 
 

@@ -7,7 +7,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from .errors import FileMissing
+from .errors import FileMissing, needed
 
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]  # if this is one
@@ -41,6 +41,14 @@ def newest(*paths: Path) -> Path:
         cure = "run `cargo pack build --release`" if IN_CHECKOUT else "install newtons-cradle again"
         raise FileMissing(f"{paths[0]} is missing: {cure}")
     return max(found, key=lambda path: path.stat().st_mtime)
+
+
+def in_folder(path: str | Path, what: str = "path") -> Path:
+    """The path of a file to write. Raises FileMissing if there is no such folder, InvalidValue if it is no path."""
+    needed(what, path, str | Path, "the path of a file")
+    if not (folder := Path(path).parent).is_dir():
+        raise FileMissing(f"{what}: there is no folder {folder}")
+    return Path(path)
 
 
 def presets() -> dict[str, dict[str, Any]]:

@@ -19,9 +19,10 @@ import numpy as np
 from fmpy import extract, read_model_description
 
 from . import files
-from .errors import FileMissing, FmuError, InvalidValue, needed, number, whole
+from .errors import FileMissing, FmuError, InvalidValue, doubt, needed, number, whole
 from .run import Model, Result, Run
-from .run.model import Values
+from .run.model import Values, meant
+from .setups import MOST_BALLS
 
 MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 
@@ -36,6 +37,7 @@ class Fmu(Model):
 
     def __init__(self, path: str | Path | None = None, folder: str | Path | None = None):
         needed("path", path, str | Path | None, "the path of an .fmu file")
+        needed("folder", folder, str | Path | None, "the path of a folder")
         path = files.newest(files.FMU) if path is None else Path(path)
         if not path.exists():
             own = "without a path, nc.Fmu() takes the FMU that comes with the package"
@@ -50,8 +52,15 @@ class Fmu(Model):
             raise FmuError(
                 f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {files.MODEL} of FMI 3.0"
             )
-        super().__init__(path, description, extract(str(path), unzipdir=str(folder) if folder else None))
+        try:
+            unpacked = extract(str(path), unzipdir=str(folder) if folder else None)
+        except OSError as problem:
+            raise FmuError(f"{path} cannot be unpacked: {problem}") from problem
+        super().__init__(path, description, unpacked)
         self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+
+    def __repr__(self) -> str:
+        return super().__repr__() if self._remove.alive else f"Fmu({self.path.name}, closed)"
 
     def __enter__(self) -> "Fmu":
         return self
@@ -134,9 +143,9 @@ class Fmu(Model):
             recorder.sample()
             for i, time in enumerate(points, start=1):
                 if inputs is not None:
-                    run.set(inputs(run.time))
+                    run.set(returned("inputs(t)", inputs(run.time)))
                 if control is not None:
-                    run.set(control(run))
+                    run.set(returned("control(run)", control(run)))
                 run.step_to(time)
                 recorder.sample()
                 if progress is not None and (i * 200 // len(points) != (i - 1) * 200 // len(points)):
@@ -158,9 +167,13 @@ def build(
 
     `nc.build(balls=13, set={"x_start": [-0.1] + 12 * [0], "contact.model": "hertz"})`. `fmi`: the version of the
     standard, 2 or 3. `out`: where to write the file; if None, into a temporary folder, removed with the FMU. Nothing is
-    compiled: `binaries` is the FMU whose binaries it gets; if None, the one that comes with the package. Raises
+    compiled: `binaries` is the FMU whose binaries it gets; if None, the one that comes with the package. A preset has
+    its own number of balls; for another, `balls=7, set=nc.preset("desk") | {"x_start": [-0.03] + 6 * [0]}`. Raises
     FmuError with what `cradle-fmu` says, InvalidValue, and FileMissing where that program is missing.
     """
+    if balls is not None:
+        whole("balls", balls, 1, MOST_BALLS)
+    needed("preset", preset, str | None, "a name such as 'desk'")
     needed("set", set, Mapping | None, 'a dict such as {"ball.mass": 0.5}')
     whole("fmi", fmi, 2, 3)
     folder = Path(tempfile.mkdtemp(prefix="cradle-"))
@@ -181,9 +194,21 @@ def build(
     if done.returncode:
         shutil.rmtree(folder, ignore_errors=True)
         raise FmuError(done.stderr.strip().removeprefix("error: "))
+    said = [
+        line.removeprefix("warning: ") for line in done.stderr.splitlines() if line.startswith("warning: ")
+    ]
+    for line in said if not meant(set or {}) else ():
+        doubt(line)
     fmu = Fmu(path)
     weakref.finalize(fmu, shutil.rmtree, folder, ignore_errors=True)
     return fmu
+
+
+def returned(function: str, values: Any) -> Values:
+    """What a function of the user's gave for a step. Raises InvalidValue unless it is a dict."""
+    needed(function, values, Mapping, 'a returned dict of inputs, such as {"F_ext[1]": 0.2} or {},')
+    found: Values = values
+    return found
 
 
 def equal_steps(stop: float, step: float) -> list[float]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .errors import CradleError
-from .files import ENGINE, PAGE, presets
+from .files import ENGINE, PAGE, in_folder, presets
 from .pulses import FIELDS
 from .recording import Columns, Recording
 
@@ -43,7 +43,7 @@ def save_page(
     # One pass, so that nothing in a part is taken for a slot.
     template = (PAGE / "template.html").read_text(encoding="utf-8")
     finished = re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], template)
-    return Path(path).write_bytes(finished.encode("utf-8"))
+    return in_folder(path).write_bytes(finished.encode("utf-8"))
 
 
 def save_site(folder: str | Path) -> int:

@@ -23,14 +23,25 @@ SHOWN = 10  # rows of a table of pulses that are printed
 
 
 class Pulses(np.ndarray):
-    """A table of pulses: an array of dtype `PULSE`, printed with its units, the first rows only. Its columns are plain
-    arrays."""
+    """A table of pulses: an array of dtype `PULSE`, printed with its units, the first rows only. Its columns, and what
+    is computed of them, are plain arrays."""
 
     def __getitem__(self, key: Any) -> Any:
         found = super().__getitem__(key)
         return found.view(np.ndarray) if isinstance(found, Pulses) and found.dtype != PULSE else found
 
+    def __array_wrap__(self, array: Array, context: Any = None, return_scalar: bool = False) -> Any:
+        return array[()] if return_scalar else array
+
+    def __eq__(self, other: Any) -> Any:
+        return np.asarray(self) == other
+
+    def __ne__(self, other: Any) -> Any:
+        return np.asarray(self) != other
+
     def __repr__(self) -> str:
+        if self.dtype != PULSE or self.ndim != 1:
+            return repr(np.asarray(self))
         rows = [
             f"{c:7d} {on:18.15g} {off:18.15g} {peak:12.6g} {p:14.6g}" for c, on, off, peak, p in self[:SHOWN]
         ]

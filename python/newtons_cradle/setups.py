@@ -39,22 +39,22 @@ def preset(name: str) -> Preset:
 
 
 def power_law(k: float, p: float = 1.0, dead_band: float = 0.0) -> Start:
-    """Contacts F = k overlap^p, k in N/m^p; `dead_band` in m. Raises InvalidValue."""
+    """Contacts F = k overlap^p, k in N/m^p, p from 1 to 10; `dead_band` in m, not negative. Raises InvalidValue."""
     return {
         "contact.model": "powerLaw",
         "contact.stiffness": number("k", k, "N/m^p", positive=True),
         "contact.overlapRef": 1.0,
-        "contact.exponent": number("p", p, positive=True),
-        "contact.deadBand": number("dead_band", dead_band, "m"),
+        "contact.exponent": number("p", p, least=1.0, most=10.0),
+        "contact.deadBand": number("dead_band", dead_band, "m", least=0.0),
     }
 
 
-def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 1.0) -> Start:
+def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 0.1) -> Start:
     """`left` of `n` balls lifted to the left and `right` to the right by `amplitude` (m), at rest. Raises
     InvalidValue."""
     whole("left", left, 0, whole("n", n, 1, MOST_BALLS))
     whole("right", right, 0, n - left)
-    number("amplitude", amplitude, "m")
+    number("amplitude", amplitude, "m", least=0.0)
     x = [-amplitude] * left + [0.0] * (n - left - right) + [amplitude] * right
     return _vector("x_start", x) | _vector("v_start", [0.0] * n)
 
@@ -70,8 +70,8 @@ def chain(p: float, strikers: int, *, n: int = 5) -> Start:
 
 def figure5(dead_band: float | None = None) -> Start:
     """Figures 4 and 5, Table 1: two of five balls lifted; `dead_band` (m) instead of the paper's."""
-    changed = {} if dead_band is None else {"contact.deadBand": number("dead_band", dead_band, "m")}
-    return Preset(preset("figure5") | changed)
+    band = preset("figure5")["contact.deadBand"] if dead_band is None else dead_band
+    return preset("figure5") | {"contact.deadBand": number("dead_band", band, "m", least=0.0)}
 
 
 def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .fmu import Fmu, equal_steps
+from .errors import InvalidValue, whole
+from .fmu import MOST_STEPS, Fmu, equal_steps
 from .pulses import Array, impact_sequences
 from .recording import LARGEST, Recording, RecordingError, known_of, of_columns
 from .run import Result
@@ -14,11 +15,16 @@ from .run.model import Values
 Told = Callable[[float], None] | None  # of the fraction done
 
 
-def sample_times(pulses: Array, stop: float, step: float, per_pulse: int = 32) -> Array:
-    """Communication points (s) every `step` up to `stop` and `per_pulse` of them in every pulse.
+RESOLVED = 4  # samples that a pulse needs for its impulse
 
-    Pulses without duration, such as those of rigid contacts, get points from a nanosecond before them.
+
+def sample_times(pulses: Array, stop: float, step: float, per_pulse: int = 32) -> Array:
+    """Communication points (s) every `step` up to `stop` and `per_pulse` of them, at least 2, in every pulse.
+
+    Pulses without duration, such as those of rigid contacts, get points from a nanosecond before them. Raises
+    InvalidValue.
     """
+    whole("per_pulse", per_pulse, 2, MOST_STEPS)
     begins = np.minimum(pulses["onset"], pulses["release"] - 1e-9)
     inside = [np.linspace(*ends, per_pulse) for ends in zip(begins, pulses["release"], strict=True)]
     times = np.unique(np.concatenate([[0.0], equal_steps(stop, step), *inside]))
@@ -57,9 +63,18 @@ def overlaps(result: Result) -> Array:
     """Overlap of each contact's pulse with the next contact's, shape (contacts - 1,), 0 to 1.
 
     The impulse that they share, the integral of min(F_i, F_(i+1)), divided by the smaller of their impulses. Uses
-    the trapezoidal rule, so the samples must resolve the pulses. 0 where one of the two never closed.
+    the trapezoidal rule, so the samples must resolve the pulses. 0 where one of the two never closed. Raises
+    InvalidValue where a pulse has fewer than 4 samples.
     """
     force, time = result.stack("F"), result["time"]
+    pulses = result.pulses[result.pulses["release"] > result.pulses["onset"]]  # rigid contacts have no force
+    onset, release = pulses["onset"], pulses["release"]
+    samples = np.searchsorted(time, release, side="right") - np.searchsorted(time, onset)
+    for i in np.flatnonzero((onset >= time[:1]) & (release <= time[-1:]) & (samples < RESOLVED))[:1]:
+        raise InvalidValue(
+            f"the samples do not resolve the pulses: contact {pulses['contact'][i]} has {samples[i]} in its pulse at "
+            f"{onset[i]:.9g} s; allowed: at least {RESOLVED}, as in results of `nc.resolved`"
+        )
     shared = np.trapezoid(np.minimum(force[:, :-1], force[:, 1:]), time, axis=0)
     impulse = np.trapezoid(force, time, axis=0)
     smaller = np.minimum(impulse[:-1], impulse[1:])
@@ -68,11 +83,13 @@ def overlaps(result: Result) -> Array:
 
 
 def energy_error(result: Result) -> float:
-    """Largest |E_residual| of a run, divided by its start energy. E_residual and E_total must be recorded.
+    """Largest |E_residual| of a run, divided by its largest energy; 0 for one without any. E_residual and E_total must
+    be recorded.
 
     E_residual is E_total + E_dissipated - W_external - E_total(start): the solver's own error.
     """
-    return float(np.max(np.abs(result["E_residual"])) / result["E_total"][0])
+    error, largest = (np.max(np.abs(result[name])) for name in ("E_residual", "E_total"))
+    return float(error / largest) if error else 0.0
 
 
 def momentum_of_sequences(result: Result, pause: float = 0.01) -> Array:

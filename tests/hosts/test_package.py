@@ -3,6 +3,8 @@
 import re
 import sys
 import warnings
+from pathlib import Path
+from textwrap import dedent
 
 import fmpy
 import newtons_cradle as nc
@@ -49,7 +51,25 @@ def either(request) -> nc.Fmu:
         (lambda fmu: nc.Fmu(ROOT / "README.md"), "README.md is not an FMU"),
         (lambda fmu: fmu.simulate(times=5), "a list of communication points (s) is needed"),
         (lambda fmu: fmu.simulate(inputs={"a_support": 1.0}), "inputs: a function is needed"),
-        (lambda fmu: fmu.simulate(inputs=lambda t: None), "values: a dict"),
+        (lambda fmu: fmu.simulate(inputs=lambda t: None), "inputs(t): a returned dict of inputs"),
+        (lambda fmu: fmu.simulate(control=lambda run: None), "control(run): a returned dict of inputs"),
+        (lambda fmu: fmu.simulate(record=[["x"]]), "record: a name such as 'x[1]' is needed, not ['x']"),
+        (lambda fmu: fmu.simulate(stop=0.1)[0], "name: a variable's, such as 'x[1]', is needed, not 0"),
+        (lambda fmu: fmu.simulate(stop=0.1).plot(["x", "v"]), "is needed, not ['x', 'v']"),
+        (lambda fmu: fmu.simulate(stop=0.1, record=[]).plot(), "x was not recorded"),
+        (lambda fmu: fmu.simulate(stop=0.1).plot(origin="a"), "origin = 'a' is refused"),
+        (lambda fmu: fmu.simulate(stop=0.1, record=["x"]).to_parquet("none/x"), "there is no folder none"),
+        (lambda fmu: nc.overlaps(fmu.simulate(stop=1.0)), "contact 2 has 0 in its pulse at 0.702493101 s"),
+        (lambda fmu: nc.resolved(fmu, stop=1.0, per_pulse=0), "per_pulse = 0 is refused"),
+        (lambda fmu: fmu.parameters["mass"], "'mass' is no name in this table; did you mean ball.mass?"),
+        (lambda fmu: fmu.variable(5), "name: a variable's, such as 'x[1]', is needed, not 5"),
+        (lambda fmu: fmu.start(initialize=False).step(0.1), "call `initialize` first"),
+        (lambda fmu: fmu.start().step_to_onset(-1), "before = -1 is refused; allowed: a finite number (s), at least 0"),
+        (lambda fmu: fmu.start().zoom(1e-6, 1e-3, ["F"]), "allowed: a positive number (s), at most 1e-06"),
+        (lambda fmu: nc.Fmu(fmu.path, ROOT / "README.md"), "cannot be unpacked: "),
+        (lambda fmu: nc.power_law(1e9, 11), "p = 11 is refused; allowed: a finite number, at least 1, at most 10"),
+        (lambda fmu: nc.figure5(dead_band=-1), "dead_band = -1 is refused"),
+        (lambda fmu: nc.lifted(1, amplitude=-1), "amplitude = -1 is refused"),
         (lambda fmu: fmu.start({5: 1.0}), "the name of a variable is needed, not 5"),
         (lambda fmu: fmu.start({"ball.mass": None}), "ball.mass = None is not a number"),
         (lambda fmu: fmu.start({"contact.model": 9}), "contact.model = 9 is refused; allowed: powerLaw (1)"),
@@ -67,8 +87,11 @@ def either(request) -> nc.Fmu:
         (lambda fmu: nc.impact_sequences([]), "a table such as `result.pulses` is needed"),
         (lambda fmu: fmu.require(balls=13), "has 5 balls where 13 are needed"),
         (lambda fmu: fmu.require(starts={"contact.model": "hertz"}), "= powerLaw where hertz is needed"),
-        (lambda fmu: nc.build(balls=0, binaries=fmu.path), "balls = 0 is refused; allowed: 1 to 10000"),
         (lambda fmu: nc.build(set={"ball.mass": (50, "g")}), "ball.mass = (50, 'g') is refused; allowed: a number"),
+        (lambda fmu: nc.build(balls=0, binaries=fmu.path), "balls = 0 is refused; allowed: a whole number from 1 to 10000"),
+        (lambda fmu: nc.build(balls="7", binaries=fmu.path), "balls = '7' is refused; allowed: a whole number from 1"),
+        (lambda fmu: nc.build(balls=7, preset="desk", binaries=fmu.path), "preset desk is of 5 balls, not 7; leave out"),
+        (lambda fmu: nc.build(preset=nc.preset("desk"), binaries=fmu.path), "preset: a name such as 'desk' is needed"),
         (lambda fmu: nc.build(fmi=4, binaries=fmu.path), "fmi = 4 is refused; allowed: a whole number from 2 to 3"),
     ],
 )  # fmt: skip
@@ -87,9 +110,18 @@ def test_a_wrong_sign_is_told(either):
     with warnings.catch_warnings(action="error"):
         with pytest.raises(nc.DoubtfulStart, match=pressed):
             either.start({"x_start[3]": 0.1})
-        either.start(nc.figure5()).close()
+        either.start(nc.figure5() | {"contact.damping": 1.0}).close()
+        either.start(nc.lifted(2)).close()
+        with nc.build(preset="figure3", binaries=either.path) as wide:
+            wide.simulate({"contact.damping": 1.0}, stop=0.01)
         with pytest.raises(nc.DoubtfulStart, match="ball 1 swings farther than a quarter of its pendulum"):
-            either.start(nc.figure5() | {"contact.damping": 1.0})
+            either.start(nc.figure5() | {"pendulum.length": 1.0})
+        with pytest.raises(nc.DoubtfulStart, match=pressed):
+            nc.build(set={"x_start[3]": 0.1}, binaries=either.path)
+    for call in (either.start, either.simulate):
+        with pytest.warns(nc.DoubtfulStart) as told:
+            call({"x_start[3]": 0.1})
+        assert told[0].filename == __file__
 
 
 def test_what_is_printed_is_short(fmu):
@@ -101,6 +133,11 @@ def test_what_is_printed_is_short(fmu):
     lines = str(result.pulses).splitlines()
     assert len(lines) == 12 and lines[-1] == "... 42 pulses in all"
     assert type(result.pulses["peak"].max()) is np.float64
+    assert repr(result.pulses[:2] == result.pulses[:2]) == "array([ True,  True])"
+    assert repr(result.pulses[:2] != result.pulses[:2]) == "array([False, False])"
+    assert result.pulses[:2].reshape(2, 1).shape == (2, 1) and repr(result.pulses.reshape(2, -1))
+    with fmu.start() as run:
+        assert repr(run.save()) == "Saved(time=0.0)"
     assert result.pulses[0]["contact"] == 2 and float(lines[1].split()[1]) == pytest.approx(0.7024931006576)
 
 
@@ -121,6 +158,19 @@ def test_other_cradles_are_built(fmu, tmp_path):
     with nc.build(preset="desk", fmi=3, out=tmp_path / "desk.fmu", binaries=fmu.path) as desk:
         assert desk.path == tmp_path / "desk.fmu" and desk.description.fmiVersion == "3.0"
         assert desk.parameters["ball.radius"].default == repr(nc.preset("desk")["ball.radius"])
+
+
+def test_results_are_equal_if_their_contents_are(fmu):
+    result, again, other = (fmu.simulate(stop=1.0, step=step) for step in (0.01, 0.01, 0.02))
+    assert result == again and result != other and result != fmu.simulate(stop=1.0, record=["x"])
+    assert "x" in result and "x[2]" in result and "a_support" not in result
+
+
+def test_the_energy_of_a_cradle_that_rests_or_is_driven_from_rest(fmu):
+    hanging = nc.lifted(0)
+    assert nc.energy_error(fmu.simulate(hanging, stop=0.1)) == 0.0
+    driven = fmu.simulate(hanging, stop=2.0, inputs=lambda t: {"F_ext[1]": -0.5})
+    assert driven["E_total"].max() > 0.01 and nc.energy_error(driven) < 1e-12
 
 
 @pytest.mark.all
@@ -144,6 +194,20 @@ def test_what_is_right_and_what_is_wrong(cradle):
     with pytest.raises(AssertionError, match="the energy is off by"):
         assert_energy_kept(damped)
 """)
+    source = Path(nc.__file__).with_name("testing.py").read_text(encoding="utf-8")
+    doc = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    shown = [
+        dedent(re.search(r"\n\n(    def test_.+?)\"\"\"", source, re.DOTALL)[1]),
+        re.search(r"from newtons_cradle.testing.+?(?=```)", doc, re.DOTALL)[0],
+        *(
+            f"def test_{i}(cradle): {call}\n"
+            for i, call in enumerate(re.findall(r"`(cradle\(.+?\))`", source))
+        ),
+    ]
+    assert len(shown) == 3
+    for i, code in enumerate(shown):
+        mine = "from newtons_cradle.testing import *\ndef my_controller(run):\n    return {}\n"
+        (tmp_path / f"test_shown_{i}.py").write_text(mine + code)
     ended(sys.executable, "-m", "pytest", "-q", "-p", "newtons_cradle.testing", tmp_path)
 
 
@@ -155,6 +219,7 @@ def test_what_is_closed_says_so(fmu_path):
         run.get("x[1]")
     with pytest.raises(nc.FmuError, match="is closed"):
         fmu.start()
+    assert repr(fmu) == f"Fmu({fmu_path.name}, closed)"
 
 
 def test_another_guid_is_refused_with_both(fmu):
@@ -221,6 +286,8 @@ def test_a_result_as_picture(fmu, tmp_path):
     assert np.array_equal(figure.axes[0].lines[2].get_ydata(), result["x[3]"])
     figure.savefig(tmp_path / "run.png")
     assert len(result.plot().axes) == 1
+    counts, closed = result.plot("pulses", "inContact").axes
+    assert counts.yaxis.get_major_formatter()(0.04) == "" and list(closed.get_yticks()) == [0, 1]
     with fmu.start(nc.figure5()) as run:
         onset, micro = run.zoom(span=1.1e-6, step=1e-9, record=["F"])
     (axis,) = micro.plot("F").axes

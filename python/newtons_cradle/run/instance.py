@@ -1,16 +1,15 @@
 """A running instance of an FMU, stepped as finely as you like."""
 
 import math
-import warnings
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ..errors import DoubtfulStart, FmuError, InvalidValue, needed, number
+from ..errors import FmuError, InvalidValue, doubt, needed, number
 from ..pulses import Array, pulse_table
-from .model import GIVEN, Model, Preset, Value, Values
+from .model import GIVEN, Model, Value, Values, meant
 from .result import Result
 from .slaves import FMU2Instance, FMU3Instance, Log
 
@@ -24,7 +23,7 @@ class Saved:
     """A saved state: the time it was saved at (s), and the bytes."""
 
     time: float
-    data: bytes
+    data: bytes = field(repr=False)
 
 
 class Run:
@@ -37,8 +36,8 @@ class Run:
     def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True):
         self.fmu, self.time = fmu, 0.0
         self.log = Log()
-        self._closed = False
-        self._meant = isinstance(values, Preset)
+        self._closed = self._initialized = False
+        self._meant = True
         version = FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance
         self.slave = version(fmu)
         try:
@@ -54,10 +53,10 @@ class Run:
         """Initialises an instance that was only instantiated, at its start time (s). Raises FmuError."""
         self._call(self.slave.enterInitializationMode, startTime=start_time)
         self._call(self.slave.exitInitializationMode)
-        self.time = start_time
+        self.time, self._initialized = start_time, True
         for line in self.log:
             if line.category == "logStatusWarning" and not self._meant:
-                warnings.warn(line.text, DoubtfulStart, stacklevel=4)
+                doubt(line.text)
 
     def __repr__(self) -> str:
         state = "closed" if self._closed else f"at {self.time:.9g} s"
@@ -98,6 +97,7 @@ class Run:
         UnknownName, FmuError.
         """
         numbers = self.fmu.settings(values)
+        self._meant = self._meant and meant(values)
         for kind, names, references in self._by_type(numbers):
             self._call(self.slave.write, kind, references, [numbers[name] for name in names])
 
@@ -107,7 +107,7 @@ class Run:
         value: float | int | bool = self[name]
         return value
 
-    def __setitem__(self, name: str, value: Value) -> None:
+    def __setitem__(self, name: str, value: Value | Sequence[Value] | Array) -> None:
         self.set({name: value})
 
     def __getitem__(self, name: str) -> Any:
@@ -118,6 +118,8 @@ class Run:
     def step(self, h: float) -> None:
         """One communication step of `h` seconds. Raises InvalidValue, FmuError."""
         number("h", h, "s", positive=True)
+        if not self._initialized and not self._closed:
+            raise FmuError("a step is refused before the run is initialized; call `initialize` first")
         self._call(self.slave.doStep, self.time, h)
         self.time += h
 
@@ -134,11 +136,12 @@ class Run:
         self.time = t
 
     def step_to_onset(self, before: float = 0.0) -> float:
-        """Steps to the next onset, or to `before` seconds ahead of it; returns the time of the onset.
+        """Steps to the next onset, or to `before` seconds ahead of it (not negative); returns the time of the onset.
 
         If a contact phase is so long that the FMU does not see its end, this takes several steps. Raises FmuError if
-        no contact will close any more, or if none is in sight after many steps.
+        no contact will close any more, or if none is in sight after many steps; InvalidValue.
         """
+        number("before", before, "s", least=0.0)
         for _ in range(LOOKS):
             onset = float(self.get("t_next"))
             if onset >= NEVER:
@@ -168,8 +171,7 @@ class Run:
     ) -> tuple[float, Result]:
         """The micro view of the next impact: records every `step` (s) from `before` (s) ahead of the onset until `span`
         (s) after it. Returns the time of the onset and the samples. Raises InvalidValue, FmuError."""
-        for name, value in (("span", span), ("step", step)):
-            number(name, value, "s", positive=True)
+        number("step", step, "s", positive=True, most=number("span", span, "s", positive=True))
         onset = self.step_to_onset(before)
         recorder = self.recorder(record)
         recorder.sample()
@@ -187,11 +189,11 @@ class Run:
         """Restores a saved state; the run continues bit-for-bit identically. The log is kept. Raises InvalidValue, FmuError."""
         needed("saved", saved, Saved, "what `save` returned")
         self._call(self.slave.go_to, saved.data)
-        self.time = saved.time
+        self.time, self._initialized = saved.time, True
 
-    def recorder(self, names: Iterable[str]) -> "Recorder":
+    def recorder(self, record: Iterable[str]) -> "Recorder":
         """Records the named variables of this run, all elements where an array is named. Raises UnknownName."""
-        return Recorder(self, list(dict.fromkeys(self.fmu.names(names))))
+        return Recorder(self, list(dict.fromkeys(self.fmu.names(record))))
 
     def _by_type(self, names: Iterable[str]) -> list[tuple[str, list[str], list[Any]]]:
         """These variables by type: type, names, references."""

@@ -27,8 +27,20 @@ OTHERS = ("independent", "structuralParameter")
 OF_LAST_ELEMENT = "; the last element belongs to no contact"
 
 
+PLACING = ("x_start", "v_start", "pendulum.length", "contact.gap")  # how names begin that place the balls
+
+
 class Preset(dict[str, Any]):
-    """Start values of a preset; a run with them unchanged gives no DoubtfulStart."""
+    """Start values of a preset, which are meant; `preset | others` places the balls as `others` do, if they do."""
+
+    def __or__(self, others: dict[str, Any]) -> dict[str, Any]:  # type: ignore[override]
+        merged = super().__or__(others)
+        return Preset(merged) if isinstance(others, dict) and meant(others) else merged
+
+
+def meant(values: Values) -> bool:
+    """Whether nothing is doubtful in these values: the balls stay where a preset, or the FMU's maker, placed them."""
+    return isinstance(values, Preset) or not any(name.startswith(PLACING) for name in values)
 
 
 class Model:
@@ -70,6 +82,7 @@ class Model:
 
     def variable(self, name: str) -> Any:
         """FMPy's description of one variable. Raises UnknownName."""
+        needed("name", name, str, "a variable's, such as 'x[1]',")
         if name not in self.variables:
             raise UnknownName(self._unknown(name))
         return self.variables[name]
@@ -114,12 +127,13 @@ class Model:
             return next(item for item, number in self.items(name).items() if number == value)
         return f"{value:{digits}}" if kind == "Real" else str(value)
 
-    def names(self, wanted: Iterable[str]) -> list[str]:
+    def names(self, record: Iterable[str]) -> list[str]:
         """These variables; where an array x is named, its elements x[1], x[2], ... Raises UnknownName."""
-        if isinstance(wanted, str) or not isinstance(wanted, Iterable):
-            raise InvalidValue(f"record: a list of names such as ['x[1]'] is needed, not {wanted!r}")
+        if isinstance(record, str) or not isinstance(record, Iterable):
+            raise InvalidValue(f"record: a list of names such as ['x[1]'] is needed, not {record!r}")
         found: list[str] = []
-        for name in wanted:
+        for name in record:
+            needed("record", name, str, "a name such as 'x[1]'")
             found += self.arrays[name] if name in self.arrays else [self.variable(name).name]
         return found
 

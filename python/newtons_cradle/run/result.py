@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import UnknownName, did_you_mean, optional
+from ..errors import UnknownName, did_you_mean, needed, number, optional
+from ..files import in_folder
 from ..page import save_page
 from ..pulses import Array
 from ..recording import from_result
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
 
 NARROW = 0.01  # of the time before it: the length of a view whose axis counts from its first sample
 
+LEGEND = 10  # names below each other in a legend beside its strip
 
-@dataclass(repr=False)
+
+@dataclass(repr=False, eq=False)
 class Result:
     """Samples of a run and its pulses.
 
@@ -28,7 +31,8 @@ class Result:
     `pulses`: structured array of dtype `PULSE`, finished pulses only, by onset;
     `units`: of the recorded variables, by name;
     `model` and `given`: what was run, and its parameters and inputs at the end, by name, if they are known.
-    `result["x[1]"]` is short for `result.samples["x[1]"]`, `result["x"]` for `result.stack("x")`.
+    `result["x[1]"]` is short for `result.samples["x[1]"]`, `result["x"]` for `result.stack("x")`. Results are equal if
+    their samples, pulses and units are.
     """
 
     samples: Array
@@ -47,6 +51,17 @@ class Result:
         span = f" from {time[0]:.9g} s to {time[-1]:.9g} s" if len(time) else ""
         return f"Result({len(time)} samples{span} of {', '.join(vectors)}; {len(self.pulses)} pulses)"
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Result):
+            return NotImplemented
+        same_names = self.names == other.names and self.units == other.units
+        tables = (self.samples, other.samples), (self.pulses, other.pulses)
+        return same_names and all(np.array_equal(mine, others) for mine, others in tables)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether this variable, or an element of this vector, was recorded."""
+        return any(name in (column, column.partition("[")[0]) for column in self.names)
+
     @property
     def names(self) -> list[str]:
         """The recorded names, `time` first."""
@@ -62,6 +77,7 @@ class Result:
 
     def _columns(self, name: str) -> list[str]:
         """The recorded variables that a name stands for: itself, or the elements of a vector."""
+        needed("name", name, str, "a variable's, such as 'x[1]',")
         found = [column for column in self.names if column == name or column.startswith(f"{name}[")]
         if not found:
             vectors = dict.fromkeys(column.partition("[")[0] for column in self.names)
@@ -83,7 +99,8 @@ class Result:
 
     def to_parquet(self, path: str | Path) -> None:
         """Writes the data frame as a Parquet file, which pandas reads with units. Raises PackageMissing
-        without pyarrow."""
+        without pyarrow, FileMissing without the folder."""
+        path = in_folder(path)
         frame = self.to_dataframe()
         optional("pyarrow", "data")
         frame.to_parquet(path, engine="pyarrow")
@@ -94,19 +111,21 @@ class Result:
         A signal is a variable or an array, whose elements share a strip; where they are equal, the first ones show
         beside the last. Without signals, it shows the positions x or, if those were not recorded, everything that was.
         `origin`: the time (s) that the axis counts from; if None, 0, or the first sample of a view that is much
-        shorter than the time before it. Raises UnknownName, and PackageMissing without matplotlib.
+        shorter than the time before it. Raises UnknownName, InvalidValue, and PackageMissing without matplotlib.
         """
         optional("matplotlib", "plot")
         from matplotlib import pyplot
         from matplotlib.ticker import EngFormatter
 
         vectors = dict.fromkeys(name.partition("[")[0] for name in self.names[1:])
-        shown = signals or (["x"] if "x" in vectors else list(vectors))
+        shown = signals or (list(vectors) if vectors and "x" not in vectors else ["x"])
         columns = [self._columns(signal) for signal in shown]  # before there is a figure
         time = self.samples["time"]
         if origin is None:
             origin = float(time[0]) if len(time) and time[-1] - time[0] < NARROW * time[0] else 0.0
-        size = (8.0, 1.0 + 1.8 * len(shown))
+        origin = number("origin", origin, "s")
+        beside = max(map(len, columns)) // LEGEND + 1  # columns of a legend
+        size = (8.0 + beside, 1.0 + 1.8 * len(shown))
         figure, axes = pyplot.subplots(
             len(shown), figsize=size, sharex=True, squeeze=False, layout="constrained"
         )
@@ -115,10 +134,13 @@ class Result:
                 width = 1.0 + 3.0 * (1 - place / len(names))
                 axis.plot(time - origin, self.samples[name], label=name, linewidth=width)
             axis.set_ylabel(signal)
-            axis.yaxis.set_major_formatter(EngFormatter(self.units.get(names[0], "")))
+            if self.samples.dtype[names[0]].kind == "b":
+                axis.set_yticks([0, 1])
+            elif (unit := self.units.get(names[0], "1")) not in ("", "1"):
+                axis.yaxis.set_major_formatter(EngFormatter(unit))
             axis.grid(alpha=0.3)
             if len(names) > 1:
-                axis.legend(ncols=2, fontsize="x-small")
+                axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), ncols=beside, fontsize="x-small")
         axes[-1, 0].set_xlabel(f"time after {origin:.12g} s" if origin else "time")
         axes[-1, 0].xaxis.set_major_formatter(EngFormatter("s"))
         return figure
@@ -127,8 +149,8 @@ class Result:
         """Writes the run as a page for a browser, one HTML file; returns its size in bytes.
 
         It takes x, v and F of all balls and contacts, samples that follow the balls, and energies if they were
-        recorded; `resolved` samples within the pulses as well. Raises RecordingError, which says what is missing, or
-        OSError.
+        recorded; `resolved` samples within the pulses as well. Raises RecordingError, which says what is missing,
+        FileMissing or OSError.
         """
         columns = {name: self.samples[name] for name in self.names}
         return save_page(path, from_result(columns, self.pulses, self.model, self.given))

@@ -4,7 +4,7 @@ import re
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..errors import optional
+from ..errors import UnknownName, did_you_mean, optional
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,6 +46,9 @@ class Variable:
 
 class Table(dict[str, Variable]):
     """Variables by name: `table["gravity"].unit`. Printed, elements of an array that are alike share a line."""
+
+    def __missing__(self, name: object) -> Variable:
+        raise UnknownName(f"{name!r} is no name in this table{did_you_mean(str(name), self)}")
 
     def to_dataframe(self) -> "pd.DataFrame":
         """As a pandas data frame, index `name`. Raises PackageMissing without pandas."""
