@@ -88,7 +88,7 @@ def measure(fmu: nc.Fmu, case: dict) -> dict:
     last_ball: share of the energy that the last ball has after the first click;
     middle_ball: largest deflection of the middle ball in the last period over the amplitude;
     energy_left: energy after ten seconds over the energy at the start;
-    energy_error: the solver's own, over the energy at the start; pulses: how many there were.
+    energy_error: the solver's own, over the largest energy; pulses: how many there were.
     """
     n = fmu.balls
     values, middle, last = start_values(**case, n=n), f"x[{(n + 1) // 2}]", n

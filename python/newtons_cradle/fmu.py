@@ -204,11 +204,10 @@ def build(
     return fmu
 
 
-def returned(function: str, values: Any) -> Values:
+def returned(function: str, values: Values) -> Values:
     """What a function of the user's gave for a step. Raises InvalidValue unless it is a dict."""
     needed(function, values, Mapping, 'a returned dict of inputs, such as {"F_ext[1]": 0.2} or {},')
-    found: Values = values
-    return found
+    return values
 
 
 def equal_steps(stop: float, step: float) -> list[float]:
