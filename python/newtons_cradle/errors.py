@@ -71,9 +71,9 @@ def number(
 
 def whole(name: str, value: Any, least: int, most: int) -> int:
     """The value as a whole number from `least` to `most`. Raises InvalidValue."""
-    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+    if not isinstance(value, numbers.Integral) or isinstance(value, bool) or not least <= value <= most:
         raise InvalidValue(f"{name} = {value!r} is refused; allowed: a whole number from {least} to {most}")
-    return value
+    return int(value)
 
 
 def needed(what: str, value: Any, kind: Any, example: str) -> None:

@@ -153,7 +153,10 @@ def test_variables_are_tables(fmu):
 
 def test_other_cradles_are_built(fmu, tmp_path):
     lift, hertz = [-0.1] + 12 * [0.0], {"contact.model": "hertz"}
-    with nc.build(balls=13, set={"x_start": lift} | hertz, binaries=fmu.path) as other, other.start() as run:
+    with (
+        nc.build(balls=np.int64(13), set={"x_start": lift} | hertz, binaries=fmu.path) as other,
+        other.start() as run,
+    ):
         assert other.balls == 13 and run["x"].tolist() == lift and run["contact.model"] == 2
     with nc.build(preset="desk", fmi=3, out=tmp_path / "desk.fmu", binaries=fmu.path) as desk:
         assert desk.path == tmp_path / "desk.fmu" and desk.description.fmiVersion == "3.0"

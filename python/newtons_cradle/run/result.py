@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from .model import Model
 
-NARROW = 0.01  # of the time before it: the length of a view whose axis counts from its first sample
+NARROW = 0.01  # of the time before it, or of its values: a view that is shown from an offset
 
 LEGEND = 10  # names below each other in a legend beside its strip
 
@@ -137,7 +137,11 @@ class Result:
             if self.samples.dtype[names[0]].kind == "b":
                 axis.set_yticks([0, 1])
             elif (unit := self.units.get(names[0], "1")) not in ("", "1"):
-                axis.yaxis.set_major_formatter(EngFormatter(unit))
+                low, high = axis.dataLim.intervaly
+                if high - low > NARROW * max(abs(low), abs(high)):
+                    axis.yaxis.set_major_formatter(EngFormatter(unit))
+                else:  # matplotlib's own formatter says once what all ticks share
+                    axis.set_ylabel(f"{signal}, {unit}")
             axis.grid(alpha=0.3)
             if len(names) > 1:
                 axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), ncols=beside, fontsize="x-small")
