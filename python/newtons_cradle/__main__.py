@@ -102,7 +102,9 @@ def make_page(options: argparse.Namespace) -> None:
 def make_live(options: argparse.Namespace) -> None:
     """Makes the page without a recording."""
     if options.site:
-        written(options.site / "index.html", save_site(options.site))
+        if options.site.is_file():
+            raise InvalidValue(f"--site: {options.site} is a file; name a folder for a web server")
+        written(options.site, save_site(options.site), "put this folder on a web server")
     else:
         save(in_folder(options.out, "--out"))
 
@@ -113,8 +115,8 @@ def save(out: Path, recording: Recording | None = None) -> None:
     written(out, save_page(out, recording))
 
 
-def written(out: Path, size: int) -> None:
-    print(f"{out} ({size / 1e6:.1f} MB): open it in a browser")
+def written(out: Path, size: int, advice: str = "open it in a browser") -> None:
+    print(f"{out} ({size / 1e6:.1f} MB): {advice}")
 
 
 def main() -> int:

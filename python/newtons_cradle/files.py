@@ -7,7 +7,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from .errors import FileMissing, needed
+from .errors import FileMissing, InvalidValue, needed
 
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]  # if this is one
@@ -44,10 +44,13 @@ def newest(*paths: Path) -> Path:
 
 
 def in_folder(path: str | Path, what: str = "path") -> Path:
-    """The path of a file to write. Raises FileMissing if there is no such folder, InvalidValue if it is no path."""
+    """The path of a file to write. Raises FileMissing if there is no such folder, InvalidValue if it is no path
+    or a folder."""
     needed(what, path, str | Path, "the path of a file")
     if not (folder := Path(path).parent).is_dir():
         raise FileMissing(f"{what}: there is no folder {folder}")
+    if Path(path).is_dir():
+        raise InvalidValue(f"{what}: {path} is a folder; name a file in it")
     return Path(path)
 
 

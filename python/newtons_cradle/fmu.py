@@ -40,8 +40,7 @@ class Fmu(Model):
         needed("folder", folder, str | Path | None, "the path of a folder")
         path = files.newest(files.FMU) if path is None else Path(path)
         if not path.exists():
-            own = "without a path, nc.Fmu() takes the FMU that comes with the package"
-            raise FileMissing(f"{path}: there is no such file; {own}")
+            raise FileMissing(f"{path}: there is no such file")
         try:
             description = read_model_description(str(path))
         except Exception as problem:  # FMPy passes on its parser's exceptions

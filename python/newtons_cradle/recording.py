@@ -178,11 +178,16 @@ def _guessed_pulses(time: Array, force: Array) -> Array:
     return np.sort(np.array(rows, dtype=PULSE), order=["onset", "contact"])
 
 
-def _read_columns(path: Path) -> Columns:
-    """A CSV file of numbers below one line of names."""
+def _read_columns(
+    path: Path, what: str = "a run", first: tuple[str, ...] = ("time", "x[1]", "...")
+) -> Columns:
+    """A CSV file of numbers below one line of names, with these `first`."""
     with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
         lines = csv.reader(file)
         names = [name.strip() for name in next(lines, [])]
+        if first[0] not in names:
+            needed = f"its first line must name {', '.join(first)}, separated by commas"
+            raise RecordingError(f"{path}: this is not a table of {what}: {needed}")
         rows = []
         for row in lines:
             try:
@@ -198,7 +203,7 @@ def _read_columns(path: Path) -> Columns:
 
 
 def _pulse_table(path: Path, balls: int) -> Array:
-    columns = _read_columns(path)
+    columns = _read_columns(path, "pulses", FIELDS)
     if missing := [name for name in FIELDS if name not in columns]:
         needed = f"a table of pulses has the columns {', '.join(FIELDS)}"
         raise RecordingError(f"{path}: {needed}; missing: {', '.join(missing)}")

@@ -212,6 +212,8 @@ def test_what_the_engine_refuses_changes_nothing(page):
     assert js(page, "return source.setup.get('ball.mass')") == 1
     for link, said in (
         ("balls=50", "balls = 50 is refused; allowed: 1 to 20"),
+        ("lift=two", "lift = two is refused; allowed: 1 to 5"),
+        ("balls=3&lift=4", "lift = 4 is refused; allowed: 1 to 3"),
         ("balls=5&x_start=0.1", "Is this meant? x_start[1] = 0.1 m and x_start[2]"),
     ):
         js(page, "location.hash = arguments[0]", link)

@@ -49,7 +49,11 @@ ONE, TWO = "time,x[1],v[1]\n", "time,x[1],x[2],v[1],v[2],F[1]\n"
 
 #: What is in a file, what a command says of it, and what the page says where it has words of its own.
 REFUSED = [
-    ("", "missing: time, x[1], v[1]. Needed: time, x[i] and v[i] of every ball"),
+    ("", "this is not a table of a run: its first line must name time, x[1], ..., separated by commas"),
+    (
+        "time;x[1]\n0;1\n",
+        "this is not a table of a run: its first line must name time, x[1], ..., separated by commas",
+    ),
     ("time,y\n0,1\n1,2\n", "missing: x[1], v[1]"),
     (ONE + "0,1,0\n1,1,0\n", "has only one ball. If the cradle has one, say `--balls 1`"),
     ("time,x[1],x[3],v[1],v[2],v[3],F[1],F[2]\n0,1,1,0,0,0,0,0\n", "of 3 balls is incomplete; missing: x[2]"),
@@ -160,10 +164,11 @@ def test_names_do_not_become_markup(fine, tmp_path):
     ("arguments", "complaint"),
     [
         (["missing.csv"], "No such file"),
-        (["missing.fmu"], "missing.fmu"),
+        (["missing.fmu"], "missing.fmu: there is no such file\n"),
         (["README.md"], "only .fmu and .csv files can be shown"),
         (["FMU", "--stop", "100000"], "--stop 100000 is refused; allowed: up to 3600 s, more with --force"),
         (["FMU", "--out", "nowhere/x.html"], "--out: there is no folder nowhere"),
+        (["FMU", "--out", "."], "--out: . is a folder; name a file in it"),
         (["FMU", "--set", "foo=1"], "has no variable 'foo'"),
         (["FMU", "--set", "ball.mass=-1"], "ball.mass = -1 kg is refused"),
         (["FMU", "--set", "ball.mass=heavy"], "ball.mass = heavy is not a number"),
@@ -172,6 +177,16 @@ def test_names_do_not_become_markup(fine, tmp_path):
 )
 def test_a_bad_command_is_refused_in_words(page, fmu_path, arguments, complaint):
     page(*(fmu_path if argument == "FMU" else argument for argument in arguments), refused=complaint)
+
+
+def test_a_site_is_a_folder(monkeypatch, live_path, capsys):
+    for folder, code, said in (
+        (live_path, 2, f"error: --site: {live_path} is a file; name a folder"),
+        (live_path.parent / "site", 0, "MB): put this folder on a web server"),
+    ):
+        monkeypatch.setattr(sys, "argv", ["newtons_cradle", "live", "--site", str(folder)])
+        assert __main__.main() == code
+        assert said in "".join(capsys.readouterr())
 
 
 def test_fmus_of_something_else_or_for_other_machines_are_refused(page, fmu_path, tmp_path):

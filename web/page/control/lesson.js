@@ -20,12 +20,12 @@ export class Lesson {
     this.asks = ASKING.includes(this.step);
     document.body.classList.add("present");
     this.app.panels.close();
+    this.app.controls.nextStep.hidden = this.step + 1 === LESSON.length;
     return LESSON[this.step];
   }
 
   next() {
     if (this.step !== null && this.step + 1 < LESSON.length) this.app.open(`present=${this.step + 2}`);
-    else if (this.step !== null) this.leave();
   }
 
   leave(asks = false) {
@@ -38,7 +38,8 @@ export class Lesson {
   /** Title and text at the head of the page while the lesson is presented, without the answer before it is seen. */
   get heading() {
     if (this.step === null) return null;
-    return ["asks", "waits"].includes(this.phase) ? { title: say("ask"), text: "" } : textsOf("lessons")[this.step];
+    const { title, text } = textsOf("lessons")[this.step], hidden = ["asks", "waits"].includes(this.phase);
+    return { title: `${this.step + 1}/${LESSON.length} ${hidden ? say("ask") : title}`, text: hidden ? "" : text };
   }
 
   enter(phase) {

@@ -27,8 +27,9 @@ export function showLink(app) {
 
 export async function copyLink(app) {
   const link = linkTo(app), copied = await navigator.clipboard?.writeText(link).then(() => true, () => false);
-  if (copied) app.tell(say("copied"));
-  else app.tell(`${say("linkHere")} ${link}`, 60);
+  const local = location.protocol === "file:" ? ` ${say("linkLocal")}` : "";
+  if (copied) app.tell(say("copied") + local);
+  else app.tell(`${say("linkHere")} ${link}${local}`, 60);
 }
 
 /** Applies the part of an address behind #. Throws Refusal. */

@@ -26,6 +26,7 @@ export class Stage {
   }
 
   changed() {
+    this.scene.glow = [];
     this.sliders.fit();
     this.strips.clear();
   }

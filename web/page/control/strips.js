@@ -1,14 +1,14 @@
 // What runs along below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
 
 import { History } from "#engine/history.js";
-import { placeIn, withPrefix } from "#view/common.js";
+import { placeIn, roundStep, withPrefix } from "#view/common.js";
 import { aria, element } from "#view/elements.js";
-import { colourOf, Graph, SECONDS, UNITS, valueAt } from "#view/graph.js";
+import { colourOf, FINE, Graph, SECONDS, UNITS, valueAt } from "#view/graph.js";
 import { rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
 const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
-const TIDY = 1e-9;   // of the largest: what is less is nothing but rounding
+const TIDY = 1e-5;   // of the largest: what is less is told as 0
 
 export class Strips {
   constructor(stage) {
@@ -92,7 +92,7 @@ export class Strips {
     const largest = several.reduce((best, value, i) => (Math.abs(value) > Math.abs(several[best]) ? i : best), 0);
     const told = several.length > MOST_VALUES ? [largest] : [...several.keys()];
     const values = told.map((i) => `<span style="border-color: ${colours(i)}">${names(i)}
-      <b>${withPrefix(several[i], UNITS[kind])}</b></span>`);
+      <b>${withPrefix(several[i], UNITS[kind], 3, roundStep(track.most[kind], FINE))}</b></span>`);
     return [say(`shows.${kind}`), ...values, this.sum(kind)].join(" ");
   }
 

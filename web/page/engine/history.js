@@ -3,7 +3,7 @@
 import { largest } from "#view/common.js";
 
 const PARTS = ["kinetic", "gravity", "elastic"]; // of the energy
-const LEAST = { velocity: 1e-9, force: 1e-9, energy: 1e-12, momentum: 1e-12 }; // that a scale ends at
+const LEAST = { velocity: 1e-3, force: 1e-9, energy: 1e-12, momentum: 1e-3 }; // that a scale ends at
 const KEPT = 900; // samples
 
 export class Track {

@@ -113,8 +113,9 @@ export class Setup {
     if (!PRESETS[preset])
       throw new Refusal(`preset = ${preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
     const ready = asked === undefined ? PRESETS[preset].setup() : null, balls = ready?.balls ?? asked;
-    if (!(Number.isInteger(balls) && balls >= 1 && balls <= MOST_BALLS))
-      throw new Refusal(`balls = ${balls} is refused; allowed: 1 to ${MOST_BALLS}`);
+    for (const [name, given, most] of [["balls", balls, MOST_BALLS], ["lift", options.lift ?? 1, balls]])
+      if (!(Number.isInteger(Number(given)) && given >= 1 && given <= most))
+        throw new Refusal(`${name} = ${given} is refused; allowed: 1 to ${most}`);
     for (const [name, given] of Object.entries(own)) {
       if (Array.isArray(given) && given.length > elements(name, balls))
         throw new Refusal(`${name} has ${given.length} numbers; allowed: up to ${elements(name, balls)}`);

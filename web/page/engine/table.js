@@ -30,6 +30,7 @@ export function fromCsv(file, text) {
 function columnsOf(text, refuse) {
   const lines = text.replace(/^\uFEFF/, "").split(/\r?\n/);
   const cells = (line) => line.split(",").map((cell) => cell.trim().replace(/^"(.*)"$/, "$1")), names = cells(lines[0]);
+  if (!names.includes("time")) refuse("table");
   const rows = [...lines.keys()].slice(1).filter((number) => lines[number].trim());
   const columns = names.map(() => new Float64Array(rows.length));
   rows.forEach((number, row) => {

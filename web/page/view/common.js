@@ -7,11 +7,11 @@ function powerFor(size) {
   return size > 0 ? Math.min(9, Math.max(-15, 3 * Math.floor(Math.log10(size * 1.0001) / 3))) : 0;
 }
 
-/** A number with an SI prefix: 1.5e-7, "s" gives "150 ns"; 0.5, "kg m/s" gives "500 g m/s". */
-export function withPrefix(value, unit, digits = 3) {
+/** A number with the SI prefix for this `size`: 1.5e-7, "s" gives "150 ns"; 0.5, "kg m/s" gives "500 g m/s". */
+export function withPrefix(value, unit, digits = 3, size = Math.abs(value)) {
   if (value === 0 || !Number.isFinite(value)) return `${value === 0 ? 0 : "–"} ${unit}`;
-  if (unit.startsWith("kg")) return withPrefix(1000 * value, unit.slice(1), digits);
-  const power = powerFor(Math.abs(value)), number = Number((value / 10 ** power).toPrecision(digits));
+  if (unit.startsWith("kg")) return withPrefix(1000 * value, unit.slice(1), digits, 1000 * size);
+  const power = powerFor(size), number = Number((value / 10 ** power).toPrecision(digits));
   return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
 }
 

@@ -7,10 +7,10 @@ import { FONT } from "#view/texts.js";
 export const SECONDS = 7; // s on the viewer's clock that are shown
 export const UNITS = { velocity: "m/s", force: "N", energy: "J", momentum: "kg m/s" };
 const GUTTER = 66;     // px for the values on the axis, left of the curves
-const TITLE = 22, FOOT = 17; // px above and below the curves of a row
-const THIN = 520, LINE = 12; // px: where it is not wider, values take a second line
+const TITLE = 1.8, FOOT = 17; // above the curves of a row, in sizes of its letters; px below them
+const THIN = 520, LINE = 1; // px: where it is not wider, values take a second line, in sizes of letters
 const NARROW = 4;      // px: a pulse that is not wider is a line as high as its peak
-const FINE = [1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10]; // round numbers that a scale ends at
+export const FINE = [1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10]; // round numbers that a scale ends at
 
 export class Graph {
   constructor(canvas) { this.canvas = canvas; }
@@ -25,7 +25,8 @@ export class Graph {
   draw(kinds, track, { left, right, now, pointer, ...shown }) {
     const { context: c, width, height } = prepared(this.canvas, 2), tall = height / kinds.length;
     if (width <= GUTTER || !height) return;
-    const { times } = track, scale = (width - GUTTER) / (right - left), title = width > THIN ? TITLE : TITLE + LINE;
+    const { times } = track, scale = (width - GUTTER) / (right - left);
+    const title = parseFloat(getComputedStyle(this.canvas).fontSize) * (width > THIN ? TITLE : TITLE + LINE);
     const place = (time) => GUTTER + (time - left) * scale, drawn = [track, times[0], times.length];
     if (drawn.some((part, k) => part !== this.drawn?.[k])) this.kept = new Map();
     Object.assign(this, { context: c, track, drawn });
@@ -68,7 +69,7 @@ export class Graph {
     const style = { font: `11px ${FONT}`, textBaseline: "middle", fillStyle: theme.soft };
     for (const value of rows.map((part) => part * most).filter((value) => value >= least)) {
       this.line([[GUTTER, level(value)], [width, level(value)]], theme.grid);
-      const text = withPrefix(value, UNITS[kind]).replace(" kg", "\u2009kg");
+      const text = withPrefix(value, UNITS[kind], 3, most).replace(" kg", "\u2009kg");
       Object.assign(c, style, { textAlign: "right" }).fillText(text, GUTTER - 4, Math.max(top + 2, level(value)));
     }
     const step = roundStep((right - left) * 90 / (width - GUTTER));
