@@ -71,7 +71,7 @@ def number(
 
 def whole(name: str, value: Any, least: int, most: int) -> int:
     """The value as a whole number from `least` to `most`. Raises InvalidValue."""
-    if not isinstance(value, numbers.Integral) or isinstance(value, bool) or not least <= value <= most:
+    if not isinstance(value, numbers.Integral) or isinstance(value, bool) or not least <= int(value) <= most:
         raise InvalidValue(f"{name} = {value!r} is refused; allowed: a whole number from {least} to {most}")
     return int(value)
 

@@ -284,7 +284,7 @@ def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
 def test_a_result_as_picture(fmu, tmp_path):
     result = fmu.simulate(nc.figure5(), stop=1.0)
     figure = result.plot("x", "F_peak", "E_total", origin=0.7)
-    assert [axis.get_ylabel() for axis in figure.axes] == ["x", "F_peak", "E_total"]
+    assert [axis.get_ylabel() for axis in figure.axes] == ["x", "F_peak", "E_total, J"]
     assert [len(axis.lines) for axis in figure.axes] == [5, 4, 1]
     assert np.array_equal(figure.axes[0].lines[2].get_ydata(), result["x[3]"])
     figure.savefig(tmp_path / "run.png")
