@@ -83,7 +83,10 @@ def test_a_link_carries_the_set_up(page, live_path):
     wanted, link = js(page, shown), js(page, "return linkTo(cradle)")
     assert link.startswith(live_path.as_uri() + "#")
     js(page, "cradle.panels.toggle('keep'); document.querySelector('#panelbody button').click()")
-    wait(page, "/The link is in the clipboard|Here is the link:/.test(cradle.controls.status.textContent)")
+    wait(
+        page,
+        "/(The link is in the clipboard|Here is the link:).* It works on this computer/.test(cradle.controls.status.textContent)",
+    )
     page.get("about:blank")
     page.get(link)
     ready(page)
@@ -314,6 +317,10 @@ def test_the_lesson_is_presented_step_by_step(page, live_path):
             guess(page, 2)
             js(page, "cradle.clock.slowAt('no')")
             wait(page, "cradle.lesson.phase === 'knows'")
+        if step == 2:  # the unit of the scale, however small the value
+            wait(page, "source.run.time > 0.4")
+            curves = js(page, "cradle.setRunning(false); return cradle.stages[0].strips.titles.textContent")
+            assert re.search(r"Momentum\s+\S+ kg m/s", curves), curves
         titles.append(page.find_element(By.TAG_NAME, "h1").text)
         assert not page.find_element(By.ID, "openers").is_displayed()
         if step < 6:
