@@ -3,7 +3,7 @@
     .venv/bin/python examples/mechatronics/couple.py
 
 builds the plant's FMU from plant.c, or from plant.py by PythonFMU, runs both with the master in master.py and as an SSP
-with FMPy, and leaves machine.ssp, presets.ssp, pictures and CSV files in out/mechatronics. It ends with a table of checks.
+with FMPy, and leaves machine.ssp, presets.ssp, pictures and CSV files in out/mechatronics. A table of checks ends it.
 """
 
 import json

@@ -1,5 +1,5 @@
-/* The plant in C: an FMU that needs nothing of its host. For your own, change the variables, here and in plant.xml, their
-   `rates`, and which outputs fmi2DoStep makes of them. pack.py compiles it, with the GUID of plant.xml as a macro. */
+/* The plant in C: an FMU that needs nothing of its host. For your own, change the variables, here and in plant.xml,
+   their `rates`, and which outputs fmi2DoStep makes of them. pack.py compiles it, with plant.xml's GUID as a macro. */
 
 #include <math.h>
 #include <stdlib.h>

@@ -141,8 +141,8 @@ def _number_of_balls(source: object, columns: Columns, wanted: int | None) -> in
         shown = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
         whose = f" of {n} balls" if n > 1 else ""
         raise RecordingError(
-            f"{source}: the result{whose} is incomplete; missing: {shown}. Needed: time, x[i] and v[i] of every ball and "
-            "F[i] of every contact; F_peak[i] as well, unless the samples resolve every pulse"
+            f"{source}: the result{whose} is incomplete; missing: {shown}. Needed: time, x[i] and v[i] of every ball "
+            "and F[i] of every contact; F_peak[i] as well, unless the samples resolve every pulse"
         )
     if n == 1 and wanted is None:
         raise RecordingError(

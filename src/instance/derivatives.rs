@@ -16,8 +16,8 @@ const EXCHANGED: &str = "real outputs and derivatives of states";
 const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of = run, real parameters; in model \
                       exchange, after it, continuous states";
 /// In messages: why there are no derivatives of the run.
-const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes; the history of \
-                          these changes holds at most 16 million values";
+const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes; the history \
+                          of these changes holds at most 16 million values";
 
 /// Which derivatives the host has asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -83,10 +83,8 @@ def test_a_link_carries_the_set_up(page, live_path):
     wanted, link = js(page, shown), js(page, "return linkTo(cradle)")
     assert link.startswith(live_path.as_uri() + "#")
     js(page, "cradle.panels.toggle('keep'); document.querySelector('#panelbody button').click()")
-    wait(
-        page,
-        "/(The link is in the clipboard|Here is the link:).* It works on this computer/.test(cradle.controls.status.textContent)",
-    )
+    told = "/(The link is in the clipboard|Here is the link:).* It works on this computer/"
+    wait(page, f"{told}.test(cradle.controls.status.textContent)")
     page.get("about:blank")
     page.get(link)
     ready(page)

@@ -150,8 +150,8 @@ impl Choice {
         // Every preset lists the positions of its balls.
         if let Some((preset, balls)) = self.preset.filter(|(_, balls)| *balls != recipe.balls) {
             return Err(Error::Usage(format!(
-                "preset {preset} is of {balls} balls, not {}; leave out the number of balls, or set the preset's values \
-                 one by one, with your own x_start",
+                "preset {preset} is of {balls} balls, not {}; leave out the number of balls, or set the preset's \
+                 values one by one, with your own x_start",
                 recipe.balls
             )));
         }

@@ -1,5 +1,5 @@
-"""The common look of report, plots and the FMU's page: fonts, and colours with their meaning (look.css, look.js); numbers and
-drawing (common.js of the cradle's page).
+"""The common look of report, plots and the FMU's page: fonts, and colours with their meaning (look.css,
+look.js); numbers and drawing (common.js of the cradle's page).
 
 The producer puts look.css into the FMU's page, too.
 """

@@ -186,7 +186,8 @@ class Run:
         return Saved(self.time, self._call(self.slave.to_bytes))
 
     def load(self, saved: Saved) -> None:
-        """Restores a saved state; the run continues bit-for-bit identically. The log is kept. Raises InvalidValue, FmuError."""
+        """Restores a saved state; the run continues bit-for-bit identically. The log is kept. Raises InvalidValue,
+        FmuError."""
         needed("saved", saved, Saved, "what `save` returned")
         self._call(self.slave.go_to, saved.data)
         self.time, self._initialized = saved.time, True
