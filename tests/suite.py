@@ -30,7 +30,6 @@ from checkout import (
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU3 = FMU.with_suffix(".fmi3.fmu")
 HOSTS, TOOLS, FUZZ = (ROOT / "target" / name for name in ("hosts", "tools", "fuzz"))
-OF_PLATFORMS = "tests/hosts/test_platforms.py"  # which wait for the FMU of all platforms
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
 FEW_CASES = "20"  # of each property in `test` without `--all`
@@ -169,37 +168,19 @@ def what_a_change_needs(results: Results) -> None:
 
 
 def everything(results: Results) -> None:
-    """All tests of all kinds. What needs the FMU starts in each lane when it has been built."""
+    """All tests of all kinds."""
     for path in (FMU, FMU3):
         path.unlink(missing_ok=True)
-    built = threading.Event()
+    # The Python packages are there long before the FMU is linked by one of them.
+    results.beside(build=compiled, fuzz=fuzz, others=apart)
+    if not FMU3.exists():
+        return results.fail("hosts: without the FMU they cannot run")
 
-    def with_fmu(part, *stages):
-        built.wait()
-        if not FMU3.exists():
-            return part.fail("hosts: without the FMU they cannot run")
-        for run_stage in stages:
-            run_stage(part)
-        return None
+    def python(part):
+        part.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
+        python_hosts(part, FMU)
 
-    def build(part):
-        try:
-            compiled(part)
-        finally:
-            built.set()
-        with_fmu(part, platforms)
-
-    def fuzzing(part):
-        fuzz(part)
-        with_fmu(part, rust_host)
-
-    def others(part):
-        python_style(part, ALL)
-        apart(part)
-        with_fmu(part, wheel, lambda part: python_hosts(part, FMU, f"--ignore={OF_PLATFORMS}"))
-
-    results.beside(build=build, fuzz=fuzzing, others=others)
-    with_fmu(results, lambda part: python_hosts(part, FMU, OF_PLATFORMS))
+    return results.beside(python=python, others=rust_host)
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
@@ -208,7 +189,7 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 
 
 def compiled(results: Results) -> None:
-    """What compiles the root package: lints, its tests and benches, the FMU for this platform."""
+    """What compiles the root package: lints, its tests and benches, the FMU for this and other platforms."""
     rust_style(results)
     rust_tests(results, "--", "--include-ignored")
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
@@ -216,23 +197,15 @@ def compiled(results: Results) -> None:
     results.step("Benches, each once", ["cargo", "bench", *options])
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
-    for command in commands:
-        results.step("FMU", command, env=environment)
-
-
-def platforms(results: Results) -> None:
-    """The FMU with the binaries for other platforms beside this one's."""
-    command = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
-    results.step("FMU for all platforms", command, env=fmu_builds(PRODUCER)[1])
-
-
-def wheel(results: Results) -> None:
-    """The wheel with the FMU that is tested."""
-    results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
+    if all(results.step("FMU", command, env=environment) for command in commands):
+        platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
+        results.step("FMU for all platforms", platforms, env=environment)
 
 
 def apart(results: Results) -> None:
-    """What is compiled in folders of its own: a host and the page's engine; and what looks at others' packages."""
+    """Python's packages and style; what is compiled in folders of its own: a host and the page's engine; and what looks
+    at others' packages."""
+    python_style(results, ALL)
     install_fmi_sim(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
@@ -274,7 +247,7 @@ def python_style(results: Results, requirements: Path) -> None:
 
 def python_hosts(results: Results, fmu: Path, *options) -> None:
     """tests/hosts by pytest, on all cores: files by name, which has those with few but long tests not last."""
-    command = [PYTHON, "-m", "pytest", f"--fmu={fmu}", *options]  # the "=" makes it no path to tests
+    command = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", fmu, *options]
     cores = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     results.step("Python hosts", [*command, *cores])
 
