@@ -145,7 +145,7 @@ def lesson(browser, page: Path, folder: Path) -> None:
         browser.execute_async_script(OPEN, step)
         swung = f"cradle.clock.base === 1 && cradle.sources[0].run?.time > {seconds}"
         until = f"return {INSIDE if seconds is None else swung}"
-        WebDriverWait(browser, 60, 0.005).until(lambda _, until=until: browser.execute_script(until))
+        WebDriverWait(browser, 300, 0.005).until(lambda _, until=until: browser.execute_script(until))
         if part is not None:
             browser.execute_script(SEEK, part)
         photograph(browser, folder / f"{name}.jpg", wait=0.0 if part is None else 1.0, width=1440)
