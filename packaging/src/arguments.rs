@@ -90,6 +90,9 @@ pub struct Build {
     /// Leave out the clocks of version 3 and their variables, for hosts that do not support clocks
     #[arg(long, value_name = "none", value_parser = ["none"])]
     clocks: Option<String>,
+    /// List x[1], x[2], ... of version 3 as scalars, for hosts that do not support arrays; n is fixed then
+    #[arg(long)]
+    scalars: bool,
     /// Start from a preset, see below
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
@@ -121,12 +124,15 @@ pub struct Build {
 impl Build {
     /// The version of the standard for the FMU.
     pub fn standard(&self) -> Result<Standard, Error> {
-        match (self.fmi.as_deref(), &self.clocks) {
-            (Some("3"), clocks) => Ok(Standard::Fmi3 { clocks: clocks.is_none() }),
-            (_, None) => Ok(Standard::Fmi2),
-            (_, Some(_)) => Err(Error::Usage(
-                "--clocks none is refused: FMI 2.0 has no clocks; allowed: together with --fmi 3".to_owned(),
-            )),
+        let refused = |what: &str, why: &str| {
+            let text = format!("{what} is refused: FMI 2.0 has no {why}; allowed: together with --fmi 3");
+            Err(Error::Usage(text))
+        };
+        match (self.fmi.as_deref(), &self.clocks, self.scalars) {
+            (Some("3"), clocks, scalars) => Ok(Standard::Fmi3 { clocks: clocks.is_none(), scalars }),
+            (_, Some(_), _) => refused("--clocks none", "clocks"),
+            (.., true) => refused("--scalars", "arrays"),
+            _ => Ok(Standard::Fmi2),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::ffi::{CStr, OsString};
 use std::path::PathBuf;
 use std::{fs, io};
 
-use crate::variables::{Description, FILE_NAME, Recipe, Settings};
+use crate::variables::{Describe, FILE_NAME, Recipe, Settings};
 
 /// Largest file that is read: n = 10000 with every value changed has 3 MB.
 const MAX_BYTES: u64 = 32 << 20;
@@ -21,17 +21,18 @@ pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, String> {
     if path.is_empty() || is_uri { at_location(path) } else { first_of(vec![path.to_vec()]) }
 }
 
-/// The start values of a recipe, if a description of them has this `token` (argument `name`); otherwise the reason.
+/// The start values of a recipe and the place of the first description of them that has this `token` (argument `name`);
+/// otherwise the reason.
 pub(crate) fn start_values(
     recipe: Result<Recipe, String>,
     name: &str,
     token: &CStr,
-    descriptions: &[for<'a> fn(&'a Settings) -> Description<'a>],
-) -> Result<Settings, String> {
+    descriptions: &[Describe],
+) -> Result<(Settings, usize), String> {
     let settings = recipe?.settings().map_err(|error| format!("resources: {error}"))?;
     let mut tokens = descriptions.iter().map(|description| description(&settings).guid());
-    if tokens.clone().any(|own| own.as_bytes() == token.to_bytes()) {
-        return Ok(settings);
+    if let Some(place) = tokens.clone().position(|own| own.as_bytes() == token.to_bytes()) {
+        return Ok((settings, place));
     }
     let (given, own) = (token.to_string_lossy(), tokens.next().unwrap_or_default());
     Err(format!(

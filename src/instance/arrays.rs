@@ -20,9 +20,15 @@ pub enum Value {
 }
 
 impl Instance {
+    /// The variable behind a value reference: an array or, where variables are scalars, one of them.
+    #[inline]
+    pub fn array_at(&self, reference: u32) -> Option<Array> {
+        if self.scalars { Array::scalar_at(reference, self.balls()) } else { Array::at(reference) }
+    }
+
     /// The variable behind a value reference, if it is one of this type.
     pub fn array(&self, reference: u32, asked: Type) -> Result<Array, Refusal> {
-        let array = Array::at(reference).ok_or_else(|| unknown_reference(reference, self.balls()))?;
+        let array = self.array_at(reference).ok_or_else(|| unknown_reference(reference, self.balls()))?;
         let of = array.row.access.data_type();
         if of == asked {
             return Ok(array);
@@ -77,7 +83,8 @@ impl Instance {
             let allowed = format_args!("{wanted}, the elements of {first}{more} with n = {balls}");
             return Err(Refusal::argument("nValues", values.len(), allowed));
         }
-        let places = arrays.into_iter().flat_map(|array| (0..array.len(balls)).map(move |index| (array, index)));
+        let indices = |array: Array| (0..array.len(balls)).map(move |index| (array, array.index(index)));
+        let places = arrays.into_iter().flat_map(indices);
         Ok(places.zip(values).map(|((array, index), value)| (array, index, *value)).collect())
     }
 
@@ -89,7 +96,8 @@ impl Instance {
 
     /// An element of a variable, counted from 0.
     pub fn element(&mut self, array: Array, index: usize) -> Result<Value, Refusal> {
-        let (row, variable) = (array.row, array.variable(index));
+        let (row, index) = (array.row, array.index(index));
+        let variable = array.variable(index);
         if let Access::Instance(_, extra) = row.access {
             return self.extra(array, extra, index);
         }
@@ -174,15 +182,16 @@ impl Instance {
         let (mut states, mut place): (Option<Vec<f64>>, _) = (None, None);
         for (array, index, value) in self.elements(references, Type::Real, values)? {
             let variable = array.variable(index);
-            if index == 0 {
+            let first = array.index(0);
+            if index == first {
                 place = self.place_of_state(array);
             }
-            if let Some(first) = place {
+            if let Some(place) = place {
                 variable.check_real(value)?;
                 if states.is_none() {
                     states = Some(self.continuous_states()?);
                 }
-                if let Some(state) = states.as_mut().and_then(|states| states.get_mut(first + index)) {
+                if let Some(state) = states.as_mut().and_then(|states| states.get_mut(place + index - first)) {
                     *state = value;
                 }
                 continue;

@@ -12,22 +12,30 @@ use crate::variables::{Array, Extra, Refusal};
 
 impl Instance {
     pub fn count_states(&self) -> usize {
-        state_count(self.balls()) + usize::from(self.run.purpose.arrays)
+        state_count(self.balls()) + usize::from(self.has_padding())
     }
 
     pub fn count_indicators(&self) -> usize {
-        2 * (self.balls() - 1) + 2 * usize::from(self.run.purpose.arrays)
+        2 * (self.balls() - 1) + 2 * usize::from(self.has_padding())
+    }
+
+    /// Whether arrays over contacts have an element that belongs to none.
+    fn has_padding(&self) -> bool {
+        self.run.purpose.arrays && !self.scalars
     }
 
     /// Index among the states of the impulse that belongs to no contact.
     fn padding_state(&self) -> Option<usize> {
-        self.run.purpose.arrays.then(|| 3 * self.balls() - 1)
+        self.has_padding().then(|| 3 * self.balls() - 1)
     }
 
     /// Index of the first element among the states, if the variable can be set now as a state.
     pub(super) fn place_of_state(&self, array: Array) -> Option<usize> {
         if self.run.phase != Phase::ContinuousTimeMode {
             return None;
+        }
+        if array.is_single() {
+            return array.variable(0).state_place(self.balls());
         }
         let before = Array::states().position(|(state, _)| state == array)?;
         Some(Array::states().take(before).map(|(state, _)| state.len(self.balls())).sum())
@@ -93,7 +101,7 @@ impl Instance {
     pub fn event_indicators(&mut self) -> Result<Vec<f64>, Refusal> {
         let contacts = self.balls() - 1;
         let mut indicators = self.exchange()?.indicators();
-        if self.run.purpose.arrays {
+        if self.has_padding() {
             indicators.insert(contacts, 1.0);
             indicators.push(1.0);
         }

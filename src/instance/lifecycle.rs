@@ -10,6 +10,8 @@ pub struct Instance {
     pub(super) guid: String,
     /// Start values of the description, which a reset returns to.
     start: Settings,
+    /// Whether the host of FMI 3.0 sees scalars, with the value references of FMI 2.0, instead of arrays.
+    pub(super) scalars: bool,
     pub(super) run: Run,
     pub log: Log,
 }
@@ -21,7 +23,12 @@ impl Instance {
             start.derivatives_of = DerivativesOf::LastStep;
         }
         let run = Run::new(purpose, &start);
-        Self { guid, start, run, log }
+        Self { guid, start, scalars: false, run, log }
+    }
+
+    /// The same with scalars instead of arrays.
+    pub fn with_scalars(self) -> Self {
+        Self { scalars: true, ..self }
     }
 
     #[inline]

@@ -134,9 +134,9 @@ impl Instance {
         if !rest.is_empty() {
             return Err(unsound(Unsound("there are more bytes than those of the state")));
         }
-        // Only FMI 3.0 hosts can change the number of balls.
+        // Only FMI 3.0 hosts with arrays can change the number of balls.
         let Purpose { kind, arrays, .. } = self.run.purpose;
-        let balls = if arrays { owner_balls } else { self.balls() };
+        let balls = if arrays && !self.scalars { owner_balls } else { self.balls() };
         require(run.purpose.arrays == arrays, "it is one of another version of the standard").map_err(unsound)?;
         run.check(balls).map_err(unsound)?;
         self.check_purpose(run.purpose)?;

@@ -1,7 +1,8 @@
 //! The interface of FMI 3.0: the same table, with an array for each row that has an index, and variables of its own.
 //!
 //! The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a dimension: the last element
-//! belongs to no contact. A value reference does not depend on `n`.
+//! belongs to no contact. A value reference does not depend on `n`. For hosts without arrays, each element is a scalar
+//! with the name and the value reference of FMI 2.0.
 
 use std::slice::{from_mut, from_ref};
 
@@ -22,6 +23,8 @@ pub struct Array {
     pub row: &'static Row,
     /// Position among the rows of the table and those of [`EXTRA`] behind them.
     position: usize,
+    /// The only element that it stands for, counted from 0, where variables are scalars.
+    only: Option<usize>,
 }
 
 /// Largest size of `log.pulses`, bytes.
@@ -104,7 +107,7 @@ impl Array {
             None => TABLE.get(position).filter(|row| row.name != LEFT_OUT)?,
             Some(extra) => &EXTRA.get(extra)?.1,
         };
-        Some(Self { row, position })
+        Some(Self { row, position, only: None })
     }
 
     /// Every variable, in the order of the description.
@@ -122,8 +125,37 @@ impl Array {
         }
     }
 
+    /// The scalar behind a value reference in a cradle of `balls` balls.
+    #[inline]
+    pub fn scalar_at(reference: u32, balls: usize) -> Option<Self> {
+        let (position, index) = Variable::place(reference);
+        Self::in_place(position)?.scalar(index, balls)
+    }
+
+    /// An element, counted from 0, as a scalar. There is none of `n`, which is fixed then, and of variables that FMI
+    /// 2.0 has under other names.
+    #[inline]
+    pub fn scalar(self, index: usize, balls: usize) -> Option<Self> {
+        let listed = !matches!(self.row.access, Access::Instance(_, Extra::Balls | Extra::Joined(..)));
+        (listed && index < self.row.shape.len(balls)).then_some(Self { only: Some(index), ..self })
+    }
+
+    /// The index of an element, counted from 0: that of the scalar, if it is one.
+    #[inline]
+    pub fn index(self, element: usize) -> usize {
+        self.only.unwrap_or(element)
+    }
+
+    /// Whether it is a scalar of a description without arrays.
+    pub fn is_single(self) -> bool {
+        self.only.is_some()
+    }
+
     /// Its value reference.
     pub fn reference(self) -> u32 {
+        if let Some(index) = self.only {
+            return self.variable(index).reference();
+        }
         // It fits: the table is short.
         self.position.checked_sub(TABLE.len()).map_or(ROWS + self.position as u32, |extra| EXTRA[extra].0)
     }
@@ -141,6 +173,7 @@ impl Array {
     /// The FMI 2.0 variable of an element, counted from 0, in a cradle of `balls` balls; none if it belongs to no
     /// contact or only FMI 3.0 has it.
     pub fn element(self, index: usize, balls: usize) -> Option<Variable> {
+        let index = self.index(index);
         let variable = match self.row.access {
             Access::Instance(_, Extra::Joined(first, rest)) => {
                 let (name, index) = if index == 0 { (first, 0) } else { (rest, index - 1) };
@@ -155,7 +188,7 @@ impl Array {
     /// An element, counted from 0, whether or not it belongs to a contact.
     #[inline]
     pub fn variable(self, index: usize) -> Variable {
-        Variable { row: self.row, position: self.position, index }
+        Variable { row: self.row, position: self.position, index: self.index(index) }
     }
 
     /// All elements that belong to balls or contacts.
@@ -166,7 +199,7 @@ impl Array {
     /// Number of elements in a cradle of `balls` balls.
     #[inline]
     pub fn len(self, balls: usize) -> usize {
-        if self.row.shape == Scalar { 1 } else { balls }
+        if self.row.shape == Scalar || self.is_single() { 1 } else { balls }
     }
 
     /// When it changes. Real outputs over a step count as continuous: a discrete one may change in Event Mode only.
@@ -184,7 +217,8 @@ impl Array {
 
     /// The clock that it belongs to.
     pub fn clock(self) -> Option<Self> {
-        self.row.clock.and_then(Self::named)
+        let clock = self.row.clock.and_then(Self::named)?;
+        Some(Self { only: self.only.map(|_| 0), ..clock })
     }
 
     /// Whether it has a start value, which can be read before initialization.
@@ -227,13 +261,16 @@ impl Variable {
 
 impl PartialEq for Array {
     fn eq(&self, other: &Self) -> bool {
-        self.position == other.position
+        (self.position, self.only) == (other.position, other.only)
     }
 }
 
-/// The name: `x`, `der(F_ext)`, `onset.clock`.
+/// The name: `x`, `der(F_ext)`, `onset.clock`; that of a scalar: `x[1]`.
 impl std::fmt::Display for Array {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.row.name)
+        match self.only {
+            Some(index) => f.write_str(&self.row.name_of(index + 1)),
+            None => f.write_str(self.row.name),
+        }
     }
 }

@@ -32,10 +32,15 @@ impl Variable {
     /// The variable behind a value reference in a cradle of `balls` balls.
     #[inline]
     pub fn at(reference: u32, balls: usize) -> Option<Self> {
-        let position = (reference >> INDEX_BITS) as usize;
-        let index = (reference & INDEX_MASK) as usize;
+        let (position, index) = Self::place(reference);
         let row = TABLE.get(position)?;
         (index < row.shape.len(balls)).then_some(Self { row, position, index })
+    }
+
+    /// Position of the row and zero-based index in a value reference.
+    #[inline]
+    pub(super) fn place(reference: u32) -> (usize, usize) {
+        ((reference >> INDEX_BITS) as usize, (reference & INDEX_MASK) as usize)
     }
 
     /// The variable of this name, such as `x[1]` or `ball.mass`, in a cradle of `balls` balls.

@@ -232,6 +232,29 @@ def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):
     assert "together with --fmi 3" in refused.stderr
 
 
+@pytest.mark.parametrize("clocks", [[], ["--clocks", "none"]], ids=["clocks", "no clocks"])
+def test_an_fmu_of_scalars(fmu_path, producer, tmp_path, clocks):
+    """Valid, packed again the same, and with the doubles of FMI 2.0 in both kinds."""
+    options = ["--fmi", "3", "--scalars", *clocks]
+    path = repacked(producer, fmu_path, tmp_path / "scalars.fmu", *options)
+    assert validate_fmu(str(path)) == []
+    ended(producer, "check", path)
+    assert repacked(producer, path, tmp_path / "again.fmu", *options).read_bytes() == path.read_bytes()
+    for kind, more in (("CoSimulation", {}), ("ModelExchange", {"relative_tolerance": 1e-8})):
+        names = [f"{name}[{i}]" for name in ("x", "v", "F", "overlap", "pulses") for i in range(1, 5)]
+        more |= {
+            "fmi_type": kind,
+            "output": [*names, "E_total"],
+            "stop_time": 2.0,
+            "output_interval": 1 / 128,
+        }
+        two, three = (fmpy.simulate_fmu(str(each), **more) for each in (fmu_path, path))
+        assert all(np.array_equal(two[name], three[name]) for name in two.dtype.names)
+    with nc.Fmu(path) as scalars:
+        run = scalars.simulate({"x_start": [-0.2, 0, 0, 0, 0]}, stop=1.0)
+        assert scalars.balls == 5 and run["x[1]"][0] == -0.2 and len(run.pulses) > 3
+
+
 @pytest.mark.parametrize(("contacts", "tolerance"), [(MAPPED, 1e-8), (RESOLVED, 1e-10)])
 def test_model_exchange_in_cvode(fmu3_path, contacts, tolerance):
     """tests/rust/fmi3 and the crate `fmi-rs` compare model exchange with that of FMI 2.0, bit by bit."""

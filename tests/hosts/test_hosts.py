@@ -11,7 +11,7 @@ import sys
 import fmpy
 import numpy as np
 import pytest
-from conftest import ROOT, SCRIPTS, ended
+from conftest import ROOT, SCRIPTS, ended, repacked
 
 pytestmark = pytest.mark.all
 
@@ -59,6 +59,14 @@ def test_fmi_sim_integrates(fmu_path, tmp_path):
     assert [int(last[f"pulses[{i}]"]) for i in range(1, 5)] == [7, 14, 14, 7]
     grown = float(last["E_total"]) / 0.05
     assert 1.0 < grown < (1 + 5e-6) ** 10000 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_fmi_sim_with_scalars_of_fmi_3(fmu_path, producer, tmp_path, kind):
+    """What it writes is that of FMI 2.0, digit by digit."""
+    scalars = repacked(producer, fmu_path, tmp_path / "s.fmu", "--fmi", "3", "--scalars", "--clocks", "none")
+    two, three = (fmi_sim(kind, path, STEP, tmp_path) for path in (fmu_path, scalars))
+    assert two == three and len(two) > STEPS
 
 
 def test_fmutool_finds_nothing(fmu_path, tmp_path):

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, UNIX_EPOCH};
 
-use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
+use newtons_cradle::variables::{Array, Description, FILE_NAME, MODEL_IDENTIFIER, Recipe, Shape};
 
 use super::{Standard, page};
 use crate::archive::Entries;
@@ -28,22 +28,45 @@ const LICENSES: [(&str, &str); 3] = [
 /// The terminals of the support and the balls.
 const TERMINALS: &str = include_str!("../../assets/terminalsAndIcons.xml");
 
+/// The terminals of a cradle of `balls` balls. Without arrays, each element of one is a member.
+fn terminals(balls: usize, arrays: bool) -> String {
+    let is_array = |line: &str| {
+        let name = line.split_once("variableName=\"")?.1.split_once('"')?.0;
+        (!arrays).then(|| Array::named(name)).flatten().filter(|array| array.row.shape == Shape::Balls)
+    };
+    let mut xml = String::new();
+    for line in TERMINALS.lines() {
+        let Some(array) = is_array(line) else {
+            xml += &format!("{line}\n");
+            continue;
+        };
+        for index in 1..=balls {
+            let element = line.replace(&format!("\"{array}\""), &format!("\"{}\"", array.row.name_of(index)));
+            xml += &element.replacen("\" variableKind", &format!("[{index}]\" variableKind"), 1);
+            xml.push('\n');
+        }
+    }
+    xml
+}
+
 /// The files of an FMU for the cradle of `recipe` with these binaries.
 pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Result<Entries, Error> {
     let start = recipe.settings()?;
     let description = match standard {
         Standard::Fmi2 => Description::of(&start),
-        Standard::Fmi3 { clocks: true } => Description::fmi3(&start),
-        Standard::Fmi3 { clocks: false } => Description::fmi3(&start).without_clocks(),
+        Standard::Fmi3 { clocks, scalars } => {
+            let all = Description::fmi3(&start);
+            let of_host = if clocks { all } else { all.without_clocks() };
+            if scalars { of_host.with_scalars() } else { of_host }
+        }
     };
     let mut entries = Entries::new();
     let mut add = |path: &str, contents: &[u8]| _ = entries.insert(path.to_owned(), contents.to_vec());
     add("modelDescription.xml", description.xml(&date()?).as_bytes());
     let is_fmi2 = standard == Standard::Fmi2;
     add(if is_fmi2 { "model.png" } else { "terminalsAndIcons/icon.png" }, include_bytes!("../../assets/model.png"));
-    if !is_fmi2 {
-        add("terminalsAndIcons/terminalsAndIcons.xml", TERMINALS.as_bytes());
-    }
+    // FMI 2.0 has them since 2.0.4, with the schema of FMI 3.0.
+    add("terminalsAndIcons/terminalsAndIcons.xml", terminals(recipe.balls, standard.has_arrays()).as_bytes());
     add(&format!("resources/{FILE_NAME}"), recipe.to_json().as_bytes());
     add("documentation/index.html", page::html(&start, standard).as_bytes());
     for (name, text) in LICENSES {

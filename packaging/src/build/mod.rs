@@ -24,5 +24,19 @@ pub enum Standard {
     Fmi3 {
         /// Whether it has clocks, which some hosts do not support.
         clocks: bool,
+        /// Whether the elements of arrays are scalars, for hosts that do not support arrays.
+        scalars: bool,
     },
+}
+
+impl Standard {
+    /// Whether it has clocks.
+    fn has_clocks(self) -> bool {
+        matches!(self, Self::Fmi3 { clocks: true, .. })
+    }
+
+    /// Whether it has arrays.
+    pub fn has_arrays(self) -> bool {
+        matches!(self, Self::Fmi3 { scalars: false, .. })
+    }
 }

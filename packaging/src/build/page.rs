@@ -2,7 +2,7 @@
 
 use super::Standard;
 use newtons_cradle::variables::{
-    Access, Array, Causality, Escaped, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
+    Access, Array, Causality, Escaped, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
     Variability, Variable,
 };
 
@@ -14,8 +14,8 @@ const PICTURE: &str = include_str!("../../assets/run.svg");
 /// The same run inside its first click, as the cradle's page shows it.
 const SCENE: &str = include_str!("../../assets/scene.svg");
 
-/// The template with the parts for this version of the standard, between `<!--2-->`, `<!--3-->` or `<!--clocks-->` and
-/// `<!--end-->`.
+/// The template with the parts for this version of the standard, between `<!--2-->`, `<!--3-->`, `<!--arrays-->`,
+/// `<!--scalars-->` or `<!--clocks-->` and `<!--end-->`.
 fn template(standard: Standard) -> String {
     let mut pieces = TEMPLATE.split("<!--");
     let mut html = pieces.next().unwrap_or_default().to_owned();
@@ -23,7 +23,9 @@ fn template(standard: Standard) -> String {
         match piece.split_once("-->") {
             Some(("2", text)) if standard == Standard::Fmi2 => html.push_str(text),
             Some(("3", text)) if standard != Standard::Fmi2 => html.push_str(text),
-            Some(("clocks", text)) if standard == (Standard::Fmi3 { clocks: true }) => html.push_str(text),
+            Some(("clocks", text)) if standard.has_clocks() => html.push_str(text),
+            Some(("arrays", text)) if standard.has_arrays() => html.push_str(text),
+            Some(("scalars", text)) if !standard.has_arrays() => html.push_str(text),
             Some(("end", text)) => html.push_str(text),
             _ => {}
         }
@@ -91,9 +93,13 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
         causality => causality,
     };
     Array::all()
-        .filter(|array| standard == (Standard::Fmi3 { clocks: true }) || !array.needs_clocks())
+        .filter(|array| standard.has_clocks() || !array.needs_clocks())
+        .filter(|array| standard.has_arrays() || array.scalar(0, MAX_BALLS).is_some())
         .filter(|array| causalities.contains(&causality(array)))
-        .map(|array| of(array.row, array.row.name, &mut array.variables(start.balls())))
+        .map(|array| {
+            let name = if standard.has_arrays() { array.row.name } else { &array.row.name_of("i") };
+            of(array.row, name, &mut array.variables(start.balls()))
+        })
         .collect()
 }
 
@@ -138,14 +144,17 @@ mod tests {
 
     #[test]
     fn a_page_is_for_one_version_and_has_every_variable() {
-        let versions = [Standard::Fmi2, Standard::Fmi3 { clocks: true }, Standard::Fmi3 { clocks: false }];
-        let [two, three, without_clocks] = versions.map(|standard| html(&Settings::default_for(5), standard));
+        const FMI3: Standard = Standard::Fmi3 { clocks: true, scalars: false };
+        let versions = [Standard::Fmi2, FMI3, Standard::Fmi3 { clocks: false, scalars: true }];
+        let [two, three, without] = versions.map(|standard| html(&Settings::default_for(5), standard));
         assert!(two.contains("fmi2Error") && !two.contains("fmi3") && !two.contains("<!--"));
         assert!(three.contains("fmi3Error") && !three.contains("fmi2") && !three.contains("FMI 2"));
-        assert!(three.contains("onset.clock") && !without_clocks.contains("clock"));
-        assert!(without_clocks.contains("fmi3Error"));
+        assert!(three.contains("onset.clock") && !without.contains("clock"));
+        assert!(without.contains("fmi3Error") && !without.contains("<code>n</code>") && !without.contains("array"));
         for row in TABLE {
             assert!(two.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
+            let left_out = row.name == "t_next_isOnset";
+            assert!(left_out || without.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }
         for array in Array::all().filter(|array| array.row.causality != Causality::Independent) {
             assert!(three.contains(&format!("<code>{array}</code>")), "{array}");

@@ -1,11 +1,11 @@
 //! The cases with reference results: the FMU's own start values, and the presets with the same number of balls; each
-//! with the parameters that a host must set, also as a parameter set (SSV) of System Structure and Parameterization
-//! 1.0.
+//! with the parameters that a host must set, also as a parameter set (SSV) of System Structure and Parameterization,
+//! version 1.0, or 2.0 for arrays.
 
 use std::fmt::Write;
 
 use newtons_cradle::variables::{
-    Access, Causality, ENUMERATIONS, Escaped, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable,
+    Access, Causality, ENUMERATIONS, Escaped, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable, padding,
     variables,
 };
 
@@ -70,22 +70,30 @@ pub fn recorded(balls: usize) -> Vec<Variable> {
 }
 
 impl Case {
-    /// Whether the parameter set has no arrays, which SSP 1.0 does not know; in FMI 3.0 only such sets work.
-    pub fn is_scalar(&self) -> bool {
-        self.parameters.iter().all(|variable| variable.row.shape == Shape::Scalar)
-    }
-
-    /// The parameter set.
-    pub fn ssv(&self) -> String {
+    /// The parameter set; with `arrays` that of an FMU that has them: in the version of SSP that knows arrays, if the
+    /// set has any.
+    pub fn ssv(&self, arrays: bool) -> String {
         let (name, title) = (self.name, Escaped(self.title));
+        let is_array = |variable: &Variable| arrays && variable.row.shape != Shape::Scalar;
+        let version = if self.parameters.iter().any(is_array) { "2.0" } else { "1.0" };
         let mut xml = format!(
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
              <ssv:ParameterSet xmlns:ssv=\"http://ssp-standard.org/SSP1/SystemStructureParameterValues\"\n    \
              xmlns:ssc=\"http://ssp-standard.org/SSP1/SystemStructureCommon\"\n    \
-             version=\"1.0\" name=\"{name}\" description=\"{title}\">\n  <ssv:Parameters>\n"
+             version=\"{version}\" name=\"{name}\" description=\"{title}\">\n  <ssv:Parameters>\n"
         );
         // Writing to a string cannot fail, here and below.
+        let mut written = None;
         for variable in &self.parameters {
+            if is_array(variable) {
+                if written.replace(variable.position) != Some(variable.position) {
+                    let (values, unit, balls) = (self.elements(variable), variable.row.unit(), self.settings.balls());
+                    let value = format!("<ssv:Float64 value=\"{values}\" unit=\"{unit}\"/>");
+                    let value = format!("{value}<ssc:Dimension size=\"{balls}\"/>");
+                    let _ = writeln!(xml, "    <ssv:Parameter name=\"{}\">{value}</ssv:Parameter>", variable.row.name);
+                }
+                continue;
+            }
             let value = if let Access::Enumeration(enumeration) = variable.row.access {
                 let item = variable.item(&self.settings).and_then(|value| enumeration.item(value));
                 let (item, of_type) = (item.map_or("", |item| item.name), enumeration.type_name);
@@ -112,6 +120,15 @@ impl Case {
         }
         xml.push_str("  </ssv:Units>\n</ssv:ParameterSet>\n");
         xml
+    }
+}
+
+impl Case {
+    /// All elements of a variable's array, as many as there are balls.
+    fn elements(&self, variable: &Variable) -> String {
+        let element = |index| Variable { index, ..*variable }.real(&self.settings);
+        let values = (0..self.settings.balls()).map(|index| element(index).unwrap_or_else(|| padding(variable.row)));
+        values.map(|value| Number(value).to_string()).collect::<Vec<_>>().join(" ")
     }
 }
 

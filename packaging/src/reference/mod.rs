@@ -17,7 +17,7 @@ use crate::archive::{self, Entries};
 use crate::build::Standard;
 use crate::check::{self, Report};
 use crate::error::Error;
-use cases::{Case, START, cases};
+use cases::{Case, cases};
 use record::{EXPERIMENT, own_binary, record};
 
 pub use record::run;
@@ -33,21 +33,18 @@ const PAGE: &str = include_str!("../../assets/fmi-ls-ref.txt");
 const TOLERANCE: f64 = 1e-6;
 
 /// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary for this machine there are no
-/// results; returns why not. Parameter sets of SSP 1.0 have no arrays, so in FMI 3.0 those that would need one are left
-/// out; the FMU's own start values have results nevertheless.
+/// results; returns why not.
 pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result<Option<String>, Error> {
-    let mut cases = cases(recipe)?;
-    let has_set = |case: &Case| standard == Standard::Fmi2 || case.is_scalar();
-    cases.retain(|case| case.name == START || has_set(case));
+    let cases = cases(recipe)?;
     let names: Vec<&str> = cases.iter().map(|case| case.name).collect();
     let (results, missing) = match record(entries, &names) {
         Ok(results) => (results, None),
         Err(reason) => (Vec::new(), Some(reason)),
     };
     let mut put = |name: &str, text: String| entries.insert(format!("{FOLDER}/{name}"), text.into_bytes());
-    put("fmi-ls-manifest.xml", manifest(&cases, has_set, !results.is_empty()));
-    for case in cases.iter().filter(|case| has_set(case)) {
-        put(&format!("{}.ssv", case.name), case.ssv());
+    put("fmi-ls-manifest.xml", manifest(&cases, !results.is_empty()));
+    for case in &cases {
+        put(&format!("{}.ssv", case.name), case.ssv(standard.has_arrays()));
     }
     for (name, csv) in names.iter().zip(results) {
         put(&format!("{name}.csv"), csv);
@@ -92,7 +89,7 @@ pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 
     Ok(files)
 }
 
-fn manifest(cases: &[Case], has_set: impl Fn(&Case) -> bool, results: bool) -> String {
+fn manifest(cases: &[Case], results: bool) -> String {
     let mut xml = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
          <fmiReferences xmlns:fmi-ls=\"http://fmi-standard.org/fmi-ls-manifest\"\n    \
@@ -110,13 +107,10 @@ fn manifest(cases: &[Case], has_set: impl Fn(&Case) -> bool, results: bool) -> S
     for case in cases {
         let Case { name, title, .. } = case;
         let label = format!(">\n    <Label name=\"cradle:{name}\"/>\n  </Related>");
-        let (set, has_set) = (format!("{name}.ssv"), has_set(case));
-        if has_set {
-            related("application/x-ssp-parameter-set", &set, "parameter", title, &label);
-        }
+        let set = format!("{name}.ssv");
+        related("application/x-ssp-parameter-set", &set, "parameter", title, &label);
         if results {
-            let with = if has_set { &set } else { "the start values of this FMU" };
-            related("text/csv", &format!("{name}.csv"), "result", &format!("Results with {with}."), &label);
+            related("text/csv", &format!("{name}.csv"), "result", &format!("Results with {set}."), &label);
         }
     }
     related("text/plain", "../../documentation/fmi-ls-ref.txt", "document", "How to use these files.", "/>");

@@ -35,7 +35,7 @@ fn library() -> String {
 #[test]
 fn a_sound_fmu_has_no_problem() {
     for clocks in [None, Some(true), Some(false)] {
-        let standard = clocks.map_or(Standard::Fmi2, |clocks| Standard::Fmi3 { clocks });
+        let standard = clocks.map_or(Standard::Fmi2, |clocks| Standard::Fmi3 { clocks, scalars: !clocks });
         assert_eq!(problems(&fmu(standard)), "");
     }
     let licences = ["LICENSE-APACHE", "LICENSE-MIT", "third-party"];
@@ -72,7 +72,7 @@ fn damaged_entries_are_found() {
 
 #[test]
 fn changed_descriptions_are_found() {
-    for standard in [Standard::Fmi2, Standard::Fmi3 { clocks: true }] {
+    for standard in [Standard::Fmi2, Standard::Fmi3 { clocks: true, scalars: false }] {
         let mut entries = entries(&fmu(standard));
         let text = text(&entries, DESCRIPTION);
         for (from, to, expected) in [
@@ -151,7 +151,11 @@ fn a_place_is_for_one_shared_library() {
             contents: contents.to_vec(),
         };
         let binaries = vec![binary("linux64", &arm), binary("aarch64-linux", other)];
-        build::entries(&newtons_cradle::variables::Recipe::default(), binaries, Standard::Fmi3 { clocks: true })
+        build::entries(
+            &newtons_cradle::variables::Recipe::default(),
+            binaries,
+            Standard::Fmi3 { clocks: true, scalars: false },
+        )
     };
     assert_eq!(build(&arm).unwrap()["binaries/aarch64-linux/NewtonsCradle.so"], arm);
     let error = build(&[&arm[..], &[0]].concat()).unwrap_err().to_string();

@@ -62,6 +62,7 @@ fn what_is_refused_is_named_and_leaves_nothing() {
         (&["--binary", &text], "is not a shared library for linux64"),
         (&["--binary", &foreign], &no_library),
         (&["--binary", "win32=nowhere/x.dll"], "--binary win32: cannot read nowhere/x.dll"),
+        (&["--scalars"], "--scalars is refused: FMI 2.0 has no arrays; allowed: together with --fmi 3"),
         (&["--target", "riscv64gc-unknown-linux-gnu"], "allowed: x86_64-*-linux, "),
     ];
     let (out, library, before) = (folder.file("x.fmu"), library(), folder.list());

@@ -52,7 +52,8 @@ pub unsafe extern "C" fn fmi2Instantiate(
         };
         let start = || {
             let recipe = ffi::at_location(location.to_bytes());
-            ffi::start_values(recipe, "fmuGUID", guid, &[|settings| Description::of(settings)])
+            let found = ffi::start_values(recipe, "fmuGUID", guid, &[|settings| Description::of(settings)]);
+            found.map(|(start, _)| start)
         };
         match purpose.and_then(|purpose| Ok((purpose, start()?))) {
             Ok((purpose, start)) => {

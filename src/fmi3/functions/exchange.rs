@@ -53,11 +53,11 @@ export! {
     ) as GetNominals |instance| {
         write("nominals", nominals, ("nContinuousStates", nContinuousStates), instance.nominals()?)
     };
-    /// Number of event indicators, 2 n.
+    /// Number of event indicators, 2 n; 2 n - 2 where variables are scalars.
     fn fmi3GetNumberOfEventIndicators(nEventIndicators: *mut usize) as CountContinuous |instance| {
         answer("nEventIndicators", nEventIndicators, instance.count_indicators())
     };
-    /// Number of continuous states, 3 n + 2.
+    /// Number of continuous states, 3 n + 2; 3 n + 1 where variables are scalars.
     fn fmi3GetNumberOfContinuousStates(nContinuousStates: *mut usize) as CountContinuous |instance| {
         answer("nContinuousStates", nContinuousStates, instance.count_states())
     };

@@ -4,7 +4,7 @@ use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
 use crate::instance::{Instance, Kind, Log, Purpose, Sink};
-use crate::variables::{Array, Description, Settings};
+use crate::variables::{Array, DESCRIPTIONS_OF_FMI3};
 
 /// Version of the standard: `3.0`.
 #[unsafe(no_mangle)]
@@ -35,14 +35,16 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     let (events, early_return) = (eventModeUsed != fmi3False, earlyReturnAllowed != fmi3False);
     let purpose = Purpose { kind: Kind::CoSimulation, arrays: true, events, early_return };
     let callbacks = Fmi3 { environment: instanceEnvironment, update: intermediateUpdate, may_end_early: early_return };
-    let begin = |log: &Log| {
+    let begin = |instance: &Instance| {
         // SAFETY: the host promises as many references as it says.
         let wanted = unsafe {
             array("requiredIntermediateVariables", requiredIntermediateVariables, nRequiredIntermediateVariables)
         };
         for reference in wanted.unwrap_or_default() {
-            if !Array::at(*reference).is_some_and(Array::is_intermediate) {
-                log.solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
+            if !instance.array_at(*reference).is_some_and(Array::is_intermediate) {
+                instance
+                    .log
+                    .solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
             }
         }
     };
@@ -82,7 +84,7 @@ unsafe fn create(
     names: [fmi3String; 3],
     (logger, on): (fmi3LogMessageCallback, fmi3Boolean),
     (purpose, callbacks): (Purpose, Fmi3),
-    begin: impl FnOnce(&Log),
+    begin: impl FnOnce(&Instance),
 ) -> fmi3Instance {
     // SAFETY: as the caller promises.
     let [name, token, path] = names.map(|given| unsafe { text(given) });
@@ -92,14 +94,15 @@ unsafe fn create(
             Err("instanceName is missing or blank; allowed: any other text".to_owned())
         } else {
             let recipe = ffi::at_path(path.to_bytes());
-            let known: [for<'a> fn(&'a Settings) -> Description<'a>; 2] =
-                [|settings| Description::fmi3(settings), |settings| Description::fmi3(settings).without_clocks()];
-            ffi::start_values(recipe, "instantiationToken", token, &known)
+            ffi::start_values(recipe, "instantiationToken", token, &DESCRIPTIONS_OF_FMI3)
         };
-        let start = start.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
-        begin(&log);
-        let token = token.to_string_lossy().into_owned();
-        Some(Component::into_raw(Instance::new(purpose, start, token, log), callbacks))
+        let start = start.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok();
+        let (start, place) = start?;
+        let scalars = DESCRIPTIONS_OF_FMI3[place](&start).has_scalars();
+        let instance = Instance::new(purpose, start, token.to_string_lossy().into_owned(), log);
+        let instance = if scalars { instance.with_scalars() } else { instance };
+        begin(&instance);
+        Some(Component::into_raw(instance, callbacks))
     })
 }
 

@@ -107,12 +107,25 @@ pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result
 
 /// Writes these variables of FMI 3.0. Units stand in the declared types, because the reader `fmi-schema` knows no unit
 /// and no nominal value of a variable.
-pub(super) fn write_arrays(out: &mut String, start: &Settings, mut arrays: impl Iterator<Item = Array>) -> fmt::Result {
-    let states: Vec<(Array, Array)> = Array::states().collect();
-    arrays.try_for_each(|array| write_array(out, start, &states, array))
+pub(super) fn write_arrays(
+    out: &mut String,
+    start: &Settings,
+    scalars: bool,
+    mut arrays: impl Iterator<Item = Array>,
+) -> fmt::Result {
+    let of_scalars = states(start.balls()).map(|(state, rate)| (rate.reference(), state.reference()));
+    let of_arrays = Array::states().map(|(state, rate)| (rate.reference(), state.reference()));
+    let state_of: HashMap<u32, u32> = if scalars { of_scalars.collect() } else { of_arrays.collect() };
+    let is_state: HashSet<u32> = state_of.values().copied().collect();
+    arrays.try_for_each(|array| write_array(out, start, (&state_of, &is_state), array))
 }
 
-fn write_array(out: &mut String, start: &Settings, states: &[(Array, Array)], array: Array) -> fmt::Result {
+fn write_array(
+    out: &mut String,
+    start: &Settings,
+    (state_of, is_state): (&HashMap<u32, u32>, &HashSet<u32>),
+    array: Array,
+) -> fmt::Result {
     let (row, reference) = (array.row, array.reference());
     let (element, common) = (row.access.data_type().fmi3(), common_attributes(row, array.variability()));
     write!(out, "    <{element} name=\"{array}\" valueReference=\"{reference}\"{common}")?;
@@ -123,9 +136,13 @@ fn write_array(out: &mut String, start: &Settings, states: &[(Array, Array)], ar
         out.write_str(" intermediateUpdate=\"true\"")?;
     }
     out.write_str(" description=\"")?;
-    write_text(out, row, "i", "i+1")?;
-    if row.shape == Shape::Contacts {
-        out.write_str("; the last element belongs to no contact")?;
+    if array.is_single() {
+        write_text(out, row, array.index(0) + 1, array.index(0) + 2)?;
+    } else {
+        write_text(out, row, "i", "i+1")?;
+        if row.shape == Shape::Contacts {
+            out.write_str("; the last element belongs to no contact")?;
+        }
     }
     write!(out, "\"{}", typed(row))?;
     match row.access.data_type() {
@@ -133,10 +150,10 @@ fn write_array(out: &mut String, start: &Settings, states: &[(Array, Array)], ar
         Type::Clock => out.write_str(" intervalVariability=\"triggered\"")?,
         _ => {}
     }
-    if let Some((state, _)) = states.iter().find(|(_, rate)| *rate == array) {
-        write!(out, " derivative=\"{}\"", state.reference())?;
+    if let Some(state) = state_of.get(&reference) {
+        write!(out, " derivative=\"{state}\"")?;
     }
-    if states.iter().any(|(state, _)| *state == array) {
+    if is_state.contains(&reference) {
         out.write_str(" reinit=\"true\"")?;
     }
     if row.causality == Causality::StructuralParameter {
@@ -146,11 +163,11 @@ fn write_array(out: &mut String, start: &Settings, states: &[(Array, Array)], ar
         write!(out, " start=\"{}\"", values.collect::<Vec<_>>().join(" "))?;
     }
     match row.shape {
-        Shape::Scalar => out.write_str("/>\n"),
-        _ => {
+        Shape::Balls | Shape::Contacts if !array.is_single() => {
             let balls = Array::named("n").map_or(0, |balls| balls.reference());
             writeln!(out, "><Dimension valueReference=\"{balls}\"/></{element}>")
         }
+        _ => out.write_str("/>\n"),
     }
 }
 

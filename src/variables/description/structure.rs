@@ -49,17 +49,8 @@ pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result
     let balls = start.balls();
     let first = first_indices(balls);
     let rigid = start.parameters.contact_model == ContactModel::Rigid;
-    // Looked up once for all variables of a row.
-    let knowns = |groups: Groups| {
-        groups.iter().copied().flatten().flat_map(|name| knowns(name, balls, &first)).collect::<Vec<Known>>()
-    };
-    let following = |row: &Row| {
-        let many = row.shape == Shape::Balls && balls > LISTED;
-        let listed = !many || row.follows.iter().copied().flatten().all(|name| *name != "position");
-        listed.then(|| knowns(if rigid && is_of_forces(row) { EVERYTHING } else { row.follows }))
-    };
-    let following: Vec<Option<Vec<Known>>> = TABLE.iter().map(following).collect();
-    let initially: Vec<Option<Vec<Known>>> = TABLE.iter().map(|row| row.initially.map(knowns)).collect();
+    let following = |row: &Row| Some(if rigid && is_of_forces(row) { EVERYTHING } else { row.follows });
+    let [following, initially] = dependencies(balls, &first, following);
     let write = |out: &mut String, variable: Variable, on: &[Option<Vec<Known>>]| {
         write!(out, "      <Unknown index=\"{}\"", first[variable.position] + variable.index)?;
         let on = on[variable.position].as_ref();
@@ -82,6 +73,75 @@ pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result
     out.write_str("    </InitialUnknowns>\n")
 }
 
+/// For each row of the table, on what its variables depend, if that is listed: `following` during the run, and at
+/// initialization.
+fn dependencies(
+    balls: usize,
+    first: &[usize],
+    following: impl Fn(&Row) -> Option<Groups>,
+) -> [Vec<Option<Vec<Known>>>; 2] {
+    let knowns =
+        |groups: Groups| groups.iter().copied().flatten().flat_map(|name| knowns(name, balls, first)).collect();
+    let following = |row: &Row| {
+        let many = row.shape == Shape::Balls && balls > LISTED;
+        let listed = !many || row.follows.iter().copied().flatten().all(|name| *name != "position");
+        following(row).filter(|_| listed)
+    };
+    [
+        TABLE.iter().map(|row| following(row).map(knowns)).collect(),
+        TABLE.iter().map(|row| row.initially.map(knowns)).collect(),
+    ]
+}
+
+/// Writes ModelStructure of FMI 3.0 with these scalars. Where everything is a dependency, none are listed.
+pub(super) fn write_structure_of_scalars(
+    out: &mut String,
+    start: &Settings,
+    scalars: impl Iterator<Item = Array> + Clone,
+) -> fmt::Result {
+    let balls = start.balls();
+    let reference = |(position, row)| Variable { row, position, index: 0 }.reference() as usize;
+    let first: Vec<usize> = TABLE.iter().enumerate().map(reference).collect();
+    let [following, initially] = dependencies(balls, &first, |row| match following(row) {
+        EVERYTHING => None,
+        groups => Some(groups),
+    });
+    let write = |out: &mut String, element: &str, scalar: Variable, on: &[Option<Vec<Known>>]| {
+        write!(out, "    <{element} valueReference=\"{}\"", scalar.reference())?;
+        // Clocks and what belongs to them depend on nothing.
+        let on = on.get(scalar.position).map_or(Some(&[][..]), Option::as_deref);
+        write_dependencies(out, on.map(|on| on.iter().flat_map(|known| known.indices(scalar)).collect()))
+    };
+    let variables = |of: fn(&Row) -> bool| scalars.clone().filter(move |scalar| of(scalar.row));
+    for output in variables(|row| row.causality == Causality::Output) {
+        write(out, "Output", output.variable(0), &following)?;
+    }
+    let mut exchanged = BTreeSet::new();
+    for (state, derivative) in states(balls) {
+        write(out, "ContinuousStateDerivative", derivative, &following)?;
+        exchanged.extend([state.position, derivative.position]);
+    }
+    for scalar in variables(|_| true).map(|scalar| scalar.variable(0)) {
+        let (row, is_extra) = (scalar.row, matches!(scalar.row.access, Access::Instance(..)));
+        if is_unknown(row) && !is_extra || is_clock(row) || exchanged.contains(&scalar.position) {
+            write(out, "InitialUnknown", scalar, &initially)?;
+        }
+    }
+    for indicator in variables(is_indicator) {
+        writeln!(out, "    <EventIndicator valueReference=\"{}\"/>", indicator.reference())?;
+    }
+    Ok(())
+}
+
+/// By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
+fn is_clock(row: &Row) -> bool {
+    row.access.data_type() == Type::Clock
+}
+
+fn is_indicator(row: &Row) -> bool {
+    matches!(row.access, Access::Instance(_, Extra::ContactIndicator | Extra::ClipIndicator))
+}
+
 /// Writes ModelStructure of FMI 3.0. In co-simulation an input acts from now on: at once it changes only the forecast
 /// and the force of rigid balls that stay in contact, which the host may select. In model exchange outputs and
 /// derivatives depend on states and inputs.
@@ -96,15 +156,12 @@ pub(super) fn write_structure_of_arrays(out: &mut String, arrays: impl Iterator<
     }
     for array in arrays.clone() {
         let is_extra = matches!(array.row.access, Access::Instance(..));
-        if array.row.access.data_type() == Type::Clock {
-            // By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
+        if is_clock(array.row) {
             write_array(out, "InitialUnknown", array, Some(&[]))?;
         } else if is_unknown(array.row) && !is_extra || exchanged.contains(&array.reference()) {
             write_array(out, "InitialUnknown", array, array.row.initially)?;
         }
     }
-    let is_indicator =
-        |row: &Row| matches!(row.access, Access::Instance(_, Extra::ContactIndicator | Extra::ClipIndicator));
     for indicators in arrays.filter(|array| is_indicator(array.row)) {
         write_array(out, "EventIndicator", indicators, Some(EVERYTHING))?;
     }

@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::elements::{write_arrays, write_types, write_units, write_variables};
 use super::log_category::{LOG_CATEGORIES, LogCategory};
-use super::structure::{write_structure, write_structure_of_arrays};
+use super::structure::{write_structure, write_structure_of_arrays, write_structure_of_scalars};
 use crate::variables::arrays::Array;
 use crate::variables::settings::Settings;
 use crate::variables::text::{Escaped, Number};
@@ -26,22 +26,34 @@ const TEMPLATE_OF_FMI3: &str = include_str!("../../../modelDescription.fmi3.xml.
 /// Namespace of the GUIDs: any constant, but never another one.
 const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_27a5_8d31_70b6);
 
+/// Describes an FMU with these start values.
+pub type Describe = for<'a> fn(&'a Settings) -> Description<'a>;
+
+/// Every description of FMI 3.0.
+pub const DESCRIPTIONS_OF_FMI3: [Describe; 4] = [
+    |start| Description::fmi3(start),
+    |start| Description::fmi3(start).without_clocks(),
+    |start| Description::fmi3(start).with_scalars(),
+    |start| Description::fmi3(start).without_clocks().with_scalars(),
+];
+
 /// The description of the FMU whose start values are `start`.
 pub struct Description<'a> {
     start: &'a Settings,
     fmi3: bool,
     clocks: bool,
+    scalars: bool,
 }
 
 impl<'a> Description<'a> {
     /// Describes the FMU whose start values are `start`.
     pub fn of(start: &'a Settings) -> Self {
-        Self { start, fmi3: false, clocks: false }
+        Self { start, fmi3: false, clocks: false, scalars: false }
     }
 
     /// The same as an FMU of FMI 3.0, where the GUID is called instantiation token.
     pub fn fmi3(start: &'a Settings) -> Self {
-        Self { start, fmi3: true, clocks: true }
+        Self { start, fmi3: true, clocks: true, scalars: false }
     }
 
     /// The same without clocks and their variables, for hosts that do not support them.
@@ -49,9 +61,19 @@ impl<'a> Description<'a> {
         Self { clocks: false, ..self }
     }
 
-    /// The FMI 3.0 description with these start values, with or without clocks, that has this token.
+    /// The same with a scalar for each element of an array, for hosts that do not support arrays.
+    pub fn with_scalars(self) -> Self {
+        Self { scalars: true, ..self }
+    }
+
+    /// Whether elements of arrays are scalars, with the value references of FMI 2.0.
+    pub fn has_scalars(&self) -> bool {
+        self.scalars
+    }
+
+    /// The FMI 3.0 description with these start values, with or without clocks and arrays, that has this token.
     pub fn of_token(start: &'a Settings, token: &str) -> Option<Self> {
-        [Self::fmi3(start), Self::fmi3(start).without_clocks()].into_iter().find(|own| own.guid() == token)
+        DESCRIPTIONS_OF_FMI3.iter().map(|description| description(start)).find(|own| own.guid() == token)
     }
 
     /// GUID: a hash of the description less GUID and date, in braces. It ties a binary to its description.
@@ -67,8 +89,11 @@ impl<'a> Description<'a> {
 
     /// The variables of FMI 3.0.
     fn arrays(&self) -> impl Iterator<Item = Array> + Clone + use<> {
-        let clocks = self.clocks;
-        Array::all().filter(move |array| clocks || !array.needs_clocks())
+        let (clocks, scalars, balls) = (self.clocks, self.scalars, self.start.balls());
+        Array::all().filter(move |array| clocks || !array.needs_clocks()).flat_map(move |array| {
+            let count = if scalars { array.row.shape.len(balls) } else { 1 };
+            (0..count).filter_map(move |index| if scalars { array.scalar(index, balls) } else { Some(array) })
+        })
     }
 
     fn render(&self, guid: &str, date: &str) -> String {
@@ -103,8 +128,9 @@ impl<'a> Description<'a> {
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
             "types" => write_types(out, self.fmi3),
-            "variables" if self.fmi3 => write_arrays(out, self.start, self.arrays()),
+            "variables" if self.fmi3 => write_arrays(out, self.start, self.scalars, self.arrays()),
             "variables" => write_variables(out, self.start),
+            "structure" if self.scalars => write_structure_of_scalars(out, self.start, self.arrays()),
             "structure" if self.fmi3 => write_structure_of_arrays(out, self.arrays()),
             "structure" => write_structure(out, self.start),
             // In FMI 2.0 every refused call is an error.

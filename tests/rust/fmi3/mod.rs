@@ -4,6 +4,7 @@
 
 mod exchange;
 mod refused;
+mod scalars;
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
