@@ -152,7 +152,7 @@ def what_a_change_needs(results: Results) -> None:
 
     def rust(part):
         rust_style(part)
-        rust_tests(part, env={"PROPTEST_CASES": FEW_CASES})
+        rust_tests(part, PROPTEST_CASES=FEW_CASES)
 
     results.beside(python=lambda part: python_style(part, TESTS), rust=rust)
     system, library = {
@@ -184,32 +184,43 @@ def everything(results: Results) -> None:
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
-    """All tests that cargo knows, with what builds the FMU."""
-    results.step("Rust tests", ["cargo", "test", "--workspace", "--no-fail-fast", *options], **environment)
+    """All tests that cargo knows, with what builds the FMU. Unit tests run for a second: optimised, the library that
+    they are in would take half a minute longer to compile."""
+    kinds = {
+        "Unit tests": (["--lib", "--bins"], {"CARGO_PROFILE_TEST_OPT_LEVEL": "0"}),
+        "Rust tests": (["--test=*"], {}),
+        "Documentation tests": (["--doc"], {}),
+    }
+    for what, (targets, unoptimised) in kinds.items():
+        command = ["cargo", "test", "--workspace", "--no-fail-fast", *targets, *options]
+        results.step(what, command, env=environment | unoptimised)
 
 
 def compiled(results: Results) -> None:
-    """What compiles the root package: lints, its tests and benches, the FMU for this and other platforms."""
+    """What compiles the root package: lints, its tests, the FMU for this and other platforms."""
     rust_style(results)
     rust_tests(results, "--", "--include-ignored")
-    # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
-    options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
-    results.step("Benches, each once", ["cargo", "bench", *options])
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
+        # These binaries are tried, not released. Optimising them less takes half the time, and shows that the doubles
+        # do not depend on it.
+        environment = environment | {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "1"}
         platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
         results.step("FMU for all platforms", platforms, env=environment)
 
 
 def apart(results: Results) -> None:
-    """Python's packages and style; what is compiled in folders of its own: a host and the page's engine; and what looks
-    at others' packages."""
+    """Python's packages and style; what is compiled in folders of its own: a host and the page's engine; what looks at
+    others' packages; and the benches, once the tests are compiled."""
     python_style(results, ALL)
     install_fmi_sim(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
+    # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
+    options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
+    results.step("Benches, each once", ["cargo", "bench", *options])
 
 
 def deny(results: Results) -> None:
@@ -246,9 +257,10 @@ def python_style(results: Results, requirements: Path) -> None:
 
 
 def python_hosts(results: Results, fmu: Path, *options) -> None:
-    """tests/hosts by pytest, on all cores: files by name, which has those with few but long tests not last."""
+    """tests/hosts by pytest: files by name, which has those with few but long tests not last. One process more than
+    there are cores, as pages are mostly waited for."""
     command = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", fmu, *options]
-    cores = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
+    cores = ["--numprocesses", str((os.cpu_count() or 1) + 1), "--dist", "loadfile", "--no-loadscope-reorder"]
     results.step("Python hosts", [*command, *cores])
 
 
