@@ -17,13 +17,14 @@ and meaning. `fmu.start()` gives a run to step oneself: `run.step(0.01)`, `run["
 Modules: `fmu` (open, make and run FMUs), `run` (its instances, steps, log and results), `pulses`
 (the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse, and how much
 pulses overlap in them; balances of energy and momentum), `setups` (start values: presets, the paper's experiments),
-`calibration` (a real cradle's losses from a video), `progress` (a progress bar), `recording` and `page` (a run as a
-page for a browser), `errors` (what all functions raise), `testing` (pytest fixtures and assertions), `look` (colours
-and fonts).
+`calibration` (a real cradle's losses from a video), `cases` (the benchmark for rows of balls), `progress` (a progress
+bar), `recording` and `page` (a run as a page for a browser), `errors` (what all functions raise), `testing` (pytest
+fixtures and assertions), `look` (colours and fonts).
 """
 
 from . import files, look
 from .calibration import Calibration, calibrate
+from .cases import Case, Judgement, benchmark, benchmarks
 from .errors import (
     CradleError,
     DoubtfulStart,
@@ -48,5 +49,6 @@ __all__ += ["CradleError", "DoubtfulStart", "FileMissing", "FmuError"]
 __all__ += ["InvalidValue", "PackageMissing", "RecordingError", "UnknownName"]
 __all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
 __all__ += ["chain", "figure5", "lifted", "power_law", "preset", "presets", "steel"]
+__all__ += ["Case", "Judgement", "benchmark", "benchmarks"]
 __all__ += ["Calibration", "Progress", "calibrate", "overlaps", "resolved", "sample_times"]
 __all__ += ["energy_error", "momentum_of_sequences"]

@@ -20,6 +20,8 @@ with nc.Fmu() as fmu, fmu.start(nc.figure5()) as run:
     onset, micro = run.zoom(span=1.1e-6, step=1e-9, record=["F"], before=5e-8)
 micro.plot("F", origin=onset).savefig("figure5.png")
 print(nc.pulse_order(micro.pulses), fmu.path, nc.__version__, *nc.presets())
+case = nc.benchmark("equal-2-hertz")
+assert case.judge(case.run()).within
 """
 
 
