@@ -56,6 +56,12 @@ pub enum Request {
     /// Write the page of an FMU's run, or of a result in CSV: one HTML file for a browser, no network needed
     #[command(after_help = PYTHON)]
     Page(Python),
+    /// Write small FMUs with known answers, to try out a tool that imports FMUs
+    #[command(after_help = PYTHON)]
+    Cases(Python),
+    /// Say what a tool did right or wrong in one of those cases, from its result in CSV
+    #[command(after_help = PYTHON)]
+    Judge(Python),
     /// Run the binary in a folder for the reference results of this name (used by `build` and `check`)
     #[command(hide = true)]
     Record { folder: PathBuf, name: String },

@@ -7,7 +7,7 @@ mod packing;
 
 use std::process::ExitCode;
 
-use arguments::{Program, Request};
+use arguments::{Program, Python, Request};
 use clap::Parser;
 use cradle_packaging::build::PRESETS;
 use cradle_packaging::check::MAX_BYTES;
@@ -21,6 +21,11 @@ fn main() -> ExitCode {
             Error::Failure(_) => ExitCode::FAILURE,
         }
     })
+}
+
+/// Lets the Python package answer.
+fn python(command: &str, Python { python, arguments }: Python) -> Result<ExitCode, Error> {
+    environment::hand_over(command, python, &arguments).map(ExitCode::from)
 }
 
 fn answer(request: Request) -> Result<ExitCode, Error> {
@@ -38,8 +43,10 @@ fn answer(request: Request) -> Result<ExitCode, Error> {
         }
         Request::Info { file } => print!("{}", info::of(&file)?),
         Request::Presets => PRESETS.iter().for_each(|preset| println!("{:8} {}", preset.name, preset.title())),
-        Request::Live(of) => return environment::hand_over("live", of.python, &of.arguments).map(ExitCode::from),
-        Request::Page(of) => return environment::hand_over("page", of.python, &of.arguments).map(ExitCode::from),
+        Request::Live(of) => return python("live", of),
+        Request::Page(of) => return python("page", of),
+        Request::Cases(of) => return python("cases", of),
+        Request::Judge(of) => return python("judge", of),
         Request::Record { folder, name } => reference::run(&folder, &name)?,
     }
     Ok(ExitCode::SUCCESS)

@@ -17,9 +17,9 @@ and meaning. `fmu.start()` gives a run to step oneself: `run.step(0.01)`, `run["
 Modules: `fmu` (open, make and run FMUs), `run` (its instances, steps, log and results), `pulses`
 (the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse, and how much
 pulses overlap in them; balances of energy and momentum), `setups` (start values: presets, the paper's experiments),
-`calibration` (a real cradle's losses from a video), `cases` (the benchmark for rows of balls), `progress` (a progress
-bar), `recording` and `page` (a run as a page for a browser), `errors` (what all functions raise), `testing` (pytest
-fixtures and assertions), `look` (colours and fonts).
+`calibration` (a real cradle's losses from a video), `cases` (the benchmark for rows of balls), `trial` (cases that put
+hosts on trial, and their judge), `progress` (a progress bar), `recording` and `page` (a run as a page for a browser),
+`errors` (what all functions raise), `testing` (pytest fixtures and assertions), `look` (colours and fonts).
 """
 
 from . import files, look

@@ -1,4 +1,4 @@
-"""Command line: `python -m newtons_cradle page FILE` and `live`."""
+"""Command line: `python -m newtons_cradle page FILE`, `live`, `cases` and `judge CASE RESULT`."""
 
 import argparse
 import sys
@@ -10,6 +10,7 @@ from .files import in_folder
 from .page import save_page, save_site
 from .progress import Progress
 from .recording import LENGTH, RADIUS, Recording, RecordingError, from_csv
+from .trial import CASES, judge, write_cases
 from .views import from_fmu
 
 LONGEST = 3600.0  # s, of a run that nobody insists on
@@ -41,7 +42,7 @@ def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
     )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{page,live}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{page,live,cases,judge}")
     what = "the page of a run: one HTML file for a browser that needs no network"
     page = commands.add_parser(
         "page",
@@ -75,6 +76,19 @@ def arguments() -> argparse.ArgumentParser:
     )
     place("--site", type=Path, metavar="FOLDER", help=help)
     live.set_defaults(function=make_live)
+    what = "small FMUs with known answers, to try out a tool that imports FMUs"
+    cases = commands.add_parser(
+        "cases", help=f"write {what}", description=f"Writes {what}, each into a folder."
+    )
+    cases.add_argument("-o", "--out", type=Path, required=True, metavar="FOLDER", help="where to put them")
+    help = "an FMU whose binaries they get (default: the one of this package)"
+    cases.add_argument("--from", type=Path, dest="binaries", metavar="FILE.fmu", help=help)
+    cases.set_defaults(function=make_cases)
+    what = "what a tool did right or wrong in one of the cases"
+    judged = commands.add_parser("judge", help=f"say {what}", description=f"Says {what}, one verdict a line.")
+    judged.add_argument("folder", type=Path, metavar="CASE", help="the folder of the case")
+    judged.add_argument("result", type=Path, metavar="RESULT.csv", help="what the tool has recorded")
+    judged.set_defaults(function=make_judgement)
     return parser
 
 
@@ -107,6 +121,17 @@ def make_live(options: argparse.Namespace) -> None:
         written(options.site, save_site(options.site), "put this folder on a web server")
     else:
         save(in_folder(options.out, "--out"))
+
+
+def make_cases(options: argparse.Namespace) -> None:
+    """Writes the cases."""
+    for folder in write_cases(options.out, options.binaries):
+        print(f"{folder}: {CASES[folder.name].title}")
+
+
+def make_judgement(options: argparse.Namespace) -> None:
+    """Judges a result."""
+    print("\n".join(judge(options.folder, options.result)))
 
 
 def save(out: Path, recording: Recording | None = None) -> None:

@@ -53,11 +53,8 @@ def by_ecos(folder: str, parameter_set: str, step: float, count: int, names: lis
     return rows
 
 
-def main() -> None:
-    """Runs the host named first."""
-    host, folder, parameter_set, step, count, *names = sys.argv[1:]
-    run = {"libcosim": by_libcosim, "ecos": by_ecos}[host]
-    parts = [name.split(".", 1) for name in names]
+def load(host: str) -> None:
+    """Loads the libraries of a host, or ends with code 77."""
     threads = Path(sys.prefix) / "lib/libtbb.so.12"  # needed by ecos, and where pip puts it
     try:
         if threads.exists():
@@ -66,6 +63,14 @@ def main() -> None:
     except (ImportError, OSError) as problem:  # OSError: a library that does not fit this machine
         print(problem, file=sys.stderr)
         sys.exit(77)
+
+
+def main() -> None:
+    """Runs the host named first."""
+    host, folder, parameter_set, step, count, *names = sys.argv[1:]
+    run = {"libcosim": by_libcosim, "ecos": by_ecos}[host]
+    parts = [name.split(".", 1) for name in names]
+    load(host)
     print(json.dumps(run(folder, parameter_set, float(step), int(count), parts)))
 
 

@@ -87,10 +87,11 @@ impl Case {
         for variable in &self.parameters {
             if is_array(variable) {
                 if written.replace(variable.position) != Some(variable.position) {
-                    let (values, unit, balls) = (self.elements(variable), variable.row.unit(), self.settings.balls());
+                    let (name, values, unit) = (variable.row.name, self.elements(variable), variable.row.unit());
                     let value = format!("<ssv:Float64 value=\"{values}\" unit=\"{unit}\"/>");
-                    let value = format!("{value}<ssc:Dimension size=\"{balls}\"/>");
-                    let _ = writeln!(xml, "    <ssv:Parameter name=\"{}\">{value}</ssv:Parameter>", variable.row.name);
+                    let size = self.settings.balls();
+                    xml += &format!("    <ssv:Parameter name=\"{name}\">{value}<ssc:Dimension size=\"{size}\"/>");
+                    xml += "</ssv:Parameter>\n";
                 }
                 continue;
             }

@@ -1,0 +1,242 @@
+"""Judges the result of a tool in a case: by the run itself, made rightly and with each known mistake."""
+
+import csv
+import re
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import FileMissing, InvalidValue, did_you_mean, needed
+from ..files import FMU, newest
+from ..fmu import Fmu, build
+from .cases import CASES, Case
+from .master import Table, run
+
+SAME_TIME = 1e-6  # s, within which rows belong to a communication point
+CLEAR = 0.2  # of the distance from the right result: at most that of a mistake which is named
+
+
+@dataclass(frozen=True)
+class Distance:
+    """How far a result is from a run. `worst`: largest difference, relative to the variable's largest value; `first`:
+    where it first exceeds the limit, as name, time (s), value and that of the run."""
+
+    worst: float
+    at: tuple[str, float]
+    first: tuple[str, float, Any, Any] | None
+
+
+def write_cases(folder: str | Path, binaries: str | Path | None = None) -> list[Path]:
+    """Writes each case into a folder of its own: its FMU, what to do (case.txt), inputs.csv if it has inputs, and the
+    right result (expected.csv). `binaries`: the FMU whose binaries they get, if not the package's. Returns the folders.
+    Raises FmuError, FileMissing."""
+    needed("folder", folder, str | Path, "the path of a folder")
+    folders: list[Path] = []
+    made: dict[str, Path] = {}  # cases may have the same FMU
+    for name, case in CASES.items():
+        place = Path(folder, name)
+        place.mkdir(parents=True, exist_ok=True)
+        out, key = place / "cradle.fmu", f"{case.fmi} {case.balls} {case.start}"
+        if key in made:
+            shutil.copyfile(made[key], out)
+        else:
+            build(
+                balls=case.balls, set=case.start, fmi=case.fmi, out=out, binaries=binaries or newest(FMU)
+            ).close()
+        made[key] = out
+        with Fmu(out) as fmu:
+            write_csv(place / "expected.csv", run(fmu, case))
+        if case.inputs:
+            (points,) = case.inputs.values()
+            columns = {"time": [time for time, _ in points], next(iter(case.inputs)): [v for _, v in points]}
+            write_csv(place / "inputs.csv", columns)
+        lines = [f"{name}: {case.title}", "", case.instructions(), "", case.meaning, "", "Known mistakes:"]
+        lines += [f"- {words}" for words in case.wrong.values()]
+        (place / "case.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        folders.append(place)
+    return folders
+
+
+def write_csv(path: Path, table: Mapping[str, list[Any]]) -> None:
+    """Writes a table, whose numbers read back as the same doubles."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(table)
+        writer.writerows(zip(*table.values(), strict=True))
+
+
+def judge(folder: str | Path, result: Any) -> list[str]:
+    """Verdicts on a result in the case of this folder, which `write_cases` has written, one a line.
+
+    `result`: a CSV file with columns named as tools name them, or columns by name: a dict, a NumPy structured array,
+    a `Result`. Raises FileMissing, InvalidValue.
+    """
+    needed("folder", folder, str | Path, "the path of a case's folder")
+    name = Path(folder).resolve().name
+    if name not in CASES:
+        allowed = f"; allowed: folders named {', '.join(CASES)}{did_you_mean(name, CASES)}"
+        raise InvalidValue(f"{folder} is not the folder of a case{allowed}")
+    case = CASES[name]
+    table = columns(result, case)
+    with Fmu(Path(folder, "cradle.fmu")) as fmu:
+        runs = {wrong: run(fmu, case, wrong) for wrong in (None, *case.other, *case.wrong)}
+    return verdicts(case, table, runs)
+
+
+def columns(result: Any, case: Case) -> Table:
+    """The columns of a result that the case asks for. Raises FileMissing, InvalidValue if time or all others are
+    missing."""
+    given = from_csv(Path(result)) if isinstance(result, str | Path) else by_name(result)
+    times = [name for name in given if plain(name).lower() in ("time", "t")]
+    found = {name: values for name in case.record if (values := column(given, name)) is not None}
+    if not times or not found:
+        needs = "time" if not times else f"none of {', '.join(case.record)}"
+        raise InvalidValue(f"the result has no column {needs}; its columns: {', '.join(given) or 'none'}")
+    return {"time": [float(time) for time in given[times[0]]], **found}
+
+
+def by_name(result: Any) -> dict[str, list[Any]]:
+    """The columns of a dict, of a `Result`, or of a structured array."""
+    samples = getattr(result, "samples", result)
+    names = (
+        list(result)
+        if isinstance(result, Mapping)
+        else getattr(getattr(samples, "dtype", None), "names", None)
+    )
+    if not names:
+        needed("result", result, Mapping, "the path of a CSV file, or a dict of columns by name,")
+    return {name: list(samples[name]) for name in names or ()}
+
+
+def from_csv(path: Path) -> dict[str, list[Any]]:
+    """The columns of a CSV file: separated by commas, semicolons or tabs; a line of units is left out. Raises
+    FileMissing, InvalidValue."""
+    if not path.is_file():
+        raise FileMissing(f"{path}: there is no such file")
+    lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    separator = max(",;\t", key=(lines or [""])[0].count)
+    header, *rows = list(csv.reader(lines, delimiter=separator, skipinitialspace=True)) or [[]]
+    point = separator != "," and not any("." in line for line in lines[1:])  # decimals may have a comma
+    rows = [[cell.replace(",", ".") for cell in row] if point else row for row in rows]
+    rows = [row for row in rows if len(row) >= len(header) and number(row[0]) is not None]
+    if not rows:
+        raise InvalidValue(
+            f"{path}: a header and rows of numbers are needed, separated by commas, semicolons or tabs"
+        )
+    return {name: list(values) for name, values in zip(header, zip(*rows, strict=False), strict=False)}
+
+
+def plain(name: str) -> str:
+    """A column's name without quotes, and without what tools put behind it: a unit, or what they know of it."""
+    return re.sub(r"\s+(\[[^\]]*\]|\([^)]*\)|/.*)$", "", name.strip(" \"'"))
+
+
+def column(given: Mapping[str, list[Any]], name: str) -> list[Any] | None:
+    """The values of a variable, behind any name of its component; of an array in one column, those of its element."""
+    array, _, index = name.removesuffix("]").partition("[")
+    for wanted in (name, array) if index.isdigit() else (name,):
+        for own, values in given.items():
+            if re.search(rf"(^|[.:/]){re.escape(wanted)}$", plain(own)):
+                if wanted != name:
+                    cells = [cell.split() if isinstance(cell, str) else list(cell) for cell in values]
+                    values = [cell[int(index) - 1] if len(cell) >= int(index) else None for cell in cells]
+                return [value if (read := number(value)) is None else read for value in values]
+    return None
+
+
+def number(value: Any) -> float | None:
+    """A number or a truth value as a float; None for text."""
+    try:
+        return {"true": 1.0, "false": 0.0}.get(str(value).strip().lower()) or float(value)
+    except (TypeError, ValueError):
+        return 0.0 if str(value).strip().lower() == "false" else None
+
+
+def verdicts(case: Case, table: Table, runs: Mapping[str | None, Table]) -> list[str]:
+    """What these runs, by their mistakes, say about the table."""
+    right, names = runs[None], [name for name in case.record if name in table]
+    lines = [f"not judged: no column {name}" for name in case.record if name not in table]
+    sizes = {name: [abs(value) for value in right[name] if not isinstance(value, str)] for name in names}
+    scales = {name: max(values, default=0.0) or 1.0 for name, values in sizes.items()}
+    distances = {wrong: distance(table, other, scales, case) for wrong, other in runs.items()}
+    own = distances[None]
+    known = {**case.other, **case.wrong}
+    near = min(known, key=lambda wrong: distances[wrong].worst)
+    if distances[near].worst <= case.within and distances[near].worst < CLEAR * own.worst:
+        if near in case.other:
+            return [*lines, f"right, but {known[near]}; {difference(own)}"]
+        if own.worst > case.within:
+            return [*lines, f"wrong: {known[near]}; {difference(own)}"]
+    last, stop = table["time"][-1], right["time"][-1]
+    if last < stop - case.step / 2:
+        lines.append(f"wrong: the result ends at {last:.9g} s, where it is to end at {stop:.9g} s")
+        kept = [time <= last + SAME_TIME for time in right["time"]]
+        part = {name: [v for v, k in zip(values, kept, strict=True) if k] for name, values in right.items()}
+        own = distance(table, part, scales, case)
+    missing = [time for time in right["time"] if time <= last and not rows_at(table["time"], time)]
+    if missing:
+        lines.append(f"not judged: no rows at {len(missing)} points, the first at {missing[0]:.9g} s")
+    if len(missing) == sum(time <= last for time in right["time"]):
+        return lines
+    if own.worst == 0:
+        lines.append(f"right to the last bit: {', '.join(names)}")
+    elif own.worst <= case.within:
+        name, time = own.at
+        off_by = f"{own.worst:.1e} of its largest value, at {time:.9g} s"
+        lines.append(f"right within the method: {name} is off most, by {off_by}")
+    else:
+        lines.append(f"wrong, and by no known mistake: {difference(own)}")
+    return lines
+
+
+def rows_at(times: list[float], time: float) -> list[int]:
+    """The rows of a communication point: an event may give it several."""
+    return [row for row, own in enumerate(times) if abs(own - time) <= SAME_TIME]
+
+
+def distance(table: Table, other: Table, scales: Mapping[str, float], case: Case) -> Distance:
+    """From the table to a run. At a communication point the row counts that is nearest."""
+    worst, at, first = 0.0, ("", 0.0), None
+    times = np.array(table["time"])
+    for k, time in enumerate(other["time"]):
+        rows = np.flatnonzero(np.abs(times - time) <= SAME_TIME)
+        found = [
+            {name: off(table[name][row], other[name][k], scale) for name, scale in scales.items()}
+            for row in rows
+        ]
+        if not found:
+            continue
+        nearest = min(range(len(found)), key=lambda i: max(found[i].values()))
+        for name, error in found[nearest].items():
+            if error > worst:
+                worst, at = error, (name, time)
+            if error > case.within and first is None:
+                first = name, time, table[name][rows[nearest]], other[name][k]
+    if abs(times[-1] - other["time"][-1]) > case.step / 2:
+        worst = np.inf
+    return Distance(float(worst), at, first)
+
+
+def off(value: Any, other: Any, scale: float) -> float:
+    """The difference of two values, relative to a scale; that of different texts is 1."""
+    if isinstance(value, str) or isinstance(other, str) or value is None:
+        return 0.0 if value == other else 1.0
+    error = abs(float(value) - float(other)) / scale
+    return error if np.isfinite(error) else np.inf
+
+
+def difference(own: Distance) -> str:
+    """In words, where a result first differs from the right one, or differs most."""
+    if own.first is None and not np.isfinite(own.worst):
+        return "it ends elsewhere"
+    if own.first is None:
+        name, time = own.at
+        return f"{name} differs by up to {own.worst:.1e} of its largest value, at {time:.9g} s"
+    name, time, value, other = own.first
+    if isinstance(other, str):
+        return f"{name} differs first, at {time:.9g} s"
+    return f"{name} differs first, at {time:.9g} s: {value:.9g} where {other:.9g} is right"

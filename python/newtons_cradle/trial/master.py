@@ -1,0 +1,361 @@
+"""A master for every kind of FMU of the cradle: co-simulation and model exchange, FMI 2.0 and 3.0. It can make the
+mistakes that tools make, each by its name; `cases` says what they are."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable
+from ctypes import POINTER, c_double
+from itertools import accumulate, pairwise
+from typing import Any
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
+
+from ..fmu import Fmu
+from ..run.slaves import Log, callbacks
+from ..run.table import split
+from .cases import Case, Points
+
+Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.
+
+GETTERS = {"Enumeration": ("Integer", "Int64")}  # by types whose accessors have another name
+EPSILON = 2e-3  # m, for the mistake of a limit for indicators
+SOON = 1e-6  # s after an event, for the mistake of seeing nothing then
+
+
+class Unit:
+    """An instance with its variables by name, elements of arrays as `x[1]`. With clocks, it keeps what belongs to them
+    as it was at their last ticks."""
+
+    def __init__(self, fmu: Fmu, case: Case, update: Callable[..., None] | None = None):
+        description, self.fmi3 = fmu.description, case.fmi == 3
+        self.variables = {variable.name: variable for variable in description.modelVariables}
+        kind = ((FMU2Slave, FMU2Model), (FMU3Slave, FMU3Model))[self.fmi3][case.exchange]
+        names = {"modelIdentifier": description.coSimulation.modelIdentifier, "instanceName": "trial"}
+        self.fmu = kind(guid=description.guid, unzipDirectory=fmu.folder, **names)
+        self.log, self.balls = Log(), fmu.balls
+        self.clocked = [name for name in case.record if name.startswith(("onset.", "release."))]
+        self.seen: dict[str, Any] = {}
+        if not self.fmi3:
+            self.fmu.instantiate(callbacks=callbacks(self.log))
+        elif case.exchange:
+            self.fmu.instantiate()
+        else:
+            modes = {"eventModeUsed": case.events, "earlyReturnAllowed": case.early}
+            self.fmu.instantiate(**modes, **({"intermediateUpdate": update} if update else {}))
+        self.sizes = description.numberOfContinuousStates, description.numberOfEventIndicators
+
+    def start(self, time: float = 0.0) -> None:
+        """Goes through initialization, and stays in Event Mode if there is one."""
+        if self.fmi3:
+            self.fmu.enterInitializationMode(startTime=time)
+        else:
+            self.fmu.setupExperiment(startTime=time)
+            self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def _place(self, name: str) -> tuple[Any, str, int, int]:
+        """Variable, type of its accessors, index, and number of elements."""
+        array, index = (name, None) if name in self.variables else split(name)
+        variable = self.variables[array]
+        kind = GETTERS.get(variable.type, (variable.type,) * 2)[self.fmi3]
+        return variable, kind, (index or 1) - 1, self.balls if variable.dimensions else 1
+
+    def get(self, name: str) -> Any:
+        """The value of a variable; bytes as hexadecimal digits."""
+        variable, kind, index, length = self._place(name)
+        places = [variable.valueReference]
+        if kind in ("Clock", "Binary"):
+            (value,) = getattr(self.fmu, f"get{kind}")(places)
+            return bool(value) if kind == "Clock" else value.hex()
+        read = getattr(self.fmu, f"get{kind}")
+        return (read(places, length) if self.fmi3 else read(places))[index]
+
+    def set(self, name: str, value: Any) -> None:
+        """Sets a variable; of an array all elements, or one."""
+        variable, kind, index, length = self._place(name)
+        write, places = getattr(self.fmu, f"set{kind}"), [variable.valueReference]
+        if isinstance(value, (list, tuple)):
+            values = list(value)
+        elif length > 1:
+            values = [self.get(f"{variable.name}[{i + 1}]") for i in range(length)]
+            values[index] = value
+        else:
+            values = [value]
+        write(places, values)
+
+    def recorded(self, name: str, wrong: str | None) -> Any:
+        """What the master records of a variable: for `der(x[1])` and so on a time derivative."""
+        order = name.count("der(")
+        if order and name not in self.variables:
+            order = {"order": order - 1}.get(wrong or "", order) or 1
+            places = [self.variables[name.replace("der(", "").rstrip(")")].valueReference]
+            return self.fmu.getRealOutputDerivatives(places, [order])[0]
+        return self.seen[name] if name in self.seen else self.get(name)
+
+    def _look(self, wrong: str | None) -> None:
+        """Keeps what belongs to the clocks that are active."""
+        for name in self.clocked:
+            self.seen.setdefault(name, self.get(name))
+        active = [edge for edge in ("onset", "release") if self.clocked and self.get(f"{edge}.clock")]
+        for edge in active[:1] if wrong == "clock" else active:
+            self.seen |= {name: self.get(name) for name in self.clocked if name.startswith(edge)}
+
+    def events(self, wrong: str | None) -> tuple[bool, float]:
+        """Goes through Event Mode: whether states have changed, and when the next event is due (s)."""
+        changed, again, due = False, True, math.inf
+        self._look(wrong)
+        while again:
+            update = self.fmu.updateDiscreteStates if self.fmi3 else self.fmu.newDiscreteStates
+            again, _, _, values, defined, time = update()
+            changed, due = changed or bool(values), time if defined else math.inf
+            if again and wrong == "once":
+                break
+            self._look(wrong)
+        return changed, due
+
+    def vector(self, what: str, length: int) -> Any:
+        values = np.zeros(length)
+        getattr(self.fmu, what)(values.ctypes.data_as(POINTER(c_double)), length)
+        return values
+
+    def states(self) -> Any:
+        return self.vector("getContinuousStates", self.sizes[0])
+
+    def indicators(self, time: float, x: Any) -> Any:
+        self._move(time, x)
+        return self.vector("getEventIndicators", self.sizes[1])
+
+    def slopes(self, time: float, x: Any) -> Any:
+        self._move(time, x)
+        return self.vector("getContinuousStateDerivatives" if self.fmi3 else "getDerivatives", self.sizes[0])
+
+    def _move(self, time: float, x: Any) -> None:
+        self.fmu.setTime(time)
+        x = np.ascontiguousarray(x)
+        self.fmu.setContinuousStates(x.ctypes.data_as(POINTER(c_double)), len(x))
+
+
+def interpolated(points: Points, time: float, wrong: str | None = None) -> float:
+    """The value of an input at a time (s), linear between its points and after a jump; or that of the last point."""
+    times = [at for at, _ in points]
+    after = bisect_right(times, time)
+    if after in (0, len(points)) or wrong == "row":
+        return points[max(after - 1, 0)][1]
+    (t0, v0), (t1, v1) = points[after - 1], points[after]
+    return v0 + (v1 - v0) * (time - t0) / (t1 - t0)
+
+
+def run(fmu: Fmu, case: Case, wrong: str | None = None, finer: float = 1) -> Table:
+    """Runs the case, rightly or with a mistake. If the FMU refuses to go on, the rows end there. `finer`: by what the
+    steps of the solver in model exchange are divided."""
+
+    def update(_environment: Any, time: float, *_: Any) -> None:
+        calls.append(time)
+        if len(calls) == 1 and case.act and wrong != "after":
+            unit.set(*case.act)
+
+    table: Table = {name: [] for name in ("time", *case.record)}
+    calls: list[float] = []
+    unit = Unit(fmu, case, update if case.act and wrong != "never" else None)
+
+    def record(time: float) -> None:
+        for name, values in table.items():
+            values.append(time if name == "time" else unit.recorded(name, wrong))
+
+    try:
+        settings(unit, case, wrong)
+        unit.start()
+        if case.exchange:
+            integrate(unit, case, wrong, record, case.step / case.parts / finer)
+        else:
+            steps(unit, case, wrong, record, calls)
+    except FMICallException:
+        pass
+    finally:
+        if unit.fmu.component:
+            unit.fmu.freeInstance()
+    return spoiled(table, case, wrong)
+
+
+def spoiled(table: Table, case: Case, wrong: str | None) -> Table:
+    """The result, with the mistakes that are made when it is written."""
+    for name in case.record:
+        values = table[name]
+        if wrong == "shifted":
+            table[name] = [*values[:1], *values[:-1]]
+        elif wrong == "cut":
+            table[name] = [value[: len(values[0])] if isinstance(value, str) else value for value in values]
+        elif wrong == "difference" and name.startswith("der("):
+            inner = table[name[4:-1]]
+            table[name] = [values[0], *(np.diff(inner) / case.step)]
+    return table
+
+
+def settings(unit: Unit, case: Case, wrong: str | None) -> None:
+    """Sets what the host is to set before initialization, the number of balls in Configuration Mode."""
+    arrays = {name: value for name, value in case.settings.items() if name != "n"}
+    if "n" in case.settings:
+        unit.fmu.enterConfigurationMode()
+        unit.set("n", case.settings["n"])
+        unit.fmu.exitConfigurationMode()
+        unit.balls = case.settings["n"]
+    for name, value in arrays.items() if wrong != "reset" else ():
+        unit.set(*((f"{name}[1]", value[0]) if wrong == "first" else (name, value)))
+
+
+def grid(case: Case, wrong: str | None) -> list[float]:
+    """The communication points, s."""
+    count = round(case.stop / case.step)
+    if wrong == "nanoseconds":
+        return [k * round(case.step * 1e9) / 1e9 for k in range(count + 1)]
+    if wrong == "accumulated":
+        return list(accumulate([0.0, *count * [case.step]]))
+    return [k * case.step for k in range(count + 1)]
+
+
+def steps(
+    unit: Unit, case: Case, wrong: str | None, record: Callable[[float], None], calls: list[float]
+) -> None:
+    """Co-simulation."""
+    points, acted = grid(case, wrong), False
+
+    def give(time: float, end: float) -> None:
+        for name, values in case.inputs.items():
+            shift = {"ahead": end - time, "behind": -case.step, "first": -time}.get(wrong or "", 0.0)
+            unit.set(name, interpolated(values, time + shift, wrong))
+            if case.slopes and wrong != "held":
+                slope = (interpolated(values, end) - interpolated(values, time)) / (end - time)
+                unit.fmu.setRealInputDerivatives([unit.variables[name].valueReference], [1], [slope])
+
+    def step(time: float, end: float) -> None:
+        nonlocal acted
+        begin = time
+        while time < end:
+            if not (wrong == "stale" and time > begin):
+                give(time, end)
+            told = unit.fmu.doStep(time, end - time)
+            needed, _, early, reached = told if unit.fmi3 else (False, False, False, end)
+            time = reached if early and wrong != "past" else end
+            if needed and wrong != "ignored":
+                unit.fmu.enterEventMode()
+                unit.events(wrong)
+                unit.fmu.enterStepMode()
+            if calls and not acted and wrong == "after":
+                acted = True
+                unit.set(*case.act)
+
+    if case.events:
+        unit.events(wrong)
+        unit.fmu.enterStepMode()
+    record(points[0])
+    for time, end in pairwise(points):
+        if case.trial and abs(time - case.trial[0]) < case.step / 2:
+            saved = unit.fmu.getFMUState()
+            data = unit.fmu.serializeFMUState(saved)
+            unit.fmu.freeFMUState(saved)
+            unit.set(*case.trial[1:])
+            step(time, end)
+            if wrong == "anew":
+                unit.fmu.reset()
+                unit.start(time)
+            elif wrong != "twice":
+                saved = unit.fmu.deserializeFMUState(data)
+                unit.fmu.setFMUState(saved)
+                unit.fmu.freeFMUState(saved)
+            if wrong == "kept":
+                unit.set(*case.trial[1:])
+            step(time, (time + end) / 2)
+            time = (time + end) / 2
+        step(time, end)
+        record(end)
+
+
+def integrate(
+    unit: Unit, case: Case, wrong: str | None, record: Callable[[float], None], longest: float
+) -> None:
+    """Model exchange by the Runge-Kutta method of order 4, with steps of this length (s) or, where the case has a
+    tolerance, at most of this length."""
+    jumps = sorted({time for points in case.inputs.values() for time, _ in points})
+    blind = wrong in ("late", "soon", "epsilon")  # to what the FMU says after a step
+
+    def inputs() -> None:
+        for name, points in case.inputs.items():
+            unit.set(name, interpolated(points, time, "row"))
+
+    def step(h: float) -> Any:
+        return runge_kutta(unit.slopes, time, x, h)
+
+    time, h, due, fresh = 0.0, longest, math.inf, False
+    inputs()
+    x = unit.states()
+    _, due = unit.events(wrong)
+    unit.fmu.enterContinuousTimeMode()
+    x = x if wrong == "before" else unit.states()
+    scale = np.ones(len(x)) if wrong == "ones" else unit.vector("getNominalsOfContinuousStates", len(x))
+    z = unit.indicators(time, x)
+    record(time)
+    for end in grid(case, None)[1:]:
+        anchor = x
+        while time < end:
+            dated = min([due, *(jump for jump in jumps if jump > time)])
+            stop = end if wrong == "late" else min(end, dated)
+            h = min(4 * h, longest)
+            if case.tolerance:
+                h = controlled(unit.slopes, time, x, min(h, stop - time), scale * case.tolerance)
+            taken = stop - time if time + h * (1 + 1e-9) > stop else h
+            moved = step(taken)
+            now = unit.indicators(time + taken, moved)
+            if wrong == "epsilon":
+                now = np.where(np.abs(now) < EPSILON, z, now)
+            crossed = (z > 0) != (now > 0)
+            seen = bool(crossed.any()) and not (wrong == "soon" and fresh)
+            if seen and wrong != "late":
+                low, high = 0.0, taken
+                while high - low > 1e-14 and low < (middle := (low + high) / 2) < high:
+                    part = (z > 0) != (unit.indicators(time + middle, step(middle)) > 0)
+                    low, high = (
+                        (low, middle) if part[crossed].any() and wrong != "epsilon" else (middle, high)
+                    )
+                taken, stop, moved = high, time + high, step(high)
+            x = moved
+            time = stop if taken == stop - time else time + taken
+            unit.indicators(time, x)
+            asked, _ = unit.fmu.completedIntegratorStep()
+            last = wrong == "late" and time == end
+            asked = (asked and not blind) or (last and (seen or due < time) if wrong == "late" else seen)
+            if asked or (time >= dated and wrong != "late"):
+                unit.fmu.enterEventMode()
+                inputs()
+                changed, due = unit.events(wrong)
+                unit.fmu.enterContinuousTimeMode()
+                if wrong == "lost" and not changed and time in jumps:
+                    x = anchor
+                elif wrong != "states":
+                    x = unit.states()
+                z, fresh, h = unit.indicators(time, x), True, longest
+                if wrong == "soon" and due < time + SOON:
+                    due = math.inf
+            elif wrong != "late" or time == end:
+                z, fresh = now, False
+        record(time)
+
+
+def runge_kutta(f: Callable[[float, Any], Any], time: float, x: Any, h: float) -> Any:
+    """A step of length h (s) of the classical method of order 4."""
+    k1 = f(time, x)
+    k2 = f(time + h / 2, x + h / 2 * k1)
+    k3 = f(time + h / 2, x + h / 2 * k2)
+    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(time + h, x + h * k3))
+
+
+def controlled(f: Callable[[float, Any], Any], time: float, x: Any, h: float, allowed: Any) -> float:
+    """The length (s), at most h, of a step whose error, by two halves, is within this limit for each state."""
+    while True:
+        half = runge_kutta(f, time, x, h / 2)
+        error = np.abs(runge_kutta(f, time, x, h) - runge_kutta(f, time + h / 2, half, h / 2)) / allowed
+        if error.max() <= 1 or h < 1e-12:
+            return h
+        h *= max(0.2, 0.9 * float(error.max()) ** -0.2)

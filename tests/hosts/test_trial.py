@@ -1,0 +1,122 @@
+"""The cases: the right result is found right, each known mistake is named, and other results are described."""
+
+import re
+import sys
+
+import numpy as np
+import pytest
+from conftest import ROOT, ended
+from newtons_cradle import Fmu, InvalidValue
+from newtons_cradle.trial import CASES, judge
+from newtons_cradle.trial.master import run
+from trial import HOSTS, by_fmpy, short, verdict
+
+DOCUMENT = (ROOT / "docs/hosts.md").read_text(encoding="utf-8")
+MISTAKES = [(name, wrong) for name, case in CASES.items() for wrong in (*case.other, *case.wrong)]
+
+
+@pytest.fixture(scope="module")
+def folders(producer, fmu_path, tmp_path_factory):
+    """The folders of all cases by name, as the program writes them."""
+    out = tmp_path_factory.mktemp("cases")
+    done = ended(producer, "cases", "--python", sys.executable, "--", "--from", fmu_path, "--out", out)
+    assert f"{out / 'grid'}: the communication grid" in done.stdout
+    return {name: out / name for name in CASES}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_right_result_is_right(folders, name):
+    folder = folders[name]
+    assert judge(folder, folder / "expected.csv")[0].startswith("right to the last bit")
+    text = (folder / "case.txt").read_text(encoding="utf-8")
+    assert CASES[name].instructions() in text and all(words in text for words in CASES[name].wrong.values())
+
+
+@pytest.mark.all
+@pytest.mark.parametrize(("name", "wrong"), MISTAKES, ids=["-".join(mistake) for mistake in MISTAKES])
+def test_each_mistake_is_named(folders, name, wrong, tmp_path):
+    """By a master with that mistake, whose solver takes other steps, in a file as other tools write it."""
+    case = CASES[name]
+    with Fmu(folders[name] / "cradle.fmu") as fmu:
+        table = run(fmu, case, wrong, finer=1.37)
+    digits = 17 if wrong in case.other else 9
+    lines = ["Time [s];StepCount;" + ";".join(f'"cradle.{column} [12 real out]"' for column in case.record)]
+    for row, (time, *values) in enumerate(zip(*table.values(), strict=True)):
+        cells = [
+            value if isinstance(value, str) else f"{value:.{digits}g}".replace(".", ",") for value in values
+        ]
+        lines.append(";".join([f"{time:.17g}".replace(".", ","), str(row), *cells]))
+    path = tmp_path / "result.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (line,) = judge(folders[name], path)
+    words = (case.other | case.wrong)[wrong]
+    assert line.startswith(f"right, but {words}" if wrong in case.other else f"wrong: {words}"), line
+
+
+def test_what_fmpy_does_right_is_right(folders):
+    """In one case of each kind; trial.py has all cases and hosts."""
+    for name in ("grid", "inputs", "pair", "early", "clocks"):
+        lines = judge(folders[name], by_fmpy(name, folders[name]))
+        assert lines[-1].startswith("right"), (name, lines)
+
+
+def test_another_wrong_result_is_described(folders, tmp_path):
+    folder = folders["pair"]
+    table = np.genfromtxt(folder / "expected.csv", delimiter=",", names=True, deletechars="")
+    table["x[3]"][20] += 0.5
+    path = tmp_path / "result.csv"
+    np.savetxt(path, table, delimiter="\t", header="\t".join(table.dtype.names), comments="")
+    (line,) = judge(folder, path)
+    assert line.startswith("wrong, and by no known mistake: x[3] differs first, at 0.3125 s: 2.8"), line
+    random = {name: np.random.default_rng(1).normal(size=len(table)) for name in table.dtype.names}
+    (line,) = judge(folder, random | {"time": table["time"]})
+    assert line.startswith("wrong, and by no known mistake: x[1] differs first, at 0 s: "), line
+    # A part of the columns, and of the rows.
+    part = {name: table[name][:10] for name in ("time", "x[1]")}
+    lines = judge(folder, part)
+    assert lines[0] == "not judged: no column x[2]"
+    assert lines[-2:] == [
+        "wrong: the result ends at 0.140625 s, where it is to end at 1 s",
+        "right to the last bit: x[1]",
+    ]
+
+
+def test_what_cannot_be_judged_is_refused(folders, tmp_path):
+    with pytest.raises(InvalidValue, match=r"is not the folder of a case; allowed: .*did you mean grid"):
+        judge(tmp_path / "gird", {})
+    with pytest.raises(InvalidValue, match=r"no column none of x\[1\], .*; its columns: time, y"):
+        judge(folders["grid"], {"time": [0.0], "y": [1.0]})
+    (tmp_path / "empty.csv").write_text("")
+    with pytest.raises(InvalidValue, match="a header and rows of numbers"):
+        judge(folders["grid"], tmp_path / "empty.csv")
+
+
+def test_the_program_hands_over(producer, folders):
+    options = ["--python", sys.executable, "--"]
+    done = ended(producer, "judge", *options, folders["grid"], folders["grid"] / "expected.csv")
+    assert done.stdout.startswith("right to the last bit: x[1]")
+    done = ended(producer, "judge", *options, folders["grid"].parent, "nothing.csv", code=2)
+    assert "is not the folder of a case" in done.stderr
+
+
+def expected(host: str) -> dict[str, str]:
+    """The verdicts on a host in the document's table, by case, without digits."""
+    rows = [line.strip("|").split("|") for line in DOCUMENT.splitlines() if line.startswith("| ")]
+    head = next(row for row in rows if host in " ".join(row))
+    column = [cell.strip() for cell in head].index(host)
+    return {row[0].strip(" `"): numberless(row[column].strip()) for row in rows if len(row) == len(head)}
+
+
+def numberless(text: str) -> str:
+    return re.sub(r"[\d.e-]*\d", "#", text)
+
+
+@pytest.mark.all
+@pytest.mark.parametrize("host", [host for host in HOSTS if "fmi-rs" not in host])
+def test_hosts_are_as_the_document_says(folders, host):
+    """In some of the cases; trial.py has them all."""
+    for name in ("grid", "inputs", "states", "early", "arrays"):
+        found = short(verdict(host, name, folders[name]))
+        if "No such file" in found or "cannot be imported" in found:
+            pytest.skip(f"{host} is missing")
+        assert numberless(found) == expected(host)[name], name

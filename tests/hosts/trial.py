@@ -1,0 +1,290 @@
+"""The hosts on trial: the cases of the package in every host that is installed, as a table of verdicts.
+
+python tests/hosts/trial.py [FMU]      prints the table of docs/hosts.md
+"""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from contextlib import redirect_stdout
+from importlib import metadata
+from io import StringIO
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+if __name__ == "__main__":
+    sys.path[:0] = [str(ROOT / "python"), str(ROOT / "tests/hosts")]
+
+import fmpy  # noqa: E402
+import numpy as np  # noqa: E402
+from newtons_cradle import files  # noqa: E402
+from newtons_cradle.trial import CASES, judge, write_cases  # noqa: E402
+from newtons_cradle.trial.master import interpolated  # noqa: E402
+from ssp_host import load  # noqa: E402
+
+FMI_SIM = ROOT / "target/tools/bin/fmi-sim"
+FMI_RS = ROOT / "target/hosts/debug/examples/run"
+
+
+def version(package: str) -> str:
+    """The version of a Python package; the short test has not installed all."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "missing"
+
+
+class Unfit(Exception):
+    """The host does not offer what a case needs, or does not get through it; the message says which."""
+
+
+def program(command, **options) -> str:
+    """What a host that is a program says. Raises Unfit with the last line if it fails."""
+    done = subprocess.run(
+        [str(part) for part in command], capture_output=True, text=True, timeout=300, **options
+    )
+    if done.returncode:
+        said = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
+        told = (
+            [line for line in said if re.search("panicked|[Ee]rror", line)] or said[-1:] or [done.returncode]
+        )
+        raise Unfit(f"stops: {told[0]}")
+    return done.stdout
+
+
+def families(case) -> list[str]:
+    """The variables to record, arrays of FMI 3.0 as a whole."""
+    return list(dict.fromkeys(name.split("[")[0] if case.fmi == 3 else name for name in case.record))
+
+
+def table_of(case) -> np.ndarray | None:
+    """The inputs as FMPy takes them."""
+    for name, points in case.inputs.items():
+        if case.fmi == 3:
+            array, balls = name.split("[")[0], case.balls
+            rows = [(time, [value] + [0.0] * (balls - 1)) for time, value in points]
+            return np.array(rows, dtype=[("time", "f8"), (array, "f8", (balls,))])
+        return np.array(list(points), dtype=[("time", "f8"), (name, "f8")])
+    return None
+
+
+def by_fmpy(name, folder, fmu=None):
+    """FMPy, in model exchange its CVODE."""
+    case = CASES[name]
+    if case.trial or case.act or name in ("derivatives", "binary"):
+        raise Unfit("not offered")
+    result = fmpy.simulate_fmu(
+        str(fmu or folder / "cradle.fmu"),
+        fmi_type="ModelExchange" if case.exchange else "CoSimulation",
+        stop_time=case.stop,
+        output_interval=case.step,
+        relative_tolerance=(case.tolerance or 1e-8) if case.exchange else None,
+        output=families(case),
+        input=table_of(case),
+        set_input_derivatives=case.slopes,
+        use_event_mode=case.events,
+        early_return_allowed=case.early,
+        start_values=dict(case.settings),
+    )
+    return {column: list(result[column]) for column in result.dtype.names}
+
+
+def by_fmi_sim(name, folder):
+    """fmi-sim, in FMI 3.0 with scalars instead of arrays; in model exchange by its Euler method."""
+    case = CASES[name]
+    if case.trial or case.act or case.settings or case.slopes or case.tolerance or name == "derivatives":
+        raise Unfit("not offered")
+    fmu, out = folder / "cradle.fmu", folder / "fmi-sim.csv"
+    if case.fmi == 3:
+        scalars = folder / "scalars.fmu"
+        starts = [f"--set={key}={written(value)}" for key, value in case.start.items()]
+        build = [files.producer(), "build", "--fmi", "3", "--scalars", "--from", fmu, "--out", scalars]
+        clocks = [] if name == "clocks" else ["--clocks", "none"]
+        program([*build, "--balls", case.balls, *clocks, *starts])
+        fmu = scalars
+    command = [FMI_SIM, "--model", fmu, "-o", out]
+    command += ["-i", folder / "inputs.csv"] if case.inputs else []
+    command += ["model-exchange" if case.exchange else "co-simulation"]
+    command += ["--event-mode-used"] if case.events else []
+    command += ["--early-return-allowed"] if case.early else []
+    step = case.step / 512 if case.exchange else case.step  # its Euler steps by the interval of the output
+    program([*command, "-f", case.stop, "--output-interval", step])
+    return out
+
+
+def written(value) -> str:
+    return ",".join(map(repr, value)) if isinstance(value, list) else str(value)
+
+
+def by_fmi_rs(name, folder):
+    """The crate fmi-rs, in model exchange by its Euler method."""
+    case = CASES[name]
+    if case.trial or case.act or case.slopes or case.tolerance or name == "derivatives":
+        raise Unfit("not offered")
+    inputs, out = "-", folder / "fmi-rs.csv"
+    if case.inputs:
+        inputs = folder / "inputs.csv"
+        if case.fmi == 3:  # its arrays are written as FMPy's
+            table, inputs = table_of(case), folder / "arrays.csv"
+            rows = [f"{time},{' '.join(map(str, values))}\n" for time, values in table]
+            inputs.write_text(f"time,{table.dtype.names[1]}\n{''.join(rows)}")
+    options = [option for option in ("exchange", "events", "early") if getattr(case, option)]
+    options += [f"{key}={' '.join(map(str, np.atleast_1d(value)))}" for key, value in case.settings.items()]
+    program(
+        [FMI_RS, folder / "cradle.fmu", out, inputs, ";".join(families(case)), case.step, case.stop, *options]
+    )
+    return out
+
+
+def stepping(name, folder, host):
+    """libcosim or ecos, in a process of its own: co-simulation of FMI 2.0."""
+    case = CASES[name]
+    if case.trial or case.slopes or case.exchange or case.fmi == 3 or name == "derivatives":
+        raise Unfit("not offered")
+    return json.loads(program([sys.executable, __file__, host, name, folder]).splitlines()[-1])
+
+
+def by_container(name, folder):
+    """The FMU within an FMU container of the FMU Manipulation Toolbox, run by FMPy."""
+    case = CASES[name]
+    if case.trial or case.slopes or case.exchange or case.fmi == 3 or name == "derivatives":
+        raise Unfit("not offered")
+    inside = folder / "container"
+    inside.mkdir(exist_ok=True)
+    shutil.copy(folder / "cradle.fmu", inside / "inner.fmu")
+    outputs = [name for name in case.record if name not in case.inputs]
+    container = {
+        "name": "outer.fmu",
+        "fmu": ["inner.fmu"],
+        "step_size": case.step,
+        "input": [[name, "inner.fmu", name] for name in case.inputs],
+        "output": [["inner.fmu", name, name] for name in outputs],
+        "auto_input": False,
+        "auto_output": False,
+    }
+    (inside / "outer.json").write_text(json.dumps(container))
+    program([Path(sys.executable).parent / "fmucontainer", "-container", "outer.json"], cwd=inside)
+    return by_fmpy(name, folder, inside / "outer.fmu")
+
+
+HOSTS = {
+    f"FMPy {version('fmpy')}": by_fmpy,
+    "fmi-sim 0.7.0": by_fmi_sim,
+    "crate fmi-rs 0.3.4": by_fmi_rs,
+    f"libcosimpy {version('libcosimpy')}": lambda name, folder: stepping(name, folder, "libcosim"),
+    f"ecos {version('ecospy')}": lambda name, folder: stepping(name, folder, "ecos"),
+    f"container, fmutool {version('fmu-manipulation-toolbox')}": by_container,
+}
+
+
+def verdict(host, name, folder) -> str:
+    """The host's verdict in a case, in a line."""
+    try:
+        with redirect_stdout(StringIO()):  # FMPy warns there
+            result = HOSTS[host](name, folder)
+    except Unfit as why:
+        return str(why)
+    except Exception as problem:  # whatever it is, it is the host's
+        return f"stops: {problem}"
+    lines = judge(folder, result)
+    return "; ".join(line for line in lines if not line.endswith("at 1 points, the first at 0 s"))
+
+
+def short(line) -> str:
+    """A verdict for the table."""
+    line = re.sub(r"(; [^;]* (differs|ends) .*| \([\d.]+\).*)$", "", line).replace('error: Parameter("', "")
+    for pattern, words in (
+        (r"not offered", "-"),
+        (r".*right to the last bit.*", "same bits"),
+        (r".*right within the method: .* by (\S+) of its.*", r"right, \1"),
+        (r"right, but (.*)", r"right; \1"),
+        (r"stops: thread.*|stops: (.*)", r"stops: \1"),
+        (r"wrong.*known mistake: (.*)", r"**wrong**: \1"),
+        (r"wrong: (.*)", r"**\1**"),
+    ):
+        if re.fullmatch(pattern, line):
+            return re.sub(pattern, words, line)
+    return line
+
+
+def in_libcosim(case, folder) -> list[list[float]]:
+    """Rows of libcosim; its observers know nothing before the first step."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimManipulator import CosimManipulator
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    step = round(case.step * 1e9)  # ns
+    execution = CosimExecution.from_step_size(step)
+    slave = execution.add_local_slave(CosimLocalSlave(str(folder / "cradle.fmu"), "cradle"))
+    observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()
+    execution.add_observer(observer)
+    execution.add_manipulator(manipulator)
+    references = {known.name.decode(): known.reference for known in execution.slave_variables(slave)}
+    rows = []
+    for k in range(round(case.stop / case.step)):
+        for name, points in case.inputs.items():
+            value = interpolated(points, k * step / 1e9)
+            manipulator.slave_real_values(slave, [references[name]], [value])
+        if not execution.step():
+            raise Unfit("stops: the step fails")
+        reads = [
+            observer.last_integer_values if whole(name) else observer.last_real_values for name in case.record
+        ]
+        values = [read(slave, [references[name]])[0] for read, name in zip(reads, case.record, strict=True)]
+        rows.append([(k + 1) * step / 1e9, *values])
+    return rows
+
+
+def in_ecos(case, folder) -> list[list[float]]:
+    """Rows of ecos."""
+    from ecospy import EcosSimulation, EcosSimulationStructure
+
+    structure, rows = EcosSimulationStructure(), []
+    structure.add_model("cradle", str(folder / "cradle.fmu"))
+    with EcosSimulation(case.step, structure=structure) as simulation:
+        simulation.init()
+
+        def row() -> list[float]:
+            reads = [simulation.get_integer if whole(name) else simulation.get_real for name in case.record]
+            values = [read(f"cradle::{name}") for read, name in zip(reads, case.record, strict=True)]
+            return [simulation.get_time(), *values]
+
+        rows.append(row())
+        for _ in range(round(case.stop / case.step)):
+            for name, points in case.inputs.items():
+                simulation.set_real(f"cradle::{name}", interpolated(points, simulation.get_time()))
+            simulation.step(1)
+            rows.append(row())
+    return rows
+
+
+def whole(name) -> bool:
+    """Whether a variable is an integer."""
+    return name.startswith("pulses")
+
+
+def main() -> None:
+    """As a host, named first, writes the columns of a run as JSON; else prints the table."""
+    if sys.argv[1:2] in (["libcosim"], ["ecos"]):
+        host, name, folder = sys.argv[1:]
+        load(host)
+        rows = {"libcosim": in_libcosim, "ecos": in_ecos}[host](CASES[name], Path(folder))
+        print(json.dumps(dict(zip(("time", *CASES[name].record), zip(*rows, strict=True), strict=True))))
+        return
+    fmu = sys.argv[1] if len(sys.argv) > 1 else None
+    with tempfile.TemporaryDirectory() as out:
+        folders = {folder.name: folder for folder in write_cases(out, fmu)}
+        print(
+            "\n".join(["| case |" + "".join(f" {host} |" for host in HOSTS), "|---|" + "---|" * len(HOSTS)])
+        )
+        for name, folder in folders.items():
+            verdicts = [short(verdict(host, name, folder)) for host in HOSTS]
+            print(f"| `{name}` |" + "".join(f" {line} |" for line in verdicts), flush=True)
+
+
+if __name__ == "__main__":
+    main()
