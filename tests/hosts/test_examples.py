@@ -1,6 +1,8 @@
-"""The paper's figures, a master that takes part in events, and a fit with derivatives of the run."""
+"""The paper's figures, a master that takes part in events, a fit with derivatives of the run, and what other engines found."""
 
 import csv
+import json
+import re
 import sys
 
 import numpy as np
@@ -82,6 +84,33 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3_path, monkeypatch):
         monkeypatch.setattr(FMU3Slave, "getDirectionalDerivative", scaled)
         with pytest.raises(contacts.Refused, match=message):
             contacts.fit(camera, seen, contacts.GUESS)
+
+
+def test_c12_agrees_with_what_does_not_use_the_fmu(fmu_path, tmp_path):
+    """In every task, to rounding; and compliant contacts approach rigid ones as they become short."""
+    script = EXAMPLES / "c12/spheres.py"
+    ended(sys.executable, script, "--fmu", fmu_path, "--out", tmp_path, "--runs", "20")
+    rigid, _, compliant = (tmp_path / "report.md").read_text(encoding="utf-8").partition("## Compliant")
+    differences = re.findall(r"differ[^.;|]* (-?[\d.]+e[+-]\d+)", rigid)
+    assert len(differences) == 6 and max(abs(float(value)) for value in differences) < 1e-15
+    assert "another number of collisions in 0 cases" in rigid
+    limits = re.findall(r"differ by (\S+) m, of 1 µs by (\S+) m", compliant)
+    assert len(limits) == 3
+    for long, short in limits:
+        assert float(short) == pytest.approx(1e-5 * float(long), rel=0.2) and float(short) > 0
+
+
+def test_the_page_on_engines_shows_the_results(monkeypatch):
+    """Those that are committed, of cases of the benchmark, with the versions that are pinned."""
+    monkeypatch.syspath_prepend(EXAMPLES / "engines")
+    import compare
+
+    results = json.loads((EXAMPLES / "engines/results.json").read_text(encoding="utf-8"))
+    assert compare.table(results) in (ROOT / "docs/engines.md").read_text(encoding="utf-8")
+    cases = json.loads((ROOT / "benchmark/cases.json").read_text(encoding="utf-8"))["cases"]
+    assert {run["row"] for run in results["runs"]} == set(compare.ROWS) <= {case["name"] for case in cases}
+    pinned = (EXAMPLES / "engines/requirements.txt").read_text(encoding="utf-8")
+    assert all(f"=={version}\n" in pinned for version in results["versions"].values())
 
 
 @pytest.mark.parametrize(
