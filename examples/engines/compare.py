@@ -74,11 +74,14 @@ def of(results: dict, row: str, engine: str) -> list[dict]:
 def table(results: dict) -> str:
     """The table of docs/engines.md: error and time of each engine as recommended, and at its best."""
 
+    def rounded(value: float) -> float:
+        return float(f"{value:.1g}")
+
     def cell(runs: list[dict]) -> str:
         if not runs:
             return ""
         chosen = runs[0], min(runs, key=lambda run: run["error"])
-        texts = [f"{run['error']:.0e} ({run['seconds']:.1g} s)" for run in chosen]
+        texts = [f"{max(run['error'], 1e-16):.0e} ({rounded(1e3 * run['seconds']):g} ms)" for run in chosen]
         return " → ".join(dict.fromkeys(texts)) + ("" if runs[0]["own"] else " *")
 
     lines = [f"| | {' | '.join(ENGINES)} |", "|---" * (1 + len(ENGINES)) + "|"]
@@ -94,8 +97,9 @@ def plot(results: dict) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(-(-len(ROWS) // 4), 4, figsize=(14, 12), sharey=True, layout="constrained")
-    for axis, (name, title) in zip(axes.flat, ROWS.items(), strict=False):
+    figure, axes = plt.subplots(5, 3, figsize=(11, 14), sharey=True, layout="constrained")
+    *axes, legend = axes.flat
+    for axis, (name, title) in zip(axes, ROWS.items(), strict=True):
         for engine, mark in zip(ENGINES, "osD^vPX", strict=True):
             runs = of(results, name, engine)
             points = [[run["seconds"] for run in runs], [max(run["error"], 1e-16) for run in runs]]
@@ -103,9 +107,8 @@ def plot(results: dict) -> None:
             axis.plot(*(part[:1] for part in points), "o", markersize=10, mfc="none", color=line.get_color())
         axis.set(title=title, xlabel="processor time, s", ylabel="error / largest velocity")
         axis.grid(alpha=0.3)
-    axes.flat[0].legend(fontsize=8)
-    for axis in axes.flat[len(ROWS) :]:
-        axis.set_visible(False)
+    legend.legend(*axes[0].get_legend_handles_labels(), loc="center")
+    legend.axis("off")
     figure.savefig(OUT / "engines.png", dpi=90)
 
 
@@ -123,9 +126,7 @@ def main() -> int:
         "versions": versions,
         "runs": run(list(versions)),
     }
-    runs = ",\n".join(map(json.dumps, results["runs"]))
-    head = json.dumps({name: value for name, value in results.items() if name != "runs"})
-    (OUT / "results.json").write_text(f'{head[:-1]}, "runs": [\n{runs}\n]}}\n', encoding="utf-8")
+    (OUT / "results.json").write_text(json.dumps(results, indent=0) + "\n", encoding="utf-8")
     (OUT / "table.md").write_text(table(results) + "\n", encoding="utf-8")
     plot(results)
     print(f"wrote results.json, table.md and engines.png to {OUT}")
