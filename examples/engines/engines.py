@@ -87,8 +87,8 @@ def mujoco(row: Row, per_contact: int, own: bool = False):
         solref, solimp = f"{-k / m} {-row.damping / m}", "1e-4 1e-4 1 0.5 1"
         if own:  # force as overlap^5 up to half of the width
             solref, solimp = f"{-21 * rate} {-row.damping / m}", f"0 0.01 {2.3 * overlap} 0.5 2"
-        elif row.exponent == 1.5:  # s (0.36 + 0.64 s)^2 is near s^1.5, s = overlap / its largest
-            solref, solimp = f"{-rate / 0.6416} 0", f"3.6e-4 1e-3 {overlap} 0.5 1"
+        elif row.exponent == 1.5:  # s (0.6 + 0.4 s)^2 is near s^1.5, s = overlap / its largest
+            solref, solimp = f"{-rate / 0.76} 0", f"6e-4 1e-3 {overlap} 0.5 1"
         pairs += f'<pair geom1="g{i}" geom2="g{i + 1}" condim="1" solref="{solref}" solimp="{solimp}"/>'
     for i, (x, m) in enumerate(zip(row.rest, row.mass, strict=True)):
         bodies += f'<body pos="{x!r} 0 0"><joint type="slide" axis="1 0 0" stiffness="{m * row.swing}"/>'
