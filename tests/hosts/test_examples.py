@@ -1,4 +1,4 @@
-"""The paper's figures, a master that takes part in events, a fit with derivatives of the run, and what other engines found."""
+"""The paper's figures, a master that takes part in events, a fit with derivatives of the run, C12, other engines."""
 
 import csv
 import json
