@@ -43,7 +43,8 @@ class Case:
         kind = "model exchange" if self.exchange else "co-simulation"
         modes = " with event mode" if self.events else ""
         modes += ", early return allowed" if self.early else ", without early return" if self.events else ""
-        tolerance = f" Relative tolerance {self.tolerance:g}." if self.tolerance else ""
+        tolerance = " Fine steps, or a relative tolerance of 1e-8." if self.exchange else ""
+        tolerance = f" Relative tolerance {self.tolerance:g}." if self.tolerance else tolerance
         linear = "linear between the lines: before each step set their values at its start"
         how = (
             "jumps, which are input events" if self.exchange else linear + ", and their slopes" * self.slopes
