@@ -9,9 +9,8 @@ changed by 1e-16 of itself, up or down by chance. What arrives of that is a resu
 """
 
 import csv
-import functools
+import itertools
 import json
-import operator
 import random
 import subprocess
 import sys
@@ -46,7 +45,7 @@ def by_program(program, row, seed):
     """What a program gives for a row: lists of numbers by name."""
     first = [row["n"], LAWS.index(row["law"]), row["exponent"], row["damping"], row["g_over_length"]]
     lists = [row[name] for name in ("mass", "x", "v", "stiffness", "gap")]
-    numbers = [*first, row["stop"], *functools.reduce(operator.iadd, lists, [])]
+    numbers = [*first, row["stop"], *itertools.chain.from_iterable(lists)]
     text = " ".join(float(number).hex() for number in numbers)
     done = subprocess.run([program, str(seed)], input=text, capture_output=True, text=True, check=False)
     if done.returncode:

@@ -203,7 +203,7 @@ struct Gauss {
             bool moves = bent[j] || bent[j + 1] || w[j] != 0;
             if (!moves) continue;
             if (mode[j] == open) found.push_back({j, closed});
-            else if (d[j] > NOISE * row.overlap || w[j] < 0) found.push_back({j, open});
+            else if (d[j] > NOISE * row.overlap || w[j] < -NOISE * row.speed) found.push_back({j, open});
             if (row.law > kelvinVoigt && mode[j] == closed) found.push_back({j, clipped});
             if (mode[j] == clipped) found.push_back({j, closed});
         }
@@ -293,7 +293,8 @@ struct Gauss {
         for (size_t e = 0; e < events.size(); e++) {
             int j = events[e].j;
             // Viscoelastic contacts have been clipped before. An overlap that transmits nothing does no harm.
-            if (mode[j] != closed || events[e].to != open || w[j] >= 0 || row.law == viscoelastic) continue;
+            if (mode[j] != closed || events[e].to != open || row.law == viscoelastic) continue;
+            if (w[j] >= 0 || d[j] <= 0) continue;
             if (row.k[j] * powq(d[j], row.p) * row.time <= 1e-22Q * row.mass * row.speed) continue;
             if (d[j] < -1.5Q * w[j] * h && (which < 0 || -d[j] / w[j] < soon)) soon = -d[j] / w[j], which = int(e);
         }
