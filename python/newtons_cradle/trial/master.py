@@ -227,7 +227,8 @@ def steps(
             shift = {"ahead": end - time, "behind": -case.step, "first": -time}.get(wrong or "", 0.0)
             unit.set(name, interpolated(values, time + shift, wrong))
             if case.slopes and wrong != "held":
-                slope = (interpolated(values, end) - interpolated(values, time)) / (end - time)
+                of = (time - 1e-3, time) if wrong == "left" else (time, end)
+                slope = (interpolated(values, of[1]) - interpolated(values, of[0])) / (of[1] - of[0])
                 unit.fmu.setRealInputDerivatives([unit.variables[name].valueReference], [1], [slope])
 
     def step(time: float, end: float) -> None:
