@@ -194,6 +194,8 @@ def main() -> int:
     parser = command_line(__doc__.splitlines()[0], "c12")
     parser.add_argument("--runs", type=int, default=1000, help="of task 4")
     options = parsed(parser)
+    if options.runs < 2:
+        parser.error(f"--runs {options.runs}: at least 2 are needed")
     said = ["# C12 Collision Processes in Rows of Spheres", "Solved with the FMU NewtonsCradle through FMPy."]
 
     def tell(*paragraphs: str) -> None:

@@ -3,8 +3,8 @@
     python examples/engines/compare.py
 
 Makes a virtual environment of its own in target/engines, installs the engines pinned in requirements.txt, runs each in
-a process of its own, and writes results.json, table.md and engines.png there. Needs nothing but Python, and ten
-minutes. An engine that cannot be installed here is named and left out. docs/engines.md shows what came out.
+a process of its own, and writes results.json, table.md and engines.png there. Needs nothing but Python, and a quarter
+of an hour. An engine that cannot be installed here is named and left out. docs/engines.md shows what came out.
 """
 
 import datetime

@@ -27,7 +27,7 @@ def impact(p: float, k: float, m: float, v: float) -> tuple[float, float]:
 
 
 class Row:
-    """A case of benchmark/cases.json with its fields; free balls from just before the first contact to after the last.
+    """A case of benchmark/cases.json with its fields; free balls from the first contact to after the last.
     SI units."""
 
     def __init__(self, case: dict):
@@ -278,10 +278,13 @@ PATIENCE = 5.0  # s, of a run, after which none is made with finer steps
 
 def main() -> None:
     """Runs one engine over all cases whose law it has, be it with another exponent."""
-    name, *wanted = sys.argv[1:]
-    engine = next(function for function in ENGINES if function.__name__ == name)
-    laws, exponents, settings = ENGINES[engine]
+    name, *wanted = sys.argv[1:] or [""]
+    engines = {function.__name__: function for function in ENGINES}
     cases = {case["name"]: case for case in json.loads(CASES.read_text(encoding="utf-8"))["cases"]}
+    if name not in engines or not wanted or set(wanted) - set(cases):
+        sys.exit(f"needed: an engine ({', '.join(engines)}) and cases of benchmark/cases.json")
+    engine = engines[name]
+    laws, exponents, settings = ENGINES[engine]
     for row in (Row(cases[case]) for case in wanted):
         cost = math.inf if row.law not in laws.split() or (row.swing and not exponents) else 0.0
         for setting in settings:

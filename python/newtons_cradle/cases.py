@@ -156,11 +156,7 @@ class Case:
         errors = np.where(np.isnan(errors), math.inf, errors)
         allowed_errors = np.maximum(ROUNDING * scale, SEVERAL * self.sensitivity[name][counts])
         error = float(errors.max(initial=0.0))
-        digits = (
-            min(16.0, max(0.0, -math.log10(error / scale)))
-            if 0.0 < error < math.inf
-            else 16.0 * (error == 0.0)
-        )
+        digits = max(0.0, -math.log10(max(error / scale, 1e-16)))
         return Verdict(name, error, digits, bool((errors <= allowed_errors).all()))
 
     def _in_order(self, values: Any) -> Verdict:
@@ -168,7 +164,10 @@ class Case:
         count."""
         groups = self.order or []
         counts = {contact for group in groups for contact in group}
-        got = [contact for group in values for contact in (group if np.ndim(group) else [group])]
+        try:
+            got = [int(contact) for group in values for contact in (group if np.ndim(group) else [group])]
+        except (TypeError, ValueError):
+            raise InvalidValue(f"order: a list of contacts (from 1) is needed, not {values!r}") from None
         got = [contact for contact in got if contact in counts]
         right, place = True, 0
         for group in groups:
@@ -179,7 +178,7 @@ class Case:
 
     def _measured(self, result: Result) -> dict[str, Any]:
         """The quantities of a run. Raises InvalidValue if it ends at another time, UnknownName."""
-        end = float(result["time"][-1, 0]) if result["time"].ndim > 1 else float(result["time"][-1])
+        end = float(result["time"][-1])
         if not math.isclose(end, self.stop, rel_tol=1e-12):
             raise InvalidValue(f"result: it ends at {end} s; allowed: {self.stop} s")
         pulses, contacts = result.pulses, range(1, self.n)
@@ -210,7 +209,7 @@ def benchmarks() -> list[str]:
 def benchmark(name: str) -> Case:
     """A case of the benchmark. Raises InvalidValue, which names similar ones."""
     rows = _rows()
-    if name not in rows:
+    if not isinstance(name, str) or name not in rows:
         hint = did_you_mean(str(name), rows)
         raise InvalidValue(f"there is no case {name!r}; `nc.benchmarks()` lists them{hint}")
     row = rows[name]

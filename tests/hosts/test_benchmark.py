@@ -108,6 +108,8 @@ def test_judgements():
         (lambda case: case.judge({"u": [1.0]}), "has no 'u'; allowed: v, peak, release, loss"),
         (lambda case: case.judge({"v": [1.0]}), r"v has the shape \(1,\); allowed: 5, one for each ball"),
         (lambda case: case.judge({"peak": ["a"] * 4}), "peak: a list of numbers is needed"),
+        (lambda case: nc.benchmark("apart-5-wide").judge({"order": 3}), "order: a list of contacts"),
+        (lambda case: nc.benchmark([1]), r"there is no case \[1\]"),
         (lambda case: case.judge([1.0]), "result: a Result is needed, or a dict"),
         (lambda case: case.judge({}), "result: a Result is needed, or a dict"),
     ],

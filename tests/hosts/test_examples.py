@@ -98,6 +98,8 @@ def test_c12_agrees_with_what_does_not_use_the_fmu(fmu_path, tmp_path):
     assert len(limits) == 3
     for long, short in limits:
         assert float(short) == pytest.approx(1e-5 * float(long), rel=0.2) and float(short) > 0
+    refused = ended(sys.executable, script, "--fmu", fmu_path, "--out", tmp_path, "--runs", "1", code=2)
+    assert "--runs 1: at least 2 are needed" in refused.stderr
 
 
 def test_the_page_on_engines_shows_the_results(monkeypatch):
