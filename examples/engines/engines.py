@@ -211,13 +211,17 @@ def exudyn(row: Row, per_contact: int, solver: str):
     return *([system.GetObjectOutputBody(body, kind)[0] for body in bodies] for kind in kinds), cost
 
 
-def pybullet(row: Row, step: float, iterations: int, slop: float = 1e-12):
-    """Rigid spheres; the coefficient of restitution of a pair is the product of those of its bodies."""
+def pybullet(row: Row, step: float, iterations: int, own: bool = False):
+    """Rigid spheres; the coefficient of restitution of a pair is the product of those of its bodies. `own`: the engine
+    corrects overlaps by velocities, as it does unless told otherwise."""
     import pybullet as p
 
     p.connect(p.DIRECT)
-    p.setPhysicsEngineParameter(step / row.scale, numSolverIterations=iterations, contactSlop=slop)
-    p.setPhysicsEngineParameter(restitutionVelocityThreshold=0.0)
+    p.setPhysicsEngineParameter(
+        step / row.scale, numSolverIterations=iterations, restitutionVelocityThreshold=0.0
+    )
+    if not own:
+        p.setPhysicsEngineParameter(contactSlop=1e-12, contactERP=0.0)
     ball, bodies = p.createCollisionShape(p.GEOM_SPHERE, radius=row.radius), []
     for x, m, v in zip(row.start, row.mass, row.v, strict=True):
         bodies.append(p.createMultiBody(m, ball, basePosition=[x, 0, 0]))
@@ -269,7 +273,7 @@ ENGINES = {  # laws, exponents that are the engine's own, settings
     drake: ("elastic huntCrossley", (1.0,), [(20,), (100,), *((20, 10.0**-k) for k in (3, 6, 9, 12))]),
     lammps: (SPHERES, (1.0, 1.5), [(50,), (250,), (1250,), (6250,), (31250,)]),
     exudyn: ("elastic kelvinVoigt huntCrossley", (1.0, 1.5), STEPS),
-    pybullet: ("elastic restitution", (), [(1 / 240, 50, 1e-5), *BOUNCES]),
+    pybullet: ("elastic restitution", (), [(1 / 240, 50, True), *BOUNCES]),
     rapier: ("elastic restitution", (), [(1 / 60, 4), *BOUNCES]),
     pymunk: ("elastic restitution", (), [(1 / 60, 10), *BOUNCES]),
 }
