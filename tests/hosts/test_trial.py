@@ -81,12 +81,30 @@ def test_another_wrong_result_is_described(folders, tmp_path):
     ]
 
 
+@pytest.mark.parametrize("name", ["grid", "inputs", "early"])
+def test_six_digits_and_rows_past_the_stop_are_right(folders, name):
+    table = np.genfromtxt(folders[name] / "expected.csv", delimiter=",", names=True, deletechars="")
+    columns = {key: [f"{value:.6g}" for value in table[key]] for key in table.dtype.names}
+    columns = {key: [*values, "10.5" if key == "time" else "0"] for key, values in columns.items()}
+    (line,) = judge(folders[name], columns)
+    assert line.startswith("right within the method: "), line
+    few = {key: [*values[:2], *values[-2:]] for key, values in columns.items()}
+    (line,) = judge(folders[name], few)
+    assert re.fullmatch(r"not judged: no rows at (298 of 301|18 of 21) points, the first at .*", line), line
+    columns["x[1]"][2] = ""
+    (line,) = judge(folders[name], columns)
+    assert line.startswith("wrong, and by no known mistake: x[1] differs first, at "), line
+    assert ": '' where -0.0" in line
+
+
 def test_what_cannot_be_judged_is_refused(folders, tmp_path):
     with pytest.raises(InvalidValue, match=r"is not the folder of a case; allowed: .*did you mean grid"):
         judge(tmp_path / "gird", {})
-    with pytest.raises(InvalidValue, match=r"no column none of x\[1\], .*; its columns: time, y"):
+    with pytest.raises(InvalidValue, match=r"none of the columns x\[1\], .*; its columns: time, y"):
         judge(folders["grid"], {"time": [0.0], "y": [1.0]})
-    (tmp_path / "empty.csv").write_text("")
+    with pytest.raises(InvalidValue, match=r"out of order: after 2 s comes 1\.9 s"):
+        judge(folders["grid"], {"time": [0.0, 2.0, 1.9], "x[1]": [1.0, 1.0, 1.0]})
+    (tmp_path / "empty.csv").write_text("\n\n")
     with pytest.raises(InvalidValue, match="a header and rows of numbers"):
         judge(folders["grid"], tmp_path / "empty.csv")
 

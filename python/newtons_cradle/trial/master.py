@@ -186,6 +186,8 @@ def spoiled(table: Table, case: Case, wrong: str | None) -> Table:
         values = table[name]
         if wrong == "shifted":
             table[name] = [*values[:1], *values[:-1]]
+        elif wrong == "next" and name in case.inputs:
+            table[name] = [interpolated(case.inputs[name], time) for time in table["time"]]
         elif wrong == "cut":
             table[name] = [value[: len(values[0])] if isinstance(value, str) else value for value in values]
         elif wrong == "difference" and name.startswith("der("):
@@ -226,7 +228,7 @@ def steps(
         for name, values in case.inputs.items():
             shift = {"ahead": end - time, "behind": -case.step, "first": -time}.get(wrong or "", 0.0)
             unit.set(name, interpolated(values, time + shift, wrong))
-            if case.slopes and wrong != "held":
+            if case.slopes and wrong not in ("held", "first"):
                 of = (time - 1e-3, time) if wrong == "left" else (time, end)
                 slope = (interpolated(values, of[1]) - interpolated(values, of[0])) / (of[1] - of[0])
                 unit.fmu.setRealInputDerivatives([unit.variables[name].valueReference], [1], [slope])
@@ -280,11 +282,11 @@ def integrate(
     """Model exchange by the Runge-Kutta method of order 4, with steps of this length (s) or, where the case has a
     tolerance, at most of this length."""
     jumps = sorted({time for points in case.inputs.values() for time, _ in points})
-    blind = wrong in ("late", "soon", "epsilon")  # to what the FMU says after a step
+    blind = wrong in ("late", "soon", "epsilon", "timed", "never")  # to what the FMU says after a step
 
     def inputs() -> None:
         for name, points in case.inputs.items():
-            unit.set(name, interpolated(points, time, "row"))
+            unit.set(name, interpolated(points, 0.0 if wrong == "first" else time, "row"))
 
     def step(h: float) -> Any:
         return runge_kutta(unit.slopes, time, x, h)
@@ -292,16 +294,17 @@ def integrate(
     time, h, due, fresh = 0.0, longest, math.inf, False
     inputs()
     x = unit.states()
-    _, due = unit.events(wrong)
+    if wrong != "before":
+        _, due = unit.events(wrong)
     unit.fmu.enterContinuousTimeMode()
-    x = x if wrong == "before" else unit.states()
+    record(time)
+    x = x if wrong == "states" else unit.states()
     scale = np.ones(len(x)) if wrong == "ones" else unit.vector("getNominalsOfContinuousStates", len(x))
     z = unit.indicators(time, x)
-    record(time)
     for end in grid(case, None)[1:]:
         anchor = x
         while time < end:
-            dated = min([due, *(jump for jump in jumps if jump > time)])
+            dated = math.inf if wrong == "never" else min([due, *(jump for jump in jumps if jump > time)])
             stop = end if wrong == "late" else min(end, dated)
             h = min(4 * h, longest)
             if case.tolerance:
@@ -312,7 +315,7 @@ def integrate(
             if wrong == "epsilon":
                 now = np.where(np.abs(now) < EPSILON, z, now)
             crossed = (z > 0) != (now > 0)
-            seen = bool(crossed.any()) and not (wrong == "soon" and fresh)
+            seen = bool(crossed.any()) and not (wrong == "soon" and fresh) and wrong not in ("timed", "never")
             if seen and wrong != "late":
                 low, high = 0.0, taken
                 while high - low > 1e-14 and low < (middle := (low + high) / 2) < high:
