@@ -85,6 +85,7 @@ CASES = {
         other={
             "accumulated": "time is accumulated as t + h",
             "nanoseconds": "the step is rounded to whole nanoseconds",
+            "lengths": "steps are h long from k h, and end a rounding away from (k + 1) h",
         },
     ),
     "inputs": Case(

@@ -239,7 +239,7 @@ def steps(
         while time < end:
             if not (wrong == "stale" and time > begin):
                 give(time, end)
-            told = unit.fmu.doStep(time, end - time)
+            told = unit.fmu.doStep(time, case.step if wrong == "lengths" else end - time)
             needed, _, early, reached = told if unit.fmi3 else (False, False, False, end)
             time = reached if early and wrong != "past" else end
             if needed and wrong != "ignored":
