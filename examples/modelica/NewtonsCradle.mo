@@ -57,5 +57,6 @@ package NewtonsCradle "Newton's cradle in models of translational mechanics, aro
     uses(Modelica(version="4.0.0")),
     Documentation(info="<html><p>Import the FMU in your tool, extend Signals by a block that contains the imported class and connects
       its variables, and redeclare <code>fmu</code> of Cradle by it. Connect flanges to springs or gaps: a flange of the
-      cradle has the position that the FMU gives it. A damper needs its derivative, which not every tool can take of an FMU's output.</p></html>"));
+      cradle has the position that the FMU gives it. A damper needs its derivative, which not every tool can take of an
+      FMU's output.</p></html>"));
 end NewtonsCradle;
