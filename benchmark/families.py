@@ -22,7 +22,7 @@ TAPERED = """7.676269071206830e-02 3.535685054936390e-02 8.661543576757685e-02 9
 
 
 def case(name, text, mass, *, p=1.5, k=1.0, gap=0.0, v=(1.0,), x=(), law="elastic", damping=0.0, **more):
-    """A case; what is shorter than the row is continued: stiffnesses and gaps by themselves, lists by 0."""
+    """A case; what is shorter than the row is continued: numbers by themselves, lists by 0. Rigid: p, k are None."""
     n = len(mass)
 
     def whole(values, length):
@@ -31,7 +31,7 @@ def case(name, text, mass, *, p=1.5, k=1.0, gap=0.0, v=(1.0,), x=(), law="elasti
 
     row = {"name": name, "family": name.split("-")[0], "text": text, "n": n, "law": law, "exponent": p}
     row |= {"damping": damping, "g_over_length": 0.0, "stop": 0.0} | more
-    row |= {"mass": whole(mass, n), "stiffness": whole(k, n - 1), "gap": whole(gap, n - 1)}
+    row |= {"mass": whole(mass, n), "stiffness": k and whole(k, n - 1), "gap": whole(gap, n - 1)}
     return row | {"x": whole(x, n), "v": whole(v, n)}
 
 
@@ -54,7 +54,7 @@ def equal():
         yield case(f"equal-{n}-{name}", f"{n} balls, F = overlap^{p:g}", [1.0] * n, p=p)
     yield case("equal-5-two-strike", "two of five balls strike the others", [1.0] * 5, v=(1.0, 1.0))
     yield case("equal-6-both-ends", "both ends of six balls strike", [1.0] * 6, v=(1, 0, 0, 0, 0, -1))
-    yield steel("equal-5-steel", "five steel balls of 1 kg", [0.0313] * 5, v=(0.5,))
+    yield steel("equal-5-steel", "five equal steel balls", [0.0313] * 5, v=(0.5,))
     for n, p in ((50, 3.0),):
         text = f"a pulse through {n} balls; the last is 0.5 m apart and tells its arrival"
         yield case(f"equal-{n}-{P[p]}", text, [1.0] * n, p=p, gap=[0.0] * (n - 2) + [0.5])
@@ -130,7 +130,7 @@ def damped():
 
 def rigid():
     """Instantaneous impacts of two, one after the other, with a coefficient of restitution e."""
-    more = {"law": "restitution", "k": 0.0}
+    more = {"law": "restitution", "p": None, "k": None}
     yield case("rigid-5-equal", "five equal balls in touch, e = 1", [1.0] * 5, damping=1.0, **more)
     yield case("rigid-5-lossy", "five equal balls in touch, e = 0.9", [1.0] * 5, damping=0.9, **more)
     yield case("rigid-3-unequal", "masses 1, 2 and 4 kg in touch, e = 0.75", [1, 2, 4], damping=0.75, **more)
@@ -167,8 +167,7 @@ def siconos():
 def cradles():
     """Five balls of 1 kg on linear pendulums with g/L = 5 1/s2; the state halfway between two clicks."""
     half, row = math.pi / math.sqrt(5.0), [1.0] * 5
-    radii = {"material": STEEL, "radius": [0.0313] * 5}
-    k = spheres(radii["radius"], STEEL)[1]
+    k = spheres([0.0313] * 5, STEEL)[1]
     for clicks in (1, 10, 100):
         more = {"v": (), "g_over_length": 5.0, "stop": round(clicks * half, 3)}
         linear = more | {"k": 1e10, "gap": 2.6e-6, "p": 1.0, "x": (-0.1, -0.1)}
@@ -176,7 +175,7 @@ def cradles():
         yield case(f"cradle-{clicks}", text, row, **linear)
         text = f"steel balls in touch, Hertz contacts, one lifted: the state after click {clicks}"
         if clicks < 100:
-            yield case(f"cradle-{clicks}-steel", text, row, k=k, x=(-0.05,), **radii, **more)
+            yield case(f"cradle-{clicks}-steel", text, row, k=k, x=(-0.05,), **more)
 
 
 def everything():

@@ -135,12 +135,24 @@ def complete(row, programs, pool):
     for result in (first, second, *changed):
         result["onset"] = [Decimal(-1) if j in touch else t for j, t in enumerate(result["onset"], start=1)]
     orders = [order(result, last, touch) for result in (first, second, *changed)]
-    row = {name: value for name, value in row.items() if name not in SETUP} | {
-        name: row[name] for name in SETUP
-    }
     row["stop"] = row["stop"] or float(f"{1.5 * float(last) or 1.0:.1e}")
     row["results"] = results(first, second, changed, scales)
     return row | {"order": orders[0] or None if all(other == orders[0] for other in orders) else None}
+
+
+def lines_of(row):
+    """A row's lines of the CSV file, from the second column on."""
+    for name in ("law", "exponent", "damping", "g_over_length", "stop", *row.get("material", ())):
+        yield name, "", (row | row.get("material", {}))[name]
+    for name in (*SETUP, "radius"):
+        called = f"start {name}" if name in "xv" else name
+        yield from ((called, i, value) for i, value in enumerate(row.get(name) or [], start=1))
+    for name, result in row["results"].items():
+        pairs = enumerate(zip(result["value"], result["sensitivity"], strict=True), start=1)
+        more = result["scale"], result["agreement"]
+        yield from ((name, i, value, moved, *more) for i, (value, moved) in pairs if value is not None)
+    for i, group in enumerate(row["order"] or [], start=1):
+        yield from (("order", i, contact) for contact in group)
 
 
 def write(rows):
@@ -151,22 +163,8 @@ def write(rows):
     (HERE / "cases.json").write_text(text, encoding="utf-8")
     with (HERE / "cases.csv").open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(["case", "quantity", "index", "value", "sensitivity"])
-        for row in rows:
-            for name in ("law", "exponent", "damping", "g_over_length", "stop"):
-                table.writerow([row["name"], name, "", row[name], ""])
-            for name in SETUP:
-                table.writerows(
-                    [row["name"], f"start {name}" if name in "xv" else name, i, value, ""]
-                    for i, value in enumerate(row[name], start=1)
-                )
-            for name, result in row["results"].items():
-                pairs = enumerate(zip(result["value"], result["sensitivity"], strict=True), start=1)
-                table.writerows(
-                    [row["name"], name, i, f"{float(value):.15g}", moved]
-                    for i, (value, moved) in pairs
-                    if value is not None
-                )
+        table.writerow(["case", "quantity", "index", "value", "sensitivity", "scale", "agreement"])
+        table.writerows([row["name"], *line, "", "", ""][:7] for row in rows for line in lines_of(row))
 
 
 def main():
@@ -174,9 +172,8 @@ def main():
     if unknown := set(names) - {row["name"] for row in rows}:
         sys.exit(f"no case has the name {', '.join(sorted(unknown))}")
     file = HERE / "cases.json"
-    kept = (
-        {row["name"]: row for row in json.loads(file.read_text(encoding="utf-8"))["cases"]} if names else {}
-    )
+    before = json.loads(file.read_text(encoding="utf-8"))["cases"] if names else []
+    kept = {row["name"]: row for row in before}
     programs = compiled("taylor"), compiled("gauss")
     with ThreadPoolExecutor(2) as pool:
         for row in rows:

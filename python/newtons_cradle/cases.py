@@ -8,8 +8,10 @@ The cases, their model and units: docs/benchmark.md. The data is CC0.
 """
 
 import functools
+import itertools
 import json
 import math
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -31,7 +33,9 @@ COEFFICIENT = {
     "viscoelastic": "contact.relaxationTime",
     "restitution": "contact.restitution",
 }
-PER_CONTACT = ("peak", "onset", "release")
+QUANTITIES = dict.fromkeys(("v", "x"), "one for each ball")
+QUANTITIES |= dict.fromkeys(("peak", "onset", "release"), "one for each contact")
+QUANTITIES |= {"loss": "in all", "order": ""}
 ROUNDING = 1e-13  # of a quantity's scale: within this, a result is exact
 SEVERAL = 10.0  # roundings of the start values, or of what is computed from them
 
@@ -49,13 +53,13 @@ class Verdict:
 
 @dataclass(frozen=True, repr=False)
 class Judgement:
-    """Verdicts by quantity, as far as they were given; printed as a table. `within`: whether all are."""
+    """Verdicts by quantity, as far as given and in the case; printed as a table. `within`: any, and all are."""
 
     verdicts: dict[str, Verdict]
 
     @property
     def within(self) -> bool:
-        return all(verdict.within for verdict in self.verdicts.values())
+        return bool(self.verdicts) and all(verdict.within for verdict in self.verdicts.values())
 
     def __repr__(self) -> str:
         lines = [f"{'quantity':8} {'digits':>6} {'largest error':>14}  as exact as doubles allow"]
@@ -69,11 +73,11 @@ class Judgement:
 class Case:
     """One case. Units are SI; lists have an element for each ball (`mass`, `x`, `v`) or contact (`stiffness`, `gap`).
 
-    `stiffness`: K of F = K overlap^`exponent`, N/m^p; `law`: `elastic`, a damping law of the FMU, or `restitution`;
-    `damping`: its coefficient; `g_over_length`: 1/s2, 0 for free balls; `stop`: s; `expected`: the exact results, NaN
-    where nothing can be compared; `sensitivity`: what a change of the start by 1e-16 of itself does to them;
-    `scale`: what digits are counted from; `order`: contacts (from 1) by onset, those at the same time together, or
-    None; `published`: results of others.
+    `stiffness`: K of F = K overlap^`exponent`, N/m^p, both None for `restitution`; `law`: `elastic`, a damping law of
+    the FMU, or `restitution`; `damping`: its coefficient; `g_over_length`: 1/s2, 0 for free balls; `stop`: s; `radius`:
+    of spheres, m, and `material`, or empty; `order`: contacts (from 1) by onset, those at the same time together, or
+    None; `published`: results of others. By quantity: `expected`, the exact results, NaN where nothing can be compared;
+    `sensitivity` to a change of the start by 1e-16 of itself; `scale` of digits; `agreement` of two computations.
     """
 
     name: str
@@ -81,12 +85,12 @@ class Case:
     text: str
     n: int
     law: str
-    exponent: float
+    exponent: float | None
     damping: float
     g_over_length: float
     stop: float
     mass: list[float]
-    stiffness: list[float]
+    stiffness: list[float] | None
     gap: list[float]
     x: list[float]
     v: list[float]
@@ -94,6 +98,9 @@ class Case:
     expected: dict[str, Array] = field(default_factory=dict)
     sensitivity: dict[str, Array] = field(default_factory=dict)
     scale: dict[str, float] = field(default_factory=dict)
+    agreement: dict[str, float] = field(default_factory=dict)
+    radius: list[float] = field(default_factory=list)
+    material: dict[str, float] = field(default_factory=dict)
     published: dict[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -123,20 +130,20 @@ class Case:
 
     def judge(self, result: Result | Mapping[str, Any]) -> Judgement:
         """How many digits are right. `result`: of a run, until `stop`, with x, v, F_peak and E_total recorded; or what
-        another code has, any of the quantities in `expected`, and `order`, as flat lists. Raises InvalidValue,
-        UnknownName."""
+        another code has, any of x, v, peak, onset, release, loss as flat lists, and `order`, flat or by instants; what
+        this case has no exact results of is left out. Raises InvalidValue, UnknownName."""
         given = self._measured(result) if isinstance(result, Result) else result
         if not isinstance(given, Mapping) or not given:
-            raise InvalidValue(
-                f'result: a Result is needed, or a dict such as {{"v": [...]}}, not {result!r}'
-            )
-        known = [*self.expected, *(["order"] if self.order else [])]
+            raise InvalidValue(f'result: a Result is needed, or a dict as {{"v": [...]}}, not {result!r}')
         verdicts = {}
         for name, values in given.items():
-            if name not in known:
-                hint = did_you_mean(str(name), known)
-                raise UnknownName(f"{self.name} has no {name!r}; allowed: {', '.join(known)}{hint}")
-            verdicts[name] = self._in_order(values) if name == "order" else self._verdict(name, values)
+            if name not in QUANTITIES:
+                hint = did_you_mean(str(name), QUANTITIES)
+                raise UnknownName(f"there is no {name!r}; allowed: {', '.join(QUANTITIES)}{hint}")
+            if name in self.expected:
+                verdicts[name] = self._verdict(name, values)
+            elif name == "order" and self.order:
+                verdicts[name] = self._in_order(values, self.order)
         return Judgement(verdicts)
 
     def _verdict(self, name: str, values: Any) -> Verdict:
@@ -146,34 +153,27 @@ class Case:
         except (TypeError, ValueError):
             raise InvalidValue(f"{name}: a list of numbers is needed, not {values!r}") from None
         if got.shape != expected.shape:
-            what = {"loss": "in all"}.get(
-                name, f"one for each {'contact' if name in PER_CONTACT else 'ball'}"
-            )
-            allowed = f"allowed: {len(expected)}, {what}"
-            raise InvalidValue(f"{name} has the shape {got.shape}; {allowed}")
+            raise InvalidValue(f"{name}: shape {got.shape}; allowed: {len(expected)}, {QUANTITIES[name]}")
         counts = ~np.isnan(expected)
+        if (bad := np.flatnonzero(counts & ~np.isfinite(got))).size:
+            raise InvalidValue(f"{name}[{bad[0] + 1}] is {got[bad[0]]}; a finite number is needed")
         errors = np.abs(got - expected)[counts]
-        errors = np.where(np.isnan(errors), math.inf, errors)
         allowed_errors = np.maximum(ROUNDING * scale, SEVERAL * self.sensitivity[name][counts])
         error = float(errors.max(initial=0.0))
         digits = max(0.0, -math.log10(max(error / scale, 1e-16)))
         return Verdict(name, error, digits, bool((errors <= allowed_errors).all()))
 
-    def _in_order(self, values: Any) -> Verdict:
+    @staticmethod
+    def _in_order(values: Any, groups: list[list[int]]) -> Verdict:
         """Whether the contacts come in order, in any order those that come together. Those in touch at the start do not
         count."""
-        groups = self.order or []
         counts = {contact for group in groups for contact in group}
         try:
-            got = [int(contact) for group in values for contact in (group if np.ndim(group) else [group])]
+            got = [operator.index(j) for group in values for j in (group if np.ndim(group) else [group])]
         except (TypeError, ValueError):
-            raise InvalidValue(f"order: a list of contacts (from 1) is needed, not {values!r}") from None
-        got = [contact for contact in got if contact in counts]
-        right, place = True, 0
-        for group in groups:
-            right = right and sorted(got[place : place + len(group)]) == group
-            place += len(group)
-        right = right and place == len(got)
+            raise InvalidValue(f"order: the form is [[1, 2], [1]] or [1, 2, 1], not {values!r}") from None
+        left = iter([contact for contact in got if contact in counts])
+        right = all(sorted(itertools.islice(left, len(group))) == group for group in groups) and not [*left]
         return Verdict("order", 0.0 if right else 1.0, 16.0 * right, right)
 
     def _measured(self, result: Result) -> dict[str, Any]:
@@ -184,7 +184,7 @@ class Case:
         pulses, contacts = result.pulses, range(1, self.n)
         of = [pulses[pulses["contact"] == contact] for contact in contacts]
         energy = result["E_total"].ravel()
-        found = {
+        return {
             "x": result["x"][-1],
             "v": result["v"][-1],
             "peak": result["F_peak"].max(axis=0),
@@ -193,7 +193,6 @@ class Case:
             "loss": energy[0] - energy[-1],
             "order": pulses["contact"].tolist(),
         }
-        return {name: found[name] for name in [*self.expected, *(["order"] if self.order else [])]}
 
 
 @functools.cache
@@ -215,8 +214,9 @@ def benchmark(name: str) -> Case:
     row = rows[name]
     known = {key: row[key] for key in Case.__dataclass_fields__ if key in row}
 
-    def numbers(key: str) -> dict[str, Array]:
-        return {quantity: np.array(result[key], dtype=float) for quantity, result in row["results"].items()}
-
-    scale = {quantity: float(result["scale"]) for quantity, result in row["results"].items()}
-    return Case(**known, expected=numbers("value"), sensitivity=numbers("sensitivity"), scale=scale)
+    parts = row["results"].items()
+    for name, key in (("expected", "value"), ("sensitivity", "sensitivity")):
+        known[name] = {quantity: np.array(part[key], dtype=float) for quantity, part in parts}
+    for key in ("scale", "agreement"):
+        known[key] = {quantity: part[key] for quantity, part in parts}
+    return Case(**known)
