@@ -31,9 +31,7 @@ class Case:
     slopes: bool = False  # of the inputs are given
     events: bool = False  # event mode is used
     early: bool = False  # early return is allowed
-    trial: tuple[
-        Any, ...
-    ] = ()  # of a step that is tried and taken back: its time (s), an input, and its value
+    trial: tuple[Any, ...] = ()  # a step that is tried and taken back: its time (s), an input, its value
     act: tuple[str, Any] | tuple[()] = ()  # what is set at the first intermediate update
     parts: int = 32  # steps of the judge's solver in one communication step
     tolerance: float = 0.0  # relative, of that solver
@@ -46,9 +44,8 @@ class Case:
         tolerance = " Fine steps, or a relative tolerance of 1e-8." if self.exchange else ""
         tolerance = f" Relative tolerance {self.tolerance:g}." if self.tolerance else tolerance
         linear = "linear between the lines: before each step set their values at its start"
-        how = (
-            "jumps, which are input events" if self.exchange else linear + ", and their slopes" * self.slopes
-        )
+        linear += ", and their slopes" * self.slopes
+        how = "jumps, which are input events" if self.exchange else linear
         given = f" Inputs: inputs.csv, {how}." if self.inputs else ""
         given += " The other elements of that array stay 0." if self.inputs and self.fmi == 3 else ""
         point = f"a communication point every {self.step:.12g} s, from 0 to {self.stop:g} s"
@@ -64,12 +61,14 @@ RIGID = {"contact.model": "rigid", "contact.deadBand": 0.0}
 TRIANGLE: Points = ((0.0, 0.0), (0.5, 4.0), (1.5, -4.0), (2.0, 0.0))
 STEPS: Points = ((0.33, 0.0), (0.33, 2.0), (0.57, 2.0), (0.57, -1.0), (0.93, -1.0), (0.93, 3.0))
 JUMPS: Points = ((0.0, 0.0), *STEPS, (2.0, 3.0))
-LATE = "events were handled at the next communication point only, not where they are"
 NEVER = "events were not handled at all"
-TIMED = "state events were not handled, only time events"
-STATES = (
-    "an event was not handled, or the states after it were not read: the solver went on from the old ones"
-)
+EVENTS = {
+    "late": "events were handled at the next communication point only, not where they are",
+    "timed": "state events were not handled, only time events",
+    "never": NEVER,
+}
+STATES = "an event was not handled, or the states after it were not read: the solver kept the old ones"
+IGNORED = "eventHandlingNeeded was ignored: Event Mode was never entered"
 FIRST = "the input kept its first value"
 ONCE = "event iteration ended after one round, though the FMU asked for more"
 
@@ -160,12 +159,7 @@ CASES = {
         "Two pairs of balls meet 0.3 us after each other.",
         "A tool may not look away after an event: what happens within its next step is an event, too.",
         ("x[1]", "x[2]", "x[3]", "x[4]", "pulses[1]", "pulses[3]"),
-        {
-            "soon": "missed the second of two impacts 0.3 us apart at 0.49 s",
-            "late": LATE,
-            "timed": TIMED,
-            "never": NEVER,
-        },
+        {"soon": "missed the second of two impacts 0.3 us apart at 0.49 s"} | EVENTS,
         SOFT | {"x_start": [-0.49, 0.0, 2.0, 2.4900003], "v_start": [1.0, 0.0, 1.0, 0.0]},
         balls=4,
         **EXCHANGE,
@@ -176,12 +170,8 @@ CASES = {
         "first contact is closed, when nextEventTime is undefined.",
         "An indicator that changes its sign is an event, however small it is.",
         ("x[1]", "x[2]", "x[3]", "v[1]", "v[2]", "v[3]"),
-        {
-            "epsilon": "missed the event of an indicator next to 0 until it was larger than some absolute limit",
-            "late": LATE,
-            "timed": TIMED,
-            "never": NEVER,
-        },
+        {"epsilon": "missed the event of an indicator next to 0 until it exceeded some absolute limit"}
+        | EVENTS,
         SOFT | {"x_start": [-0.49, 0.0, 0.0], "v_start": [1.0, 0.0, 0.0]},
         **EXCHANGE,
     ),
@@ -190,11 +180,7 @@ CASES = {
         "The contact closes at 0.5 s, which is a communication point.",
         "An event that is due at the end of a step is due, not at the end of the next one.",
         ("x[1]", "x[2]", "v[1]", "v[2]"),
-        {
-            "late": "the time event at the communication point 0.5 s was taken at the next one",
-            "timed": TIMED,
-            "never": NEVER,
-        },
+        EVENTS | {"late": "the time event at the communication point 0.5 s was taken at the next one"},
         SOFT | {"x_start": [-0.5, 0.0, 0.2], "v_start": [1.0, 0.0, 0.0]},
         **EXCHANGE,
     ),
@@ -232,9 +218,7 @@ CASES = {
         },
         {"x_start": [-0.1, 0.1], "exchange.contacts": "mapped"},
         balls=2,
-        exchange=True,
-        step=1 / 16,
-        within=0.05,
+        **EXCHANGE | {"stop": 2.0, "step": 1 / 16},
         inputs={"F_ext[1]": JUMPS},
     ),
     "start": Case(
@@ -266,7 +250,7 @@ CASES = {
         ("x[1]", "x[3]", "pulses[1]", "pulses[2]", "impulse[1]"),
         {
             "past": "went on from the end of a step that had returned early, which the FMU refuses",
-            "ignored": "eventHandlingNeeded was ignored: Event Mode was never entered",
+            "ignored": IGNORED,
             "stale": "the input was not set anew where a step had returned early",
             "first": FIRST,
         },
@@ -280,7 +264,7 @@ CASES = {
         "",
         "Several events may happen within a step: Event Mode after it reports one after the other.",
         ("x[1]", "x[5]", "pulses[1]", "pulses[2]", "pulses[3]", "pulses[4]"),
-        {"once": ONCE, "ignored": "eventHandlingNeeded was ignored: Event Mode was never entered"},
+        {"once": ONCE, "ignored": IGNORED},
         balls=5,
         fmi=3,
         events=True,
@@ -291,10 +275,7 @@ CASES = {
         "it ticks.",
         "All clocks that are active are to be asked, not only the first.",
         ("onset.time", "release.time", "release.impulse[1]", "pulses[1]", "pulses[2]"),
-        {
-            "clock": "only the first of the clocks that ticked was read",
-            "ignored": "eventHandlingNeeded was ignored: Event Mode was never entered",
-        },
+        {"clock": "only the first of the clocks that ticked was read", "ignored": IGNORED},
         RIGID,
         fmi=3,
         events=True,

@@ -2,7 +2,6 @@
 
 import csv
 import re
-import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -39,23 +38,15 @@ def write_cases(folder: str | Path, binaries: str | Path | None = None) -> list[
     Raises FmuError, FileMissing."""
     needed("folder", folder, str | Path, "the path of a folder")
     folders: list[Path] = []
-    made: dict[str, Path] = {}  # cases may have the same FMU
+    binaries = binaries or newest(FMU)
     for name, case in CASES.items():
         place = Path(folder, name)
         place.mkdir(parents=True, exist_ok=True)
-        out, key = place / "cradle.fmu", f"{case.fmi} {case.balls} {case.start}"
-        if key in made:
-            shutil.copyfile(made[key], out)
-        else:
-            build(
-                balls=case.balls, set=case.start, fmi=case.fmi, out=out, binaries=binaries or newest(FMU)
-            ).close()
-        made[key] = out
-        with Fmu(out) as fmu:
+        out = place / "cradle.fmu"
+        with build(balls=case.balls, set=case.start, fmi=case.fmi, out=out, binaries=binaries) as fmu:
             write_csv(place / "expected.csv", run(fmu, case))
-        if case.inputs:
-            (points,) = case.inputs.values()
-            columns = {"time": [time for time, _ in points], next(iter(case.inputs)): [v for _, v in points]}
+        for input, points in case.inputs.items():
+            columns = {"time": [time for time, _ in points], input: [value for _, value in points]}
             write_csv(place / "inputs.csv", columns)
         lines = [f"{name}: {case.title}", "", case.instructions(), "", case.meaning, "", "Known mistakes:"]
         lines += [f"- {words}" for words in case.wrong.values()]
@@ -109,11 +100,8 @@ def columns(result: Any, case: Case) -> Table:
 def by_name(result: Any) -> dict[str, list[Any]]:
     """The columns of a dict, of a `Result`, or of a structured array."""
     samples = getattr(result, "samples", result)
-    names = (
-        list(result)
-        if isinstance(result, Mapping)
-        else getattr(getattr(samples, "dtype", None), "names", None)
-    )
+    dtype = getattr(samples, "dtype", None)
+    names = list(result) if isinstance(result, Mapping) else getattr(dtype, "names", None)
     if not names:
         needed("result", result, Mapping, "the path of a CSV file, or a dict of columns by name,")
     return {name: list(samples[name]) for name in names or ()}
@@ -132,9 +120,8 @@ def from_csv(path: Path) -> dict[str, list[Any]]:
     rows = [[cell.replace(",", ".") for cell in row] if point else row for row in rows]
     rows = [row for row in rows if row and len(row) >= len(header) and number(row[0]) is not None]
     if not rows:
-        raise InvalidValue(
-            f"{path}: a header and rows of numbers are needed, separated by commas, semicolons or tabs"
-        )
+        needs = "a header and rows of numbers are needed, separated by commas, semicolons or tabs"
+        raise InvalidValue(f"{path}: {needs}")
     return {name: list(values) for name, values in zip(header, zip(*rows, strict=False), strict=False)}
 
 
@@ -193,9 +180,7 @@ def verdicts(case: Case, table: Table, runs: Mapping[str | None, Table]) -> list
     if own.worst == 0:
         lines.append(f"right to the last bit: {', '.join(names)}")
     elif own.worst <= case.within:
-        name, time = own.at
-        off_by = f"{own.worst:.1e} of its largest value, at {time:.9g} s"
-        lines.append(f"right within the method: {name} is off most, by {off_by}")
+        lines.append(f"right within the method: {largest(own)}")
     else:
         hint = "; if finer steps change that, it is the solver's error" if case.exchange else ""
         lines.append(f"wrong, and by no known mistake: {difference(own)}{hint}")

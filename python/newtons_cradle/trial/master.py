@@ -19,6 +19,7 @@ from ..run.table import split
 from .cases import Case, Points
 
 Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.
+Record = Callable[[float], None]  #: Adds a row at a time (s).
 
 GETTERS = {"Enumeration": ("Integer", "Int64")}  # by types whose accessors have another name
 EPSILON = 2e-3  # m, for the mistake of a limit for indicators
@@ -218,9 +219,7 @@ def grid(case: Case, wrong: str | None) -> list[float]:
     return [k * case.step for k in range(count + 1)]
 
 
-def steps(
-    unit: Unit, case: Case, wrong: str | None, record: Callable[[float], None], calls: list[float]
-) -> None:
+def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list[float]) -> None:
     """Co-simulation."""
     points, acted = grid(case, wrong), False
 
@@ -276,9 +275,7 @@ def steps(
         record(end)
 
 
-def integrate(
-    unit: Unit, case: Case, wrong: str | None, record: Callable[[float], None], longest: float
-) -> None:
+def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest: float) -> None:
     """Model exchange by the Runge-Kutta method of order 4, with steps of this length (s) or, where the case has a
     tolerance, at most of this length."""
     jumps = sorted({time for points in case.inputs.values() for time, _ in points})
@@ -320,9 +317,8 @@ def integrate(
                 low, high = 0.0, taken
                 while high - low > 1e-14 and low < (middle := (low + high) / 2) < high:
                     part = (z > 0) != (unit.indicators(time + middle, step(middle)) > 0)
-                    low, high = (
-                        (low, middle) if part[crossed].any() and wrong != "epsilon" else (middle, high)
-                    )
+                    crosses = part[crossed].any() and wrong != "epsilon"
+                    low, high = (low, middle) if crosses else (middle, high)
                 taken, stop, moved = high, time + high, step(high)
             x = moved
             time = stop if taken == stop - time else time + taken
