@@ -203,9 +203,6 @@ def compiled(results: Results) -> None:
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
-        # These binaries are tried, not released. Optimising them less takes half the time, and shows that the doubles
-        # do not depend on it.
-        environment = environment | {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "1"}
         platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
         results.step("FMU for all platforms", platforms, env=environment)
 
