@@ -254,7 +254,7 @@ def short(line) -> str:
     for pattern, words in (
         (r"not offered", "-"),
         (r".*right to the last bit.*", "same bits"),
-        (r".*right within the method: .* by (\S+) of its.*", r"right, \1"),
+        (r".*right within the method: .* by up to (\S+) of its.*", r"right, \1"),
         (r"right, but (.*)", r"right; \1"),
         (r"stops: thread.*|stops: (.*)", r"stops: \1"),
         (r"wrong.*known mistake: (.*)", r"**wrong**: \1"),
