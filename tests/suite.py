@@ -254,10 +254,9 @@ def python_style(results: Results, requirements: Path) -> None:
 
 
 def python_hosts(results: Results, fmu: Path, *options) -> None:
-    """tests/hosts by pytest: files by name, which has those with few but long tests not last. One process more than
-    there are cores, as pages are mostly waited for."""
+    """tests/hosts by pytest, on all cores: files by name, which has those with few but long tests not last."""
     command = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", fmu, *options]
-    cores = ["--numprocesses", str((os.cpu_count() or 1) + 1), "--dist", "loadfile", "--no-loadscope-reorder"]
+    cores = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     results.step("Python hosts", [*command, *cores])
 
 
