@@ -189,6 +189,7 @@ return [field.querySelector("output").textContent, input.ariaValueText]"""
 def test_the_contact_changes_while_it_swings(page, fmu):
     """Each change is a new run from where the balls are when none touch; what follows is the native run."""
     js(page, "cradle.lift(2); cradle.panels.toggle('change')")
+    lossy = False
     for name, value, *slider in CHANGES:
         wait(page, "source.run.time > 0.05")
         before = js(page, "return source.state.energy")
@@ -199,8 +200,10 @@ def test_the_contact_changes_while_it_swings(page, fmu):
             js(page, "cradle.change({[arguments[0]]: arguments[1]})", name, value)
         wait(page, "!source.pending")
         assert js(page, "return source.setup.get(arguments[0])", name) == pytest.approx(value), name
+        lossy = lossy or name == "contact.huntCrossley"  # from here on an impact may come before the reading
         if name not in ("ball.massRatio", "pendulum.length", "gravity"):
-            assert js(page, "return source.state.energy") / before == pytest.approx(1.0, abs=0.03), name
+            kept = js(page, "return source.state.energy") / before
+            assert kept < 1.03 and (lossy or kept > 0.97), name
     assert_native(page, fmu)
 
 
