@@ -246,6 +246,11 @@ pub fn states(balls: usize) -> impl Iterator<Item = (Variable, Variable)> {
 }
 
 impl Variable {
+    /// The same as a scalar of FMI 3.0.
+    pub fn scalar(self) -> Array {
+        Array { row: self.row, position: self.position, only: Some(self.index) }
+    }
+
     /// Its place among the states of a cradle of `balls` balls, if it is one.
     pub fn state_place(&self, balls: usize) -> Option<usize> {
         let mut before = 0;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, UNIX_EPOCH};
 
-use newtons_cradle::variables::{Array, Description, FILE_NAME, MODEL_IDENTIFIER, Recipe, Shape};
+use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
 
 use super::{Standard, page};
 use crate::archive::Entries;
@@ -25,28 +25,17 @@ const LICENSES: [(&str, &str); 3] = [
     ("third-party", include_str!("../../assets/third-party.txt")),
 ];
 
-/// The terminals of the support and the balls.
-const TERMINALS: &str = include_str!("../../assets/terminalsAndIcons.xml");
+/// The terminals of the support and the balls, with `{i}` for the index of a ball.
+const TERMINALS: &str = include_str!("../../assets/terminalsAndIcons.xml.in");
 
 /// The terminals of a cradle of `balls` balls. Without arrays, each element of one is a member.
 fn terminals(balls: usize, arrays: bool) -> String {
-    let is_array = |line: &str| {
-        let name = line.split_once("variableName=\"")?.1.split_once('"')?.0;
-        (!arrays).then(|| Array::named(name)).flatten().filter(|array| array.row.shape == Shape::Balls)
+    let with = |line: &str, index: &str| line.replace("{i}", index) + "\n";
+    let members = |line: &str| match arrays || !line.contains("{i}") {
+        true => with(line, ""),
+        false => (1..=balls).map(|index| with(line, &format!("[{index}]"))).collect(),
     };
-    let mut xml = String::new();
-    for line in TERMINALS.lines() {
-        let Some(array) = is_array(line) else {
-            xml += &format!("{line}\n");
-            continue;
-        };
-        for index in 1..=balls {
-            let element = line.replace(&format!("\"{array}\""), &format!("\"{}\"", array.row.name_of(index)));
-            xml += &element.replacen("\" variableKind", &format!("[{index}]\" variableKind"), 1);
-            xml.push('\n');
-        }
-    }
-    xml
+    TERMINALS.lines().map(members).collect()
 }
 
 /// The files of an FMU for the cradle of `recipe` with these binaries.

@@ -122,9 +122,7 @@ impl Case {
         xml.push_str("  </ssv:Units>\n</ssv:ParameterSet>\n");
         xml
     }
-}
 
-impl Case {
     /// All elements of a variable's array, as many as there are balls.
     fn elements(&self, variable: &Variable) -> String {
         let element = |index| Variable { index, ..*variable }.real(&self.settings);

@@ -110,22 +110,18 @@ pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result
 pub(super) fn write_arrays(
     out: &mut String,
     start: &Settings,
-    scalars: bool,
+    states: &[(Array, Array)],
     mut arrays: impl Iterator<Item = Array>,
 ) -> fmt::Result {
-    let of_scalars = states(start.balls()).map(|(state, rate)| (rate.reference(), state.reference()));
-    let of_arrays = Array::states().map(|(state, rate)| (rate.reference(), state.reference()));
-    let state_of: HashMap<u32, u32> = if scalars { of_scalars.collect() } else { of_arrays.collect() };
-    let is_state: HashSet<u32> = state_of.values().copied().collect();
-    arrays.try_for_each(|array| write_array(out, start, (&state_of, &is_state), array))
+    let mut of_states: HashMap<u32, String> = HashMap::new(); // a velocity is a derivative and a state
+    for (state, rate) in states {
+        *of_states.entry(rate.reference()).or_default() += &format!(" derivative=\"{}\"", state.reference());
+        *of_states.entry(state.reference()).or_default() += " reinit=\"true\"";
+    }
+    arrays.try_for_each(|array| write_array(out, start, of_states.get(&array.reference()), array))
 }
 
-fn write_array(
-    out: &mut String,
-    start: &Settings,
-    (state_of, is_state): (&HashMap<u32, u32>, &HashSet<u32>),
-    array: Array,
-) -> fmt::Result {
+fn write_array(out: &mut String, start: &Settings, of_state: Option<&String>, array: Array) -> fmt::Result {
     let (row, reference) = (array.row, array.reference());
     let (element, common) = (row.access.data_type().fmi3(), common_attributes(row, array.variability()));
     write!(out, "    <{element} name=\"{array}\" valueReference=\"{reference}\"{common}")?;
@@ -150,12 +146,7 @@ fn write_array(
         Type::Clock => out.write_str(" intervalVariability=\"triggered\"")?,
         _ => {}
     }
-    if let Some(state) = state_of.get(&reference) {
-        write!(out, " derivative=\"{state}\"")?;
-    }
-    if is_state.contains(&reference) {
-        out.write_str(" reinit=\"true\"")?;
-    }
+    out.write_str(of_state.map_or("", String::as_str))?;
     if row.causality == Causality::StructuralParameter {
         write!(out, " start=\"{}\"", start.balls())?;
     } else if row.settable() {

@@ -1,6 +1,6 @@
 //! ModelStructure: the unknowns and their dependencies.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::{self, Display, Write};
 use std::ops::Range;
 
@@ -49,8 +49,15 @@ pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result
     let balls = start.balls();
     let first = first_indices(balls);
     let rigid = start.parameters.contact_model == ContactModel::Rigid;
-    let following = |row: &Row| Some(if rigid && is_of_forces(row) { EVERYTHING } else { row.follows });
-    let [following, initially] = dependencies(balls, &first, following);
+    // Looked up once for all variables of a row.
+    let knowns = |groups: Groups| {
+        groups.iter().copied().flatten().flat_map(|name| knowns(name, balls, &first)).collect::<Vec<Known>>()
+    };
+    let following = |row: &Row| {
+        is_listed(row, balls).then(|| knowns(if rigid && is_of_forces(row) { EVERYTHING } else { row.follows }))
+    };
+    let following: Vec<Option<Vec<Known>>> = TABLE.iter().map(following).collect();
+    let initially: Vec<Option<Vec<Known>>> = TABLE.iter().map(|row| row.initially.map(knowns)).collect();
     let write = |out: &mut String, variable: Variable, on: &[Option<Vec<Known>>]| {
         write!(out, "      <Unknown index=\"{}\"", first[variable.position] + variable.index)?;
         let on = on[variable.position].as_ref();
@@ -73,97 +80,60 @@ pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result
     out.write_str("    </InitialUnknowns>\n")
 }
 
-/// For each row of the table, on what its variables depend, if that is listed: `following` during the run, and at
-/// initialization.
-fn dependencies(
-    balls: usize,
-    first: &[usize],
-    following: impl Fn(&Row) -> Option<Groups>,
-) -> [Vec<Option<Vec<Known>>>; 2] {
-    let knowns =
-        |groups: Groups| groups.iter().copied().flatten().flat_map(|name| knowns(name, balls, first)).collect();
-    let following = |row: &Row| {
-        let many = row.shape == Shape::Balls && balls > LISTED;
-        let listed = !many || row.follows.iter().copied().flatten().all(|name| *name != "position");
-        following(row).filter(|_| listed)
-    };
-    [
-        TABLE.iter().map(|row| following(row).map(knowns)).collect(),
-        TABLE.iter().map(|row| row.initially.map(knowns)).collect(),
-    ]
-}
-
-/// Writes ModelStructure of FMI 3.0 with these scalars. Where everything is a dependency, none are listed.
-pub(super) fn write_structure_of_scalars(
-    out: &mut String,
-    start: &Settings,
-    scalars: impl Iterator<Item = Array> + Clone,
-) -> fmt::Result {
-    let balls = start.balls();
-    let reference = |(position, row)| Variable { row, position, index: 0 }.reference() as usize;
-    let first: Vec<usize> = TABLE.iter().enumerate().map(reference).collect();
-    let [following, initially] = dependencies(balls, &first, |row| match following(row) {
-        EVERYTHING => None,
-        groups => Some(groups),
-    });
-    let write = |out: &mut String, element: &str, scalar: Variable, on: &[Option<Vec<Known>>]| {
-        write!(out, "    <{element} valueReference=\"{}\"", scalar.reference())?;
-        // Clocks and what belongs to them depend on nothing.
-        let on = on.get(scalar.position).map_or(Some(&[][..]), Option::as_deref);
-        write_dependencies(out, on.map(|on| on.iter().flat_map(|known| known.indices(scalar)).collect()))
-    };
-    let variables = |of: fn(&Row) -> bool| scalars.clone().filter(move |scalar| of(scalar.row));
-    for output in variables(|row| row.causality == Causality::Output) {
-        write(out, "Output", output.variable(0), &following)?;
-    }
-    let mut exchanged = BTreeSet::new();
-    for (state, derivative) in states(balls) {
-        write(out, "ContinuousStateDerivative", derivative, &following)?;
-        exchanged.extend([state.position, derivative.position]);
-    }
-    for scalar in variables(|_| true).map(|scalar| scalar.variable(0)) {
-        let (row, is_extra) = (scalar.row, matches!(scalar.row.access, Access::Instance(..)));
-        if is_unknown(row) && !is_extra || is_clock(row) || exchanged.contains(&scalar.position) {
-            write(out, "InitialUnknown", scalar, &initially)?;
-        }
-    }
-    for indicator in variables(is_indicator) {
-        writeln!(out, "    <EventIndicator valueReference=\"{}\"/>", indicator.reference())?;
-    }
-    Ok(())
-}
-
-/// By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
-fn is_clock(row: &Row) -> bool {
-    row.access.data_type() == Type::Clock
-}
-
-fn is_indicator(row: &Row) -> bool {
-    matches!(row.access, Access::Instance(_, Extra::ContactIndicator | Extra::ClipIndicator))
+/// Whether the dependencies of the variables of a row are listed.
+fn is_listed(row: &Row, balls: usize) -> bool {
+    let many = row.shape == Shape::Balls && balls > LISTED;
+    !many || row.follows.iter().copied().flatten().all(|name| *name != "position")
 }
 
 /// Writes ModelStructure of FMI 3.0. In co-simulation an input acts from now on: at once it changes only the forecast
 /// and the force of rigid balls that stay in contact, which the host may select. In model exchange outputs and
-/// derivatives depend on states and inputs.
-pub(super) fn write_structure_of_arrays(out: &mut String, arrays: impl Iterator<Item = Array> + Clone) -> fmt::Result {
+/// derivatives depend on states and inputs. Where a scalar depends on everything, nothing is listed.
+pub(super) fn write_structure_of_fmi3(
+    out: &mut String,
+    start: &Settings,
+    states: &[(Array, Array)],
+    arrays: impl Iterator<Item = Array> + Clone,
+) -> fmt::Result {
+    let balls = start.balls();
+    let reference = |(position, row)| Variable { row, position, index: 0 }.reference() as usize;
+    let first: Vec<usize> = TABLE.iter().enumerate().map(reference).collect();
+    let mut found: HashMap<&str, Vec<Known>> = HashMap::new(); // once for all scalars
+    let mut write = |element: &str, array: Array, groups: Option<Groups>| {
+        write!(out, "    <{element} valueReference=\"{}\"", array.reference())?;
+        let listed = |groups: &Groups| !array.is_single() || *groups != EVERYTHING;
+        let names = groups.filter(listed).map(|groups| groups.iter().copied().flatten());
+        let references = |name: &&'static str| match array.is_single() {
+            true => {
+                let found = found.entry(*name).or_insert_with(|| knowns(name, balls, &first));
+                found.iter().flat_map(|known| known.indices(array.variable(0))).collect()
+            }
+            false => Vec::from_iter(array_of(name).map(|array| array.reference() as usize)),
+        };
+        write_dependencies(out, names.map(|names| names.flat_map(references).collect()))
+    };
+    let following = |array: Array| (!array.is_single() || is_listed(array.row, balls)).then(|| following(array.row));
     let mut exchanged = BTreeSet::new();
     for array in arrays.clone().filter(|array| array.row.causality == Causality::Output) {
-        write_array(out, "Output", array, Some(following(array.row)))?;
+        write("Output", array, following(array))?;
     }
-    for (state, derivative) in Array::states() {
-        write_array(out, "ContinuousStateDerivative", derivative, Some(following(derivative.row)))?;
+    for (state, derivative) in states {
+        write("ContinuousStateDerivative", *derivative, following(*derivative))?;
         exchanged.extend([state.reference(), derivative.reference()]);
     }
     for array in arrays.clone() {
         let is_extra = matches!(array.row.access, Access::Instance(..));
-        if is_clock(array.row) {
-            write_array(out, "InitialUnknown", array, Some(&[]))?;
+        // By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
+        if array.row.access.data_type() == Type::Clock {
+            write("InitialUnknown", array, Some(&[]))?;
         } else if is_unknown(array.row) && !is_extra || exchanged.contains(&array.reference()) {
-            write_array(out, "InitialUnknown", array, array.row.initially)?;
+            write("InitialUnknown", array, array.row.initially)?;
         }
     }
+    let is_indicator =
+        |row: &Row| matches!(row.access, Access::Instance(_, Extra::ContactIndicator | Extra::ClipIndicator));
     for indicators in arrays.filter(|array| is_indicator(array.row)) {
-        write_array(out, "EventIndicator", indicators, Some(EVERYTHING))?;
+        write("EventIndicator", indicators, Some(EVERYTHING))?;
     }
     Ok(())
 }
@@ -177,14 +147,10 @@ fn following(row: &Row) -> Groups {
     }
 }
 
-/// Writes an unknown of FMI 3.0 and its dependencies, if listed.
-fn write_array(out: &mut String, element: &str, array: Array, groups: Option<Groups>) -> fmt::Result {
-    write!(out, "    <{element} valueReference=\"{}\"", array.reference())?;
-    let reference = |name: &&str| {
-        let name = name.trim_start_matches("all ").trim_end_matches('*').split('[').next().unwrap_or_default();
-        Array::named(if matches!(name, "position" | "overlap") { "q" } else { name }).map(|array| array.reference())
-    };
-    write_dependencies(out, groups.map(|groups| groups.iter().copied().flatten().filter_map(reference).collect()))
+/// The array behind a name in [`Groups`].
+fn array_of(name: &str) -> Option<Array> {
+    let name = name.trim_start_matches("all ").trim_end_matches('*').split('[').next().unwrap_or_default();
+    Array::named(if matches!(name, "position" | "overlap") { "q" } else { name })
 }
 
 /// The index of the first variable of each row in ModelVariables, counted from 1.

@@ -4,8 +4,8 @@ use std::fmt::{self, Write};
 
 use super::elements::{write_arrays, write_types, write_units, write_variables};
 use super::log_category::{LOG_CATEGORIES, LogCategory};
-use super::structure::{write_structure, write_structure_of_arrays, write_structure_of_scalars};
-use crate::variables::arrays::Array;
+use super::structure::{write_structure, write_structure_of_fmi3};
+use crate::variables::arrays::{Array, states};
 use crate::variables::settings::Settings;
 use crate::variables::text::{Escaped, Number};
 
@@ -96,6 +96,12 @@ impl<'a> Description<'a> {
         })
     }
 
+    /// The states of FMI 3.0 with their derivatives.
+    fn states(&self) -> Vec<(Array, Array)> {
+        let scalars = states(self.start.balls()).map(|(state, rate)| (state.scalar(), rate.scalar()));
+        if self.scalars { scalars.collect() } else { Array::states().collect() }
+    }
+
     fn render(&self, guid: &str, date: &str) -> String {
         let mut out = String::with_capacity(64 * 1024);
         // The GUID is a hash of this text: a checkout with other line ends must not change it.
@@ -128,10 +134,9 @@ impl<'a> Description<'a> {
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
             "types" => write_types(out, self.fmi3),
-            "variables" if self.fmi3 => write_arrays(out, self.start, self.scalars, self.arrays()),
+            "variables" if self.fmi3 => write_arrays(out, self.start, &self.states(), self.arrays()),
             "variables" => write_variables(out, self.start),
-            "structure" if self.scalars => write_structure_of_scalars(out, self.start, self.arrays()),
-            "structure" if self.fmi3 => write_structure_of_arrays(out, self.arrays()),
+            "structure" if self.fmi3 => write_structure_of_fmi3(out, self.start, &self.states(), self.arrays()),
             "structure" => write_structure(out, self.start),
             // In FMI 2.0 every refused call is an error.
             "log_categories" => {
