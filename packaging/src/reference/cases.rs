@@ -85,17 +85,15 @@ impl Case {
         // Writing to a string cannot fail, here and below.
         let mut written = None;
         for variable in &self.parameters {
-            if is_array(variable) {
-                if written.replace(variable.position) != Some(variable.position) {
-                    let (name, values, unit) = (variable.row.name, self.elements(variable), variable.row.unit());
-                    let value = format!("<ssv:Float64 value=\"{values}\" unit=\"{unit}\"/>");
-                    let size = self.settings.balls();
-                    xml += &format!("    <ssv:Parameter name=\"{name}\">{value}<ssc:Dimension size=\"{size}\"/>");
-                    xml += "</ssv:Parameter>\n";
-                }
+            let is_array = is_array(variable);
+            if is_array && written.replace(variable.position) == Some(variable.position) {
                 continue;
             }
-            let value = if let Access::Enumeration(enumeration) = variable.row.access {
+            let name = if is_array { variable.row.name.to_owned() } else { variable.to_string() };
+            let value = if is_array {
+                let (values, unit, size) = (self.elements(variable), variable.row.unit(), self.settings.balls());
+                format!("<ssv:Float64 value=\"{values}\" unit=\"{unit}\"/><ssc:Dimension size=\"{size}\"/>")
+            } else if let Access::Enumeration(enumeration) = variable.row.access {
                 let item = variable.item(&self.settings).and_then(|value| enumeration.item(value));
                 let (item, of_type) = (item.map_or("", |item| item.name), enumeration.type_name);
                 format!("<ssv:Enumeration value=\"{item}\" name=\"{of_type}\"/>")
@@ -103,7 +101,7 @@ impl Case {
                 let value = Number(variable.real(&self.settings).unwrap_or_default());
                 format!("<ssv:Real value=\"{value}\" unit=\"{}\"/>", variable.row.unit())
             };
-            let _ = writeln!(xml, "    <ssv:Parameter name=\"{variable}\">{value}</ssv:Parameter>");
+            let _ = writeln!(xml, "    <ssv:Parameter name=\"{name}\">{value}</ssv:Parameter>");
         }
         xml.push_str("  </ssv:Parameters>\n  <ssv:Enumerations>\n");
         for enumeration in ENUMERATIONS {

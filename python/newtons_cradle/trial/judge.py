@@ -2,6 +2,7 @@
 
 import csv
 import re
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -22,14 +23,13 @@ CLEAR = 0.2  # of the distance from the right result: at most that of a mistake 
 
 @dataclass(frozen=True)
 class Distance:
-    """How far a result is from a run. `worst`: largest difference, relative to the variable's largest value; `first`:
-    where it first exceeds the limit, as name, time (s), value and that of the run; `end`: the last time (s) of the
-    result."""
+    """How far a result is from a run. `worst`: largest difference, relative to the variable's largest value; `largest`:
+    in words, where that is; `first`: where the limit is first exceeded, if it is; `missing`: times without a row, s."""
 
     worst: float
-    end: float
-    at: tuple[str, float]
-    first: tuple[str, float, Any, Any] | None
+    largest: str
+    first: str
+    missing: list[float]
 
 
 def write_cases(folder: str | Path, binaries: str | Path | None = None) -> list[Path]:
@@ -100,8 +100,8 @@ def columns(result: Any, case: Case) -> Table:
 def by_name(result: Any) -> dict[str, list[Any]]:
     """The columns of a dict, of a `Result`, or of a structured array."""
     samples = getattr(result, "samples", result)
-    dtype = getattr(samples, "dtype", None)
-    names = list(result) if isinstance(result, Mapping) else getattr(dtype, "names", None)
+    structured = getattr(getattr(samples, "dtype", None), "names", None)
+    names = list(result) if isinstance(result, Mapping) else structured
     if not names:
         needed("result", result, Mapping, "the path of a CSV file, or a dict of columns by name,")
     return {name: list(samples[name]) for name in names or ()}
@@ -146,9 +146,9 @@ def column(given: Mapping[str, list[Any]], name: str) -> list[Any] | None:
 def number(value: Any) -> float | None:
     """A number or a truth value as a float; None for text."""
     try:
-        return {"true": 1.0, "false": 0.0}.get(str(value).strip().lower()) or float(value)
+        return float({"true": 1.0, "false": 0.0}.get(str(value).strip().lower(), value))
     except (TypeError, ValueError):
-        return 0.0 if str(value).strip().lower() == "false" else None
+        return None
 
 
 def verdicts(case: Case, table: Table, runs: Mapping[str | None, Table]) -> list[str]:
@@ -161,35 +161,28 @@ def verdicts(case: Case, table: Table, runs: Mapping[str | None, Table]) -> list
     near = min(known, key=lambda wrong: distances[wrong].worst)
     if distances[near].worst <= case.within and distances[near].worst < CLEAR * own.worst:
         if near in case.other:
-            return [*lines, f"right, but {known[near]}; {largest(own)}"]
+            return [*lines, f"right, but {known[near]}; {own.largest}"]
         if own.worst > case.within:
-            return [*lines, f"wrong: {known[near]}; {difference(own)}"]
-    last, stop = table["time"][-1], right["time"][-1]
+            return [*lines, f"wrong: {known[near]}; {own.first}"]
+    last, stop, count = table["time"][-1], right["time"][-1], len(right["time"])
     if last < stop - case.step / 2:
         lines.append(f"wrong: the result ends at {last:.9g} s, where it is to end at {stop:.9g} s")
-        kept = [time <= last + SAME_TIME for time in right["time"]]
-        part = {name: [v for v, k in zip(values, kept, strict=True) if k] for name, values in right.items()}
+        count = bisect_right(right["time"], last + SAME_TIME)
+        part = {name: values[:count] for name, values in right.items()}
         own = distance(table, part, scales(names, right), case)
-    points = [time for time in right["time"] if time <= last + SAME_TIME]
-    missing = [time for time in points if not rows_at(table["time"], time)]
-    if missing:
-        few = f"{len(missing)} of {len(points)} points"
-        lines.append(f"not judged: no rows at {few}, the first at {missing[0]:.9g} s")
-    if len(missing) > len(points) / 2 and own.worst <= case.within:
+    if own.missing:
+        few = f"{len(own.missing)} of {count} points"
+        lines.append(f"not judged: no rows at {few}, the first at {own.missing[0]:.9g} s")
+    if len(own.missing) > count / 2 and own.worst <= case.within:
         return lines  # too few to call it right
     if own.worst == 0:
         lines.append(f"right to the last bit: {', '.join(names)}")
     elif own.worst <= case.within:
-        lines.append(f"right within the method: {largest(own)}")
+        lines.append(f"right within the method: {own.largest}")
     else:
         hint = "; if finer steps change that, it is the solver's error" if case.exchange else ""
-        lines.append(f"wrong, and by no known mistake: {difference(own)}{hint}")
+        lines.append(f"wrong, and by no known mistake: {own.first}{hint}")
     return lines
-
-
-def rows_at(times: list[float], time: float) -> list[int]:
-    """The rows of a communication point: an event may give it several."""
-    return [row for row, own in enumerate(times) if abs(own - time) <= SAME_TIME]
 
 
 def scales(names: list[str], *runs: Table) -> dict[str, float]:
@@ -199,27 +192,29 @@ def scales(names: list[str], *runs: Table) -> dict[str, float]:
 
 
 def distance(table: Table, other: Table, scales: Mapping[str, float], case: Case) -> Distance:
-    """From the table to a run. At a communication point the row counts that is nearest."""
-    worst, at, first = 0.0, ("", 0.0), None
-    times = np.array(table["time"])
+    """From the table to a run. At a communication point the row counts that is nearest: an event may give several."""
+    worst, largest, first, times = 0.0, "", "", np.array(table["time"])
+    missing: list[float] = []
     for k, time in enumerate(other["time"]):
         rows = np.flatnonzero(np.abs(times - time) <= SAME_TIME)
+        if not len(rows):
+            missing.append(time)
+            continue
         found = [
             {name: off(table[name][row], other[name][k], scale) for name, scale in scales.items()}
             for row in rows
         ]
-        if not found:
-            continue
-        nearest = min(range(len(found)), key=lambda i: max(found[i].values()))
-        for name, error in found[nearest].items():
+        errors, row = min(zip(found, rows, strict=True), key=lambda one: max(one[0].values()))
+        for name, error in errors.items():
             if error > worst:
-                worst, at = error, (name, time)
-            if error > case.within and first is None:
-                first = name, time, table[name][rows[nearest]], other[name][k]
-    end = float(times[-1])
+                worst = error
+                largest = f"{name} differs by up to {error:.1e} of its largest value, at {time:.9g} s"
+            if error > case.within and not first:
+                first = f"{name} differs first, at {time:.9g} s{contrast(table[name][row], other[name][k])}"
+    end = times[-1]
     if abs(min(end, case.stop) - other["time"][-1]) > case.step / 2:
-        worst = np.inf
-    return Distance(float(worst), end, at, first)
+        worst, first = np.inf, first or f"it ends at {end:.9g} s"
+    return Distance(float(worst), largest, first or largest, missing)
 
 
 def off(value: Any, other: Any, scale: float) -> float:
@@ -230,20 +225,7 @@ def off(value: Any, other: Any, scale: float) -> float:
     return error if np.isfinite(error) else np.inf
 
 
-def largest(own: Distance) -> str:
-    """In words, where a result differs most from the right one."""
-    name, time = own.at
-    return f"{name} differs by up to {own.worst:.1e} of its largest value, at {time:.9g} s"
-
-
-def difference(own: Distance) -> str:
-    """In words, where a result first differs from the right one, or differs most."""
-    if own.first is None and not np.isfinite(own.worst):
-        return f"it ends at {own.end:.9g} s"
-    if own.first is None:
-        return largest(own)
-    name, time, value, other = own.first
-    if isinstance(other, str):
-        return f"{name} differs first, at {time:.9g} s"
+def contrast(value: Any, right: Any) -> str:
+    """In words, how a value differs from the right one, unless that is text."""
     value = f"{value:.9g}" if isinstance(value, float) else repr(value)
-    return f"{name} differs first, at {time:.9g} s: {value} where {other:.9g} is right"
+    return "" if isinstance(right, str) else f": {value} where {right:.9g} is right"

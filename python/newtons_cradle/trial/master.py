@@ -14,14 +14,13 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from ..fmu import Fmu
-from ..run.slaves import Log, callbacks
+from ..run.slaves import Instance, Log, callbacks
 from ..run.table import split
 from .cases import Case, Points
 
 Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.
 Record = Callable[[float], None]  #: Adds a row at a time (s).
 
-GETTERS = {"Enumeration": ("Integer", "Int64")}  # by types whose accessors have another name
 EPSILON = 2e-3  # m, for the mistake of a limit for indicators
 SOON = 1e-6  # s after an event, for the mistake of seeing nothing then
 
@@ -39,13 +38,11 @@ class Unit:
         self.log, self.balls = Log(), fmu.balls
         self.clocked = [name for name in case.record if name.startswith(("onset.", "release."))]
         self.seen: dict[str, Any] = {}
-        if not self.fmi3:
-            self.fmu.instantiate(callbacks=callbacks(self.log))
-        elif case.exchange:
-            self.fmu.instantiate()
+        modes = {"eventModeUsed": case.events, "earlyReturnAllowed": case.early, "intermediateUpdate": update}
+        if self.fmi3:
+            self.fmu.instantiate(**({} if case.exchange else modes))
         else:
-            modes = {"eventModeUsed": case.events, "earlyReturnAllowed": case.early}
-            self.fmu.instantiate(**modes, **({"intermediateUpdate": update} if update else {}))
+            self.fmu.instantiate(callbacks=callbacks(self.log))
         self.sizes = description.numberOfContinuousStates, description.numberOfEventIndicators
 
     def start(self, time: float = 0.0) -> None:
@@ -57,35 +54,29 @@ class Unit:
             self.fmu.enterInitializationMode()
         self.fmu.exitInitializationMode()
 
-    def _place(self, name: str) -> tuple[Any, str, int, int]:
-        """Variable, type of its accessors, index, and number of elements."""
+    def _place(self, name: str) -> tuple[str, tuple[Any, ...], int]:
+        """Type of a variable's accessors, what getters take (reference, number of elements in an array), and index."""
         array, index = (name, None) if name in self.variables else split(name)
         variable = self.variables[array]
-        kind = GETTERS.get(variable.type, (variable.type,) * 2)[self.fmi3]
-        return variable, kind, (index or 1) - 1, self.balls if variable.dimensions else 1
+        kind = ("Integer", "Int64")[self.fmi3] if variable.type == "Enumeration" else variable.type
+        length = [self.balls] if variable.dimensions else []
+        return kind, ([variable.valueReference], *length), (index or 1) - 1
 
     def get(self, name: str) -> Any:
         """The value of a variable; bytes as hexadecimal digits."""
-        variable, kind, index, length = self._place(name)
-        places = [variable.valueReference]
-        if kind in ("Clock", "Binary"):
-            (value,) = getattr(self.fmu, f"get{kind}")(places)
-            return bool(value) if kind == "Clock" else value.hex()
-        read = getattr(self.fmu, f"get{kind}")
-        return (read(places, length) if self.fmi3 else read(places))[index]
+        kind, place, index = self._place(name)
+        value = getattr(self.fmu, f"get{kind}")(*place)[index]
+        return value.hex() if isinstance(value, bytes) else value
 
     def set(self, name: str, value: Any) -> None:
         """Sets a variable; of an array all elements, or one."""
-        variable, kind, index, length = self._place(name)
-        write, places = getattr(self.fmu, f"set{kind}"), [variable.valueReference]
-        if isinstance(value, (list, tuple)):
-            values = list(value)
-        elif length > 1:
-            values = [self.get(f"{variable.name}[{i + 1}]") for i in range(length)]
+        kind, place, index = self._place(name)
+        if isinstance(value, list):
+            values = value
+        else:  # the other elements of an array keep their values
+            values = getattr(self.fmu, f"get{kind}")(*place) if len(place) > 1 else [None]
             values[index] = value
-        else:
-            values = [value]
-        write(places, values)
+        getattr(self.fmu, f"set{kind}")(place[0], values)
 
     def recorded(self, name: str, wrong: str | None) -> Any:
         """What the master records of a variable: for `der(x[1])` and so on a time derivative."""
@@ -126,27 +117,25 @@ class Unit:
         return self.vector("getContinuousStates", self.sizes[0])
 
     def indicators(self, time: float, x: Any) -> Any:
-        self._move(time, x)
-        return self.vector("getEventIndicators", self.sizes[1])
+        return self._at(time, x, "getEventIndicators", self.sizes[1])
 
     def slopes(self, time: float, x: Any) -> Any:
-        self._move(time, x)
-        return self.vector("getContinuousStateDerivatives" if self.fmi3 else "getDerivatives", self.sizes[0])
+        what = "getContinuousStateDerivatives" if self.fmi3 else "getDerivatives"
+        return self._at(time, x, what, self.sizes[0])
 
-    def _move(self, time: float, x: Any) -> None:
+    def _at(self, time: float, x: Any, what: str, length: int) -> Any:
+        """What the FMU gives at a time (s) for these states."""
         self.fmu.setTime(time)
-        x = np.ascontiguousarray(x)
-        self.fmu.setContinuousStates(x.ctypes.data_as(POINTER(c_double)), len(x))
+        self.fmu.setContinuousStates(np.ascontiguousarray(x).ctypes.data_as(POINTER(c_double)), len(x))
+        return self.vector(what, length)
 
 
 def interpolated(points: Points, time: float, wrong: str | None = None) -> float:
     """The value of an input at a time (s), linear between its points and after a jump; or that of the last point."""
-    times = [at for at, _ in points]
-    after = bisect_right(times, time)
-    if after in (0, len(points)) or wrong == "row":
-        return points[max(after - 1, 0)][1]
-    (t0, v0), (t1, v1) = points[after - 1], points[after]
-    return v0 + (v1 - v0) * (time - t0) / (t1 - t0)
+    times, values = zip(*points, strict=True)
+    if wrong == "row":
+        return float(values[max(bisect_right(times, time) - 1, 0)])
+    return float(np.interp(time, times, values))
 
 
 def run(fmu: Fmu, case: Case, wrong: str | None = None, finer: float = 1) -> Table:
@@ -154,9 +143,9 @@ def run(fmu: Fmu, case: Case, wrong: str | None = None, finer: float = 1) -> Tab
     steps of the solver in model exchange are divided."""
 
     def update(_environment: Any, time: float, *_: Any) -> None:
-        calls.append(time)
-        if len(calls) == 1 and case.act and wrong != "after":
+        if not calls and wrong != "after":
             unit.set(*case.act)
+        calls.append(time)
 
     table: Table = {name: [] for name in ("time", *case.record)}
     calls: list[float] = []
@@ -221,7 +210,7 @@ def grid(case: Case, wrong: str | None) -> list[float]:
 
 def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list[float]) -> None:
     """Co-simulation."""
-    points, acted = grid(case, wrong), False
+    points = grid(case, wrong)
 
     def give(time: float, end: float) -> None:
         for name, values in case.inputs.items():
@@ -233,7 +222,6 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
                 unit.fmu.setRealInputDerivatives([unit.variables[name].valueReference], [1], [slope])
 
     def step(time: float, end: float) -> None:
-        nonlocal acted
         begin = time
         while time < end:
             if not (wrong == "stale" and time > begin):
@@ -245,8 +233,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
                 unit.fmu.enterEventMode()
                 unit.events(wrong)
                 unit.fmu.enterStepMode()
-            if calls and not acted and wrong == "after":
-                acted = True
+            if calls and wrong == "after":
                 unit.set(*case.act)
 
     if case.events:
@@ -255,18 +242,14 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
     record(points[0])
     for time, end in pairwise(points):
         if case.trial and abs(time - case.trial[0]) < case.step / 2:
-            saved = unit.fmu.getFMUState()
-            data = unit.fmu.serializeFMUState(saved)
-            unit.fmu.freeFMUState(saved)
+            saved = Instance.to_bytes(unit.fmu)
             unit.set(*case.trial[1:])
             step(time, end)
             if wrong == "anew":
                 unit.fmu.reset()
                 unit.start(time)
             elif wrong != "twice":
-                saved = unit.fmu.deserializeFMUState(data)
-                unit.fmu.setFMUState(saved)
-                unit.fmu.freeFMUState(saved)
+                Instance.go_to(unit.fmu, saved)
             if wrong == "kept":
                 unit.set(*case.trial[1:])
             step(time, (time + end) / 2)

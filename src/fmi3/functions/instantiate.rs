@@ -36,15 +36,14 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     let purpose = Purpose { kind: Kind::CoSimulation, arrays: true, events, early_return };
     let callbacks = Fmi3 { environment: instanceEnvironment, update: intermediateUpdate, may_end_early: early_return };
     let begin = |instance: &Instance| {
+        let log = &instance.log;
         // SAFETY: the host promises as many references as it says.
         let wanted = unsafe {
             array("requiredIntermediateVariables", requiredIntermediateVariables, nRequiredIntermediateVariables)
         };
         for reference in wanted.unwrap_or_default() {
             if !instance.array_at(*reference).is_some_and(Array::is_intermediate) {
-                instance
-                    .log
-                    .solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
+                log.solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
             }
         }
     };
@@ -96,8 +95,7 @@ unsafe fn create(
             let recipe = ffi::at_path(path.to_bytes());
             ffi::start_values(recipe, "instantiationToken", token, &DESCRIPTIONS_OF_FMI3)
         };
-        let start = start.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok();
-        let (start, place) = start?;
+        let (start, place) = start.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
         let scalars = DESCRIPTIONS_OF_FMI3[place](&start).has_scalars();
         let instance = Instance::new(purpose, start, token.to_string_lossy().into_owned(), log);
         let instance = if scalars { instance.with_scalars() } else { instance };

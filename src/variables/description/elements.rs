@@ -123,6 +123,7 @@ pub(super) fn write_arrays(
 
 fn write_array(out: &mut String, start: &Settings, of_state: Option<&String>, array: Array) -> fmt::Result {
     let (row, reference) = (array.row, array.reference());
+    let is_array = row.shape != Shape::Scalar && !array.is_single();
     let (element, common) = (row.access.data_type().fmi3(), common_attributes(row, array.variability()));
     write!(out, "    <{element} name=\"{array}\" valueReference=\"{reference}\"{common}")?;
     if let Some(clock) = array.clock() {
@@ -132,13 +133,12 @@ fn write_array(out: &mut String, start: &Settings, of_state: Option<&String>, ar
         out.write_str(" intermediateUpdate=\"true\"")?;
     }
     out.write_str(" description=\"")?;
-    if array.is_single() {
-        write_text(out, row, array.index(0) + 1, array.index(0) + 2)?;
-    } else {
-        write_text(out, row, "i", "i+1")?;
-        if row.shape == Shape::Contacts {
-            out.write_str("; the last element belongs to no contact")?;
-        }
+    match is_array {
+        true => write_text(out, row, "i", "i+1")?,
+        false => write_text(out, row, array.index(0) + 1, array.index(0) + 2)?,
+    }
+    if is_array && row.shape == Shape::Contacts {
+        out.write_str("; the last element belongs to no contact")?;
     }
     write!(out, "\"{}", typed(row))?;
     match row.access.data_type() {
@@ -153,13 +153,11 @@ fn write_array(out: &mut String, start: &Settings, of_state: Option<&String>, ar
         let values = (0..array.len(start.balls())).map(|index| start_value(array.variable(index), start));
         write!(out, " start=\"{}\"", values.collect::<Vec<_>>().join(" "))?;
     }
-    match row.shape {
-        Shape::Balls | Shape::Contacts if !array.is_single() => {
-            let balls = Array::named("n").map_or(0, |balls| balls.reference());
-            writeln!(out, "><Dimension valueReference=\"{balls}\"/></{element}>")
-        }
-        _ => out.write_str("/>\n"),
+    if !is_array {
+        return out.write_str("/>\n");
     }
+    let balls = Array::named("n").map_or(0, |balls| balls.reference());
+    writeln!(out, "><Dimension valueReference=\"{balls}\"/></{element}>")
 }
 
 /// Attributes common to both versions, except type and description.
