@@ -8,17 +8,14 @@ use std::fs::{File, read_to_string};
 use std::path::Path;
 use std::sync::Arc;
 
-use fmi_rs::fmi3::LibraryKind;
+use cradle_host_fmi_rs::{CLOCK, settings};
 use fmi_rs::model_description::{fmi2, fmi3};
 use fmi_rs::sim::solver::ForwardEulerFactory;
 use fmi_rs::sim::{fmi2 as sim2, fmi3 as sim3};
 use fmi_rs::zip::extract_zip_archive;
 
-/// Relative, to tell times apart.
-const CLOCK: f64 = 1e-15;
-
 macro_rules! simulate {
-    ($sim:ident, $description:ident, $folder:ident, $arguments:ident $(, $more:ident: $value:expr)*) => {{
+    ($sim:ident, $description:ident, $folder:ident, $arguments:ident) => {{
         let [_, out, input, names, step, stop, options @ ..] = $arguments else { panic!("see the source") };
         let given = |name: &str| options.iter().any(|option| option == name);
         let (step, stop): (f64, f64) = (step.parse().unwrap(), stop.parse().unwrap());
@@ -31,27 +28,16 @@ macro_rules! simulate {
             Arc::new($sim::input::StaticInput::new(trajectories, CLOCK))
         });
         let start = options.iter().filter_map(|option| option.split_once('='));
-        let settings = $sim::SimulationSettings {
+        let settings = settings!(
+            $sim,
             unzipdir: $folder.to_owned(),
             model_description: model,
-            start_time: 0.0,
             stop_time: stop,
-            logging_on: false,
-            set_stop_time: true,
             output_interval: step,
-            log_time_scale: false,
-            tolerance: CLOCK,
-            set_tolerance: false,
             start_values: start.map(|(name, value)| (name.to_owned(), value.to_owned())).collect(),
-            log_fmi_calls: false,
-            input_file: None,
-            early_return_allowed: given("early"),
             event_mode_used: given("events"),
-            log_file: None,
-            initial_fmu_state_file: None,
-            final_fmu_state_file: None,
-            $($more: $value),*
-        };
+            early_return_allowed: given("early")
+        );
         let ended = if given("exchange") {
             let solver = ForwardEulerFactory { fixed_step_size: step / 512.0 };
             $sim::me::simulate(&settings, &solver, input, recorder.clone())
@@ -72,10 +58,7 @@ fn main() {
     extract_zip_archive(Path::new(&arguments[0]), &unpacked).unwrap();
     let (folder, arguments) = (unpacked.path(), arguments.as_slice());
     if read_to_string(folder.join("modelDescription.xml")).unwrap().contains("fmiVersion=\"3.0\"") {
-        simulate!(
-            sim3, fmi3, folder, arguments,
-            library_kind: LibraryKind::Native, enable_dae: false, visible: false, intermediate_update: false
-        );
+        simulate!(sim3, fmi3, folder, arguments);
     } else {
         simulate!(sim2, fmi2, folder, arguments);
     }

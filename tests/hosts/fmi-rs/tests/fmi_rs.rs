@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use fmi_rs::fmi3::LibraryKind;
+use cradle_host_fmi_rs::settings;
 use fmi_rs::model_description::{fmi2, fmi3};
 use fmi_rs::sim::solver::{Dae, Ode, Solver, SolverFactory};
 use fmi_rs::sim::{SimulationError, fmi2 as sim2, fmi3 as sim3};
@@ -14,8 +14,6 @@ use newtons_cradle::engine::{Engine, Pulse};
 use newtons_cradle::variables::{Description, START_TIME, STOP_TIME, Settings};
 use tempfile::TempDir;
 
-/// Relative, to tell times apart: contacts of a row may close within some 1e-14 s.
-const CLOCK: f64 = 1e-15;
 /// What is compared, with the number of elements in an array.
 const COMPARED: [(&str, usize); 6] =
     [("x", 5), ("v", 5), ("E_total", 0), ("p_total", 0), ("impulse", 4), ("pulses", 4)];
@@ -52,26 +50,16 @@ fn run2(step: f64, solver: Option<Steps>) -> Record {
     });
     let indices = names.map(|name| model.variable_index_by_name(&name).unwrap()).collect();
     let recorder = Arc::new(sim2::recorder::Recorder::new(sim2::Trajectories::new(model.clone(), indices)));
-    let settings = sim2::SimulationSettings {
+    let settings = settings!(
+        sim2,
         unzipdir: folder.path().to_owned(),
         model_description: model,
-        start_time: START_TIME,
         stop_time: STOP_TIME,
-        logging_on: false,
-        set_stop_time: true,
         output_interval: step,
-        log_time_scale: false,
-        tolerance: CLOCK,
-        set_tolerance: false,
         start_values: Vec::new(),
-        log_fmi_calls: false,
-        input_file: None,
-        early_return_allowed: false,
         event_mode_used: false,
-        log_file: None,
-        initial_fmu_state_file: None,
-        final_fmu_state_file: None,
-    };
+        early_return_allowed: false
+    );
     match solver {
         Some(solver) => sim2::me::simulate(&settings, &solver, None, recorder.clone()),
         None => sim2::cs::simulate(&settings, None, recorder.clone()),
@@ -87,31 +75,16 @@ fn run3(step: f64, solver: Option<Steps>, [events, early]: [bool; 2]) -> Record 
     let model = Arc::new(fmi3::ModelDescription::from_path(&folder.path().join("modelDescription.xml")).unwrap());
     let indices = COMPARED.iter().map(|(name, _)| model.variable_index_by_name(name).unwrap()).collect();
     let recorder = Arc::new(sim3::recorder::Recorder::new(sim3::Trajectories::new(model.clone(), indices)));
-    let settings = sim3::SimulationSettings {
+    let settings = settings!(
+        sim3,
         unzipdir: folder.path().to_owned(),
         model_description: model,
-        library_kind: LibraryKind::Native,
-        enable_dae: false,
-        start_time: START_TIME,
         stop_time: STOP_TIME,
-        visible: false,
-        logging_on: false,
-        set_stop_time: true,
         output_interval: step,
-        log_time_scale: false,
-        tolerance: CLOCK,
-        set_tolerance: false,
         start_values: Vec::new(),
-        log_fmi_calls: false,
-        // The crate takes a callback for it and does not hand it on.
-        intermediate_update: false,
-        input_file: None,
-        early_return_allowed: early,
         event_mode_used: events,
-        log_file: None,
-        initial_fmu_state_file: None,
-        final_fmu_state_file: None,
-    };
+        early_return_allowed: early
+    );
     match solver {
         Some(solver) => sim3::me::simulate(&settings, &solver, None, recorder.clone()),
         None => sim3::cs::simulate(&settings, None, recorder.clone()),
