@@ -249,7 +249,7 @@ def verdict(host, name, folder) -> str:
 
 def short(line) -> str:
     """A verdict for the table."""
-    line = re.sub(r"; [^;]* (differs|ends) .*$", "", line)
+    line = re.sub(r"((wrong|right, but).*?); [^;]* (differs|ends) .*$", r"\1", line)
     line = re.sub(r'error: Parameter\("| \([\d.]+\)|"\)$', "", line)
     for pattern, words in (
         (r"not offered", "-"),
