@@ -20,14 +20,21 @@ TAPERED = """7.676269071206830e-02 3.535685054936390e-02 8.661543576757685e-02 9
     1.016684247574220e-01 1.100833819456508e-01 1.192955017808163e-01 1.291118448762325e-01
     3.072412347403246e-01 1.929832773819256e+00"""
 
+DAMPED = {  # name of a case after its law: number of balls, exponent, coefficient
+    "kelvinVoigt": ("kv", [(2, 1.0, 0.2), (5, 1.0, 0.1), (3, 2.0, 0.1)]),
+    "kelvinVoigtNoPull": ("kv-no-pull", [(2, 1.0, 0.2), (5, 1.0, 0.1)]),
+    "huntCrossley": ("hc", [(2, 1.5, 0.3), (5, 1.5, 0.1), (5, 1.0, 0.2), (10, 1.5, 0.05)]),
+    "viscoelastic": ("ve", [(2, 1.5, 0.2), (5, 1.5, 0.1), (10, 1.5, 0.05)]),
+}
+
 
 def case(name, text, mass, *, p=1.5, k=1.0, gap=0.0, v=(1.0,), x=(), law="elastic", damping=0.0, **more):
     """A case; what is shorter than the row is continued: numbers by themselves, lists by 0. Rigid: p, k are None."""
     n = len(mass)
 
     def whole(values, length):
-        values = list(values) if isinstance(values, (list, tuple)) else [values] * length
-        return [float(value) for value in values + [0.0] * (length - len(values))]
+        values = values if isinstance(values, (list, tuple)) else [values] * length
+        return [float(value) for value in [*values, *[0.0] * (length - len(values))]]
 
     row = {"name": name, "family": name.split("-")[0], "text": text, "n": n, "law": law, "exponent": p}
     row |= {"damping": damping, "g_over_length": 0.0, "stop": 0.0} | more
@@ -35,150 +42,101 @@ def case(name, text, mass, *, p=1.5, k=1.0, gap=0.0, v=(1.0,), x=(), law="elasti
     return row | {"x": whole(x, n), "v": whole(v, n)}
 
 
-def spheres(radii, material):
-    """Masses (kg) of spheres, and stiffnesses (N/m^1.5) of the Hertz contacts between neighbours."""
+def steel(name, text, radii, material=STEEL, **more):
+    """A row of spheres (radii in m) with Hertz contacts."""
     e = material["youngModulus"] / (2.0 * (1.0 - material["poissonRatio"] ** 2))
     stiffness = [4.0 / 3.0 * e * math.sqrt(a * b / (a + b)) for a, b in itertools.pairwise(radii)]
-    return [4.0 / 3.0 * math.pi * r**3 * material["density"] for r in radii], stiffness
-
-
-def steel(name, text, radii, material=STEEL, **more):
-    """A row of spheres with Hertz contacts."""
-    mass, stiffness = spheres(radii, material)
+    mass = [4.0 / 3.0 * math.pi * r**3 * material["density"] for r in radii]
     return case(name, text, mass, k=stiffness, radius=radii, material=material, **more)
 
 
-def equal():
-    """Equal balls in touch."""
+def everything():
+    """All cases, in their order."""
+    ones = [1.0] * 5
+    # Equal balls in touch.
     for n, (p, name) in itertools.product((2, 3, 5, 10), P.items()):
         yield case(f"equal-{n}-{name}", f"{n} balls, F = overlap^{p:g}", [1.0] * n, p=p)
-    yield case("equal-5-two-strike", "two of five balls strike the others", [1.0] * 5, v=(1.0, 1.0))
+    yield case("equal-5-two-strike", "two of five balls strike the others", ones, v=(1.0, 1.0))
     yield case("equal-6-both-ends", "both ends of six balls strike", [1.0] * 6, v=(1, 0, 0, 0, 0, -1))
     yield steel("equal-5-steel", "five equal steel balls", [0.0313] * 5, v=(0.5,))
-    for n, p in ((50, 3.0),):
-        text = f"a pulse through {n} balls; the last is 0.5 m apart and tells its arrival"
-        yield case(f"equal-{n}-{P[p]}", text, [1.0] * n, p=p, gap=[0.0] * (n - 2) + [0.5])
+    text = "a pulse through 50 balls; the last is 0.5 m apart and tells its arrival"
+    yield case("equal-50-cubic", text, [1.0] * 50, p=3.0, gap=[0.0] * 48 + [0.5])
 
-
-def apart():
-    """Equal balls apart, by less and by more than their overlaps."""
-    row = [1.0] * 5
+    # Apart, by less and by more than their overlaps.
     for p, name in P.items():
-        yield case(f"apart-5-{name}", "0.1 m apart: pulses overlap", row, p=p, gap=0.1)
-    yield case("apart-5-wide", "2 m apart: one impact after the other", row, gap=2.0, stop=21.0)
-    yield case("apart-5-just", "just apart, by a hundred-thousandth of the overlaps", row, gap=1e-5)
-    yield case("apart-5-mixed", "gaps of 0.3, 0 and 1.5 m", row, gap=[0.3, 0.0, 0.0, 1.5], v=(1.0, 0.5))
+        yield case(f"apart-5-{name}", "0.1 m apart: pulses overlap", ones, p=p, gap=0.1)
+    yield case("apart-5-wide", "2 m apart: one impact after the other", ones, gap=2.0, stop=21.0)
+    yield case("apart-5-just", "just apart, by a hundred-thousandth of the overlaps", ones, gap=1e-5)
+    yield case("apart-5-mixed", "gaps of 0.3, 0 and 1.5 m", ones, gap=[0.3, 0.0, 0.0, 1.5], v=(1.0, 0.5))
 
-
-def tapered():
-    """Each ball smaller, or larger, than the one before; in touch."""
+    # Each ball smaller, or larger, than the one before; in touch.
     for n, q in ((5, 0.9), (10, 0.95), (20, 0.95)):
-        radii = [0.0313 * q**i for i in range(n)]
-        yield steel(f"tapered-{n}-hertz", f"{n} steel balls, each {q:g} of the one before", radii)
-    radii = [0.0313 * 1.05**i for i in range(10)]
-    yield steel("tapered-10-growing", "ten steel balls, each 1.05 of the one before", radii)
+        text = f"{n} steel balls, each {q:g} of the one before"
+        yield steel(f"tapered-{n}-hertz", text, [0.0313 * q**i for i in range(n)])
+    text = "ten steel balls, each 1.05 of the one before"
+    yield steel("tapered-10-growing", text, [0.0313 * 1.05**i for i in range(10)])
     text = "masses fall by a thousandth, 2 m apart: 999 impacts of two, one after the other"
     yield case("tapered-1000-wide", text, [0.999**i for i in range(1000)], gap=2.0)
-    mass = [2.0 ** -(i / 2) for i in range(8)]
-    yield case("tapered-8-linear", "masses fall by the square root of 2, F = overlap", mass, p=1.0)
+    text = "masses fall by the square root of 2, F = overlap"
+    yield case("tapered-8-linear", text, [2.0 ** -(i / 2) for i in range(8)], p=1.0)
 
-
-def stepped():
-    """Two sizes, one after the other; in touch."""
+    # Two sizes, one after the other; in touch. Then large balls with small ones between.
     for name, radii in (("down", [0.04] * 5 + [0.02] * 5), ("up", [0.02] * 5 + [0.04] * 5)):
         yield steel(f"stepped-10-{name}", f"ten steel balls, a step {name} in size", radii)
     yield case("stepped-6-cubic", "three balls of 1 kg, then three of 0.25 kg", [1] * 3 + [0.25] * 3, p=3.0)
-
-
-def decorated():
-    """Large balls with small ones between."""
     for n in (7, 21):
-        radii = [0.03, 0.015] * (n // 2) + [0.03]
-        yield steel(f"decorated-{n}-hertz", f"{n} steel balls in touch, every other half as large", radii)
-    mass = [1.0, 0.2, 1.0, 0.2, 1.0]
-    yield case("decorated-5-linear", "masses 1 and 0.2 kg by turns, 0.01 m apart", mass, p=1.0, gap=0.01)
+        text = f"{n} steel balls in touch, every other half as large"
+        yield steel(f"decorated-{n}-hertz", text, [0.03, 0.015] * (n // 2) + [0.03])
+    text = "masses 1 and 0.2 kg by turns, 0.01 m apart"
+    yield case("decorated-5-linear", text, [1.0, 0.2, 1.0, 0.2, 1.0], p=1.0, gap=0.01)
 
-
-def at_random():
-    """Unequal masses, stiffnesses and gaps; by seeds whose balls part early, as slow late impacts tell roundings."""
+    # Unequal masses, stiffnesses and gaps; by seeds whose balls part early, as slow late impacts tell roundings.
     for n, p, seed in ((5, 1.0, 21), (8, 1.5, 48), (8, 2.0, 390), (12, 3.0, 7)):
         rng = random.Random(seed)
+        limits = [(0.4, 2.5, n), (0.5, 2.0, n - 1), (0.01, 1.5, n - 1), (0.8, 1.2, 1), (0.2, 0.6, 1)]
+        mass, k, gap, *ends = ([round(rng.uniform(a, b), 3) for _ in range(count)] for a, b, count in limits)
+        more = {"k": k, "gap": gap, "v": [*ends[0], *[0.0] * (n - 2), -ends[1][0]]}
+        yield case(f"random-{n}-{P[p]}", "random masses, stiffnesses and gaps", mass, p=p, **more)
 
-        def values(low, high, count, rng=rng):
-            return [round(rng.uniform(low, high), 3) for _ in range(count)]
-
-        row = {"mass": values(0.4, 2.5, n), "k": values(0.5, 2.0, n - 1), "gap": values(0.01, 1.5, n - 1)}
-        v = [*values(0.8, 1.2, 1), *[0.0] * (n - 2), -values(0.2, 0.6, 1)[0]]
-        yield case(f"random-{n}-{P[p]}", "random masses, stiffnesses and gaps", p=p, v=v, **row)
-
-
-def damped():
-    """Equal balls whose contacts lose energy."""
-    laws = {
-        "kelvinVoigt": ("kv", [(2, 1.0, 0.2), (5, 1.0, 0.1), (3, 2.0, 0.1)]),
-        "kelvinVoigtNoPull": ("kv-no-pull", [(2, 1.0, 0.2), (5, 1.0, 0.1)]),
-        "huntCrossley": ("hc", [(2, 1.5, 0.3), (5, 1.5, 0.1), (5, 1.0, 0.2), (10, 1.5, 0.05)]),
-        "viscoelastic": ("ve", [(2, 1.5, 0.2), (5, 1.5, 0.1), (10, 1.5, 0.05)]),
-    }
-    for law, (short, rows) in laws.items():
+    # Equal balls whose contacts lose energy.
+    for law, (short, rows) in DAMPED.items():
         for n, p, damping in rows:
             gap = 0.2 if n == 3 or law == "viscoelastic" else 0.0
             text = f"{n} balls {'0.2 m apart' if gap else 'in touch'}, {law}"
-            more = {"p": p, "law": law, "damping": damping, "gap": gap}
-            yield case(f"damped-{n}-{short}-{P[p]}", text, [1.0] * n, **more)
+            name = f"damped-{n}-{short}-{P[p]}"
+            yield case(name, text, [1.0] * n, p=p, law=law, damping=damping, gap=gap)
 
-
-def rigid():
-    """Instantaneous impacts of two, one after the other, with a coefficient of restitution e."""
+    # Instantaneous impacts of two, one after the other, with a coefficient of restitution e.
     more = {"law": "restitution", "p": None, "k": None}
-    yield case("rigid-5-equal", "five equal balls in touch, e = 1", [1.0] * 5, damping=1.0, **more)
-    yield case("rigid-5-lossy", "five equal balls in touch, e = 0.9", [1.0] * 5, damping=0.9, **more)
+    yield case("rigid-5-equal", "five equal balls in touch, e = 1", ones, damping=1.0, **more)
+    yield case("rigid-5-lossy", "five equal balls in touch, e = 0.9", ones, damping=0.9, **more)
     yield case("rigid-3-unequal", "masses 1, 2 and 4 kg in touch, e = 0.75", [1, 2, 4], damping=0.75, **more)
     text = "a light ball between two heavy ones, e = 1: it goes to and fro"
     yield case("rigid-3-light", text, [4.0, 0.25, 4.0], damping=1.0, gap=0.5, **more)
     rng = random.Random(12)
-    row = {
-        "mass": [rng.randint(2, 16) / 8 for _ in range(8)],
-        "gap": [rng.randint(1, 16) / 8 for _ in range(7)],
-    }
-    row["v"] = [1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, -0.75]
-    yield case("rigid-8-random", "random masses and gaps, e = 0.9375", damping=0.9375, **row, **more)
+    mass, gap = [rng.randint(2, 16) / 8 for _ in range(8)], [rng.randint(1, 16) / 8 for _ in range(7)]
+    more |= {"gap": gap, "v": [1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, -0.75]}
+    yield case("rigid-8-random", "random masses and gaps, e = 0.9375", mass, damping=0.9375, **more)
 
-
-def siconos():
-    """The chains of ten balls in the Siconos tutorials: the first strikes over 0.2 m at 1 m/s."""
-
-    def published(text):
-        source = "reference files of the Siconos tutorials, ChainOfBalls, LZB model"
-        return {"v": [float(word) for word in text.split()], "source": source}
-
-    more = {"material": SICONOS, "x": [-0.2]}
-    equal, tapered = [0.01] * 10, [0.95 ** (i + 1) * 0.01 for i in range(10)]
-    text = "ten equal steel balls, nine in touch"
-    yield steel("siconos-monodisperse", text, equal, published=published(MONODISPERSE), **more)
-    yield steel("siconos-tapered", "ten tapered steel balls, nine in touch", tapered, **more)
-    # There all contacts close at the distance of the last pair.
-    gap = [a + b - (tapered[8] + tapered[9]) for a, b in itertools.pairwise(tapered)]
-    more |= {"gap": [*gap[:8], 0.0], "published": published(TAPERED), "stop": 0.579}
+    # The chains of ten balls in the Siconos tutorials: the first strikes over 0.2 m at 1 m/s.
+    source = "reference files of the Siconos tutorials, ChainOfBalls, LZB model"
+    equal, tapered = (
+        {"published": {"v": [float(word) for word in text.split()], "source": source}}
+        for text in (MONODISPERSE, TAPERED)
+    )
+    more, radii = {"material": SICONOS, "x": [-0.2]}, [0.95 ** (i + 1) * 0.01 for i in range(10)]
+    yield steel("siconos-monodisperse", "ten equal steel balls, nine in touch", [0.01] * 10, **equal, **more)
+    yield steel("siconos-tapered", "ten tapered steel balls, nine in touch", radii, **more)
     text = "the same, but each contact closes at the distance of the last pair, as in the published result"
-    yield steel("siconos-tapered-as-run", text, tapered, **more)
+    more |= {"gap": [a + b - (radii[8] + radii[9]) for a, b in itertools.pairwise(radii)], "stop": 0.579}
+    yield steel("siconos-tapered-as-run", text, radii, **tapered, **more)
 
-
-def cradles():
-    """Five balls of 1 kg on linear pendulums with g/L = 5 1/s2; the state halfway between two clicks."""
-    half, row = math.pi / math.sqrt(5.0), [1.0] * 5
-    k = spheres([0.0313] * 5, STEEL)[1]
+    # Five balls of 1 kg on linear pendulums with g/L = 5 1/s2; the state halfway between two clicks.
+    k = steel("", "", [0.0313] * 5)["stiffness"]
     for clicks in (1, 10, 100):
-        more = {"v": (), "g_over_length": 5.0, "stop": round(clicks * half, 3)}
-        linear = more | {"k": 1e10, "gap": 2.6e-6, "p": 1.0, "x": (-0.1, -0.1)}
+        more = {"v": (), "g_over_length": 5.0, "stop": round(clicks * math.pi / math.sqrt(5.0), 3)}
         text = f"this project's default cradle, two balls lifted: the state after click {clicks}"
-        yield case(f"cradle-{clicks}", text, row, **linear)
+        yield case(f"cradle-{clicks}", text, ones, k=1e10, gap=2.6e-6, p=1.0, x=(-0.1, -0.1), **more)
         text = f"steel balls in touch, Hertz contacts, one lifted: the state after click {clicks}"
         if clicks < 100:
-            yield case(f"cradle-{clicks}-steel", text, row, k=k, x=(-0.05,), **more)
-
-
-def everything():
-    """All cases."""
-    families = (equal, apart, tapered, stepped, decorated, at_random, damped, rigid, siconos, cradles)
-    return [row for family in families for row in family()]
+            yield case(f"cradle-{clicks}-steel", text, ones, k=k, x=(-0.05,), **more)

@@ -4,62 +4,83 @@ Impacts are those of two balls. At one place in time the pair that approaches fa
 that share no ball are independent, and no case has equally fast ones that share a ball.
 """
 
-import itertools
+import random
 from decimal import Decimal, getcontext
 from fractions import Fraction
+
+import numpy as np
 
 getcontext().prec = 60
 
 
-def pairs(approach, touching, equal):
-    """The contacts that collide next among those that touch: the fastest."""
-    fastest = max((approach[j] for j in touching), default=0)
-    tied = [j for j in touching if equal(approach[j], fastest)]
-    assert all(b - a > 1 for a, b in itertools.pairwise(tied)), "a tie that shares a ball"
+def fastest(approach, touching, zero=0):
+    """The contacts that collide next among those that touch."""
+    most = max(approach[j] for j in touching)
+    tied = [j for j in touching if most - approach[j] <= zero]
+    assert all(np.diff(tied) > 1), "a tie that shares a ball"
     return tied
 
 
-def in_fractions(row):
-    """Velocities, impacts as (time, contact from 1), energy lost."""
-    number = row.get("number", Fraction)
-    m, x, v, gap = ([number(value) for value in row[name]] for name in ("mass", "x", "v", "gap"))
-    e, t, impacts, contacts = number(row["damping"]), Fraction(0), [], range(len(m) - 1)
-    energy = sum(mass * speed * speed for mass, speed in zip(m, v, strict=True)) / 2
+def impacts(m, x, v, gap, e):
+    """Time (s), contact (from 1), positions and velocities behind it of each impact. `e()` returns its restitution.
+    Exact if all numbers are fractions."""
+    x, v, t = np.array(x, dtype=object), np.array(v, dtype=object), 0 * v[0]
     while True:
-        w = [v[j] - v[j + 1] for j in contacts]
-        times = {j: (x[j + 1] + gap[j] - x[j]) / w[j] for j in contacts if w[j] > 0}
+        w = v[:-1] - v[1:]
+        times = {j: (x[j + 1] + gap[j] - x[j]) / w[j] for j in range(len(w)) if w[j] > 0}
         if not times:
-            left = sum(mass * speed * speed for mass, speed in zip(m, v, strict=True)) / 2
-            return v, impacts, energy - left
+            return
         step = min(times.values())
-        x, t = [place + speed * step for place, speed in zip(x, v, strict=True)], t + step
-        for j in pairs(w, [j for j, time in times.items() if time == step], lambda a, b: a == b):
-            impulse = (1 + e) * w[j] * m[j] * m[j + 1] / (m[j] + m[j + 1])
+        x, t = x + v * step, t + step
+        for j in fastest(w, [j for j, time in times.items() if time == step]):
+            impulse = (1 + e()) * w[j] * m[j] * m[j + 1] / (m[j] + m[j + 1])
             v[j] -= impulse / m[j]
             v[j + 1] += impulse / m[j + 1]
-            impacts.append((t, j + 1))
+            yield t, j + 1, x, v.copy()
+
+
+def arrays(row, number):
+    """Masses, positions, velocities, gaps and the restitution of a row, in these numbers."""
+    lists = [row[name] for name in ("mass", "x", "v", "gap")] + [[row["damping"]]]
+    return [np.array([number(value) for value in values], dtype=object) for values in lists]
+
+
+def in_fractions(row, seed=0):
+    """The results of a row; with a seed, with each value changed by 1e-16 of itself, up or down by chance."""
+    rng, change = random.Random(seed), Fraction(1, 10**16) if seed else 0
+    m, x, v, gap, e = arrays(row, lambda value: Fraction(value) * (1 + rng.choice((-1, 1)) * change))
+    times, contacts, _, speeds = zip(*impacts(m, x, v, gap, lambda: e[0]), strict=True)
+    loss = sum(m * (v * v - speeds[-1] ** 2)) / 2
+    times, v, (loss,) = (
+        [Decimal(f.numerator) / f.denominator for f in part] for part in (times, speeds[-1], [loss])
+    )
+    return results(v, loss, times, contacts)
 
 
 def in_decimals(row):
     """The same, by gaps and approach speeds."""
-    m, x, v, gap = ([Decimal(value) for value in row[name]] for name in ("mass", "x", "v", "gap"))
-    e, t, impacts, contacts = Decimal(row["damping"]), Decimal(0), [], range(len(m) - 1)
-    far = [x[j + 1] + gap[j] - x[j] for j in contacts]
-    w = [v[j] - v[j + 1] for j in contacts]
-    momentum, lost, zero = sum(a * b for a, b in zip(m, v, strict=True)), Decimal(0), Decimal("1e-45")
-    while any(speed > zero for speed in w):
-        step = min(max(far[j], Decimal(0)) / w[j] for j in contacts if w[j] > zero)
-        far, t = [f - speed * step for f, speed in zip(far, w, strict=True)], t + step
-        touching = [j for j in contacts if w[j] > zero and far[j] < zero]
-        for j in pairs(w, touching, lambda a, b: abs(a - b) < zero):
+    m, x, v, gap, (e,) = arrays(row, Decimal)
+    far, w, t, lost, zero = x[1:] + gap - x[:-1], v[:-1] - v[1:], Decimal(0), Decimal(0), Decimal("1e-45")
+    times, contacts = [], []
+    while closing := [j for j, speed in enumerate(w) if speed > zero]:
+        step = min(max(far[j], Decimal(0)) / w[j] for j in closing)
+        far, t = far - w * step, t + step
+        for j in fastest(w, [j for j in closing if far[j] < zero], zero):
             reduced, before = m[j] * m[j + 1] / (m[j] + m[j + 1]), w[j]
             lost += reduced * before * before * (1 - e * e) / 2
-            impulse, w[j] = (1 + e) * reduced * before, -e * before
-            if j > 0:
-                w[j - 1] += impulse / m[j]
-            if j + 1 < len(w):
-                w[j + 1] += impulse / m[j + 1]
-            impacts.append((t, j + 1))
-    behind = [sum(w[:i], Decimal(0)) for i in range(len(m))]  # by which a ball is slower than the first
-    first = (momentum + sum(a * b for a, b in zip(m, behind, strict=True))) / sum(m)
-    return [first - b for b in behind], impacts, lost
+            w[j] = -e * before
+            w[j - 1 : j] += (1 + e) * reduced * before / m[j]
+            w[j + 1 : j + 2] += (1 + e) * reduced * before / m[j + 1]
+            times.append(t)
+            contacts.append(j + 1)
+    behind = np.array([0, *np.cumsum(w)])  # by which a ball is slower than the first
+    return results(sum(m * (v + behind)) / sum(m) - behind, lost, times, contacts)
+
+
+def results(v, loss, times, contacts):
+    """In the form of the programs in exact/."""
+    found = {"v": v, "loss": [loss], "times": times, "contacts": contacts}
+    by_contact = dict(zip(contacts, times, strict=True))
+    found["release"] = [by_contact.get(j, Decimal(-1)) for j in range(1, len(v))]
+    by_contact = dict(zip(contacts[::-1], times[::-1], strict=True))
+    return found | {"onset": [by_contact.get(j, Decimal(-1)) for j in range(1, len(v))]}

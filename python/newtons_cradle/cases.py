@@ -13,7 +13,8 @@ import json
 import math
 import operator
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,18 +22,12 @@ import numpy as np
 from .errors import InvalidValue, UnknownName, did_you_mean
 from .files import CASES
 from .fmu import Fmu, build
-from .pulses import Array
 from .run import Result
-from .setups import Start
+from .setups import Start, power_law
 
-#: Parameter of each law that has a coefficient.
-COEFFICIENT = {
-    "kelvinVoigt": "contact.damping",
-    "kelvinVoigtNoPull": "contact.damping",
-    "huntCrossley": "contact.huntCrossley",
-    "viscoelastic": "contact.relaxationTime",
-    "restitution": "contact.restitution",
-}
+#: Parameter of each damping law.
+COEFFICIENT = dict.fromkeys(("kelvinVoigt", "kelvinVoigtNoPull"), "contact.damping")
+COEFFICIENT |= {"huntCrossley": "contact.huntCrossley", "viscoelastic": "contact.relaxationTime"}
 QUANTITIES = dict.fromkeys(("v", "x"), "one for each ball")
 QUANTITIES |= dict.fromkeys(("peak", "onset", "release"), "one for each contact")
 QUANTITIES |= {"loss": "in all", "order": ""}
@@ -45,7 +40,6 @@ class Verdict:
     """How exact one quantity is. `error`: the largest, in the quantity's unit; `digits`: right ones, of the scale, up
     to 16; `within`: whether each value is within 1e-13 of the scale, or ten times its sensitivity."""
 
-    quantity: str
     error: float
     digits: float
     within: bool
@@ -63,45 +57,21 @@ class Judgement:
 
     def __repr__(self) -> str:
         lines = [f"{'quantity':8} {'digits':>6} {'largest error':>14}  as exact as doubles allow"]
-        for one in self.verdicts.values():
-            digits, error = ("", "") if one.quantity == "order" else (f"{one.digits:.1f}", f"{one.error:.2g}")
-            lines.append(f"{one.quantity:8} {digits:>6} {error:>14}  {'yes' if one.within else 'no'}")
+        for name, one in self.verdicts.items():
+            numbers = " " * 21 if name == "order" else f"{one.digits:6.1f} {one.error:14.2g}"
+            lines.append(f"{name:8} {numbers}  {'yes' if one.within else 'no'}")
         return "\n".join(lines)
 
 
-@dataclass(frozen=True, repr=False)
-class Case:
-    """One case. Units are SI; lists have an element for each ball (`mass`, `x`, `v`) or contact (`stiffness`, `gap`).
+class Case(SimpleNamespace):
+    """One case, with the fields of benchmark/cases.json. Units are SI; lists have an element for each ball or contact.
 
     `stiffness`: K of F = K overlap^`exponent`, N/m^p, both None for `restitution`; `law`: `elastic`, a damping law of
-    the FMU, or `restitution`; `damping`: its coefficient; `g_over_length`: 1/s2, 0 for free balls; `stop`: s; `radius`:
-    of spheres, m, and `material`, or empty; `order`: contacts (from 1) by onset, those at the same time together, or
-    None; `published`: results of others. By quantity: `expected`, the exact results, NaN where nothing can be compared;
-    `sensitivity` to a change of the start by 1e-16 of itself; `scale` of digits; `agreement` of two computations.
+    the FMU, or `restitution`; `damping`: its coefficient; `g_over_length`: 1/s2, 0 for free balls; `stop`: s; `order`:
+    contacts (from 1) by onset, those at the same time together, or None; `radius`, `material` and `published` may be
+    empty. By quantity: `expected`, the exact results, NaN where nothing can be compared; `sensitivity` to a change of
+    the start by 1e-16 of itself; `scale` of digits; `agreement` of two computations.
     """
-
-    name: str
-    family: str
-    text: str
-    n: int
-    law: str
-    exponent: float | None
-    damping: float
-    g_over_length: float
-    stop: float
-    mass: list[float]
-    stiffness: list[float] | None
-    gap: list[float]
-    x: list[float]
-    v: list[float]
-    order: list[list[int]] | None
-    expected: dict[str, Array] = field(default_factory=dict)
-    sensitivity: dict[str, Array] = field(default_factory=dict)
-    scale: dict[str, float] = field(default_factory=dict)
-    agreement: dict[str, float] = field(default_factory=dict)
-    radius: list[float] = field(default_factory=list)
-    material: dict[str, float] = field(default_factory=dict)
-    published: dict[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Case({self.name}: {self.text}; {self.n} balls, {self.law}, until {self.stop:g} s)"
@@ -110,15 +80,13 @@ class Case:
     def values(self) -> Start:
         """Start values for an FMU of `n` balls, none of them rounded: masses and stiffnesses are ratios to 1."""
         start: Start = {"gravity": self.g_over_length, "pendulum.length": 1.0, "ball.mass": 1.0}
-        start |= {"ball.massRatio": self.mass, "x_start": self.x, "v_start": self.v}
-        start |= {"contact.deadBand": 0.0, "contact.gap": self.gap}
-        if self.law == "restitution":
-            return start | {"contact.model": "rigid", "contact.restitution": self.damping}
-        start |= {"contact.model": "powerLaw", "contact.exponent": self.exponent, "contact.overlapRef": 1.0}
-        start |= {"contact.stiffness": 1.0, "contact.stiffnessRatio": self.stiffness}
-        if self.law == "elastic":
-            return start
-        return start | {"contact.dampingLaw": self.law, COEFFICIENT[self.law]: self.damping}
+        start |= {"ball.massRatio": self.mass, "x_start": self.x, "v_start": self.v, "contact.gap": self.gap}
+        if self.exponent is None:
+            rigid = {"contact.model": "rigid", "contact.restitution": self.damping}
+            return start | rigid | {"contact.deadBand": 0.0}
+        start |= power_law(1.0, self.exponent) | {"contact.stiffnessRatio": self.stiffness}
+        lossy = {"contact.dampingLaw": self.law, COEFFICIENT.get(self.law, ""): self.damping}
+        return start | (lossy if self.law != "elastic" else {})
 
     def run(self, fmu: Fmu | None = None) -> Result:
         """Runs the case in one step: in this FMU, or in one that is built for it. Raises FmuError."""
@@ -143,7 +111,8 @@ class Case:
             if name in self.expected:
                 verdicts[name] = self._verdict(name, values)
             elif name == "order" and self.order:
-                verdicts[name] = self._in_order(values, self.order)
+                right = _in_order(values, self.order)
+                verdicts[name] = Verdict(1.0 - right, 16.0 * right, right)
         return Judgement(verdicts)
 
     def _verdict(self, name: str, values: Any) -> Verdict:
@@ -158,41 +127,33 @@ class Case:
         if (bad := np.flatnonzero(counts & ~np.isfinite(got))).size:
             raise InvalidValue(f"{name}[{bad[0] + 1}] is {got[bad[0]]}; a finite number is needed")
         errors = np.abs(got - expected)[counts]
-        allowed_errors = np.maximum(ROUNDING * scale, SEVERAL * self.sensitivity[name][counts])
+        allowed = np.maximum(ROUNDING * scale, SEVERAL * self.sensitivity[name][counts])
         error = float(errors.max(initial=0.0))
-        digits = max(0.0, -math.log10(max(error / scale, 1e-16)))
-        return Verdict(name, error, digits, bool((errors <= allowed_errors).all()))
-
-    @staticmethod
-    def _in_order(values: Any, groups: list[list[int]]) -> Verdict:
-        """Whether the contacts come in order, in any order those that come together. Those in touch at the start do not
-        count."""
-        counts = {contact for group in groups for contact in group}
-        try:
-            got = [operator.index(j) for group in values for j in (group if np.ndim(group) else [group])]
-        except (TypeError, ValueError):
-            raise InvalidValue(f"order: the form is [[1, 2], [1]] or [1, 2, 1], not {values!r}") from None
-        left = iter([contact for contact in got if contact in counts])
-        right = all(sorted(itertools.islice(left, len(group))) == group for group in groups) and not [*left]
-        return Verdict("order", 0.0 if right else 1.0, 16.0 * right, right)
+        return Verdict(
+            error, max(0.0, -math.log10(max(error / scale, 1e-16))), bool((errors <= allowed).all())
+        )
 
     def _measured(self, result: Result) -> dict[str, Any]:
         """The quantities of a run. Raises InvalidValue if it ends at another time, UnknownName."""
         end = float(result["time"][-1])
         if not math.isclose(end, self.stop, rel_tol=1e-12):
             raise InvalidValue(f"result: it ends at {end} s; allowed: {self.stop} s")
-        pulses, contacts = result.pulses, range(1, self.n)
-        of = [pulses[pulses["contact"] == contact] for contact in contacts]
-        energy = result["E_total"].ravel()
-        return {
-            "x": result["x"][-1],
-            "v": result["v"][-1],
-            "peak": result["F_peak"].max(axis=0),
-            "onset": [own["onset"].min(initial=math.inf) for own in of],
-            "release": [own["release"].max(initial=-math.inf) for own in of],
-            "loss": energy[0] - energy[-1],
-            "order": pulses["contact"].tolist(),
-        }
+        pulses, energy = result.pulses, result["E_total"].ravel()
+        of = [pulses[pulses["contact"] == contact] for contact in range(1, self.n)]
+        found = {"x": result["x"][-1], "v": result["v"][-1], "peak": result["F_peak"].max(axis=0)}
+        found |= {"onset": [own["onset"].min(initial=math.inf) for own in of]}
+        found |= {"release": [own["release"].max(initial=-math.inf) for own in of]}
+        return found | {"loss": energy[0] - energy[-1], "order": pulses["contact"].tolist()}
+
+
+def _in_order(values: Any, groups: list[list[int]]) -> bool:
+    """Whether these contacts close in this order, in any order those of a group. Others do not count."""
+    try:
+        got = [operator.index(j) for group in values for j in (group if np.ndim(group) else [group])]
+    except (TypeError, ValueError):
+        raise InvalidValue(f"order: the form is [[1, 2], [1]] or [1, 2, 1], not {values!r}") from None
+    left = iter([contact for contact in got if any(contact in group for group in groups)])
+    return all(sorted(itertools.islice(left, len(group))) == group for group in groups) and not [*left]
 
 
 @functools.cache
@@ -211,12 +172,10 @@ def benchmark(name: str) -> Case:
     if not isinstance(name, str) or name not in rows:
         hint = did_you_mean(str(name), rows)
         raise InvalidValue(f"there is no case {name!r}; `nc.benchmarks()` lists them{hint}")
-    row = rows[name]
-    known = {key: row[key] for key in Case.__dataclass_fields__ if key in row}
-
-    parts = row["results"].items()
-    for name, key in (("expected", "value"), ("sensitivity", "sensitivity")):
-        known[name] = {quantity: np.array(part[key], dtype=float) for quantity, part in parts}
-    for key in ("scale", "agreement"):
-        known[key] = {quantity: part[key] for quantity, part in parts}
-    return Case(**known)
+    case = Case(**{"radius": [], "material": {}, "published": {}} | rows[name])
+    parts = vars(case).pop("results").items()
+    case.scale = {quantity: part["scale"] for quantity, part in parts}
+    case.agreement = {quantity: part["agreement"] for quantity, part in parts}
+    case.expected = {quantity: np.array(part["value"], dtype=float) for quantity, part in parts}
+    case.sensitivity = {quantity: np.array(part["sensitivity"], dtype=float) for quantity, part in parts}
+    return case
