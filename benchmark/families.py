@@ -5,20 +5,16 @@ is said; the rows of steel have Hertz contacts between spheres.
 """
 
 import itertools
+import json
 import math
 import random
+from pathlib import Path
 
 STEEL = {"density": 7800.0, "youngModulus": 2.1e11, "poissonRatio": 0.3}
 SICONOS = {"density": 7780.0, "youngModulus": 203.0e9, "poissonRatio": 0.3}  # of its tutorials' chains
+# What their reference files hold behind the last impact: velocities in m/s.
+PUBLISHED = json.loads(Path(__file__).with_name("published.json").read_text(encoding="utf-8"))
 P = {1.5: "hertz", 1.0: "linear", 2.0: "square", 3.0: "cubic"}
-
-# What the tutorials' reference files hold behind the last impact: velocities in m/s.
-MONODISPERSE = """-7.105929287758861e-02 -3.018624045788600e-02 -1.574960308766378e-02 -8.808055289868551e-03
-    -5.062343781337067e-03 -2.936631945849190e-03 -1.701856524055756e-03 2.624517363818925e-03
-    1.469233855937676e-01 9.859561210066624e-01"""
-TAPERED = """7.676269071206830e-02 3.535685054936390e-02 8.661543576757685e-02 9.381203863023088e-02
-    1.016684247574220e-01 1.100833819456508e-01 1.192955017808163e-01 1.291118448762325e-01
-    3.072412347403246e-01 1.929832773819256e+00"""
 
 DAMPED = {  # name of a case after its law: number of balls, exponent, coefficient
     "kelvinVoigt": ("kv", [(2, 1.0, 0.2), (5, 1.0, 0.1), (3, 2.0, 0.1)]),
@@ -70,11 +66,9 @@ def everything():
     yield case("apart-5-mixed", "gaps of 0.3, 0 and 1.5 m", ones, gap=[0.3, 0.0, 0.0, 1.5], v=(1.0, 0.5))
 
     # Each ball smaller, or larger, than the one before; in touch.
-    for n, q in ((5, 0.9), (10, 0.95), (20, 0.95)):
-        text = f"{n} steel balls, each {q:g} of the one before"
-        yield steel(f"tapered-{n}-hertz", text, [0.0313 * q**i for i in range(n)])
-    text = "ten steel balls, each 1.05 of the one before"
-    yield steel("tapered-10-growing", text, [0.0313 * 1.05**i for i in range(10)])
+    for n, q in ((5, 0.9), (10, 0.95), (20, 0.95), (10, 1.05)):
+        name, text = "hertz" if q < 1 else "growing", f"{n} steel balls, each {q:g} of the one before"
+        yield steel(f"tapered-{n}-{name}", text, [0.0313 * q**i for i in range(n)])
     text = "masses fall by a thousandth, 2 m apart: 999 impacts of two, one after the other"
     yield case("tapered-1000-wide", text, [0.999**i for i in range(1000)], gap=2.0)
     text = "masses fall by the square root of 2, F = overlap"
@@ -119,17 +113,13 @@ def everything():
     yield case("rigid-8-random", "random masses and gaps, e = 0.9375", mass, damping=0.9375, **more)
 
     # The chains of ten balls in the Siconos tutorials: the first strikes over 0.2 m at 1 m/s.
-    source = "reference files of the Siconos tutorials, ChainOfBalls, LZB model"
-    equal, tapered = (
-        {"published": {"v": [float(word) for word in text.split()], "source": source}}
-        for text in (MONODISPERSE, TAPERED)
-    )
     more, radii = {"material": SICONOS, "x": [-0.2]}, [0.95 ** (i + 1) * 0.01 for i in range(10)]
-    yield steel("siconos-monodisperse", "ten equal steel balls, nine in touch", [0.01] * 10, **equal, **more)
+    text, (equal, tapered) = "ten equal steel balls, nine in touch", PUBLISHED.values()
+    yield steel("siconos-monodisperse", text, [0.01] * 10, published=equal, **more)
     yield steel("siconos-tapered", "ten tapered steel balls, nine in touch", radii, **more)
     text = "the same, but each contact closes at the distance of the last pair, as in the published result"
     more |= {"gap": [a + b - (radii[8] + radii[9]) for a, b in itertools.pairwise(radii)], "stop": 0.579}
-    yield steel("siconos-tapered-as-run", text, radii, **tapered, **more)
+    yield steel("siconos-tapered-as-run", text, radii, published=tapered, **more)
 
     # Five balls of 1 kg on linear pendulums with g/L = 5 1/s2; the state halfway between two clicks.
     k = steel("", "", [0.0313] * 5)["stiffness"]

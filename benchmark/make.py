@@ -10,7 +10,6 @@ sensitivity.
 """
 
 import csv
-import itertools
 import json
 import subprocess
 import sys
@@ -27,6 +26,7 @@ HERE = Path(__file__).resolve().parent
 BUILT = HERE.parent / "target/benchmark"
 VERSION = "1.0.0"
 LAWS = ("elastic", "kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic")
+INPUT = ("exponent", "damping", "g_over_length", "stop", "mass", "x", "v", "stiffness", "gap")
 UNITS = {"x": "m", "v": "m/s", "peak": "N", "onset": "s", "release": "s", "loss": "J"}
 TIE = Decimal("1e-12")  # of the last release: onsets closer to each other come together
 UNDETERMINED = 1e-8  # of the scale: a sensitivity with which a result is left out
@@ -34,19 +34,10 @@ UNDETERMINED = 1e-8  # of the scale: a sensitivity with which a result is left o
 
 def computed(row, method, seed=0):
     """What a program from exact/ gives for a row: lists of numbers by name."""
-    numbers = [
-        row["n"],
-        LAWS.index(row["law"]),
-        row["exponent"],
-        row["damping"],
-        row["g_over_length"],
-        row["stop"],
-    ]
-    numbers += itertools.chain(*(row[name] for name in ("mass", "x", "v", "stiffness", "gap")))
-    command, text = [BUILT / method, str(seed)], " ".join(float(number).hex() for number in numbers)
-    done = subprocess.run(command, input=text, stdout=subprocess.PIPE, text=True, check=True)
-    lines = (line.split() for line in done.stdout.splitlines())
-    return {name: [Decimal(word) for word in words] for name, *words in lines}
+    numbers = np.hstack([row["n"], LAWS.index(row["law"]), *(row[name] for name in INPUT)])
+    command, text = [BUILT / method, str(seed)], " ".join(number.hex() for number in numbers)
+    found = subprocess.run(command, input=text, stdout=subprocess.PIPE, text=True, check=True).stdout
+    return {name: [*map(Decimal, words)] for name, *words in map(str.split, found.splitlines())}
 
 
 def order(result, last, left_out):
@@ -68,9 +59,8 @@ def judged(name, scale, found):
     worst = float(max(abs(first - second)[known], default=0)) / scale
     value = [f"{one:.20g}" if k else None for one, k in zip(first, known, strict=True)]
     sensitivity = [float(f"{one:.1e}") if k else None for one, k in zip(moved, known, strict=True)]
-    agreement = float(f"{worst:.1e}")
-    found = {"unit": UNITS[name], "scale": scale, "agreement": agreement, "value": value}
-    return found | {"sensitivity": sensitivity}
+    about = {"unit": UNITS[name], "scale": scale, "agreement": float(f"{worst:.1e}")}
+    return about | {"value": value, "sensitivity": sensitivity}
 
 
 def complete(row, pool):
@@ -93,8 +83,8 @@ def complete(row, pool):
     for result in found:
         result["onset"] = [Decimal(-1) if j in touch else t for j, t in enumerate(result["onset"], start=1)]
     row["stop"] = row["stop"] or float(f"{1.5 * float(last) or 1.0:.1e}")
-    row["results"] = {name: judged(name, scale, found) for name, scale in scales.items()}
-    row["results"] = {name: one for name, one in row["results"].items() if any(one["value"])}
+    results = ((name, judged(name, scale, found)) for name, scale in scales.items())
+    row["results"] = {name: one for name, one in results if any(one["value"])}
     orders = [order(result, last, touch) for result in found]
     return row | {"order": orders[0] or None if all(one == orders[0] for one in orders) else None}
 

@@ -25,11 +25,8 @@ def impacts(m, x, v, gap, e):
     """Time (s), contact (from 1), positions and velocities behind it of each impact. `e()` returns its restitution.
     Exact if all numbers are fractions."""
     x, v, t = np.array(x, dtype=object), np.array(v, dtype=object), 0 * v[0]
-    while True:
-        w = v[:-1] - v[1:]
-        times = {j: (x[j + 1] + gap[j] - x[j]) / w[j] for j in range(len(w)) if w[j] > 0}
-        if not times:
-            return
+    while any((w := v[:-1] - v[1:]) > 0):
+        times = {j: (x[j + 1] + gap[j] - x[j]) / speed for j, speed in enumerate(w) if speed > 0}
         step = min(times.values())
         x, t = x + v * step, t + step
         for j in fastest(w, [j for j, time in times.items() if time == step]):
@@ -50,10 +47,8 @@ def in_fractions(row, seed=0):
     rng, change = random.Random(seed), Fraction(1, 10**16) if seed else 0
     m, x, v, gap, e = arrays(row, lambda value: Fraction(value) * (1 + rng.choice((-1, 1)) * change))
     times, contacts, _, speeds = zip(*impacts(m, x, v, gap, lambda: e[0]), strict=True)
-    loss = sum(m * (v * v - speeds[-1] ** 2)) / 2
-    times, v, (loss,) = (
-        [Decimal(f.numerator) / f.denominator for f in part] for part in (times, speeds[-1], [loss])
-    )
+    parts = times, speeds[-1], [sum(m * (v * v - speeds[-1] ** 2)) / 2]
+    times, v, (loss,) = ([Decimal(f.numerator) / f.denominator for f in part] for part in parts)
     return results(v, loss, times, contacts)
 
 
@@ -61,7 +56,7 @@ def in_decimals(row):
     """The same, by gaps and approach speeds."""
     m, x, v, gap, (e,) = arrays(row, Decimal)
     far, w, t, lost, zero = x[1:] + gap - x[:-1], v[:-1] - v[1:], Decimal(0), Decimal(0), Decimal("1e-45")
-    times, contacts = [], []
+    found = []
     while closing := [j for j, speed in enumerate(w) if speed > zero]:
         step = min(max(far[j], Decimal(0)) / w[j] for j in closing)
         far, t = far - w * step, t + step
@@ -71,10 +66,9 @@ def in_decimals(row):
             w[j] = -e * before
             w[j - 1 : j] += (1 + e) * reduced * before / m[j]
             w[j + 1 : j + 2] += (1 + e) * reduced * before / m[j + 1]
-            times.append(t)
-            contacts.append(j + 1)
+            found.append((t, j + 1))
     behind = np.array([0, *np.cumsum(w)])  # by which a ball is slower than the first
-    return results(sum(m * (v + behind)) / sum(m) - behind, lost, times, contacts)
+    return results(sum(m * (v + behind)) / sum(m) - behind, lost, *zip(*found, strict=True))
 
 
 def results(v, loss, times, contacts):

@@ -12,8 +12,7 @@ struct Gragg : Motion {
     int low = 0, high = -1;   // the balls that do not fly freely
     std::vector<int> moving;  // their elements of y
 
-    Gragg(int count, char** words)
-        : Motion(count, words), rate(4 * n), before(4 * n), now(4 * n), table(COLUMNS, List(4 * n)) {}
+    Gragg(unsigned seed) : Motion(seed), rate(4 * n), before(rate), now(rate), table(COLUMNS, rate) {}
 
     // A power of 1/2, 1, 3/2 and so on.
     static Q power(Q base, Q exponent) {
@@ -65,8 +64,7 @@ struct Gragg : Motion {
         for (int i = 0; i < n; i++) end[i] += h * v[i], end[2 * n + i] += h * w[i];
         for (int k = 0; k < COLUMNS; k++) {
             const int steps = 2 * (k + 1);
-            Q step = h / steps, last = worst;
-            worst = 0;
+            Q step = h / steps, last = std::exchange(worst, 0);
             rates(y);
             for (int i : moving) before[i] = y[i], now[i] = y[i] + step * rate[i];
             for (int s = 1; s < steps; s++) {
@@ -105,7 +103,7 @@ struct Gragg : Motion {
             if (fabsq(most) <= 1e-31Q * (t + h)) return first;
             h -= most < h ? most : h / 2, attempt(h);
         }
-        fail("a contact does not turn");
+        throw std::runtime_error("a contact does not turn");
     }
 
     // How much the force grows in a moment.
@@ -149,4 +147,4 @@ struct Gragg : Motion {
     }
 };
 
-int main(int count, char** words) { Gragg(count, words).go(); }
+int main(int, char** words) { Gragg(atoi(words[1])).go(); }

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <iostream>
-#include <string>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -15,15 +14,10 @@ using List = std::vector<Q>;
 
 enum Law { elastic, kelvinVoigt, kelvinVoigtNoPull, huntCrossley, viscoelastic };
 
-[[noreturn]] inline void fail(const char* problem) {
-    fprintf(stderr, "%s\n", problem);
-    exit(1);
-}
-
 inline Q number() {
-    std::string word;
-    if (!(std::cin >> word)) fail("the row ends early");
-    return strtod(word.c_str(), nullptr);  // doubles in hexadecimal digits: exact
+    double value;  // in hexadecimal digits: exact
+    if (scanf("%lf", &value) != 1) throw std::runtime_error("the row ends early");
+    return value;
 }
 
 inline void show(const char* name, const List& list) {
@@ -33,7 +27,7 @@ inline void show(const char* name, const List& list) {
     printf("\n");
 }
 
-// A row and its motion, from the program's arguments and its standard input.
+// A row and its motion, from the program's standard input; its argument is the seed.
 struct Motion {
     int n;
     Q p, damping, pull, stop;  // exponent, coefficient of the law, g/L (1/s2), end (s); 0: when all have parted
@@ -45,9 +39,8 @@ struct Motion {
     std::vector<char> mode;        // of contacts; 0: open
     List peak, onset, release, onsets, contacts;
 
-    // The row is apart or in touch. With a seed, each value is changed by 1e-16 of itself, up or down by chance.
-    Motion(int count, char** words) {
-        unsigned seed = count > 1 ? atoi(words[1]) : 0;
+    // The row is apart or in touch. With a seed but 0, each value is changed by 1e-16 of itself, up or down by chance.
+    Motion(unsigned seed) {
         auto changed = [&seed](Q value) {
             if (!seed) return value;
             for (int i = 0; i < 3; i++) seed = seed * 1664525u + 1013904223u;

@@ -23,17 +23,15 @@ struct Poly {
     }
 };
 
-// The first time within (0, end] at which sign * (polynomial - level) becomes positive; FAR if it does not.
+// The first time within (0, end] at which sign * (polynomial - level) becomes positive; later if it does not.
 Q first(Poly poly, Q level, int sign, Q end) {
     auto above = [&](Q t) { return sign * (poly(t) - level) > 0; };
     if (poly.degree == 1) {
         Q start = sign * (poly.c[0] - level), rate = sign * poly.c[1];
-        Q t = start > 0 ? 0 : rate > 0 ? -start / rate : FAR;
-        return t <= end ? t : FAR;
+        return start > 0 ? Q(0) : rate > 0 ? -start / rate : FAR;
     }
-    const int pieces = 12;
-    for (int piece = 1; piece <= pieces; piece++) {
-        Q a = end * (piece - 1) / pieces, b = end * piece / pieces;
+    for (int piece = 0; piece < 12; piece++) {
+        Q a = end * piece / 12, b = end * (piece + 1) / 12;
         if (!above(b)) continue;
         if (above(a)) return a;
         for (int i = 0; i < 110; i++) (above((a + b) / 2) ? b : a) = (a + b) / 2;
@@ -45,7 +43,7 @@ Q first(Poly poly, Q level, int sign, Q end) {
 struct Taylor : Motion {
     std::vector<List> X, D, P, S, F;  // series: positions, overlaps, their power and square, forces
 
-    Taylor(int count, char** words) : Motion(count, words), X(n, List(N + 1)), D(X), P(X), S(X), F(X) {
+    Taylor(unsigned seed) : Motion(seed), X(n, List(N + 1)), D(X), P(X), S(X), F(X) {
         for (char& one : mode) one = one ? touched() : open;
     }
     Mode touched() const { return whole() ? pressing : faint; }
@@ -59,8 +57,7 @@ struct Taylor : Motion {
 
     // The overlap below which a contact's elastic force is left out.
     Q least(int j) const {
-        Q left_out = LEFT_OUT * mass * speed;
-        Q slow = powq(left_out / (k[j] * time), 1 / p);
+        Q left_out = LEFT_OUT * mass * speed, slow = powq(left_out / (k[j] * time), 1 / p);
         Q fast = powq((p + 1) * fabsq(w[j]) * left_out / k[j], 1 / (p + 1));
         if (law == viscoelastic) fast = std::min(fast, powq(left_out / (k[j] * damping), 1 / p));
         return std::max(slow, fast);
@@ -172,4 +169,4 @@ struct Taylor : Motion {
     }
 };
 
-int main(int count, char** words) { Taylor(count, words).go(); }
+int main(int, char** words) { Taylor(atoi(words[1])).go(); }

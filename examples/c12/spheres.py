@@ -73,7 +73,6 @@ def task_1(fmu: nc.Fmu, axes):
         exact = (1 + np.diff(x + v * (15 - t))).astype(float)
         axis.plot(TIMES, y, label=["y1", "y2", "y3"])
         axis.set(title=f"e = {float(e):g}", xlabel="t, s", ylabel="distance, m")
-        axis.legend()
         shown, error = ", ".join(f"{value:.12f}" for value in exact), np.abs(y[-1] - exact).max()
         yield f"""e = {float(e):g}: {len(rows)} collisions; at 15 s the distances are {shown} m.
 The FMU differs from exact fractions by {error:.0e} m."""
@@ -84,19 +83,16 @@ The FMU differs from exact fractions by {error:.0e} m."""
 def task_2(fmu: nc.Fmu, axes):
     """Number of collisions and final velocities over the coefficient of restitution."""
     restitutions = np.linspace(0.0, 1.0, 101)
-    found = [to_the_end(fmu, start(e)) for e in tracked("restitutions", restitutions)]
-    pairs = [
-        (run, collisions(lambda e=e: e)) for e, run in zip(restitutions, found, strict=True) if e > LIMIT
-    ]
+    found = {e: to_the_end(fmu, start(e)) for e in tracked("restitutions", restitutions)}
+    pairs = [(run, collisions(lambda e=e: e)) for e, run in found.items() if e > LIMIT]
     others = sum(count != len(rows) for (_, count), rows in pairs)
     error = max(np.abs(v - rows[-1][3]).max() for (v, _), rows in pairs)
-    axes[0].semilogy(restitutions, [count for _, count in found], ".")
+    axes[0].semilogy(restitutions, [count for _, count in found.values()], ".")
     axes[0].set(xlabel="e", ylabel="collisions until none is due")
-    axes[1].plot(restitutions, [v for v, _ in found], label=SPEEDS)
+    axes[1].plot(restitutions, [v for v, _ in found.values()], label=SPEEDS)
     axes[1].set(xlabel="e", ylabel="final velocity / v0")
-    axes[1].legend()
     yield "## 2 Collisions and final velocities over e\n\n![Collisions and velocities](restitution.png)"
-    rows = ([f"{i / 100:.2f}", found[i][1], *found[i][0]] for i in range(20, 101, 10))
+    rows = ([f"{e:.2f}", count, *v] for e, (v, count) in [*found.items()][20::10])
     yield table(["e", "collisions", *SPEEDS], *rows)
     yield f"""Above e = 3 - 2 sqrt(2) = {LIMIT:.4f} a simulation without the FMU has another number of collisions
 in {others} cases, and its velocities differ by at most {error:.0e}. Below, collisions can accumulate: the FMU lets
@@ -133,7 +129,6 @@ def task_4(fmu: nc.Fmu, axis, runs: int):
         errors.append(np.abs(found[-1] - collisions(iter(drawn).__next__)[-1][3]).max())
     axis.hist(np.array(found), 40, histtype="stepfilled", alpha=0.6, label=SPEEDS)
     axis.set(xlabel="final velocity / v0", ylabel="runs")
-    axis.legend()
     yield f"""## 4 Random restitution
 
 {runs} runs; each collision draws its e from a normal distribution, {MEAN} ± {DEVIATION}, within 0 and 1. A simulation
@@ -160,7 +155,6 @@ def compliant(fmu: nc.Fmu, axis):
         axis.loglog(DURATIONS, errors, ".-", label=f"{law}, e = {e}")
         yield f"{law}, e = {e}: contacts of 0.1 s differ by {errors[0]:.1e} m, of 1 µs by {errors[-1]:.1e} m."
     axis.set(xlabel="duration of a contact, s", ylabel="largest difference in y, m")
-    axis.legend()
 
 
 def main() -> None:
@@ -173,14 +167,14 @@ def main() -> None:
     said = ["# C12 Collision Processes in Rows of Spheres", "Solved with the FMU NewtonsCradle through FMPy."]
     with ExitStack() as stack:
         fmu = stack.enter_context(nc.build(balls=4, binaries=options.fmu))
-        pictures = (
-            diagrams(options.out / f"{name}.png", 3.4) for name in ("distances", "restitution", "random")
-        )
-        y, v, (left, right) = map(stack.enter_context, pictures)
+        paths = (options.out / f"{name}.png" for name in ("distances", "restitution", "random"))
+        y, v, (left, right) = (stack.enter_context(diagrams(path, 3.4)) for path in paths)
         tasks = [task_1(fmu, y), task_2(fmu, v), task_3(fmu), task_4(fmu, left, options.runs)]
         for text in chain(*tasks, compliant(fmu, right)):
             print(text)
             said.append(text)
+        for axis in (*y, v[1], left, right):
+            axis.legend()
     report = options.out / "report.md"
     report.write_text("\n\n".join(said) + "\n", encoding="utf-8")
     print(f"wrote {report}")

@@ -7,14 +7,14 @@ a process of its own, and writes results.json, table.md and engines.png there. N
 of an hour. An engine that cannot be installed here is named and left out. docs/engines.md shows what came out.
 """
 
-import datetime
 import json
 import platform
 import subprocess
 import sys
+import time
 import venv
 from concurrent.futures import ProcessPoolExecutor
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 
 from engines import ENGINES, Row
@@ -46,15 +46,18 @@ def install() -> None:
 def run(name: str) -> list[dict]:
     """The runs of one engine for all rows whose law it has, be it with another exponent, shown as they come."""
     cases = {case["name"]: case for case in json.loads(CASES.read_text(encoding="utf-8"))["cases"]}
-    (laws, exponents, settings), found = ENGINES[NAMES[name]], []
+    (module, laws, exponents, settings), found = ENGINES[NAMES[name]], []
     rows = [Row(cases[case]) for case in ROWS if cases[case]["law"] in laws.split()]
     for row in (row for row in rows if exponents or not row.swing):
         for setting in settings:
-            *result, cost = NAMES[name](row, *setting)
-            error, own = row.error(*result), row.rigid or row.exponent in exponents
+            step, count, state = NAMES[name](import_module(module), row, *setting)
+            begin = time.process_time()
+            for _ in range(count):
+                step()
+            cost, error = time.process_time() - begin, row.error(*state())
+            own = row.rigid or row.exponent in exponents
             print(f"{name:9} {row.name:27} {error:8.1e} {cost:8.2g} s  {setting}", flush=True)
-            line = {"engine": name, "row": row.name, "setting": setting, "own": own}
-            found.append(line | {"error": error, "seconds": cost})
+            found.append(dict(engine=name, row=row.name, setting=setting, own=own, error=error, seconds=cost))
             if cost > PATIENCE:
                 break
     return found
@@ -82,13 +85,10 @@ def table(results: dict) -> str:
 
 def plot(results: dict) -> None:
     """One diagram for each row; a ring marks the recommended setting."""
-    import matplotlib
+    from matplotlib.figure import Figure
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(5, 3, figsize=(11, 14), sharey=True, layout="constrained")
-    *axes, legend = axes.flat
+    figure = Figure(figsize=(11, 14), layout="constrained")
+    *axes, legend = figure.subplots(5, 3, sharey=True).flat
     for axis, row in zip(axes, ROWS, strict=True):
         for engine, mark, runs in zip(NAMES, "osD^vPX", runs_of(results, row), strict=True):
             points = [[run["seconds"] for run in runs], [max(run["error"], 1e-16) for run in runs]]
@@ -109,8 +109,7 @@ def main() -> None:
     installed = {one.name.lower().removesuffix("3d"): one.version for one in metadata.distributions()}
     versions = {engine: installed[engine] for engine in NAMES if engine in installed}
     machine = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-    results = {"date": datetime.date.today().isoformat(), "machine": machine, "versions": versions}
-    results["runs"] = []
+    results = {"date": time.strftime("%Y-%m-%d"), "machine": machine, "versions": versions, "runs": []}
     for engine in versions:
         with ProcessPoolExecutor(1) as process:  # which an engine may end
             try:

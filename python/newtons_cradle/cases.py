@@ -82,8 +82,8 @@ class Case(SimpleNamespace):
         start: Start = {"gravity": self.g_over_length, "pendulum.length": 1.0, "ball.mass": 1.0}
         start |= {"ball.massRatio": self.mass, "x_start": self.x, "v_start": self.v, "contact.gap": self.gap}
         if self.exponent is None:
-            rigid = {"contact.model": "rigid", "contact.restitution": self.damping}
-            return start | rigid | {"contact.deadBand": 0.0}
+            rigid = {"contact.model": "rigid", "contact.restitution": self.damping, "contact.deadBand": 0.0}
+            return start | rigid
         start |= power_law(1.0, self.exponent) | {"contact.stiffnessRatio": self.stiffness}
         lossy = {"contact.dampingLaw": self.law, COEFFICIENT.get(self.law, ""): self.damping}
         return start | (lossy if self.law != "elastic" else {})
@@ -93,8 +93,7 @@ class Case(SimpleNamespace):
         if fmu is None:
             with build(balls=self.n, fmi=2 if self.n <= 100 else 3) as built:
                 return self.run(built)
-        names = ["x", "v", "F_peak", "E_total"]
-        return fmu.simulate(self.values, times=[0.0, self.stop], record=names)
+        return fmu.simulate(self.values, times=[0.0, self.stop], record=["x", "v", "F_peak", "E_total"])
 
     def judge(self, result: Result | Mapping[str, Any]) -> Judgement:
         """How many digits are right. `result`: of a run, until `stop`, with x, v, F_peak and E_total recorded; or what
@@ -128,10 +127,8 @@ class Case(SimpleNamespace):
             raise InvalidValue(f"{name}[{bad[0] + 1}] is {got[bad[0]]}; a finite number is needed")
         errors = np.abs(got - expected)[counts]
         allowed = np.maximum(ROUNDING * scale, SEVERAL * self.sensitivity[name][counts])
-        error = float(errors.max(initial=0.0))
-        return Verdict(
-            error, max(0.0, -math.log10(max(error / scale, 1e-16))), bool((errors <= allowed).all())
-        )
+        error, within = float(errors.max(initial=0.0)), bool((errors <= allowed).all())
+        return Verdict(error, max(0.0, -math.log10(max(error / scale, 1e-16))), within)
 
     def _measured(self, result: Result) -> dict[str, Any]:
         """The quantities of a run. Raises InvalidValue if it ends at another time, UnknownName."""
