@@ -1,5 +1,7 @@
 //! Why a run cannot go on.
 
+pub use super::flight::Fault;
+
 /// Why a run cannot go on, with the time and the values.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EngineError {
@@ -10,6 +12,17 @@ pub enum EngineError {
         /// Whose, from 0.
         ball: usize,
     },
+    /// A ball cannot fly on along its arc.
+    OffArc {
+        /// When, s.
+        time: f64,
+        /// Which, from 0.
+        ball: usize,
+        /// Why.
+        fault: Fault,
+    },
+    /// Balls on arcs cannot start like this; the text says why, and what is allowed.
+    NoArc(String),
     /// The energy is beyond the range of doubles.
     EnergyNotFinite {
         /// When, s.
@@ -55,6 +68,15 @@ impl std::fmt::Display for EngineError {
             Self::NotFinite { time, ball } => {
                 write!(f, "the state of ball {} is not finite at t = {} s", ball + 1, Plain(time))
             }
+            Self::OffArc { time, ball, fault } => {
+                let (ball, time) = (ball + 1, Plain(time));
+                match fault {
+                    Fault::Horizontal => write!(f, "pendulum {ball} swings beyond 90 degrees at t = {time} s")?,
+                    Fault::Slack => write!(f, "the string of ball {ball} goes slack at t = {time} s")?,
+                }
+                write!(f, "; allowed with pendulum.model = circular: angles up to 90 degrees and tensions of 0 or more")
+            }
+            Self::NoArc(ref text) => write!(f, "with pendulum.model = circular, {text}"),
             Self::EnergyNotFinite { time } => {
                 write!(f, "the energy of the cradle at t = {} s is beyond the range of doubles", Plain(time))
             }

@@ -3,7 +3,7 @@
 //!
 //! | room | what it does | needs |
 //! |---|---|---|
-//! | `flight` | balls that touch nothing: closed forms, the next onset of two | |
+//! | `flight` | balls that touch nothing: closed forms, series on arcs, the next onset of two | |
 //! | `records` | what a run records: ledgers, the start of the step | |
 //! | `cluster` | balls in contact: Taylor series, natural modes, collocation | `flight` |
 //! | `pair_impact` | elastic impacts of two balls: outcome in closed form | `flight`, `cluster` |
@@ -37,7 +37,7 @@ pub use crate::model::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE
 pub use crate::next::{NEVER, Next};
 pub use continuous::Continuous;
 pub use derivatives::{Gradient, History, LastStep, Tape};
-pub use error::EngineError;
+pub use error::{EngineError, Fault};
 pub use exchange::{Exchange, Update, state_count};
 pub use observer::{Observer, Progress, Pulse, Unrecorded};
 pub(crate) use run::require;

@@ -10,7 +10,7 @@ use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
-use crate::model::{ContactModel, Differential, Inputs, Parameters, Results, Tunables};
+use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, Tunables};
 
 /// A run by the selected method. Its functions have the meaning of those of [`Engine`].
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
@@ -59,6 +59,10 @@ impl Simulation {
         match method(parameters) {
             None => Engine::new(parameters, inputs, start_time).map(Self::EventDriven),
             Some(_) if parameters.contact_model == ContactModel::Rigid => Err(EngineError::NoForceLaw),
+            Some(_) if parameters.pendulum == PendulumModel::Circular => {
+                let text = "solver.method must be eventDriven (1)";
+                Err(EngineError::NoArc(text.to_owned()))
+            }
             Some(method) => Continuous::new(method, parameters, inputs, start_time).map(Self::Continuous),
         }
     }

@@ -1,5 +1,6 @@
 //! The outputs that follow from the state and the inputs at one time, for any method, in doubles or dual numbers.
 
+use super::arc::{Line, Place};
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
 use super::results::Differential;
@@ -9,7 +10,7 @@ use crate::solver::dual::{Dual, Scalar};
 pub(crate) trait Chain<S: Scalar = f64> {
     /// The coefficients of its equations.
     fn cradle(&self) -> &Cradle<S>;
-    /// Position (m) and velocity (m/s) of ball `i`.
+    /// Position (m) and velocity (m/s) of ball `i`, along its path.
     fn state_of(&self, i: usize) -> (S, S);
     /// Overlap of contact `i`, m.
     fn overlap_of(&self, i: usize) -> S;
@@ -19,21 +20,73 @@ pub(crate) trait Chain<S: Scalar = f64> {
     fn forcing_of(&self, i: usize) -> S;
 }
 
+/// The place of ball `i` on its path.
+fn place<S: Scalar>(chain: &impl Chain<S>, i: usize) -> Place<S> {
+    chain.cradle().balls[i].place(chain.state_of(i).0)
+}
+
+/// The sum of the contact forces on ball `i` along its path, and that away from the pivot, N.
+fn pushed<S: Scalar>(chain: &impl Chain<S>, i: usize) -> [S; 2] {
+    let contacts = &chain.cradle().contacts;
+    let from_left = if i > 0 { chain.force_of(i - 1) } else { S::default() };
+    let from_right = if i < contacts.len() { chain.force_of(i) } else { S::default() };
+    if !chain.cradle().balls[i].on_arc {
+        return [from_left - from_right, S::default()];
+    }
+    let (mut sum, own) = ([S::default(); 2], place(chain, i));
+    for (force, j, left) in [(from_left, i.wrapping_sub(1), false), (-from_right, i, true)] {
+        // Balls far apart need no direction.
+        if force != S::default() {
+            let other = place(chain, if left { i + 1 } else { j });
+            let (l, r) = if left { (&own, &other) } else { (&other, &own) };
+            let line = Line::new(l, r, contacts[j].pivots);
+            sum[0] += force * line.along(&own);
+            sum[1] += force * line.outward(&own);
+        }
+    }
+    sum
+}
+
+/// Horizontal and vertical force, upwards, of ball `i` on the support, N: by the tension of its string and the drag.
+fn on_support<S: Scalar>(chain: &impl Chain<S>, i: usize) -> [S; 2] {
+    let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
+    if !ball.on_arc {
+        return [ball.support_force(s, u), -ball.mass * ball.gravity];
+    }
+    let Place { sin, cos, .. } = ball.place(s);
+    let pull = ball.gravity * cos + u * u / ball.length + chain.forcing_of(i) * sin;
+    let (tension, drag) = (ball.mass * pull + pushed(chain, i)[1], S::from(2.0) * ball.gamma * ball.mass * u);
+    [tension * sin + drag * cos, drag * sin - tension * cos]
+}
+
 // The functions of `Results`, which has their units.
 
 pub(crate) fn x<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
-    chain.state_of(i).0
+    place(chain, i).x
 }
 
 pub(crate) fn v<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
-    chain.state_of(i).1
+    chain.state_of(i).1 * place(chain, i).cos
+}
+
+pub(crate) fn angle<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    chain.state_of(i).0 / chain.cradle().balls[i].length
+}
+
+pub(crate) fn y<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+    place(chain, i).y
 }
 
 pub(crate) fn a<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
-    let (ball, (x, v)) = (&chain.cradle().balls[i], chain.state_of(i));
-    let from_left = if i > 0 { chain.force_of(i - 1) } else { S::default() };
-    let from_right = if i < chain.cradle().contacts.len() { chain.force_of(i) } else { S::default() };
-    ball.acceleration(x, v, from_left - from_right, chain.forcing_of(i))
+    let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
+    let [force, _] = pushed(chain, i);
+    if !ball.on_arc {
+        return ball.acceleration(s, u, force, chain.forcing_of(i));
+    }
+    let Place { sin, cos, .. } = ball.place(s);
+    let gravity = ball.gravity * sin;
+    let along = force / ball.mass + chain.forcing_of(i) * cos - gravity - S::from(2.0) * ball.gamma * u;
+    along * cos - u * u / ball.length * sin
 }
 
 pub(crate) fn kinetic_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
@@ -43,6 +96,9 @@ pub(crate) fn kinetic_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
 
 pub(crate) fn gravity_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     let (ball, (x, _)) = (&chain.cradle().balls[i], chain.state_of(i));
+    if ball.on_arc {
+        return ball.mass * ball.gravity * ball.place(x).y;
+    }
     S::from(0.5) * ball.mass * ball.omega2 * x * x
 }
 
@@ -53,6 +109,9 @@ pub(crate) fn contact_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
 pub(crate) fn total_energy<S: Scalar>(chain: &impl Chain<S>) -> S {
     let Cradle { balls, contacts, .. } = chain.cradle();
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
+        if ball.on_arc {
+            return kinetic_energy(chain, i) + gravity_energy(chain, i);
+        }
         let (x, v) = chain.state_of(i);
         S::from(0.5) * ball.mass * (v * v + ball.omega2 * x * x)
     };
@@ -60,19 +119,20 @@ pub(crate) fn total_energy<S: Scalar>(chain: &impl Chain<S>) -> S {
 }
 
 pub(crate) fn momentum<S: Scalar>(chain: &impl Chain<S>) -> S {
-    chain.cradle().balls.iter().enumerate().map(|(i, ball)| ball.mass * chain.state_of(i).1).sum()
+    chain.cradle().balls.iter().enumerate().map(|(i, ball)| ball.mass * v(chain, i)).sum()
 }
 
 pub(crate) fn support_force<S: Scalar>(chain: &impl Chain<S>) -> S {
-    let of_ball = |(i, ball): (usize, &BallModel<S>)| {
-        let (x, v) = chain.state_of(i);
-        ball.support_force(x, v)
-    };
-    chain.cradle().balls.iter().enumerate().map(of_ball).sum()
+    (0..chain.cradle().balls.len()).map(|i| on_support(chain, i)[0]).sum()
+}
+
+pub(crate) fn support_force_vertical<S: Scalar>(chain: &impl Chain<S>) -> S {
+    (0..chain.cradle().balls.len()).map(|i| on_support(chain, i)[1]).sum()
 }
 
 pub(crate) fn overlap_rate<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
-    chain.state_of(i).1 - chain.state_of(i + 1).1
+    let states = [chain.state_of(i), chain.state_of(i + 1)];
+    super::arc::overlap_rate(chain.cradle().pair(i), &chain.cradle().contacts[i], states)
 }
 
 pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {
@@ -89,7 +149,7 @@ pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {
 }
 
 pub(crate) fn external_power<S: Scalar>(chain: &impl Chain<S>) -> S {
-    let of_ball = |(i, ball): (usize, &BallModel<S>)| ball.mass * chain.forcing_of(i) * chain.state_of(i).1;
+    let of_ball = |(i, ball): (usize, &BallModel<S>)| ball.mass * chain.forcing_of(i) * v(chain, i);
     chain.cradle().balls.iter().enumerate().map(of_ball).sum()
 }
 
@@ -100,8 +160,10 @@ impl Differential {
         let of_balls = |value: &dyn Fn(usize) -> Dual| (0..balls.len()).map(|i| value(i).tangent()).collect();
         let of_contacts = |value: &dyn Fn(usize) -> Dual| (0..contacts.len()).map(|i| value(i).tangent()).collect();
         Self {
-            x: of_balls(&|i| chain.state_of(i).0),
-            v: of_balls(&|i| chain.state_of(i).1),
+            x: of_balls(&|i| x(chain, i)),
+            v: of_balls(&|i| v(chain, i)),
+            angle: of_balls(&|i| angle(chain, i)),
+            y: of_balls(&|i| y(chain, i)),
             a: of_balls(&|i| a(chain, i)),
             force: of_contacts(&|i| chain.force_of(i)),
             overlap: of_contacts(&|i| chain.overlap_of(i)),
@@ -109,6 +171,7 @@ impl Differential {
             energy: total_energy(chain).tangent(),
             momentum: momentum(chain).tangent(),
             support_force: support_force(chain).tangent(),
+            support_force_vertical: support_force_vertical(chain).tangent(),
             dissipation: dissipation(chain).tangent(),
             external_power: external_power(chain).tangent(),
             ..Self::zero(balls.len())
@@ -145,8 +208,9 @@ macro_rules! algebraic_results {
     };
     ($self:ident, $chain:expr) => {
         algebraic_results! {
-            $self, $chain; x(i) v(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i) contact_energy(i)
-            total_energy() momentum() support_force() dissipation() external_power()
+            $self, $chain; x(i) v(i) angle(i) y(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i)
+            contact_energy(i) total_energy() momentum() support_force() support_force_vertical() dissipation()
+            external_power()
         }
 
         fn energy_residual(&$self) -> f64 {

@@ -31,6 +31,8 @@ pub struct ContactLaw<S = f64> {
     pub exponent: S,
     /// Distance between the neighbours' surfaces at rest that must close before the spring acts (gap + dead band), m.
     pub clearance: S,
+    /// Horizontal distance of the pivots, m; used where balls move on arcs.
+    pub pivots: S,
     /// Damping law.
     pub damping: Damping<S>,
 }
@@ -54,6 +56,7 @@ impl<S: Scalar> ContactLaw<S> {
             overlap_ref: number(self.overlap_ref),
             exponent: number(self.exponent),
             clearance: number(self.clearance),
+            pivots: number(self.pivots),
             damping: self.damping.map(number),
         }
     }

@@ -1,12 +1,14 @@
 //! The coefficients of the equations, derived from the parameters: masses, oscillators and contact laws.
 
+use serde::{Deserialize, Serialize};
+
 use super::contact::ContactLaw;
 use super::damping::Damping;
-use super::parameters::{ContactModel, Parameters};
+use super::parameters::{ContactModel, Parameters, PendulumModel};
 use crate::solver::dual::Scalar;
 
-/// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`, or the same on an arc.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BallModel<S = f64> {
     /// Mass, kg.
     pub mass: S,
@@ -14,9 +16,27 @@ pub struct BallModel<S = f64> {
     pub omega2: S,
     /// Decay rate b/(2 m) of the amplitude, 1/s.
     pub gamma: S,
+    /// Length L, m.
+    pub length: S,
+    /// Gravity g, m/s2.
+    pub gravity: S,
+    /// Whether it moves on an arc. Its state is then that along its path: `s = L angle` (m) and its rate (m/s).
+    pub on_arc: bool,
 }
 
 impl<S: Scalar> BallModel<S> {
+    /// The same in other numbers.
+    pub fn map<T>(&self, number: impl Fn(S) -> T) -> BallModel<T> {
+        BallModel {
+            mass: number(self.mass),
+            omega2: number(self.omega2),
+            gamma: number(self.gamma),
+            length: number(self.length),
+            gravity: number(self.gravity),
+            on_arc: self.on_arc,
+        }
+    }
+
     /// Horizontal force of the pendulum and of the drag on the support at the position `x` (m) and the velocity `v`
     /// (m/s), N.
     pub fn support_force(&self, x: S, v: S) -> S {
@@ -74,22 +94,27 @@ impl Cradle {
         self.balls.iter().enumerate().map(of_ball).fold(0.0, f64::max)
     }
 
-    /// Period of the first ball, s; infinite without gravity.
+    /// Whether the balls move on arcs.
+    pub fn on_arcs(&self) -> bool {
+        self.balls[0].on_arc
+    }
+
+    /// Period of the first ball for small angles, s; infinite without gravity.
     pub fn period(&self) -> f64 {
         std::f64::consts::TAU / self.balls[0].omega2.sqrt()
     }
 }
 
 impl<S: Scalar> Cradle<S> {
+    /// The balls of contact `j`.
+    pub(crate) fn pair(&self, j: usize) -> [&BallModel<S>; 2] {
+        [&self.balls[j], &self.balls[j + 1]]
+    }
+
     /// The same cradle in other numbers.
     pub fn map<T>(&self, number: impl Fn(S) -> T + Copy) -> Cradle<T> {
-        let ball = |ball: &BallModel<S>| BallModel {
-            mass: number(ball.mass),
-            omega2: number(ball.omega2),
-            gamma: number(ball.gamma),
-        };
         Cradle {
-            balls: self.balls.iter().map(ball).collect(),
+            balls: self.balls.iter().map(|ball| ball.map(number)).collect(),
             contacts: self.contacts.iter().map(|law| law.map(number)).collect(),
             restitution: self.restitution.map(number),
         }
@@ -104,8 +129,11 @@ impl<S: Scalar> Cradle<S> {
         };
         let ball = |(mass_ratio, length_ratio): (S, S)| {
             let mass = one(|p| p.mass) * mass_ratio;
-            let omega2 = one(|p| p.gravity) / (one(|p| p.length) * length_ratio);
-            BallModel { mass, omega2, gamma: S::from(0.5) * one(|p| p.drag) / mass }
+            let length = one(|p| p.length) * length_ratio;
+            let gamma = S::from(0.5) * one(|p| p.drag) / mass;
+            let on_arc = p.pendulum == PendulumModel::Circular;
+            let gravity = one(|p| p.gravity);
+            BallModel { mass, omega2: gravity / length, gamma, length, gravity, on_arc }
         };
         let (stiffness, overlap_ref, exponent) = match p.contact_model {
             ContactModel::PowerLaw => (one(|p| p.stiffness), one(|p| p.overlap_ref), one(|p| p.exponent)),
@@ -122,7 +150,8 @@ impl<S: Scalar> Cradle<S> {
         };
         let contact = |(ratio, gap): (S, S)| {
             let clearance = gap + one(|p| p.dead_band);
-            ContactLaw { stiffness: stiffness * ratio, overlap_ref, exponent, clearance, damping }.simplified()
+            let pivots = S::from(2.0) * one(|p| p.radius) + gap;
+            ContactLaw { stiffness: stiffness * ratio, overlap_ref, exponent, clearance, pivots, damping }.simplified()
         };
         let balls = each(|p| &p.mass_ratio).into_iter().zip(each(|p| &p.length_ratio));
         let contacts = each(|p| &p.stiffness_ratio).into_iter().zip(each(|p| &p.gap));

@@ -87,7 +87,7 @@ mod tests {
         let dampings =
             [Damping::None, Damping::HuntCrossley { alpha: 0.4 }, Damping::Viscoelastic { relaxation: 1e-6 }];
         for (damping, exponent) in dampings.into_iter().flat_map(|damping| [1.0, 1.5, 2.3].map(|p| (damping, p))) {
-            let law = ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, damping };
+            let law = ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, pivots: 0.0, damping };
             assert_eq!(law.elastic_forces(&[0.0, -1e-6]), [0.0; 2], "{law:?}");
             assert!(law.unclipped_forces(&[f64::NAN], &[0.1])[0].is_nan(), "{law:?}");
         }

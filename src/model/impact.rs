@@ -104,7 +104,8 @@ mod tests {
             for (damping, exponent) in
                 dampings(libm::exp10(0.1 * f64::from(k))).into_iter().flat_map(|d| [1.5, 2.3, 4.0, 9.5].map(|p| (d, p)))
             {
-                let law = ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, damping };
+                let law =
+                    ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, pivots: 0.0, damping };
                 for (m, rate, part) in [(0.1, 1.0, 0.1), (0.5, 1e-3, 0.1), (1e-3, 5.0, 2.0)] {
                     let expected = law.relaxation_time(m, rate) < part * law.time_scale(m, rate);
                     assert_eq!(law.relaxes_within(part, m, rate), expected, "{law:?}, {m}, {rate}, {part}");

@@ -3,6 +3,8 @@
 #[cfg(feature = "engine")]
 pub(crate) mod algebraic;
 #[cfg(feature = "engine")]
+mod arc;
+#[cfg(feature = "engine")]
 mod contact;
 #[cfg(feature = "engine")]
 mod cradle;
@@ -16,10 +18,16 @@ mod parameters;
 mod results;
 
 #[cfg(feature = "engine")]
+pub(crate) use arc::{
+    change_of_overlap, distances_between, overlap_between, overlap_of_approach, overlap_rate, place_beside,
+};
+#[cfg(feature = "engine")]
 pub use contact::{ContactLaw, Mode};
 #[cfg(feature = "engine")]
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
 #[cfg(feature = "engine")]
 pub use damping::{Damping, SignOfForce};
-pub use parameters::{ContactModel, DampingLaw, ExchangedContacts, Inputs, Parameters, SolverMethod, Tunables};
+pub use parameters::{
+    ContactModel, DampingLaw, ExchangedContacts, Inputs, Parameters, PendulumModel, SolverMethod, Tunables,
+};
 pub use results::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Results, WorkCounters};

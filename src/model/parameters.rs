@@ -27,6 +27,15 @@ pub enum DampingLaw {
     Viscoelastic,
 }
 
+/// How balls hang, `pendulum.model`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PendulumModel {
+    /// On a line, with a force in proportion to the deflection.
+    Linear = 1,
+    /// On arcs about their pivots.
+    Circular,
+}
+
 /// Method of solution, `solver.method`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SolverMethod {
@@ -59,7 +68,7 @@ pub struct Parameters {
     pub mass: f64,
     /// Mass of each ball over `mass`, 1, > 0.
     pub mass_ratio: Vec<f64>,
-    /// Radius of the balls, m, > 0 (Hertz contacts and drawing).
+    /// Radius of the balls, m, > 0 (Hertz contacts, arcs and drawing).
     pub radius: f64,
     /// Young's modulus E of the balls, Pa, > 0 (Hertz contacts).
     pub young_modulus: f64,
@@ -69,6 +78,8 @@ pub struct Parameters {
     pub length: f64,
     /// Length of each pendulum over `length`, 1, > 0.
     pub length_ratio: Vec<f64>,
+    /// Whether the balls move on a line or on arcs.
+    pub pendulum: PendulumModel,
     /// Viscous drag b on every ball, kg/s, >= 0.
     pub drag: f64,
     /// Which force law the contacts follow.
@@ -95,9 +106,9 @@ pub struct Parameters {
     pub relaxation_time: f64,
     /// Coefficient of restitution of rigid contacts, 1, 0 to 1.
     pub restitution: f64,
-    /// Position of each ball at the start time, m.
+    /// Horizontal position of each ball at the start time, m.
     pub x_start: Vec<f64>,
-    /// Velocity of each ball at the start time, m/s.
+    /// Its rate at the start time, m/s.
     pub v_start: Vec<f64>,
     /// Method of solution.
     pub method: SolverMethod,
@@ -123,6 +134,7 @@ impl Parameters {
             poisson_ratio: 0.3,
             length: 1.962,
             length_ratio: vec![1.0; n],
+            pendulum: PendulumModel::Linear,
             drag: 0.0,
             contact_model: ContactModel::PowerLaw,
             stiffness: 1e10,

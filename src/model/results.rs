@@ -19,6 +19,10 @@ pub trait Results {
     fn x(&self, i: usize) -> f64;
     /// Velocity of ball `i` relative to the support, m/s.
     fn v(&self, i: usize) -> f64;
+    /// Angle of pendulum `i`, rad.
+    fn angle(&self, i: usize) -> f64;
+    /// Height of ball `i` above its rest position, m.
+    fn y(&self, i: usize) -> f64;
     /// Acceleration of ball `i` relative to the support, m/s2.
     fn a(&self, i: usize) -> f64;
     /// Force of contact `i`, pushing its balls apart, N.
@@ -63,7 +67,9 @@ pub trait Results {
     fn momentum(&self) -> f64;
     /// Horizontal force of the pendulums and the drag on the support, N.
     fn support_force(&self) -> f64;
-    /// Mean of that force over the last step, N.
+    /// Vertical force on the support, upwards, N: minus the weight of the balls while they hang at rest.
+    fn support_force_vertical(&self) -> f64;
+    /// Mean of the horizontal force over the last step, N.
     fn support_force_mean(&self) -> f64;
     /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
     fn next_onset(&self) -> Next;
@@ -92,6 +98,10 @@ pub struct Differential {
     pub x: Vec<f64>,
     /// Of the velocities.
     pub v: Vec<f64>,
+    /// Of the angles.
+    pub angle: Vec<f64>,
+    /// Of the heights.
+    pub y: Vec<f64>,
     /// Of the contact forces.
     pub force: Vec<f64>,
     /// Of the total energy.
@@ -100,6 +110,8 @@ pub struct Differential {
     pub momentum: f64,
     /// Of the force on the support.
     pub support_force: f64,
+    /// Of the vertical one.
+    pub support_force_vertical: f64,
     /// Of the time of the next onset.
     pub next_onset: f64,
     /// Of the impulses.
@@ -135,6 +147,8 @@ impl Differential {
         Self {
             x: vec![0.0; balls],
             v: vec![0.0; balls],
+            angle: vec![0.0; balls],
+            y: vec![0.0; balls],
             a: vec![0.0; balls],
             overlap: contacts.clone(),
             overlap_rate: contacts.clone(),

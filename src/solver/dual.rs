@@ -32,6 +32,8 @@ pub trait Scalar:
     fn sqrt(self) -> Self;
     /// Its power with a real exponent, for a value above 0.
     fn pow(self, exponent: Self) -> Self;
+    /// Its sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
 }
 
 impl Scalar for f64 {
@@ -49,6 +51,10 @@ impl Scalar for f64 {
 
     fn pow(self, exponent: Self) -> Self {
         libm::pow(self, exponent)
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        libm::sincos(self)
     }
 }
 
@@ -82,6 +88,11 @@ impl Scalar for Dual {
         let of_base = exponent.value * self.tangent / self.value;
         let of_exponent = if exponent.tangent == 0.0 { 0.0 } else { exponent.tangent * libm::log(self.value) };
         Self { value, tangent: value * (of_base + of_exponent) }
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        let (s, c) = libm::sincos(self.value);
+        (Self { value: s, tangent: c * self.tangent }, Self { value: c, tangent: -s * self.tangent })
     }
 }
 

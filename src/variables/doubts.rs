@@ -2,6 +2,7 @@
 
 use super::settings::Settings;
 use super::text::Number;
+use crate::model::PendulumModel;
 
 /// Largest overlap at the start without a warning, over the radius.
 const OVERLAP: f64 = 1e-3;
@@ -25,7 +26,8 @@ impl Settings {
             )
         });
         let length = |i: usize| p.length * p.length_ratio[i];
-        let amplitude = |i: usize| match p.gravity > 0.0 {
+        let linear = p.pendulum == PendulumModel::Linear;
+        let amplitude = |i: usize| match linear && p.gravity > 0.0 {
             true => x[i].hypot(v[i] * (length(i) / p.gravity).sqrt()) / length(i),
             false => 0.0,
         };
@@ -34,7 +36,7 @@ impl Settings {
             format!(
                 "with x_start[{ball}] = {at} m and v_start[{ball}] = {speed} m/s, ball {ball} swings farther than a \
                  quarter of its pendulum, {length} m long; pendulums are linear, and real ones swing more slowly \
-                 there: lift it less, or set a larger pendulum.length"
+                 there: set pendulum.model to circular (2), lift it less, or set a larger pendulum.length"
             )
         });
         pressed.into_iter().chain(wide).collect()

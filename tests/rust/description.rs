@@ -73,6 +73,7 @@ fn quantities_have_their_units_and_these_the_right_base_units() {
     };
     for (quantity, unit, expected) in [
         ("Ratio", "1", [0, 0, 0]),
+        ("Angle", "rad", [0, 0, 0]),
         ("Length", "m", [0, 1, 0]),
         ("Time", "s", [0, 0, 1]),
         ("Mass", "kg", [1, 0, 0]),
@@ -93,7 +94,7 @@ fn quantities_have_their_units_and_these_the_right_base_units() {
         let declared = format!("name=\"{quantity}\"><Real quantity=\"{quantity}\" unit=\"{unit}\"/>");
         assert!(text.contains(&declared), "{declared}");
     }
-    assert_eq!(units.len(), 16);
+    assert_eq!(units.len(), 17);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use newtons_cradle::variables::{Type, Variable, variables};
 pub type Values = &'static [(&'static str, f64)];
 
 /// Contacts of every law.
-pub const LAWS: [(&str, Values); 11] = [
+pub const LAWS: [(&str, Values); 13] = [
     ("linear", &[]),
     ("cubic", &[("contact.exponent", 3.0)]),
     ("not whole", &[("contact.exponent", 2.3)]),
@@ -34,6 +34,8 @@ pub const LAWS: [(&str, Values); 11] = [
         ],
     ),
     ("viscoelastic Hertz", &[("contact.model", 2.0), ("contact.dampingLaw", 4.0), ("contact.relaxationTime", 2e-6)]),
+    ("arcs", &[("pendulum.model", 2.0), ("contact.exponent", 1.5), ("pendulum.drag", 0.2)]),
+    ("dashpots on arcs", &[("pendulum.model", 2.0), ("contact.damping", 1e4)]),
     ("rigid", &[("contact.model", 3.0)]),
     ("rigid with losses", &[("contact.model", 3.0), ("contact.restitution", 0.7), ("ball.massRatio[3]", 1.2)]),
 ];

@@ -4,6 +4,7 @@
 #![expect(unsafe_code, reason = "hosts call C functions")]
 #![expect(clippy::unwrap_used, reason = "what goes wrong fails the test")]
 
+mod arcs;
 mod description;
 mod differences;
 mod directional_derivatives;

@@ -55,7 +55,7 @@ fn everything(run: &Simulation, balls: usize) -> Vec<(String, f64, f64)> {
         ("F_support" | "F_support_mean", _) => 1.0,
         ("F_mean", _) => 10.0,
         ("F_peak", _) => 100.0,
-        (_, "m") => 0.1,
+        (_, "m" | "rad") => 0.1,
         (_, "m/s" | "kg.m/s" | "N.s") => 0.2,
         (_, "m/s2" | "N") => 1000.0,
         (_, "J") => 0.05,

@@ -2,7 +2,7 @@
 //! run, and of elastic contacts by its tape, in both directions.
 
 use newtons_cradle::engine::{Differential, History, Simulation, Tape, Unrecorded};
-use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
+use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
 use newtons_cradle::variables::Settings;
 
 use super::differences::{by_differences, knowns, step};
@@ -109,6 +109,7 @@ fn runs() -> Vec<(&'static str, Parameters, f64, bool)> {
         ..p.clone()
     };
     let rigid = Parameters { contact_model: ContactModel::Rigid, restitution: 0.9, ..p.clone() };
+    let (pendulum, hertz_too, unequal_too) = (PendulumModel::Circular, hertz.clone(), unequal.clone());
     vec![
         ("linear", p.clone(), 2.7, true),
         ("unequal lengths", Parameters { length_ratio: unequal, ..p.clone() }, 2.7, true),
@@ -123,6 +124,14 @@ fn runs() -> Vec<(&'static str, Parameters, f64, bool)> {
         ("Hunt-Crossley", damped(DampingLaw::HuntCrossley, 1.5), 2.7, false),
         ("viscoelastic", damped(DampingLaw::Viscoelastic, 2.0), 2.7, false),
         ("rigid", rigid, 2.7, false),
+        ("arcs", Parameters { pendulum, ..hertz_too.clone() }, 2.7, false),
+        (
+            "arcs, unequal lengths",
+            Parameters { pendulum, length_ratio: unequal_too, drag: 0.1, ..hertz_too },
+            2.7,
+            false,
+        ),
+        ("dashpots on arcs", Parameters { pendulum, ..damped(DampingLaw::KelvinVoigt, 1.0) }, 2.7, false),
         ("bdf", Parameters { method: SolverMethod::Bdf, stiffness: 1e7, tolerance: 1e-14, ..p }, 2.7, false),
     ]
 }

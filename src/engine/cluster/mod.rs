@@ -18,5 +18,5 @@ mod window;
 
 pub(crate) use segment::Cluster;
 pub(crate) use step_control::{Control, Method, StepHistory};
-pub(crate) use taylor::{Series, velocity_scale};
+pub(crate) use taylor::{INVERSE_FACTORIAL, Series, velocity_scale};
 pub(crate) use window::{Equations, OverlapSeries, Switch, WindowContact, clipping};

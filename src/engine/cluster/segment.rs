@@ -13,9 +13,11 @@ use super::modes::Modes;
 use super::natural;
 use super::step_control::{Control, Method, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
-use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact, clipping};
-use crate::engine::flight::{Ball, Flight, Rounding, RunningIntegrals, places, shifted, start_by_centre};
-use crate::model::{ContactLaw, Mode};
+use super::window::{DenseOutput, Equations, OverlapSeries, Switch, Window, WindowContact, clipping};
+use crate::engine::flight::{
+    Ball, Flight, Rounding, RunningIntegrals, integrals_on_arc, places, shifted, start_by_centre,
+};
+use crate::model::{ContactLaw, Mode, overlap_between};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::Stretching;
@@ -74,6 +76,8 @@ pub(crate) struct Cluster {
     pub flights: Vec<Flight>,
     /// The contacts of the window, from `window.start` on, at the start of the segment.
     pub contacts: Vec<WindowContact>,
+    /// The rates of their overlaps then, m/s.
+    rates: Vec<f64>,
     /// The motion of the window on the current segment.
     description: Description,
     workspace: Workspace,
@@ -145,7 +149,7 @@ impl Cluster {
     pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
         let (overlap, change) = self.description.output().overlap(j, tau);
-        (overlap, (self.flights[j].v - self.flights[j + 1].v) + change)
+        (overlap, self.rates[j] + change)
     }
 
     /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the
@@ -193,6 +197,14 @@ impl Cluster {
         let j = i - self.window.start;
         let flight = &self.flights[j];
         let mut integrals = *integrals;
+        if ball.on_arc {
+            let moved = |t: f64| {
+                let (displacement, change) = self.description.output().moved(j, t);
+                (displacement, flight.v + change)
+            };
+            integrals.add(&integrals_on_arc(&ball.model(), flight, tau, moved));
+            return integrals;
+        }
         integrals.x_integral += flight.x * tau + self.description.output().displacement_integral(j, tau);
         if flight.forcing != [0.0; MAX_FORCE_ORDER + 1] {
             integrals.work += ball.mass * self.description.output().work(j, &flight.forcing, tau);
@@ -233,9 +245,16 @@ impl Cluster {
             }
             if first < end {
                 let flights = &mut self.flights[first..=end];
+                let on_arc = balls[first].on_arc;
+                let before: Vec<f64> = flights.iter().filter(|_| on_arc).map(|flight| flight.x).collect();
                 let masses = balls[first..=end].iter().map(|ball| ball.mass);
                 let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
-                let distances = contacts.map(|(contact, law)| contact.overlap + law.clearance);
+                let distances = contacts.enumerate().map(|(k, (contact, law))| {
+                    let Some(&[l, r]) = before.get(k..k + 2) else { return contact.overlap + law.clearance };
+                    let models = [&balls[first + k], &balls[first + k + 1]].map(Ball::model);
+                    let known = overlap_between([&models[0], &models[1]], [law.pivots, law.clearance], [l, r]);
+                    (l - r) + (contact.overlap - known)
+                });
                 let places = places(distances);
                 let start = start_by_centre(masses.zip(flights.iter().map(|flight| flight.x)).zip(places.clone()));
                 flights.iter_mut().zip(places).for_each(|(flight, place)| flight.x = start + place);
@@ -249,6 +268,8 @@ impl Cluster {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
         let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
         let window = Window { flights: &flights, balls, contacts: &contacts, laws };
+        self.rates.clear();
+        self.rates.extend((0..laws.len()).map(|j| window.overlap_rate(j)));
         let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
         let rounding = rounding.fold(Rounding::default(), Rounding::max);
         self.history_before = self.history;
@@ -279,9 +300,10 @@ impl Cluster {
         let scale = velocity_scale(window);
         let error = control.local_error(scale);
         *evaluations = window.closed() as u64;
+        let on_arcs = window.balls[0].on_arc;
         // Strongly damped linear contacts: closed forms until the next switching, after some segments by series.
         let series_first =
-            natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes));
+            natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes) && !on_arcs);
         let windows = series_first.map(|series| history.quiet.checked_sub(series));
         if let Some(Some(windows)) = windows
             && let Some(modes) = Modes::new(window)
@@ -291,11 +313,12 @@ impl Cluster {
             return 0.0;
         }
         // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
-        let linear = window.laws.iter().all(ContactLaw::is_linear);
+        let linear = !on_arcs && window.laws.iter().all(ContactLaw::is_linear);
         let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, scale);
         let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
         let series = &mut described.series;
         if windows != Some(None)
+            && !on_arcs
             && control.allows(Method::Radau)
             && collocation::follow(series, history, window, control, rounding, error, gain, evaluations)
         {

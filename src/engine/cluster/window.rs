@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::flight::{Ball, Flight, Forcing, Rounding};
-use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode};
+use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode, overlap_rate};
 use crate::next::Next;
 use crate::solver::dual::Scalar;
 
@@ -72,8 +72,7 @@ impl Equations<f64> for Window<'_> {
     }
 
     fn ball(&self, i: usize) -> BallModel {
-        let Ball { mass, oscillator, .. } = &self.balls[i];
-        BallModel { mass: *mass, omega2: oscillator.omega2(), gamma: oscillator.gamma() }
+        self.balls[i].model()
     }
 
     fn position(&self, i: usize) -> f64 {
@@ -142,7 +141,8 @@ pub(crate) trait Equations<S: Scalar> {
 
     /// Rate of its overlap, m/s.
     fn overlap_rate(&self, j: usize) -> S {
-        self.velocity(j) - self.velocity(j + 1)
+        let [left, right] = [j, j + 1].map(|i| (self.position(i), self.velocity(i)));
+        overlap_rate([&self.ball(j), &self.ball(j + 1)], self.law(j), [left, right])
     }
 
     /// Reduced mass of its balls, kg.

@@ -1,7 +1,7 @@
 //! Derivatives of the outputs by time.
 
 use super::chain_state::{ChainEquations, ChainState};
-use crate::engine::cluster::Series;
+use crate::engine::cluster::{INVERSE_FACTORIAL, Series};
 use crate::engine::flight::{Regime, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
@@ -77,25 +77,34 @@ fn of_series(chain: &ChainEquations<f64>, inputs: &HeldInputs, series: &Series, 
     let ChainEquations { cradle, state, forcings } = chain;
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
-    let support = support_series(chain, series);
+    let [support, vertical] = match cradle.on_arcs() {
+        true => support_on_arcs(chain, series),
+        false => [support_series(chain, series), [0.0; MAX_OUTPUT_DERIVATIVE + 1]],
+    };
     let mut rates = Differential::zero(cradle.balls.len());
     let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     for (i, (ball, forcing)) in cradle.balls.iter().zip(*forcings).enumerate() {
-        let x = series.displacement(i);
-        let v = series.rate(x);
+        let path = series.displacement(i);
+        let (places, along) = (series.places(i, ball, state.x[i]), series.rate(path));
+        let (x, v) = match ball.on_arc {
+            true => (&places[0][..], series.rate(&places[0])),
+            false => (path, along.clone()),
+        };
         (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
+        (rates.angle[i], rates.y[i]) = (of_order * path[order] / ball.length, of_order * places[1][order]);
         momentum[0] += ball.mass * v[0];
         for k in 0..order {
             momentum[k + 1] += ball.mass * forcing[k] / factorial(k + 1);
         }
         let force = inputs.series(|inputs| inputs.force[i]);
-        rates.energy +=
-            of_rate * (product_term(&force, &v, last) - 2.0 * ball.gamma * ball.mass * product_term(&v, &v, last));
+        rates.energy += of_rate
+            * (product_term(&force, &v, last) - 2.0 * ball.gamma * ball.mass * product_term(&along, &along, last));
     }
     for k in 0..order {
         momentum[k + 1] -= support[k] / (k + 1) as f64;
     }
     (rates.momentum, rates.support_force) = (of_order * momentum[order], of_order * support[order]);
+    rates.support_force_vertical = of_order * vertical[order];
     rates.energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
     for (j, mode) in state.modes.iter().enumerate() {
         let acts = if *mode == Mode::Pressing { 1.0 } else { 0.0 };
@@ -143,5 +152,35 @@ fn support_series(chain: &ChainEquations<f64>, series: &Series) -> [f64; MAX_OUT
     }
     support[0] += at_once[0];
     support[1] += at_once[1];
+    support
+}
+
+/// Coefficients of the horizontal and the vertical force of balls on arcs on the support, by the tensions and the drag.
+fn support_on_arcs(chain: &ChainEquations<f64>, series: &Series) -> [[f64; MAX_OUTPUT_DERIVATIVE + 1]; 2] {
+    let ChainEquations { cradle, state, forcings } = chain;
+    let mut support = [[0.0; MAX_OUTPUT_DERIVATIVE + 1]; 2];
+    for (i, (ball, forcing)) in cradle.balls.iter().zip(*forcings).enumerate() {
+        let ([sin, cos], u) = (series.directions(i), series.rate(series.displacement(i)));
+        let forcing: Vec<f64> = (0..forcing.len()).map(|k| forcing[k] * INVERSE_FACTORIAL[k]).collect();
+        let mut pulls: Vec<f64> = (0..=MAX_OUTPUT_DERIVATIVE)
+            .map(|k| {
+                let round = product_term(&u, &u, k) / ball.length + ball.gravity * cos[k];
+                ball.mass * (round + product_term(&forcing, sin, k))
+            })
+            .collect();
+        for (j, sign) in [(i.wrapping_sub(1), 1.0), (i, -1.0)] {
+            if state.modes.get(j) == Some(&Mode::Pressing) {
+                let outward = series.outward(j, i);
+                let push =
+                    |(k, pull): (usize, &mut f64)| *pull += sign * product_term(series.force_row(j), &outward, k);
+                pulls.iter_mut().enumerate().for_each(push);
+            }
+        }
+        let drag: Vec<f64> = u.iter().map(|u| 2.0 * ball.gamma * ball.mass * u).collect();
+        (0..=MAX_OUTPUT_DERIVATIVE).for_each(|k| {
+            support[0][k] += product_term(&pulls, sin, k) + product_term(&drag, cos, k);
+            support[1][k] += product_term(&drag, sin, k) - product_term(&pulls, cos, k);
+        });
+    }
     support
 }

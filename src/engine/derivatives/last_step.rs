@@ -7,7 +7,7 @@ use super::tangent::Run;
 use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
-use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
+use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters, overlap_between};
 use crate::solver::dual::{Dual, Scalar};
 
 /// The last step of a run, by any method: the data for its derivatives.
@@ -151,13 +151,18 @@ fn lifted(state: &ChainState) -> ChainState<Dual> {
 
 /// The start state, with its derivatives for derivatives `tangent` of the parameters.
 fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
-    let pair = |values: &[f64], tangents: &[f64]| -> Vec<Dual> {
-        values.iter().zip(tangents).map(|(value, tangent)| Dual::with_tangent(*value, *tangent)).collect()
+    let along_path = |(i, ball): (usize, &BallModel<Dual>)| {
+        let (s, u) = (state.x[i], state.v[i]);
+        let place = ball.map(Dual::value).place(s);
+        let x = Dual::with_tangent(place.x, tangent.x_start[i]);
+        let (ds, du) = ball.along_path(x, Dual::with_tangent(u * place.cos, tangent.v_start[i]));
+        (Dual::with_tangent(s, ds.tangent()), Dual::with_tangent(u, du.tangent()))
     };
-    let (x, v) = (pair(&state.x, &tangent.x_start), pair(&state.v, &tangent.v_start));
+    let (x, v): (Vec<Dual>, Vec<Dual>) = cradle.balls.iter().enumerate().map(along_path).unzip();
     let overlap = |j: usize| {
-        let change = (x[j] - x[j + 1] - cradle.contacts[j].clearance).tangent();
-        Dual::with_tangent(state.overlaps[j], change)
+        let law = &cradle.contacts[j];
+        let change = overlap_between(cradle.pair(j), [law.pivots, law.clearance], [x[j], x[j + 1]]);
+        Dual::with_tangent(state.overlaps[j], change.tangent())
     };
     let overlaps = (0..state.overlaps.len()).map(overlap).collect();
     ChainState { x, v, overlaps, modes: state.modes.clone() }

@@ -10,9 +10,10 @@
 
 use super::chain_state::{ChainEquations, ChainState};
 use crate::engine::cluster::{Control, Equations, Series, Switch, clipping, velocity_scale};
-use crate::engine::flight::{Forcing, shifted};
+use crate::engine::flight::{Forcing, integral_of, shifted};
 use crate::engine::rigid::restitution;
-use crate::model::{Cradle, Differential, Mode};
+use crate::model::algebraic::momentum;
+use crate::model::{BallModel, Cradle, Differential, Mode};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
@@ -235,7 +236,13 @@ impl Run {
     /// Advances the state by `tau`, and the sums.
     fn move_by(&mut self, series: &Series<Dual>, tau: Dual) {
         let s = tau / Dual::from(series.unit);
-        for (i, ball) in self.along.balls.iter().enumerate() {
+        if self.cradle.on_arcs() {
+            // What the inputs give, less the change of the momentum.
+            let given = |(forcing, ball): (&Forcing<Dual>, &BallModel<Dual>)| ball.mass * integral_of(forcing, tau);
+            let given: Dual = self.forcings.iter().zip(&self.along.balls).map(given).sum();
+            self.support_impulse += given + momentum(&self.equations());
+        }
+        for (i, ball) in self.along.balls.iter().enumerate().filter(|(_, ball)| !ball.on_arc) {
             let displacement = series.displacement(i);
             let moved = series::value(displacement, s);
             let integral = self.state.x[i] * tau + Dual::from(series.unit) * series::integral(displacement, s);
@@ -260,7 +267,10 @@ impl Run {
             *forcing = shifted(forcing, tau);
         }
         for (j, overlap) in self.state.overlaps.iter_mut().enumerate() {
-            *overlap = series::value(series.overlap_row(j), s);
+            (*overlap, _) = series.overlap_at(j, s);
+        }
+        if self.cradle.on_arcs() {
+            self.support_impulse += -momentum(&self.equations());
         }
         self.elapsed += tau.value();
         self.delay += tau.tangent();

@@ -1,7 +1,7 @@
 //! The equations of motion, with contacts that act by flags, in doubles and dual numbers.
 
 use crate::model::algebraic::Chain;
-use crate::model::{Cradle, Mode};
+use crate::model::{BallModel, Cradle, Mode, overlap_rate, place_beside};
 use crate::solver::dual::Scalar;
 
 /// Number of continuous states: the first position, the overlaps, the velocities, the impulses, the energy dissipated
@@ -13,6 +13,7 @@ pub const fn state_count(balls: usize) -> usize {
 /// The chain in a state of the host, with its forces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct State<S = f64> {
+    /// Positions and velocities along the paths.
     pub x: Vec<S>,
     pub v: Vec<S>,
     pub overlaps: Vec<S>,
@@ -22,17 +23,26 @@ pub(super) struct State<S = f64> {
 }
 
 impl<S: Scalar> State<S> {
-    /// The state `y`, in the host's order. A position is the one to its left minus overlap and clearance.
+    /// The state `y`, in the host's order. A position is the one to its left minus overlap and clearance; on arcs, both
+    /// are those along the paths.
     pub fn new(cradle: &Cradle<S>, modes: &[Mode], y: &[S], forcings: Vec<S>) -> Self {
         let n = cradle.balls.len();
         let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());
         let mut x = Vec::with_capacity(n);
-        let mut place = y[0];
+        let (mut place, _) = cradle.balls[0].along_path(y[0], S::default());
         x.push(place);
-        for (law, overlap) in cradle.contacts.iter().zip(&overlaps) {
-            place = place - (*overlap + law.clearance);
+        for (j, (law, overlap)) in cradle.contacts.iter().zip(&overlaps).enumerate() {
+            place = match cradle.balls[j].on_arc {
+                true => place_beside(cradle.pair(j), law, place, *overlap),
+                false => place - (*overlap + law.clearance),
+            };
             x.push(place);
         }
+        let along = |((ball, x), v): ((&BallModel<S>, &S), &S)| match ball.on_arc {
+            true => *v / ball.place(*x).cos,
+            false => *v,
+        };
+        let v = cradle.balls.iter().zip(&x).zip(&v).map(along).collect();
         let mut state = Self { x, v, overlaps, forcings, forces: Vec::new() };
         state.forces = if cradle.restitution.is_some() {
             state.constraint_forces(cradle, modes)
@@ -42,6 +52,12 @@ impl<S: Scalar> State<S> {
         state
     }
 
+    /// Rate of the overlap of contact `j`, m/s.
+    pub fn overlap_rate(&self, cradle: &Cradle<S>, j: usize) -> S {
+        let states = [j, j + 1].map(|i| (self.x[i], self.v[i]));
+        overlap_rate(cradle.pair(j), &cradle.contacts[j], states)
+    }
+
     /// Force of a pressing contact, N. One that has yet to open although its overlap has vanished has no elastic force.
     fn contact_force(&self, cradle: &Cradle<S>, modes: &[Mode], j: usize) -> S {
         if modes[j] != Mode::Pressing {
@@ -49,7 +65,7 @@ impl<S: Scalar> State<S> {
         }
         let overlap = self.overlaps[j];
         let overlap = if overlap.value() > 0.0 { overlap } else { S::from(f64::MIN_POSITIVE) };
-        cradle.contacts[j].unclipped_force(overlap, self.v[j] - self.v[j + 1])
+        cradle.contacts[j].unclipped_force(overlap, self.overlap_rate(cradle, j))
     }
 
     /// Constraint forces, N, by which balls joined by closed rigid contacts have one acceleration.

@@ -40,8 +40,8 @@ impl Exchange {
 
     /// The motion of the balls of contact `j` relative to each other along the flights of `balls`.
     pub(super) fn separation(&self, balls: &[Ball], j: usize) -> Separation {
-        let clearance = self.cradle.contacts[j].clearance;
-        Separation::new(&balls[j], &balls[j + 1], DoubleDouble::ZERO, self.state.overlaps[j], clearance)
+        let law = &self.cradle.contacts[j];
+        Separation::new(&balls[j], &balls[j + 1], DoubleDouble::ZERO, self.state.overlaps[j], law)
     }
 
     /// When contact `j` closed, relative to now (s), if it is open and due: its balls overlap and approach each other,

@@ -135,7 +135,7 @@ impl Exchange {
 
     /// Overlap of contact `j`, m, and its rate, m/s.
     pub(super) fn overlap_and_rate(&self, j: usize) -> (f64, f64) {
-        (self.state.overlaps[j], self.state.v[j] - self.state.v[j + 1])
+        (self.state.overlaps[j], self.state.overlap_rate(&self.cradle, j))
     }
 
     pub(super) fn impulse_place(&self, j: usize) -> usize {
@@ -200,10 +200,10 @@ impl Exchange {
         for (contact, force) in self.contacts.iter_mut().zip(&self.state.forces) {
             contact.seen = contact.seen.max(*force);
         }
-        let (view, State { v, forces, .. }) = (self.view(), &self.state);
+        let (view, State { forces, .. }) = (self.view(), &self.state);
         let mut rates = Vec::with_capacity(self.y.len());
-        rates.push(v[0]);
-        rates.extend(v.windows(2).map(|pair| pair[0] - pair[1]));
+        rates.push(self.y[self.balls()]);
+        rates.extend((0..self.modes.len()).map(|j| algebraic::overlap_rate(&view, j)));
         rates.extend((0..self.balls()).map(|i| algebraic::a(&view, i)));
         rates.extend_from_slice(forces);
         rates.extend([algebraic::dissipation(&view), algebraic::external_power(&view)]);

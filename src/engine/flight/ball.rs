@@ -1,34 +1,15 @@
 //! One ball: its state at its anchor, its regime from there on, and its integrals since the start.
 
-use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+use std::sync::Arc;
 
 use super::free_motion::{Flight, Forcing, degree, shifted};
+use super::integrals::RunningIntegrals;
+use super::path::{Fault, Path, Piece};
 use crate::model::BallModel;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, Oscillator, Steady};
 use crate::solver::quadrature::gauss_legendre;
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct RunningIntegrals {
-    /// Integral of the position, m.s.
-    pub x_integral: f64,
-    /// Energy lost to drag, J.
-    pub drag_loss: f64,
-    /// Work of the inputs, J.
-    pub work: f64,
-}
-
-impl RunningIntegrals {
-    pub fn is_finite(&self) -> bool {
-        [self.x_integral, self.drag_loss, self.work].iter().all(|value| value.is_finite())
-    }
-
-    pub fn add(&mut self, more: &Self) {
-        self.x_integral += more.x_integral;
-        self.drag_loss += more.drag_loss;
-        self.work += more.work;
-    }
-}
 
 /// What governs the motion of a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,17 +36,82 @@ pub(crate) struct Ball {
     pub flight: Flight,
     pub integrals: RunningIntegrals,
     pub regime: Regime,
+    /// Length of its pendulum, m, gravity, m/s2, and whether it moves on an arc.
+    length: f64,
+    gravity: f64,
+    pub on_arc: bool,
+    /// Whether a flight on an arc that begins at the anchor has no impact before it.
+    pub flies_on: bool,
+    /// The part of a flight on an arc that was asked for last.
+    piece: RefCell<Option<Box<Piece>>>,
 }
 
 impl Ball {
     pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
+        let &BallModel { mass, length, gravity, on_arc, .. } = model;
         let (oscillator, integrals) = (Oscillator::new(model.omega2, model.gamma), RunningIntegrals::default());
-        Self { mass: model.mass, oscillator, anchor, flight, integrals, regime: Regime::Flight }
+        let piece = RefCell::default();
+        Self {
+            mass,
+            oscillator,
+            anchor,
+            flight,
+            integrals,
+            regime: Regime::Flight,
+            length,
+            gravity,
+            on_arc,
+            flies_on: false,
+            piece,
+        }
+    }
+
+    pub fn model(&self) -> BallModel {
+        let &Self { mass, length, gravity, on_arc, ref oscillator, .. } = self;
+        BallModel { mass, omega2: oscillator.omega2(), gamma: oscillator.gamma(), length, gravity, on_arc }
+    }
+
+    /// What the part of its flight on an arc about the time `t` says, given that and the time since its start (s).
+    fn piece<T>(&self, t: DoubleDouble, say: impl FnOnce(&BallModel, &Piece, f64) -> T) -> T {
+        let (model, mut known) = (self.model(), self.piece.borrow_mut());
+        let piece = known.take().filter(|piece| piece.leads_to((self.anchor, self.flight, self.flies_on), t));
+        let mut piece =
+            piece.unwrap_or_else(|| Box::new(Piece::first(&model, self.anchor, &self.flight, self.flies_on)));
+        piece.go_on(&model, t);
+        let said = say(&model, &piece, (t - piece.start).value());
+        *known = Some(piece);
+        said
+    }
+
+    /// The series of its flight on an arc about the time `t`.
+    pub fn path(&self, t: DoubleDouble) -> Arc<Path> {
+        let (model, flight) = (self.model(), self.flight_at(t));
+        if t == self.anchor {
+            return self.piece(t, |_, piece, _| piece.path.clone());
+        }
+        Arc::new(Path::new(&model, &flight, false))
+    }
+
+    /// What ends its flight on an arc at its anchor.
+    pub fn fault_now(&self) -> Option<Fault> {
+        let fault = self.path(self.anchor).fault(&self.model(), &self.flight, 0.0);
+        fault.map(|(_, fault)| fault)
+    }
+
+    /// What has ended its flight on an arc up to the time `t`, and when.
+    pub fn fault(&self, t: DoubleDouble) -> Option<(DoubleDouble, Fault)> {
+        if !self.on_arc || self.regime != Regime::Flight {
+            return None;
+        }
+        self.piece(t, |_, piece, _| piece.fault).filter(|(time, _)| *time <= t)
     }
 
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
     #[inline]
     pub fn moved(&self, t: DoubleDouble) -> (f64, f64) {
+        if self.on_arc {
+            return self.piece(t, |_, piece, tau| piece.moved(tau));
+        }
         self.flight.at(&self.oscillator, t - self.anchor)
     }
 
@@ -73,6 +119,9 @@ impl Ball {
     pub fn flight_at(&self, t: DoubleDouble) -> Flight {
         if t == self.anchor {
             return self.flight;
+        }
+        if self.on_arc {
+            return self.piece(t, |_, piece, tau| piece.flight_at(tau));
         }
         let (displacement, v) = self.moved(t);
         Flight { x: self.flight.x + displacement, v, forcing: shifted(&self.flight.forcing, (t - self.anchor).value()) }
@@ -94,6 +143,11 @@ impl Ball {
 
     /// The sums at the time `t`, where only the part `inputs` of the forcing is by the inputs.
     pub fn integrals_under(&self, inputs: &Forcing, t: DoubleDouble) -> RunningIntegrals {
+        if self.on_arc {
+            let mut integrals = self.integrals;
+            integrals.add(&self.piece(t, |model, piece, tau| piece.integrals(model, tau)));
+            return integrals;
+        }
         let tau = t - self.anchor;
         if degree(&self.flight.forcing).max(degree(inputs)) == 0 {
             self.integrals_after(inputs, tau.value(), &self.oscillator.basis::<4>(tau))
@@ -144,6 +198,12 @@ impl Ball {
     pub fn reanchor(&mut self, t: DoubleDouble) -> f64 {
         if t == self.anchor {
             return 0.0;
+        }
+        if self.on_arc {
+            let (integrals, flight) = (self.integrals_at(t), self.flight_at(t));
+            let displacement = self.moved(t).0;
+            (self.integrals, self.flight, self.anchor, self.flies_on) = (integrals, flight, t, false);
+            return displacement;
         }
         let tau = t - self.anchor;
         let displacement = if degree(&self.flight.forcing) == 0 {

@@ -39,6 +39,11 @@ pub(crate) fn forcing_at(forcing: &Forcing, tau: f64) -> f64 {
     (0..=degree(forcing)).rev().fold(0.0, |sum, k| forcing[k] + sum * tau / (k + 1) as f64)
 }
 
+/// Its integral over the first `tau` (s), m/s.
+pub(crate) fn integral_of<S: Scalar>(forcing: &Forcing<S>, tau: S) -> S {
+    (0..forcing.len()).rev().fold(S::default(), |sum, k| (forcing[k] + sum) * tau / S::from((k + 1) as f64))
+}
+
 /// The same polynomial, expanded about a time `tau` (s) later.
 pub(crate) fn shifted<S: Scalar>(forcing: &Forcing<S>, tau: S) -> Forcing<S> {
     let mut later = *forcing;

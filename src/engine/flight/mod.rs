@@ -6,8 +6,13 @@
 
 mod ball;
 mod free_motion;
+mod integrals;
+mod path;
 mod separation;
 
-pub(crate) use ball::{Ball, Regime, RunningIntegrals, places, start_by_centre};
-pub(crate) use free_motion::{Flight, Forcing, Rounding, degree, forcing_at, shifted};
+pub(crate) use ball::{Ball, Regime, places, start_by_centre};
+pub(crate) use free_motion::{Flight, Forcing, Rounding, degree, forcing_at, integral_of, shifted};
+pub(crate) use integrals::RunningIntegrals;
+pub use path::Fault;
+pub(crate) use path::integrals as integrals_on_arc;
 pub(crate) use separation::{EVALUATIONS, Separation, forecast, reach};

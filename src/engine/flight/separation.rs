@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::ball::Ball;
 use super::free_motion::{Flight, degree, time_of_change};
+use super::path::{Approach, LONGEST};
+use crate::model::ContactLaw;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
@@ -26,6 +28,8 @@ pub(crate) struct Separation {
     /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding
     /// is no onset.
     resolution: [f64; 2],
+    /// The same of balls on arcs, instead of the above.
+    approach: Option<Box<Approach>>,
 }
 
 /// A motion with its pendulum.
@@ -33,6 +37,12 @@ type Motion = (Oscillator, Flight);
 
 /// Most evaluations of one forecast, far more than usual; the next forecast continues.
 pub(crate) const EVALUATIONS: u32 = 4_000;
+
+/// Part of its length after which a series of balls on arcs is renewed with that of a neighbour.
+const WORN: f64 = 0.6;
+
+/// What one on arcs counts as.
+const ON_ARCS: u32 = 20;
 
 /// Least progress of a forecast over the time since the anchor; below it, the motion is rounding.
 const LEAST_PROGRESS: f64 = 1e-6;
@@ -55,10 +65,18 @@ const SHORTEST_LOOK: f64 = 1e-12;
 
 impl Separation {
     /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there
-    /// (m) and its clearance (m).
-    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, clearance: f64) -> Self {
+    /// (m) and its law.
+    pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, law: &ContactLaw) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
-        let (motion, other) = if left.oscillator == right.oscillator {
+        let (clearance, mut approach) = (law.clearance, None);
+        let (motion, other) = if left.on_arc {
+            let balls = [left, right];
+            let long = balls.map(|ball| ball.flies_on && ball.anchor == anchor);
+            let (models, paths) = (balls.map(Ball::model), balls.map(|ball| ball.path(anchor)));
+            let distances = [law.pivots, clearance];
+            approach = Some(Box::new(Approach::new(models, [l, r], (paths, long), distances, overlap)));
+            ((left.oscillator, l), Some((right.oscillator, r)))
+        } else if left.oscillator == right.oscillator {
             let mut forcing = l.forcing;
             forcing.iter_mut().zip(&r.forcing).for_each(|(p, r)| *p -= r);
             // The difference of the positions, which gravity pulls on, without their rounding.
@@ -67,7 +85,7 @@ impl Separation {
             ((left.oscillator, l), Some((right.oscillator, r)))
         };
         let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
-        Self { anchor, overlap, motion, other, noise, resolution: [0.0; 2] }
+        Self { anchor, overlap, motion, other, noise, resolution: [0.0; 2], approach }
     }
 
     /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m), or by the rounding
@@ -87,7 +105,8 @@ impl Separation {
     /// Whether it fits `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let right_oscillator = self.other.as_ref().map_or(self.motion.0, |(o, _)| *o);
-        let differ = self.other.is_none() || left.oscillator != right.oscillator;
+        let own = self.other.is_none() || left.oscillator != right.oscillator;
+        let differ = own || self.approach.is_some() && left.on_arc;
         let pendulums = self.motion.0 == left.oscillator && right_oscillator == right.oscillator && differ;
         let finite = self.motions().all(|(_, flight)| flight.is_finite());
         let numbers =
@@ -128,6 +147,9 @@ impl Separation {
 
     /// Overlap (m), rate (m/s) and acceleration (m/s2) `tau` after the anchor.
     fn evaluate(&self, tau: DoubleDouble) -> [f64; 3] {
+        if let Some(approach) = &self.approach {
+            return approach.at(tau);
+        }
         let [d, v, a] = self.difference(|o, flight| {
             let (d, v) = flight.at(o, tau);
             [d, v, flight.acceleration(o, tau.value(), d, v)]
@@ -135,9 +157,22 @@ impl Separation {
         [self.overlap + d, v, a]
     }
 
+    /// Whether the series of balls on arcs will not hold for long after the time `t`.
+    pub fn is_worn(&self, t: DoubleDouble) -> bool {
+        self.approach.as_ref().is_some_and(|approach| (t - self.anchor).value() > WORN * approach.length())
+    }
+
     /// The next closing after `from`, a time at or after the anchor, with at most `allowed` evaluations, which it
     /// counts down.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
+        if let Some(approach) = &self.approach {
+            *allowed = allowed.saturating_sub(ON_ARCS);
+            return match approach.onset(self.noise) {
+                Some(tau) => Next::At(self.anchor + tau),
+                None if approach.length() < LONGEST => Next::NotBefore(self.anchor + approach.length()),
+                None => Next::Never,
+            };
+        }
         if self.stays_apart() {
             return Next::Never;
         }

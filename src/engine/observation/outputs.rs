@@ -138,6 +138,11 @@ impl Engine {
     /// Integral of the force of ball `i` on the support, up to a constant, N.s.
     pub(crate) fn support_impulse_of(&self, i: usize, t: DoubleDouble) -> f64 {
         let model = &self.cradle.balls[i];
+        if model.on_arc {
+            // What the inputs give that is not in the momentum; contact forces cancel in the sum.
+            let (s, u) = self.state_at(i, t);
+            return model.mass * (self.integrals_at(i, t).x_integral - u * model.place(s).cos);
+        }
         let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
         model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
     }

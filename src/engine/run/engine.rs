@@ -7,12 +7,15 @@ use super::contact::{Contact, Keep, Phase};
 use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::error::EngineError;
-use crate::engine::flight::{Ball, Flight};
+use crate::engine::flight::{Ball, Fault, Flight};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
 use crate::engine::records::StepStart;
-use crate::model::{Cradle, Inputs, Mode, Parameters, Results, WorkCounters};
+use crate::model::{
+    BallModel, ContactLaw, ContactModel, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters,
+    overlap_rate,
+};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
 
@@ -38,6 +41,8 @@ pub struct Engine {
     /// Queue entries handled so far, and onsets among them.
     pub(crate) handled: u64,
     pub(crate) onsets: u64,
+    /// What has ended the flight of a ball: when, of which, and why.
+    pub(crate) fault: Option<(DoubleDouble, usize, Fault)>,
     /// Work so far, in units of about a tenth of a microsecond, which limits a look ahead.
     pub(crate) effort: u64,
     /// Whether the run has yet to begin: rigid contacts then transmit nothing and have had no onset. Otherwise their
@@ -60,6 +65,7 @@ pub(crate) struct Totals {
 impl Engine {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+        check_arcs(parameters)?;
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let mut engine = Self::apart(parameters, inputs, start_time);
         let start = DoubleDouble::from(start_time);
@@ -82,12 +88,13 @@ impl Engine {
     pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
         let caches = Caches::new(cradle.balls.len());
-        if cradle.contacts.iter().any(|law| !law.is_linear()) {
+        if cradle.on_arcs() || cradle.contacts.iter().any(|law| !law.is_linear()) {
             Cluster::compute_tables();
         }
         let start = DoubleDouble::from(start_time);
         let balls = cradle.balls.iter().enumerate().map(|(i, model)| {
-            let (x, v, forcing) = (parameters.x_start[i], parameters.v_start[i], inputs.forcing(i, model.mass));
+            let (x, v) = model.along_path(parameters.x_start[i], parameters.v_start[i]);
+            let forcing = inputs.forcing(i, model.mass);
             Ball::new(model, start, Flight { x, v, forcing })
         });
         let balls = balls.collect();
@@ -106,6 +113,7 @@ impl Engine {
             caches,
             handled: 0,
             onsets: 0,
+            fault: None,
             effort: 0,
             initializing: false,
             cradle,
@@ -141,7 +149,9 @@ impl Engine {
             self.step.begin(self.time);
             self.suspend();
             for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
-                *ball = Ball { integrals: ball.integrals, ..Ball::new(model, ball.anchor, ball.flight) };
+                let integrals = ball.integrals;
+                *ball = Ball::new(model, ball.anchor, ball.flight);
+                ball.integrals = integrals;
             }
             self.cradle = cradle;
             self.resume();
@@ -184,11 +194,16 @@ impl Engine {
             }
             watchdog.check(t, self.switching(key), self.effort, observer)?;
             self.process(t, key, observer)?;
+            self.check_fault()?;
             if let Some(stop) = observer.stop().filter(|stop| *stop < reached) {
                 (reached, until) = (stop, stop.into());
             }
         }
         self.time = reached;
+        if self.cradle.on_arcs() {
+            (0..self.balls.len()).for_each(|ball| self.look_for_fault(ball, reached.into()));
+            self.check_fault()?;
+        }
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
 
@@ -221,17 +236,59 @@ impl Engine {
             if let Phase::Unassigned(unassigned) = &mut contact.phase
                 && unassigned.mode != Mode::Open
             {
-                let rate = self.balls[i].flight.v - self.balls[i + 1].flight.v;
+                let states = [0, 1].map(|k| (self.balls[i + k].flight.x, self.balls[i + k].flight.v));
+                let rate = overlap_rate(self.cradle.pair(i), &self.cradle.contacts[i], states);
                 unassigned.mode = self.cradle.contacts[i].mode_when_closed(unassigned.overlap, rate);
             }
         }
         self.form(0..self.contacts.len(), now);
     }
 
+    /// Notes what has ended the flight of ball `i` up to the time `t`, if that is the first.
+    pub(crate) fn look_for_fault(&mut self, i: usize, t: DoubleDouble) {
+        if let Some((time, fault)) = self.balls[i].fault(t)
+            && self.fault.is_none_or(|(first, ..)| time < first)
+        {
+            self.fault = Some((time, i, fault));
+        }
+    }
+
+    fn check_fault(&self) -> Result<(), EngineError> {
+        match self.fault {
+            None => Ok(()),
+            Some((time, ball, fault)) => Err(EngineError::OffArc { time: time.value(), ball, fault }),
+        }
+    }
+
     fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
         let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
         balls.find(infinite).map_or(Ok(()), |ball| Err(EngineError::NotFinite { time: self.time, ball }))
     }
+}
+
+/// Refuses what balls on arcs cannot do.
+fn check_arcs(p: &Parameters) -> Result<(), EngineError> {
+    if p.pendulum == PendulumModel::Linear {
+        return Ok(());
+    }
+    let refuse = |text: String| Err(EngineError::NoArc(text));
+    if p.contact_model == ContactModel::Rigid {
+        return refuse("contact.model = rigid is not available; allowed: powerLaw (1) or hertz (2)".to_owned());
+    }
+    let Cradle { balls, contacts, .. } = Cradle::new(p);
+    for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
+        if x.abs() >= *length {
+            return refuse(format!("x_start[{i}] = {x} m lies beyond its pendulum; allowed: -{length} to {length} m"));
+        }
+    }
+    for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(contacts) {
+        if pivots.min(pivots - clearance) <= 0.0 {
+            let text = "contact.gap and contact.deadBand leave no distance between the centres of balls";
+            let allowed = "allowed: 2 ball.radius + contact.gap and 2 ball.radius - contact.deadBand above 0";
+            return refuse(format!("{text} {i} and {}; {allowed}", i + 1));
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::contact::Phase;
+use super::contact::{Phase, around};
 use super::engine::Engine;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{EVALUATIONS, Regime, Separation};
 use crate::engine::observer::{Observer, Unrecorded};
-use crate::model::Mode;
+use crate::model::{Mode, overlap_between, overlap_rate};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -18,6 +18,10 @@ const EVENT: u64 = 8;
 /// (`tests/rust/stiff.rs`), more only delay the error.
 const EVENTS_AT_ONCE: usize = 100;
 const EVENTS_AT_ONCE_OF_A_BALL: usize = 20;
+
+/// Balls on arcs farther apart than this part of the distance of their pivots are where their angles say. Kept as a
+/// quantity of its own, the rounding of a gap would grow with the ratio of distances until the next contact.
+const APART: f64 = 1e-4;
 
 impl Engine {
     pub(crate) fn process(
@@ -42,6 +46,15 @@ impl Engine {
                 }
             }
             Phase::Constraint(_, Next::At(_)) => self.part(key, t, observer),
+            Phase::Open(..) if self.cradle.on_arcs() => {
+                // With neighbours that are about to need it, too.
+                let worn = |j: usize| self.contacts[j].separation().is_some_and(|separation| separation.is_worn(t));
+                let contacts = around(key, self.contacts.len(), worn);
+                self.reanchor_free(contacts.start..contacts.end + 1, t);
+                self.balls[contacts.start..contacts.end + 1].iter_mut().for_each(|ball| ball.flies_on = true);
+                contacts.clone().for_each(|j| self.stop_separation(j, t));
+                contacts.for_each(|j| self.fly(j, t));
+            }
             Phase::Open(..) | Phase::Constraint(..) | Phase::BesideImpact(_) | Phase::Unassigned(_) => {
                 self.forecast(key, t)
             }
@@ -88,7 +101,7 @@ impl Engine {
         self.reanchor_free(range.start..range.end + 1, t);
         self.unassign(range.clone());
         self.queue.remove(i);
-        let rate = self.balls[i].moved(t).1 - self.balls[i + 1].moved(t).1;
+        let rate = self.rate_at(i, t);
         self.contacts[i].unassign(0.0, self.cradle.contacts[i].mode_when_closed(0.0, rate));
         self.begin_pulse(i, t, observer);
         self.form(range, t);
@@ -97,9 +110,9 @@ impl Engine {
     /// Closes the contacts that overlap at the start.
     pub(crate) fn close_where_overlapping(&mut self, start: DoubleDouble) {
         for i in 0..self.contacts.len() {
-            let (left, right, law) = (&self.balls[i].flight, &self.balls[i + 1].flight, &self.cradle.contacts[i]);
-            let overlap = left.x - right.x - law.clearance;
-            let mode = if overlap > 0.0 { law.mode_when_closed(overlap, left.v - right.v) } else { Mode::Open };
+            let (places, law) = ([0, 1].map(|k| self.balls[i + k].flight.x), &self.cradle.contacts[i]);
+            let overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], places);
+            let mode = if overlap > 0.0 { law.mode_when_closed(overlap, self.rate_at(i, start)) } else { Mode::Open };
             self.contacts[i].unassign(overlap, mode);
             if overlap > 0.0 {
                 self.begin_pulse(i, start, &mut Unrecorded);
@@ -156,14 +169,33 @@ impl Engine {
 
     /// Makes contact `i` open, with both balls in flight, from `t` on.
     pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble) {
-        let separation = self.separation(i, t, self.contacts[i].overlap().min(0.0));
+        let mut overlap = self.contacts[i].overlap().min(0.0);
+        if self.cradle.on_arcs() {
+            // Their series are about the same time.
+            (i..i + 2).for_each(|ball| self.reanchor(ball, t));
+            let law = &self.cradle.contacts[i];
+            if -overlap > APART * law.pivots {
+                let places = [0, 1].map(|k| self.balls[i + k].flight.x);
+                overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], places);
+            }
+        }
+        let separation = self.separation(i, t, overlap);
         self.contacts[i].phase = Phase::Open(separation, Next::Never);
         self.forecast(i, t);
     }
 
     /// The relative motion of the balls of contact `i`, in flight, from `overlap` (m) at `t` on.
     pub(crate) fn separation(&self, i: usize, t: DoubleDouble, overlap: f64) -> Separation {
-        Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, self.cradle.contacts[i].clearance)
+        Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, &self.cradle.contacts[i])
+    }
+
+    /// Rate of the overlap of contact `i` (m/s) at `t`, between balls in flight.
+    pub(crate) fn rate_at(&self, i: usize, t: DoubleDouble) -> f64 {
+        let state = |ball: usize| {
+            let (displacement, v) = self.balls[ball].moved(t);
+            (self.balls[ball].flight.x + displacement, v)
+        };
+        overlap_rate(self.cradle.pair(i), &self.cradle.contacts[i], [state(i), state(i + 1)])
     }
 
     /// Forecasts from `t` on the next onset of contact `i`, whose balls are in flight, or the end of its constraint.

@@ -19,7 +19,7 @@ impl Engine {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let regime = |ball: usize| self.balls[ball].regime;
         let in_flight = regime(i) == Regime::Flight && regime(i + 1) == Regime::Flight;
-        if !in_flight || !self.control.allows(Method::PairImpact) {
+        if !in_flight || self.cradle.on_arcs() || !self.control.allows(Method::PairImpact) {
             return false;
         }
         if neighbours.clone().any(|ball| matches!(regime(ball), Regime::Cluster(_))) {
@@ -130,6 +130,7 @@ impl Engine {
             return;
         }
         self.before_move(i, t);
+        self.look_for_fault(i, t);
         let displacement = self.balls[i].reanchor(t);
         self.shift_contacts(i, displacement);
     }

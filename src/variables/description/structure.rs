@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt::{self, Display, Write};
 use std::ops::Range;
 
-use crate::model::ContactModel;
+use crate::model::{ContactModel, PendulumModel};
 use crate::variables::arrays::{Array, states};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
@@ -22,6 +22,13 @@ const INPUTS: Groups = &[&["F_ext", "a_support"]];
 /// Whether a contact force is part of it.
 fn is_of_forces(row: &Row) -> bool {
     matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)")
+}
+
+/// Whether it depends on all states and inputs, at the start on all parameters, where pendulums are circular: positions
+/// follow from angles and the directions of contacts, the tension of a string from all that acts on its ball.
+fn is_of_arcs(row: &Row, start: &Settings) -> bool {
+    let from_states = !row.follows.is_empty() || row.name == "F_support_vertical";
+    start.parameters.pendulum == PendulumModel::Circular && from_states && !matches!(row.name, "v" | "impulse")
 }
 
 /// Whether it is an initial unknown other than states and their derivatives.
@@ -54,10 +61,13 @@ pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result
         groups.iter().copied().flatten().flat_map(|name| knowns(name, balls, &first)).collect::<Vec<Known>>()
     };
     let following = |row: &Row| {
-        is_listed(row, balls).then(|| knowns(if rigid && is_of_forces(row) { EVERYTHING } else { row.follows }))
+        let (of_arcs, everything) = (is_of_arcs(row, start), rigid && is_of_forces(row));
+        let listed = is_listed(row, balls) && !(of_arcs && balls > LISTED);
+        listed.then(|| knowns(if of_arcs || everything { EVERYTHING } else { row.follows }))
     };
+    let initially = |row: &Row| row.initially.filter(|_| !is_of_arcs(row, start)).map(knowns);
     let following: Vec<Option<Vec<Known>>> = TABLE.iter().map(following).collect();
-    let initially: Vec<Option<Vec<Known>>> = TABLE.iter().map(|row| row.initially.map(knowns)).collect();
+    let initially: Vec<Option<Vec<Known>>> = TABLE.iter().map(initially).collect();
     let write = |out: &mut String, variable: Variable, on: &[Option<Vec<Known>>]| {
         write!(out, "      <Unknown index=\"{}\"", first[variable.position] + variable.index)?;
         let on = on[variable.position].as_ref();
@@ -112,7 +122,8 @@ pub(super) fn write_structure_of_fmi3(
         };
         write_dependencies(out, names.map(|names| names.flat_map(references).collect()))
     };
-    let following = |array: Array| (!array.is_single() || is_listed(array.row, balls)).then(|| following(array.row));
+    let following =
+        |array: Array| (!array.is_single() || is_listed(array.row, balls)).then(|| following(array.row, start));
     let mut exchanged = BTreeSet::new();
     for array in arrays.clone().filter(|array| array.row.causality == Causality::Output) {
         write("Output", array, following(array))?;
@@ -127,7 +138,7 @@ pub(super) fn write_structure_of_fmi3(
         if array.row.access.data_type() == Type::Clock {
             write("InitialUnknown", array, Some(&[]))?;
         } else if is_unknown(array.row) && !is_extra || exchanged.contains(&array.reference()) {
-            write("InitialUnknown", array, array.row.initially)?;
+            write("InitialUnknown", array, array.row.initially.filter(|_| !is_of_arcs(array.row, start)))?;
         }
     }
     let is_indicator =
@@ -139,10 +150,10 @@ pub(super) fn write_structure_of_fmi3(
 }
 
 /// States and inputs on which an output or a derivative depends at the same time.
-fn following(row: &Row) -> Groups {
+fn following(row: &Row, start: &Settings) -> Groups {
     match row.name {
         "t_next" => INPUTS,
-        _ if is_of_forces(row) => EVERYTHING,
+        _ if is_of_forces(row) || is_of_arcs(row, start) => EVERYTHING,
         _ => row.follows,
     }
 }

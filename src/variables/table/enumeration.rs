@@ -1,6 +1,6 @@
 //! Parameters with named items: their integers never change.
 
-use crate::model::{ContactModel, DampingLaw, ExchangedContacts, SolverMethod};
+use crate::model::{ContactModel, DampingLaw, ExchangedContacts, PendulumModel, SolverMethod};
 use crate::variables::settings::{DerivativesOf, Settings};
 
 /// One item of an enumeration.
@@ -80,6 +80,13 @@ pub static DAMPING_LAW: Enumeration = of! {
     Viscoelastic "viscoelastic" "adds A times the rate of the elastic force, clipped at 0",
 };
 
+/// `pendulum.model`.
+pub static PENDULUM_MODEL: Enumeration = of! {
+    "PendulumModel" PendulumModel parameters.pendulum:
+    Linear "linear" "on a line; the period does not depend on the amplitude",
+    Circular "circular" "on arcs about the pivots, up to 90 degrees",
+};
+
 /// `solver.method`.
 pub static SOLVER_METHOD: Enumeration = of! {
     "SolverMethod" SolverMethod parameters.method:
@@ -105,4 +112,5 @@ pub static DERIVATIVES_OF: Enumeration = of! {
 };
 
 /// Every enumeration of FMI 2.0.
-pub static ENUMERATIONS: &[&Enumeration] = &[&CONTACT_MODEL, &DAMPING_LAW, &SOLVER_METHOD, &EXCHANGED_CONTACTS];
+pub static ENUMERATIONS: &[&Enumeration] =
+    &[&CONTACT_MODEL, &DAMPING_LAW, &SOLVER_METHOD, &EXCHANGED_CONTACTS, &PENDULUM_MODEL];

@@ -11,15 +11,15 @@ use std::slice::{from_mut, from_ref};
 
 use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
 use crate::next::NEVER;
-use enumeration::{CONTACT_MODEL, DAMPING_LAW, EXCHANGED_CONTACTS, SOLVER_METHOD};
+use enumeration::{CONTACT_MODEL, DAMPING_LAW, EXCHANGED_CONTACTS, PENDULUM_MODEL, SOLVER_METHOD};
 use range::{ANY, NOT_NEGATIVE, POSITIVE, between};
 use row::Causality::{CalculatedParameter, Input, Local, Output};
 use row::Shape::{Balls, Contacts, Scalar};
 use row::{Access, Row};
 use row::{count, enumeration, parameter, real, row};
 use unit::{
-    ACCELERATION, DAMPING, DRAG, ELASTIC_MODULUS_GPA, ENERGY, FORCE, FORCE_KN, IMPULSE, LENGTH, LENGTH_MM, LENGTH_UM,
-    MASS, MOMENTUM, POWER, RATIO, SLOWNESS, STIFFNESS_N_UM, TIME, TIME_US, VELOCITY,
+    ACCELERATION, ANGLE_DEG, DAMPING, DRAG, ELASTIC_MODULUS_GPA, ENERGY, FORCE, FORCE_KN, IMPULSE, LENGTH, LENGTH_MM,
+    LENGTH_UM, MASS, MOMENTUM, POWER, RATIO, SLOWNESS, STIFFNESS_N_UM, TIME, TIME_US, VELOCITY,
 };
 
 /// A parameter that is one number of [`Parameters`].
@@ -55,9 +55,9 @@ fn period(parameters: &Parameters) -> f64 {
 
 // What initial values depend on. During initialization rigid contacts transmit nothing.
 const MASSES: &[&str] = &["ball.mass", "ball.massRatio"];
-const PENDULUMS: &[&str] = &["gravity", "pendulum.length", "pendulum.lengthRatio"];
+const PENDULUMS: &[&str] = &["gravity", "pendulum.length", "pendulum.lengthRatio", "pendulum.model"];
 const CLEARANCE: &[&str] = &["contact.deadBand", "contact.gap"];
-const OVERLAP: &[&str] = &["contact.deadBand", "contact.gap", "x_start"];
+const OVERLAP: &[&str] = &["contact.deadBand", "contact.gap", "x_start", "pendulum.model"];
 const ELASTIC: &[&str] = &[
     "ball.radius",
     "ball.youngModulus",
@@ -82,7 +82,7 @@ pub static TABLE: &[Row] = &[
     parameter("ball.massRatio", Balls, &RATIO, POSITIVE, each!(mass_ratio),
         "Mass of ball {i}, as a multiple of ball.mass"),
     parameter("ball.radius", Scalar, &LENGTH_MM, POSITIVE, one!(radius),
-        "Radius of the balls, for hertz contacts and for animations").nominal(0.01),
+        "Radius of the balls, for hertz contacts, circular pendulums and animations").nominal(0.01),
     parameter("ball.youngModulus", Scalar, &ELASTIC_MODULUS_GPA, POSITIVE, one!(young_modulus),
         "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(HERTZ),
     parameter("ball.poissonRatio", Scalar, &RATIO, between(0.0, 0.5), one!(poisson_ratio),
@@ -118,9 +118,9 @@ pub static TABLE: &[Row] = &[
     parameter("contact.restitution", Scalar, &RATIO, between(0.0, 1.0), one!(restitution),
         "Coefficient of restitution of rigid contacts").tunable().used_if(RIGID),
     parameter("x_start", Balls, &LENGTH, ANY, each!(x_start),
-        "Position of ball {i} at the start time"),
+        "Position x[{i}] of ball {i} at the start time; for circular pendulums less than the length"),
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
-        "Velocity of ball {i} at the start time"),
+        "Velocity v[{i}] of ball {i} at the start time"),
     enumeration("solver.method", &SOLVER_METHOD,
         "Solution method"),
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
@@ -131,7 +131,7 @@ pub static TABLE: &[Row] = &[
     enumeration("exchange.contacts", &EXCHANGED_CONTACTS,
         "Who follows the contacts in model exchange; resolved needs a tolerance of 1e-10 for contacts in touch"),
     row("pendulum.period", Scalar, CalculatedParameter, Access::Calculated(period),
-        "Period of ball 1; 1e30 without gravity").of(&TIME)
+        "Period of ball 1 for small angles; 1e30 without gravity").of(&TIME)
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])
         .derivative(|d, _| d.period),
 
@@ -142,22 +142,23 @@ pub static TABLE: &[Row] = &[
     }, "Acceleration of the support, to the right").of(&ACCELERATION),
 
     real("x", Balls, Output, &LENGTH, |s, i| s.x(i),
-        "Position of ball {i}, to the right of its rest position, relative to the support")
-        .initially(&[&["x_start"]]).follows(&[&["position"]])
+        "Horizontal position of ball {i}, to the right of its rest position, relative to the support")
+        .initially(&[&["x_start", "pendulum.model"]]).follows(&[&["position"]])
         .derivative(|d, i| d.x[i]),
     real("F", Contacts, Output, &FORCE_KN, |s, i| s.force(i),
         "Contact force between balls {i} and {j} at this instant, pushing them apart")
         .initially(FORCE_AT_START).follows(&[&["overlap", "v"]])
         .derivative(|d, i| d.force[i]),
     real("v", Balls, Output, &VELOCITY, |s, i| s.v(i),
-        "Velocity of ball {i} relative to the support").initially(&[&["v_start"]]).follows(&[&["v"]])
+        "Rate of x[{i}]").initially(&[&["v_start", "pendulum.model"]])
+        .follows(&[&["v"]])
         .derivative(|d, i| d.v[i]),
     real("E_total", Scalar, Output, &ENERGY, |s, _| s.total_energy(),
         "Kinetic, gravitational and contact energy of all balls")
         .initially(&[MASSES, PENDULUMS, OVERLAP, ELASTIC, &["v_start"]]).follows(&[&["position", "v"]])
         .derivative(|d, _| d.energy),
     real("p_total", Scalar, Output, &MOMENTUM, |s, _| s.momentum(),
-        "Sum of mass times velocity").initially(&[MASSES, &["v_start"]]).follows(&[&["v"]])
+        "Sum of mass times horizontal velocity").initially(&[MASSES, &["v_start", "pendulum.model"]]).follows(&[&["v"]])
         .derivative(|d, _| d.momentum),
     real("F_support", Scalar, Output, &FORCE, |s, _| s.support_force(),
         "Horizontal force on the support, by the pendulums and the drag").initially(&[MASSES, PENDULUMS, SUPPORT])
@@ -183,9 +184,9 @@ pub static TABLE: &[Row] = &[
         .initially(&[MASSES, PENDULUMS, SUPPORT]).follows(&[&["position", "v"]])
         .derivative(|d, _| d.support_force_mean),
     count("pulses", Contacts, Output, |s, i| s.pulses(i),
-        "Number of onsets so far of the contact between balls {i} and {j}").initially(&[OVERLAP]),
+        "Number of onsets so far of the contact between balls {i} and {j}").initially(&[CLEARANCE, &["x_start"]]),
     row("inContact", Contacts, Output, Access::Flag(|s, i| s.in_contact(i)),
-        "Whether balls {i} and {j} overlap").initially(&[OVERLAP]),
+        "Whether balls {i} and {j} overlap").initially(&[CLEARANCE, &["x_start"]]),
 
     row("t_next_isOnset", Scalar, Local, Access::Flag(|s, _| s.next_onset().is_settled()),
         "True if t_next is an onset, or 1e30 because there is none; false if the look ahead ended before an onset"),
@@ -194,10 +195,11 @@ pub static TABLE: &[Row] = &[
     real("t_release", Contacts, Local, &TIME, |s, i| s.last_release(i),
         "Last release of the contact between balls {i} and {j}; -1e30 before the first").discrete(),
     real("overlap", Contacts, Local, &LENGTH_UM, |s, i| s.overlap(i),
-        "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand; negative while the contact is open").nominal(1e-6)
+        "x[{i}] - x[{j}] - contact.gap[{i}] - contact.deadBand, of circular pendulums along the line of the centres; \
+         negative while the contact is open").nominal(1e-6)
         .initially(&[OVERLAP]).derivative(|d, i| d.overlap[i]),
     real("a", Balls, Local, &ACCELERATION, |s, i| s.a(i),
-        "Acceleration of ball {i} relative to the support")
+        "Rate of v[{i}]")
         .initially(&[MASSES, PENDULUMS, CLEARANCE, ELASTIC, DAMPED,
             &["pendulum.drag", "x_start*", "v_start*", "F_ext", "a_support"]])
         .follows(&[&["position", "overlap", "v*", "F_ext", "a_support"]]).derivative(|d, i| d.a[i]),
@@ -222,12 +224,31 @@ pub static TABLE: &[Row] = &[
         "Onsets, releases and other switchings of contacts since the start"),
 
     real("der(overlap)", Contacts, Local, &VELOCITY, |s, i| s.overlap_rate(i),
-        "Rate of overlap[{i}]: v[{i}] - v[{j}]").initially(&[&["v_start"]]).follows(&[&["v"]])
-        .derivative(|d, i| d.overlap_rate[i]),
+        "Rate of overlap[{i}], with linear pendulums v[{i}] - v[{j}]").initially(&[&["v_start", "pendulum.model"]])
+        .follows(&[&["v"]]).derivative(|d, i| d.overlap_rate[i]),
     real("der(E_dissipated)", Scalar, Local, &POWER, |s, _| s.dissipation(),
         "Power dissipated by drag and contacts").initially(&[OVERLAP, ELASTIC, DAMPED, &["v_start", "pendulum.drag"]])
         .follows(&[&["overlap", "v"]]).derivative(|d, _| d.dissipation),
     real("der(W_external)", Scalar, Local, &POWER, |s, _| s.external_power(),
-        "Power of the external forces and the moving support").initially(&[MASSES, &["v_start", "F_ext", "a_support"]])
+        "Power of the external forces and the moving support")
+        .initially(&[MASSES, &["v_start", "F_ext", "a_support", "pendulum.model"]])
         .follows(&[&["v", "F_ext", "a_support"]]).derivative(|d, _| d.external_power),
+
+    enumeration("pendulum.model", &PENDULUM_MODEL,
+        "How the balls hang"),
+    real("angle", Balls, Output, &ANGLE_DEG, |s, i| s.angle(i),
+        "Angle of pendulum {i}; x[{i}] over its length with pendulum.model = linear")
+        .initially(&[&["pendulum.length", "pendulum.lengthRatio", "pendulum.model", "x_start"]])
+        .follows(&[&["position"]])
+        .derivative(|d, i| d.angle[i]),
+    real("y", Balls, Output, &LENGTH, |s, i| s.y(i),
+        "Height of ball {i} above its rest position; x[{i}]^2/2 over its length with pendulum.model = linear")
+        .initially(&[&["pendulum.length", "pendulum.lengthRatio", "pendulum.model", "x_start"]])
+        .follows(&[&["position"]])
+        .derivative(|d, i| d.y[i]),
+    real("F_support_vertical", Scalar, Output, &FORCE, |s, _| s.support_force_vertical(),
+        "Vertical force on the support, upwards, by the pendulums and the drag: minus the weight of the balls at rest, \
+         and always with pendulum.model = linear")
+        .initially(&[MASSES, &["gravity", "pendulum.model"]])
+        .derivative(|d, _| d.support_force_vertical),
 ];

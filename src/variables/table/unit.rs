@@ -34,6 +34,7 @@ macro_rules! displayed {
 
 quantities! {
     RATIO "Ratio" "1" 0 0 0;
+    ANGLE "Angle" "rad" 0 0 0;
     LENGTH "Length" "m" 0 1 0;
     TIME "Time" "s" 0 0 1;
     MASS "Mass" "kg" 1 0 0;
@@ -52,6 +53,7 @@ quantities! {
 }
 
 displayed! {
+    ANGLE_DEG "Angle_deg" ANGLE "deg" 57.295_779_513_082_32;
     LENGTH_MM "Length_mm" LENGTH "mm" 1e3;
     LENGTH_UM "Length_um" LENGTH "um" 1e6;
     TIME_US "Time_us" TIME "us" 1e6;

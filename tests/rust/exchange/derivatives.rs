@@ -15,7 +15,7 @@ const BALLS: usize = 5;
 const LAWS: [(i32, i32, f64); 8] =
     [(1, 1, 1.0), (1, 2, 1.0), (1, 3, 1.5), (1, 4, 2.3), (2, 1, 1.0), (2, 4, 1.0), (1, 1, 3.0), (3, 1, 1.0)];
 
-fn pressed((model, law, exponent): (i32, i32, f64)) -> Host {
+fn pressed((model, law, exponent): (i32, i32, f64), pendulum: f64) -> Host {
     let host = Host::exchanging(BALLS);
     let rigid = model == 3;
     let x = if rigid { [0.0; 5] } else { [3e-6, 1e-6, -1e-6, 1.2, 1.1999985] };
@@ -29,6 +29,7 @@ fn pressed((model, law, exponent): (i32, i32, f64)) -> Host {
         }
     }
     host.give(&[
+        ("pendulum.model", pendulum),
         ("contact.model", model.into()),
         ("contact.dampingLaw", law.into()),
         ("contact.exponent", exponent),
@@ -72,8 +73,9 @@ fn values(host: &Host, unknowns: &[Variable]) -> Vec<f64> {
 #[test]
 fn derivatives_are_differences() {
     let unknowns = unknowns();
-    for law in LAWS {
-        let host = pressed(law);
+    let on_arcs = LAWS.into_iter().filter(|(model, ..)| *model != 3).map(|law| (law, 2.0));
+    for (law, pendulum) in LAWS.into_iter().map(|law| (law, 1.0)).chain(on_arcs) {
+        let host = pressed(law, pendulum);
         assert!(host.get("F[1]") > 0.0);
         let (base, y) = (values(&host, &unknowns), host.states());
         for (known, place, step) in knowns(&host) {
@@ -94,8 +96,18 @@ fn derivatives_are_differences() {
             shifted(0.0);
             for (i, unknown) in unknowns.iter().enumerate() {
                 let (exact, difference) = (exact[i], differences[i]);
-                let allowed = 1e-4 * exact.abs() + 1e-13 * rounding * base[i].abs() + 1e-9;
-                assert!((exact - difference).abs() <= allowed, "{law:?} {unknown} by {known}: {exact} {difference}");
+                // On arcs the strings bear a part of the contact forces, which nearly cancel.
+                let supports = pendulum == 2.0 && unknown.row.name.starts_with("F_support");
+                let size = if supports {
+                    base.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+                } else {
+                    base[i].abs()
+                };
+                let allowed = 1e-4 * exact.abs() + 1e-13 * rounding * size + 1e-9;
+                assert!(
+                    (exact - difference).abs() <= allowed,
+                    "{law:?}, {pendulum}: {unknown} by {known}: {exact} {difference}"
+                );
             }
         }
         assert_eq!(values(&host, &unknowns), base);
@@ -116,7 +128,7 @@ fn the_structure_is_what_depends() {
             described.into_iter().map(|(unknown, on)| (unknown.to_string(), on.unwrap())).collect();
         let mut seen: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         for law in LAWS.into_iter().filter(|law| (law.0 == 3) == rigid) {
-            let host = pressed(law);
+            let host = pressed(law, 1.0);
             for (known, ..) in knowns(&host) {
                 let exact = derivatives(&host, &unknowns, &[known.reference()], &[1.0]);
                 for (unknown, _) in unknowns.iter().zip(&exact).filter(|(_, derivative)| **derivative != 0.0) {

@@ -16,7 +16,7 @@ fn pulses(host: &Host) -> Vec<i32> {
 
 /// Elements of an array.
 fn each(host: &Host, family: &str) -> Vec<f64> {
-    let count = if ["x", "v", "a"].contains(&family) { host.balls } else { host.balls - 1 };
+    let count = if ["x", "v", "a", "angle"].contains(&family) { host.balls } else { host.balls - 1 };
     (1..=count).map(|i| host.get(&format!("{family}[{i}]"))).collect()
 }
 

@@ -5,7 +5,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::config;
-use super::cradles::{ANY, Case, RIGID, cradles, ended_early};
+use super::cradles::{ANY, ARCS, Case, RIGID, cradles, ended_early};
 use crate::methods::bits;
 
 fn pulse_bits(pulse: &Pulse) -> (usize, [u64; 4]) {
@@ -96,6 +96,13 @@ proptest! {
     #[test]
     fn looks_at_a_run_change_nothing(
         case in cradles(ANY), points in points(), shares in vec(0.0..1.0, 5), effort in 1u64..3000,
+    ) {
+        looks_change_nothing(&case, points, &shares, effort)?;
+    }
+
+    #[test]
+    fn looks_at_balls_on_arcs_change_nothing(
+        case in cradles(ARCS), points in points(), shares in vec(0.0..1.0, 5), effort in 1u64..3000,
     ) {
         looks_change_nothing(&case, points, &shares, effort)?;
     }

@@ -3,8 +3,8 @@
 use super::motion::{Motion, Track};
 use super::switching::fall;
 use crate::engine::cluster::window::{Equations, Window};
-use crate::engine::flight::Rounding;
-use crate::model::{ContactLaw, Damping, Mode};
+use crate::engine::flight::{Flight, Rounding};
+use crate::model::{BallModel, ContactLaw, Damping, Mode};
 use crate::solver::gauss::{Power, Stretching};
 
 /// Contacts that have just closed at less than this part of the speed of the others, or with less than this part of the
@@ -17,6 +17,9 @@ const LAST_IN_MEAN: f64 = 0.68;
 
 /// Longest step over the time scale of the pendulums, whose error is not checked.
 const LONGEST: f64 = 0.25;
+
+/// Angle (rad) by which balls on arcs turn in a step at most.
+const SMALL_ANGLE: f64 = 1e-3;
 
 /// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy`.
 const ROUGH: f64 = 0.01;
@@ -77,7 +80,9 @@ impl Motion {
     /// The longest step on which the pendulums hardly act, s.
     pub(super) fn longest(&self) -> f64 {
         let pace = self.pace();
-        if pace > 0.0 { LONGEST / pace } else { f64::INFINITY }
+        let longest = if pace > 0.0 { LONGEST / pace } else { f64::INFINITY };
+        let turn = |(ball, flight): (&BallModel, &Flight)| SMALL_ANGLE * ball.length / flight.v.abs();
+        self.arcs.balls.iter().zip(&self.flights).map(turn).fold(longest, f64::min)
     }
 
     /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a

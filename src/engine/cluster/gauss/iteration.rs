@@ -58,10 +58,47 @@ impl Motion {
         }
     }
 
+    /// The directions of paths and contacts at the nodes by the present forces, for contacts that press or for `all`.
+    /// Returns the largest change of a displacement since the last time over the distance of the pivots.
+    pub(super) fn turn(&mut self, all: bool) -> f64 {
+        let (table, length) = (self.stretching.table(), self.length);
+        let times = table.times.map(|part| length * part);
+        let presses = |j: usize| self.tracks.get(j).is_some_and(|track| track.mode == Mode::Pressing);
+        let (mut change, mut nearest) = (0.0_f64, f64::INFINITY);
+        for i in 0..self.flights.len() {
+            if !(all || presses(i) || i > 0 && presses(i - 1)) {
+                continue;
+            }
+            let flight = &self.flights[i];
+            let [once, twice] = table.integrate_both(&self.arcs.accelerations(i, &self.at_nodes.forces));
+            let (mut way, mut u) = ([0.0; NODES], [0.0; NODES]);
+            for m in 0..NODES {
+                way[m] = length * (flight.v * table.times[m] + length * twice[m]);
+                u[m] = flight.v + length * once[m];
+            }
+            change = larger(change, (way[NODES - 1] - self.arcs.turned[i]).abs());
+            self.arcs.turned[i] = way[NODES - 1];
+            self.at_nodes.balls[i] = [way, u];
+            let arcs = &mut self.arcs;
+            arcs.courses[i].follow(&arcs.balls[i], flight, &self.at_nodes.balls[i], &times);
+            nearest = self.tracks.get(i).map_or(nearest, |track| track.law.pivots.min(nearest));
+        }
+        self.arcs.turn(|j| all || self.tracks[j].mode == Mode::Pressing);
+        change / nearest
+    }
+
     /// Relative accelerations of the balls of contact `j` at the nodes, by the forces of three neighbouring contacts, a
     /// constant pull and the pendulums.
     pub(super) fn accelerate(&mut self, j: usize) {
         let (track, Samples { overlaps, rates, forces, balls, .. }) = (&self.tracks[j], &self.at_nodes);
+        if self.on_arcs() {
+            let ([left, own, right], mut sums) = (&self.arcs.factors[j], self.arcs.directions[j].pull);
+            for m in 0..NODES {
+                sums[m] += left[m] * forces[j][m] + own[m] * forces[j + 1][m] + right[m] * forces[j + 2][m];
+            }
+            self.accelerations[j] = sums;
+            return;
+        }
         let ([a, b], [omega2, drag], [left, own, right]) =
             (track.inverse_masses, track.mean, [&forces[j], &forces[j + 1], &forces[j + 2]]);
         let mut sums = [0.0; NODES];
@@ -89,6 +126,12 @@ impl Motion {
     /// The motion of the balls at the nodes: of the first one of a group by its accelerations, iterated for its
     /// pendulum, of the others by the overlaps.
     pub(super) fn move_balls(&mut self) {
+        if self.on_arcs() {
+            for i in 0..self.flights.len() {
+                self.ball_accelerations[i] = self.arcs.accelerations(i, &self.at_nodes.forces);
+            }
+            return;
+        }
         let (table, length, reach) = (self.stretching.table(), self.length, self.pace() * self.length);
         let gain = if self.drags { 2.0 * reach } else { reach * reach };
         // Errors of displacements matter only through the pendulums, unless velocities are needed.

@@ -7,6 +7,7 @@
 //! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
 
 mod ahead;
+mod arcs;
 mod iteration;
 mod motion;
 mod output;
@@ -45,8 +46,9 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
         window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
     };
+    let on_arcs = window.balls[0].on_arc;
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
-        contact.mode == Mode::Open || (!law.is_linear() && (!law.clips() || law.sign_of_force().is_some()))
+        contact.mode == Mode::Open || ((on_arcs || !law.is_linear()) && (!law.clips() || law.sign_of_force().is_some()))
     };
     let presses = |contact: &WindowContact| contact.mode == Mode::Pressing;
     window.contacts.iter().any(presses)

@@ -2,9 +2,10 @@
 
 use std::cell::RefCell;
 
+use super::arcs::{Arcs, Course, Direction};
 use crate::engine::cluster::window::{Switch, Window};
-use crate::engine::flight::{Flight, Forcing, Rounding, degree};
-use crate::model::{ContactLaw, Mode, SignOfForce};
+use crate::engine::flight::{Ball, Flight, Forcing, Rounding, degree};
+use crate::model::{ContactLaw, Mode, SignOfForce, distances_between};
 use crate::solver::gauss::{NODES, Nodes, Stretching};
 use crate::solver::oscillator::Oscillator;
 
@@ -143,6 +144,8 @@ pub(crate) struct Motion {
     /// Acceleration of each contact and each ball there, m/s2.
     pub(super) accelerations: Vec<Nodes>,
     pub(super) ball_accelerations: Vec<Nodes>,
+    /// What turns, if balls move on arcs.
+    pub(super) arcs: Arcs,
     pub(super) moment: RefCell<Moment>,
     /// The same of its integrals.
     pub(super) part: RefCell<Part>,
@@ -153,12 +156,16 @@ impl Motion {
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, balls, contacts, laws } = window;
         self.end = None;
-        self.oscillators.clear();
-        self.oscillators.extend(balls.iter().map(|ball| ball.oscillator));
-        self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
         self.flights.clear();
         self.flights.extend_from_slice(flights);
         self.tracks.clear();
+        self.oscillators.clear();
+        self.oscillators.extend(balls.iter().map(|ball| ball.oscillator));
+        self.arcs.balls.clear();
+        if balls[0].on_arc {
+            return self.start_on_arcs(window);
+        }
+        self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
         for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
             let (left, right) = (&flights[j], &flights[j + 1]);
             let forcing = std::array::from_fn(|k| left.forcing[k] - right.forcing[k]);
@@ -187,15 +194,15 @@ impl Motion {
             let swing = track.swing(track.overlap, track.rate) - 0.5 * track.unlike[1] * both;
             track.acceleration = track.pushed(forces) + (track.pull + swing);
         });
-        let change = |track: &Track| {
-            let (by_overlap, by_rate) = track.law.force_slopes(track.overlap, track.rate);
-            by_overlap * track.rate + by_rate * track.acceleration
-        };
-        self.for_each_under(change, |track, changes| track.jerk = track.pushed(changes));
+        self.for_each_under(change_of_force, |track, changes| track.jerk = track.pushed(changes));
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
         self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
         let lossy = self.tracks.iter().any(|track| !track.law.is_elastic());
         self.needs_rates = self.drags || self.varies || lossy;
+        self.make_room();
+    }
+
+    fn make_room(&mut self) {
         let contacts = self.tracks.len();
         let Samples { overlaps, rates, forces, balls, .. } = &mut self.at_nodes;
         for values in [overlaps, rates, &mut self.accelerations] {
@@ -203,13 +210,69 @@ impl Motion {
         }
         forces.clear();
         forces.resize(contacts + 2, [0.0; NODES]);
-        balls.resize(flights.len(), [[0.0; NODES]; 2]);
-        self.ball_accelerations.resize(flights.len(), [0.0; NODES]);
+        balls.resize(contacts + 1, [[0.0; NODES]; 2]);
+        self.ball_accelerations.resize(contacts + 1, [0.0; NODES]);
+    }
+
+    /// The same for balls on arcs.
+    fn start_on_arcs(&mut self, window: &Window) {
+        let Window { flights, balls, contacts, laws } = window;
+        let arcs = &mut self.arcs;
+        arcs.balls.extend(balls.iter().map(Ball::model));
+        let courses: Vec<Course<1>> = arcs.balls.iter().zip(*flights).map(Course::at_start).collect();
+        let lengths = |j: usize| [arcs.balls[j].length, arcs.balls[j + 1].length];
+        arcs.starts.clear();
+        arcs.starts.extend((0..laws.len()).map(|j| {
+            let pair = [&arcs.balls[j], &arcs.balls[j + 1]];
+            distances_between(pair, laws[j].pivots, [flights[j].x, flights[j + 1].x])
+        }));
+        let direction = |j: usize| Direction::new(&courses[j], &courses[j + 1], lengths(j), arcs.starts[j]);
+        let directions: Vec<Direction<1>> = (0..laws.len()).map(direction).collect();
+        let mut factors = Vec::with_capacity(laws.len());
+        for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
+            let left = j.checked_sub(1).map(|left| &directions[left]);
+            let inverse_masses = [j, j + 1].map(|i| 1.0 / arcs.balls[i].mass);
+            factors.push(directions[j].factors(inverse_masses, left, directions.get(j + 1)).map(|[factor]| factor));
+            let [[l], [r]] = directions[j].along;
+            self.tracks.push(Track {
+                law: *law,
+                mode: contact.mode,
+                overlap: contact.overlap,
+                rate: courses[j].approach(&courses[j + 1], &directions[j]),
+                inverse_masses: [l * l * inverse_masses[0], r * r * inverse_masses[1]],
+                forcing: std::array::from_fn(|k| flights[j].forcing[k] - flights[j + 1].forcing[k]),
+                mean: [0.0; 2],
+                unlike: [0.0; 2],
+                pull: directions[j].pull[0],
+                acceleration: 0.0,
+                jerk: 0.0,
+            });
+        }
+        arcs.begin(&courses, &directions, &factors);
+        let pushed =
+            |[left, own, right]: [f64; 3], forces: [f64; 3]| left * forces[0] + own * forces[1] + right * forces[2];
+        let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
+        let mut of = factors.iter();
+        self.for_each_under(force, |track, forces| {
+            track.acceleration = of.next().map_or(0.0, |factors| pushed(*factors, forces)) + track.pull;
+        });
+        let mut of = factors.iter();
+        self.for_each_under(change_of_force, |track, changes| {
+            track.jerk = of.next().map_or(0.0, |factors| pushed(*factors, changes));
+        });
+        (self.unlike, self.varies, self.drags) = (false, false, false);
+        self.needs_rates = self.tracks.iter().any(|track| !track.law.is_elastic());
+        self.make_room();
+    }
+
+    /// Whether balls move on arcs.
+    pub(super) fn on_arcs(&self) -> bool {
+        !self.arcs.balls.is_empty()
     }
 
     /// Whether balls must be followed at the nodes; otherwise their centres fly.
     pub(super) fn needs_balls(&self) -> bool {
-        self.unlike || self.drags || self.varies
+        self.unlike || self.drags || self.varies || self.on_arcs()
     }
 
     /// The fastest rate of a pendulum, 1/s.
@@ -228,4 +291,10 @@ impl Motion {
             (left, own) = (own, right);
         }
     }
+}
+
+/// Rate of the force of a contact at the start, N/s.
+fn change_of_force(track: &Track) -> f64 {
+    let (by_overlap, by_rate) = track.law.force_slopes(track.overlap, track.rate);
+    by_overlap * track.rate + by_rate * track.acceleration
 }

@@ -15,7 +15,7 @@ use std::cell::Ref;
 use super::motion::{Moment, Motion, Part, Samples};
 use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
-use crate::model::Mode;
+use crate::model::{Mode, change_of_overlap};
 use crate::next::Next;
 use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
 use crate::solver::{root, series};
@@ -54,6 +54,12 @@ impl Motion {
         for (j, track) in self.tracks.iter().enumerate() {
             moment.contacts.push(if track.mode == Mode::Pressing {
                 self.overlap_by(&once, &twice, j, tau)
+            } else if self.on_arcs() {
+                let models = [&self.arcs.balls[j], &self.arcs.balls[j + 1]];
+                let states = [j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v));
+                let moves = [j, j + 1].map(|i| (moment.balls[i][0], moment.balls[i][1]));
+                let [change, of_rate] = change_of_overlap(models, &track.law, states, moves);
+                [track.overlap + change, of_rate]
             } else {
                 let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
                 [track.overlap + (left[0] - right[0]), left[1] - right[1]]

@@ -32,6 +32,11 @@ const CONVERGED_RATE: f64 = 4e-15;
 const ROUGH: f64 = 0.1;
 const FINE: f64 = 1e-5;
 
+/// Changes below which the directions of balls on arcs are computed anew. The first time shows by which part of the
+/// rest they change, the last time how much is missing; they stand if the product is small.
+const TURNS: [f64; 2] = [1e-5, 1e-10];
+const STANDS: f64 = 1e-15;
+
 /// Factor on the error if the step is left before its end, because a force changes its sign: there it is less exact
 /// than at the end.
 const WITHIN: f64 = 30.0;
@@ -73,9 +78,15 @@ impl Motion {
         let closed = self.tracks.iter().filter(|track| track.mode == Mode::Pressing).count() as u64;
         self.begin(table);
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, 0.0, false, false);
+        let (mut turns, mut turned) = (0, [f64::INFINITY, 0.0]);
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
+            if self.on_arcs() && TURNS.get(turns).is_some_and(|turn| last_change < *turn) {
+                turned = self.turn_on(turns > 0, turned);
+                turns += 1;
+                self.push();
+            }
             if !looked && last_change < ROUGH && last_change < FINE.max(ROUGH * self.evenness()) {
                 looked = true;
                 match self.first_switching(table, tolerance) {
@@ -120,12 +131,25 @@ impl Motion {
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * rate.min(1.0) <= CONVERGED_RATE * tolerance.speed {
-                    return self.conclude(table, tolerance);
+                    if self.on_arcs() && (turns < TURNS.len() || turned[0] * turned[1] > STANDS) {
+                        turned = self.turn_on(true, turned);
+                        turns = TURNS.len();
+                    }
+                    if !self.on_arcs() || turned[0] * turned[1] <= STANDS {
+                        return self.conclude(table, tolerance);
+                    }
                 }
             }
             (last_change, last_rate) = (change, change / last_change);
         }
         Outcome::Failed
+    }
+
+    /// Computes the directions anew, for `all` contacts or for those that press. Returns the change, and the largest so
+    /// far.
+    fn turn_on(&mut self, all: bool, [_, largest]: [f64; 2]) -> [f64; 2] {
+        let change = self.turn(all);
+        [change, largest.max(change)]
     }
 
     /// Whether a step of this `plan` may end with another switching, that of contact `j`: it has no branch point, and

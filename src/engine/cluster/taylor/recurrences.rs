@@ -15,6 +15,7 @@ use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
+use crate::solver::series::product_term;
 
 /// Allowed difference between the forces by the series and by the law: its effect on the velocities over their scale.
 const WRONG: f64 = 1e-13;
@@ -44,7 +45,11 @@ impl<S: Scalar> Series<S> {
                     self.expand_force(j, equations.law(j), (!negligible(j)).then_some(powers), k);
                 }
             }
-            self.expand_motion(equations, k, &given);
+            if equations.ball(0).on_arc {
+                self.expand_motion_on_arcs(equations, k, &given);
+            } else {
+                self.expand_motion(equations, k, &given);
+            }
         }
     }
 
@@ -107,6 +112,30 @@ impl<S: Scalar> Series<S> {
 }
 
 impl<S: Scalar> Series<S> {
+    /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the geometry.
+    fn expand_motion_on_arcs(&mut self, equations: &impl Equations<S>, k: usize, given: &impl Fn(usize) -> bool) {
+        let (stride, unit, next) = (self.stride(), S::from(self.unit), (k + 1) as f64);
+        for i in 0..equations.balls() {
+            let (ball, at) = (equations.ball(i), i * stride);
+            let by_contact = |j: usize, side: usize| match equations.mode(j) == Mode::Pressing {
+                true => product_term(&self.forces[j * stride..], &self.arcs.along[side][j * stride..], k),
+                false => S::default(),
+            };
+            let from_left = if i > 0 { by_contact(i - 1, 1) } else { S::default() };
+            let from_right = if i + 1 < equations.balls() { by_contact(i, 0) } else { S::default() };
+            let (mut driven, mut power) = ((from_left - from_right) / ball.mass, 1.0);
+            for (m, forcing) in equations.forcing(i).iter().enumerate().take(k.min(MAX_FORCE_ORDER) + 1) {
+                driven += *forcing * S::from(INVERSE_FACTORIAL[m] * power) * self.arcs.cos[at + k - m];
+                power *= self.unit;
+            }
+            let gravity = ball.gravity * self.arcs.sin[at + k];
+            let damped = S::from(2.0) * ball.gamma * S::from(next) * self.displacements[at + k + 1] / unit;
+            let a = driven - gravity - damped;
+            self.displacements[at + k + 2] = a * unit * unit / S::from(next * (next + 1.0));
+        }
+        self.arcs.expand(equations, k + 2, &self.displacements, &mut self.overlaps, given);
+    }
+
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), to the
     /// accuracy of `control`. Returns for each contact the overlap (m) up to which its elastic force is left out; 0 if
     /// it is not.
@@ -133,6 +162,7 @@ impl<S: Scalar> Series<S> {
         for k in (self.order + 1).saturating_sub(self.terms).max(2)..=self.order {
             let rows = self.displacements.chunks_exact(self.stride());
             let largest = rows.map(|d| ((k + 1) as f64 * part(d[k + 1])).abs()).fold(0.0, f64::max);
+            let largest = self.arcs.term(k + 1, &part).max(largest);
             if largest > 0.0 {
                 shortest = shortest.min(libm::pow(dv * self.unit / largest, 1.0 / k as f64));
             }

@@ -1,9 +1,10 @@
 //! The motions and forces of a window as power series of the time, with their dense output. The coefficients come from
 //! `recurrences`, from `linear` for linear contacts, or from `collocation`.
 
+use super::arcs::Arcs;
 use crate::engine::cluster::window::{DenseOutput, Equations, OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree};
-use crate::model::Mode;
+use crate::model::{BallModel, Mode};
 use crate::next::Next;
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
@@ -34,6 +35,8 @@ pub(crate) struct Series<S = f64> {
     pub(crate) forces: Vec<S>,
     /// For each contact: stiffness, N/m, and damping, N.s/m, of a linear one; zeros of an open one beside it.
     pub(crate) linear: Vec<Option<[S; 2]>>,
+    /// The geometry, where balls move on arcs.
+    pub(super) arcs: Arcs<S>,
     /// Last terms from which the convergence is estimated.
     pub(super) terms: usize,
     /// How long the series converge to the tolerance, s.
@@ -74,6 +77,12 @@ impl<S: Scalar> Series<S> {
         row.iter().enumerate().skip(1).map(|(k, c)| S::from(k as f64) * *c / S::from(self.unit)).collect()
     }
 
+    /// Overlap of contact `j` (m) and its rate (m/s) at the scaled time `s`.
+    pub(crate) fn overlap_at(&self, j: usize, s: S) -> (S, S) {
+        let row = self.overlap_row(j);
+        self.arcs.overlap(j, series::value(row, s), series::derivative(row, s) / S::from(self.unit))
+    }
+
     /// Rows of the given order and unit of time with only the state at the start.
     pub(crate) fn begin(&mut self, equations: &impl Equations<S>, order: usize, unit: f64) {
         (self.order, self.stride, self.unit, self.converges_for) = (order, order + 2, unit, unit);
@@ -91,8 +100,9 @@ impl<S: Scalar> Series<S> {
         }
         for j in 0..balls.saturating_sub(1) {
             self.overlaps[j * stride] = equations.overlap(j);
-            self.overlaps[j * stride + 1] = (equations.velocity(j) - equations.velocity(j + 1)) * S::from(unit);
+            self.overlaps[j * stride + 1] = equations.overlap_rate(j) * S::from(unit);
         }
+        self.arcs.begin(equations, stride, &self.displacements, &mut self.overlaps);
     }
 
     /// Rows for this many balls and contacts, each with room for `stride` coefficients to be set later. All contacts
@@ -124,6 +134,33 @@ impl<S: Scalar> Series<S> {
 }
 
 impl Series {
+    /// Deflection and height of ball `i` (m), which begins at `start` (m) along its path.
+    pub(crate) fn places(&self, i: usize, ball: &BallModel, start: f64) -> [Vec<f64>; 2] {
+        let (mut path, place) = (self.displacement(i).to_vec(), ball.place(start));
+        if !ball.on_arc {
+            path[0] = start;
+            let square = (0..path.len()).map(|k| 0.5 * series::product_term(&path, &path, k) / ball.length);
+            return [path.clone(), square.collect()];
+        }
+        let [sin, cos] = self.directions(i);
+        let mut places = [(1.0, sin), (-1.0, cos)]
+            .map(|(sign, row)| row.iter().map(|c| sign * ball.length * c).collect::<Vec<f64>>());
+        (places[0][0], places[1][0]) = (place.x, place.y);
+        places
+    }
+
+    /// Sine and cosine of the angle of ball `i` on an arc.
+    pub(crate) fn directions(&self, i: usize) -> [&[f64]; 2] {
+        [&self.arcs.sin, &self.arcs.cos].map(|rows| self.row(rows, i))
+    }
+
+    /// The part of the direction of the closed contact `j` away from the pivot of its ball `i`.
+    pub(crate) fn outward(&self, j: usize, i: usize) -> Vec<f64> {
+        let [nx, ny] = [0, 1].map(|k| self.row(&self.arcs.direction[k], j));
+        let [sin, cos] = self.directions(i);
+        (0..sin.len()).map(|k| series::product_term(nx, sin, k) - series::product_term(ny, cos, k)).collect()
+    }
+
     fn with_change_of_rate(&self, row: &[f64], tau: f64) -> (f64, f64) {
         let (value, change) = series::value_and_change_of_derivative(row, tau / self.unit);
         (value, change / self.unit)
@@ -214,6 +251,10 @@ impl DenseOutput for Series {
     }
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        if self.arcs.is_open(j) {
+            let (overlap, rate) = self.overlap_at(j, tau / self.unit);
+            return (overlap, rate - self.overlap_at(j, 0.0).1);
+        }
         self.with_change_of_rate(self.overlap_row(j), tau)
     }
 

@@ -216,7 +216,7 @@ impl Group<'_> {
     /// Enters the derivatives of a number at the end by state and coefficients of ball `i`, from its derivatives by the
     /// displacements through the contact forces, and `z` by the accelerations at the nodes.
     fn enter(&self, [state, coefficients]: [&mut [f64]; 2], i: usize, ball: &BallNodes, by_place: &Nodes, z: &Nodes) {
-        let BallModel { mass, omega2, gamma } = self.models[i];
+        let BallModel { mass, omega2, gamma, .. } = self.models[i];
         let by_place: Nodes = std::array::from_fn(|m| by_place[m] - omega2 * z[m]);
         let total = z.iter().sum::<f64>();
         state[STATE * i + X] += by_place.iter().sum::<f64>();

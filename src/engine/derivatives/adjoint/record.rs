@@ -67,7 +67,7 @@ impl Tape {
     /// Whether there can be tapes of runs with these parameters.
     pub(crate) fn takes(parameters: &Parameters) -> bool {
         let cradle = Cradle::new(parameters);
-        cradle.restitution.is_none() && cradle.contacts.iter().all(ContactLaw::is_elastic)
+        !cradle.on_arcs() && cradle.restitution.is_none() && cradle.contacts.iter().all(ContactLaw::is_elastic)
     }
 }
 

@@ -5,13 +5,13 @@ use std::ops::Range;
 
 use crate::engine::error::EngineError;
 use crate::engine::exchange::run::Exchange;
-use crate::engine::flight::{Ball, Separation};
+use crate::engine::flight::Ball;
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Pulse};
 use crate::engine::records::RAPID;
 use crate::engine::rigid::restitution;
 use crate::engine::run::{Engine, Keep, Phase, around};
-use crate::model::{Inputs, Mode, Parameters};
+use crate::model::{Inputs, Mode, Parameters, change_of_overlap};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -61,18 +61,18 @@ impl Exchange {
             let (displacement, v) = ball.moved(onset.into());
             (ball.flight.x + displacement, v)
         };
-        let (x_start, v_start) = balls[range.clone()].iter().map(moved).unzip();
         let parameters = Parameters {
             mass_ratio: part(&self.parameters.mass_ratio, range),
             length_ratio: part(&self.parameters.length_ratio, range),
             stiffness_ratio: part(&self.parameters.stiffness_ratio, &contacts),
             gap: part(&self.parameters.gap, &contacts),
-            x_start,
-            v_start,
             ..self.parameters.clone()
         };
         let inputs = Inputs { force: part(&self.inputs.force, range), ..self.inputs };
         let mut engine = Engine::apart(&parameters, HeldInputs::constant(inputs, 0.0), 0.0);
+        for (ball, state) in engine.balls.iter_mut().zip(balls[range.clone()].iter().map(moved)) {
+            (ball.flight.x, ball.flight.v) = state;
+        }
         let all = 0..engine.contacts.len();
         let is_closed = |j: usize| closed.binary_search(&(contacts.start + j)).is_ok();
         for (j, contact) in contacts.clone().zip(&mut engine.contacts) {
@@ -95,7 +95,7 @@ impl Exchange {
         }
         for j in all.clone().filter(|j| is_closed(*j)) {
             let overlap = engine.contacts[j].overlap();
-            let rate = engine.balls[j].flight.v - engine.balls[j + 1].flight.v;
+            let rate = engine.rate_at(j, START);
             let mode = engine.cradle.contacts[j].mode_when_closed(overlap, rate);
             engine.contacts[j].unassign(overlap, mode);
             engine.begin_pulse(j, START, observer);
@@ -107,9 +107,9 @@ impl Exchange {
             if engine.contacts[j].separation().is_some()
                 && let Some(parting) = self.parting(&flight, contacts.start + j, onset)
             {
-                let (anchor, clearance) = (DoubleDouble::from(parting - onset), engine.cradle.contacts[j].clearance);
+                let anchor = DoubleDouble::from(parting - onset);
                 let overlap = flight.at_time(parting.into()).0.min(0.0);
-                let separation = Separation::new(&engine.balls[j], &engine.balls[j + 1], anchor, overlap, clearance);
+                let separation = engine.separation(j, anchor, overlap);
                 engine.contacts[j].phase = Phase::Open(separation, Next::Never);
                 engine.forecast(j, anchor);
             }
@@ -201,14 +201,21 @@ impl Exchange {
         // With the balls on either side, if there are any.
         let wide = members.start.saturating_sub(1)..(members.end + 1).min(engine.balls.len());
         let [loss, work] = self.sums_place();
-        let mut displacements = Vec::with_capacity(wide.len());
+        // Along the paths: the states at the end, and the ways and changes of velocities back.
+        let (mut states, mut moves) = (Vec::with_capacity(wide.len()), Vec::with_capacity(wide.len()));
+        let change_of = |j: usize, states: &[(f64, f64)], moves: &[(f64, f64)]| {
+            let pairs = ([states[0], states[1]], [moves[0], moves[1]]);
+            change_of_overlap(self.cradle.pair(j), &self.cradle.contacts[j], pairs.0, pairs.1)[0]
+        };
+        let mut edges = Vec::new();
         for i in wide.clone() {
             let (mut ball, inputs) = (engine.balls[i].clone(), engine.own_forcing(i, end));
             ball.integrals = engine.integrals_at(i, end);
             (ball.flight.x, ball.flight.v) = engine.state_at(i, end);
             ball.anchor = START;
             let (displacement, v) = ball.moved(back.into());
-            displacements.push(displacement);
+            states.push((ball.flight.x, ball.flight.v));
+            moves.push((displacement, v - ball.flight.v));
             if members.contains(&i) {
                 for part in [
                     ball.integrals_under(&inputs, back.into()),
@@ -217,24 +224,31 @@ impl Exchange {
                     self.y[loss] += part.drag_loss;
                     self.y[work] += part.work;
                 }
-                self.y[n + first + i] = v;
                 let x = ball.flight.x + displacement;
-                let change = x - self.state.x[first + i];
-                if first + i == 0 {
-                    self.y[0] = x;
+                let place = self.cradle.balls[first + i].place(x);
+                self.y[n + first + i] = v * place.cos;
+                let (k, still) = (first + i, (0.0, 0.0));
+                let change = (x - self.state.x[k], v - self.state.v[k]);
+                let state = |i: usize| (self.state.x[i], self.state.v[i]);
+                if k == 0 {
+                    self.y[0] = place.x;
                 } else if i == 0 {
                     // The ball beside is not part of the engine and continues.
-                    self.y[first] -= change;
+                    edges.push((k, change_of(k - 1, &[state(k - 1), state(k)], &[still, change])));
                 }
-                if i + 1 == engine.balls.len() && first + i + 1 < n {
-                    self.y[1 + first + i] += change;
+                if i + 1 == engine.balls.len() && k + 1 < n {
+                    edges.push((1 + k, change_of(k, &[state(k), state(k + 1)], &[change, still])));
                 }
             }
         }
+        let overlaps: Vec<f64> = (0..states.len() - 1)
+            .map(|k| change_of(first + wide.start + k, &states[k..k + 2], &moves[k..k + 2]))
+            .collect();
+        edges.into_iter().for_each(|(place, change)| self.y[place] += change);
         self.y[loss] += engine.totals.contact_loss;
         let is_closed = |j: usize| engine.contacts[j].constraint().is_some();
-        for (j, pair) in (wide.start..).zip(displacements.windows(2)) {
-            let overlap = engine.overlap_at(j, end).0 + (pair[0] - pair[1]);
+        for (j, change) in (wide.start..).zip(overlaps) {
+            let overlap = engine.overlap_at(j, end).0 + change;
             self.y[1 + first + j] = if is_closed(j) { 0.0 } else { overlap };
         }
         let start = DoubleDouble::from(self.time) + onset;

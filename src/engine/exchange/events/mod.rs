@@ -33,6 +33,11 @@ impl Exchange {
         if let Some(i) = (0..self.balls()).find(|&i| !(self.state.x[i].is_finite() && self.state.v[i].is_finite())) {
             return Err(EngineError::NotFinite { time: self.time, ball: i });
         }
+        for (ball, flight) in self.flights().iter().enumerate().filter(|_| self.cradle.on_arcs()) {
+            if let Some(fault) = flight.fault_now() {
+                return Err(EngineError::OffArc { time: self.time, ball, fault });
+            }
+        }
         let before = (self.y.clone(), self.modes.clone());
         let at_start = std::mem::take(&mut self.at_start);
         if self.is_rigid() {

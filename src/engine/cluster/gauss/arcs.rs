@@ -1,0 +1,190 @@
+//! Balls on arcs within a step: the directions of paths and contacts, which turn by some 1e-4 in a contact.
+//!
+//! With the parts `l` and `r` of the direction of a contact along the paths of its balls, its overlap accelerates by
+//!
+//! ```text
+//! d'' = l s_l'' - r s_r'' + (u_r^2 / L_r) o_r - (u_l^2 / L_l) o_l - w^2 / D,     s'' = q + (sum of forces) / m
+//! ```
+//!
+//! where q is the acceleration along a path by gravity, inputs and drag, o are the outward parts of the direction, and
+//! w is the relative velocity across it. So forces act by three factors each, and the rest is a pull.
+
+use crate::engine::flight::{Flight, forcing_at};
+use crate::model::BallModel;
+use crate::solver::gauss::{NODES, Nodes};
+
+/// A ball at some times: its direction, its rate along the path (m/s), and its acceleration without contacts (m/s2).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Course<const N: usize> {
+    /// Sine and cosine at the start.
+    start: (f64, f64),
+    /// Their changes since then, which keep their digits, and the values.
+    changes: [[f64; N]; 2],
+    sin: [f64; N],
+    cos: [f64; N],
+    u: [f64; N],
+    pub free: [f64; N],
+}
+
+impl<const N: usize> Default for Course<N> {
+    fn default() -> Self {
+        let none = [0.0; N];
+        Self { start: (0.0, 1.0), changes: [none; 2], sin: none, cos: none, u: none, free: none }
+    }
+}
+
+impl Course<1> {
+    pub fn at_start((ball, flight): (&BallModel, &Flight)) -> Self {
+        let mut course = Self { start: libm::sincos(flight.x / ball.length), ..Self::default() };
+        course.follow(ball, flight, &[[0.0], [flight.v]], &[0.0]);
+        course
+    }
+
+    /// The same all the time.
+    fn lasting(&self) -> Course<NODES> {
+        let all = |[value]: [f64; 1]| [value; NODES];
+        let &Self { start, sin, cos, u, free, .. } = self;
+        Course { start, sin: all(sin), cos: all(cos), u: all(u), free: all(free), ..Course::default() }
+    }
+
+    /// Rate of the overlap of this ball and the next one, m/s.
+    pub fn approach(&self, next: &Self, between: &Direction<1>) -> f64 {
+        let [[left], [right]] = between.along;
+        self.u[0] * left - next.u[0] * right
+    }
+}
+
+impl<const N: usize> Course<N> {
+    /// Takes it to these displacements (m) from the start and rates (m/s) at these times (s).
+    pub fn follow(&mut self, ball: &BallModel, flight: &Flight, [way, u]: &[[f64; N]; 2], times: &[f64; N]) {
+        let ((sine, cosine), inverse) = (self.start, 1.0 / ball.length);
+        (0..N).for_each(|m| {
+            // By the series for small angles.
+            let a = way[m] * inverse;
+            let square = a * a;
+            let rise = a - a * (square * (1.0 / 6.0)) * (1.0 - square * (1.0 / 20.0));
+            let fall = 0.5 * square * (1.0 - square * (1.0 / 12.0));
+            self.changes[0][m] = cosine * rise - sine * fall;
+            self.changes[1][m] = -(sine * rise + cosine * fall);
+            self.sin[m] = sine + self.changes[0][m];
+            self.cos[m] = cosine + self.changes[1][m];
+        });
+        let (gravity, drag) = (ball.gravity, 2.0 * ball.gamma);
+        self.u = *u;
+        (0..N).for_each(|m| self.free[m] = -gravity * self.sin[m] - drag * u[m]);
+        if flight.forcing.iter().any(|f| *f != 0.0) {
+            (0..N).for_each(|m| self.free[m] += forcing_at(&flight.forcing, times[m]) * self.cos[m]);
+        }
+    }
+}
+
+/// A contact at some times: the parts of its direction along the paths of its balls, and the pull on its overlap, m/s2.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Direction<const N: usize> {
+    pub along: [[f64; N]; 2],
+    pub pull: [f64; N],
+}
+
+impl<const N: usize> Default for Direction<N> {
+    fn default() -> Self {
+        Self { along: [[0.0; N]; 2], pull: [0.0; N] }
+    }
+}
+
+impl<const N: usize> Direction<N> {
+    /// Of balls on pendulums of these lengths, with these horizontal and vertical distances at the start, m.
+    pub fn new(l: &Course<N>, r: &Course<N>, lengths: [f64; 2], start: [f64; 2]) -> Self {
+        let (mut direction, [left, right]) = (Self::default(), lengths);
+        let (inverse_left, inverse_right) = (1.0 / left, 1.0 / right);
+        for m in 0..N {
+            let width = start[0] + (right * r.changes[0][m] - left * l.changes[0][m]);
+            let height = start[1] - (right * r.changes[1][m] - left * l.changes[1][m]);
+            let inverse = 1.0 / (width * width + height * height).sqrt();
+            let (x, y) = (width * inverse, height * inverse);
+            let along = [x * l.cos[m] + y * l.sin[m], x * r.cos[m] + y * r.sin[m]];
+            let outward = [x * l.sin[m] - y * l.cos[m], x * r.sin[m] - y * r.cos[m]];
+            let across = r.u[m] * outward[1] - l.u[m] * outward[0];
+            let round = r.u[m] * r.u[m] * inverse_right * outward[1] - l.u[m] * l.u[m] * inverse_left * outward[0];
+            (direction.along[0][m], direction.along[1][m]) = (along[0], along[1]);
+            direction.pull[m] = along[0] * l.free[m] - along[1] * r.free[m] + (round - across * across * inverse);
+        }
+        direction
+    }
+
+    /// The factors of the forces of the left, the own and the right contact in the acceleration of the overlap, for
+    /// these inverse masses (1/kg) and neighbours.
+    pub fn factors(&self, [a, b]: [f64; 2], left: Option<&Self>, right: Option<&Self>) -> [[f64; N]; 3] {
+        let mut factors = [[0.0; N]; 3];
+        let [l, r] = &self.along;
+        for m in 0..N {
+            factors[1][m] = -(l[m] * l[m] * a + r[m] * r[m] * b);
+        }
+        if let Some(left) = left {
+            (0..N).for_each(|m| factors[0][m] = l[m] * left.along[1][m] * a);
+        }
+        if let Some(right) = right {
+            (0..N).for_each(|m| factors[2][m] = r[m] * right.along[0][m] * b);
+        }
+        factors
+    }
+}
+
+/// All of a window at the nodes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Arcs {
+    /// Empty where balls move on lines.
+    pub balls: Vec<BallModel>,
+    pub courses: Vec<Course<NODES>>,
+    pub directions: Vec<Direction<NODES>>,
+    pub factors: Vec<[Nodes; 3]>,
+    /// For each contact: the distances of the centres at the start, horizontal and vertical, m.
+    pub starts: Vec<[f64; 2]>,
+    /// Displacements of the balls at the last node by which the directions are known, m.
+    pub turned: Vec<f64>,
+}
+
+impl Arcs {
+    /// Everything as at the start.
+    pub fn begin(&mut self, courses: &[Course<1>], directions: &[Direction<1>], factors: &[[f64; 3]]) {
+        self.courses.clear();
+        self.courses.extend(courses.iter().map(Course::lasting));
+        self.directions.clear();
+        self.directions.extend(directions.iter().map(|direction| Direction {
+            along: direction.along.map(|[value]| [value; NODES]),
+            pull: [direction.pull[0]; NODES],
+        }));
+        self.factors.clear();
+        self.factors.extend(factors.iter().map(|factors| factors.map(|factor| [factor; NODES])));
+        self.turned.clear();
+        self.turned.resize(courses.len(), 0.0);
+    }
+
+    /// The accelerations of ball `i` along its path at the nodes under these forces (N) of the contacts, with one of 0
+    /// at either end.
+    pub fn accelerations(&self, i: usize, forces: &[Nodes]) -> Nodes {
+        let (mut sums, inverse_mass) = (self.courses[i].free, 1.0 / self.balls[i].mass);
+        if let Some(left) = i.checked_sub(1) {
+            let along = &self.directions[left].along[1];
+            (0..NODES).for_each(|m| sums[m] += forces[i][m] * along[m] * inverse_mass);
+        }
+        if let Some(right) = self.directions.get(i) {
+            let along = &right.along[0];
+            (0..NODES).for_each(|m| sums[m] -= forces[i + 1][m] * along[m] * inverse_mass);
+        }
+        sums
+    }
+
+    /// Computes the directions and factors of those contacts that `matter` from the courses of their balls.
+    pub fn turn(&mut self, matters: impl Fn(usize) -> bool) {
+        let contacts = || (0..self.balls.len() - 1).filter(|j| matters(*j));
+        for j in contacts() {
+            let lengths = [self.balls[j].length, self.balls[j + 1].length];
+            self.directions[j] = Direction::new(&self.courses[j], &self.courses[j + 1], lengths, self.starts[j]);
+        }
+        for j in contacts() {
+            let inverse_masses = [j, j + 1].map(|i| 1.0 / self.balls[i].mass);
+            let left = j.checked_sub(1).map(|left| &self.directions[left]);
+            self.factors[j] = self.directions[j].factors(inverse_masses, left, self.directions.get(j + 1));
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! The geometry of balls on arcs as power series: sines and cosines of the angles, and the lines of the centres.
+//!
+//! The overlap of a closed contact changes with the distance of the centres, whose coefficients need no difference of
+//! large numbers. Of an open one, the row of overlaps has `G = (touch^2 - distance^2) / (2 touch)` instead, which
+//! converges for as long as the motions do; [`overlap_of_approach`] makes an overlap of it.
+
+use crate::engine::cluster::window::Equations;
+use crate::model::{Mode, distances_between, overlap_of_approach};
+use crate::solver::dual::Scalar;
+use crate::solver::series::{product_term, sine_and_cosine_term};
+
+/// Rows of coefficients like those of a series, whose stride they have; empty where balls move on lines.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Arcs<S = f64> {
+    stride: usize,
+    /// For each ball: its length, m; the angle, each coefficient times its number, its sine and its cosine.
+    lengths: Vec<S>,
+    angles: Vec<S>,
+    pub(super) sin: Vec<S>,
+    pub(super) cos: Vec<S>,
+    /// For each contact: horizontal, vertical and full distance of the centres, m; the direction; and its parts along
+    /// the paths of the left and the right ball.
+    width: Vec<S>,
+    height: Vec<S>,
+    distance: Vec<S>,
+    pub(super) direction: [Vec<S>; 2],
+    pub(super) along: [Vec<S>; 2],
+    /// The distance at which an open contact closes, m.
+    touch: Vec<Option<S>>,
+}
+
+impl<S: Scalar> Arcs<S> {
+    /// Whether the row of overlaps of contact `j` is that of G.
+    pub(super) fn is_open(&self, j: usize) -> bool {
+        self.touch.get(j).is_some_and(Option::is_some)
+    }
+
+    /// This `part` of coefficient `k` of the deflections, over which velocities converge as well, the largest times k.
+    pub(super) fn term(&self, k: usize, part: impl Fn(S) -> f64) -> f64 {
+        let rows =
+            self.sin.chunks_exact(self.stride.max(1)).zip(self.cos.chunks_exact(self.stride.max(1))).zip(&self.lengths);
+        let term = |((sin, cos), length): ((&[S], &[S]), &S)| {
+            k as f64 * part(*length * sin[k]).abs().max(part(*length * cos[k]).abs())
+        };
+        rows.map(term).fold(0.0, f64::max)
+    }
+
+    /// The overlap (m) of contact `j` for the sum of its row and the rate of that.
+    pub(super) fn overlap(&self, j: usize, value: S, rate: S) -> (S, S) {
+        let Some(touch) = self.touch.get(j).copied().flatten() else { return (value, rate) };
+        let [overlap, rate, _] = overlap_of_approach([value, rate, S::default()], touch);
+        (overlap, rate)
+    }
+
+    /// Enters the state at the start.
+    pub(super) fn begin(
+        &mut self,
+        equations: &impl Equations<S>,
+        stride: usize,
+        displacements: &[S],
+        overlaps: &mut [S],
+    ) {
+        let n = equations.balls();
+        self.stride = stride;
+        let Arcs {
+            lengths,
+            angles,
+            sin,
+            cos,
+            width,
+            height,
+            distance,
+            direction: [nx, ny],
+            along: [left, right],
+            touch,
+            ..
+        } = self;
+        for rows in [angles, sin, cos, width, height, distance, nx, ny, left, right] {
+            rows.clear();
+            rows.resize(if equations.ball(0).on_arc { n * stride } else { 0 }, S::default());
+        }
+        lengths.clear();
+        touch.clear();
+        if !equations.ball(0).on_arc {
+            return;
+        }
+        let open =
+            |j: usize| (equations.mode(j) == Mode::Open).then(|| equations.law(j).pivots - equations.law(j).clearance);
+        lengths.extend((0..n).map(|i| equations.ball(i).length));
+        touch.extend((0..n - 1).map(open));
+        for i in 0..n {
+            let place = equations.ball(i).place(equations.position(i));
+            (self.sin[i * stride], self.cos[i * stride]) = (place.sin, place.cos);
+        }
+        for k in 0..2 {
+            self.expand(equations, k, displacements, overlaps, &|_| k < 2);
+        }
+    }
+
+    /// Coefficient `k` of the geometry, from those of the displacements; of the overlaps unless they are `given`.
+    pub(super) fn expand(
+        &mut self,
+        equations: &impl Equations<S>,
+        k: usize,
+        displacements: &[S],
+        overlaps: &mut [S],
+        given: &impl Fn(usize) -> bool,
+    ) {
+        let (stride, two, arcs) = (self.stride, S::from(2.0), self);
+        for i in 0..equations.balls() {
+            let (row, length) = (i * stride..(i + 1) * stride, equations.ball(i).length);
+            if k > 0 {
+                arcs.angles[row.start + k] = S::from(k as f64) * displacements[row.start + k] / length;
+                let rows = [&arcs.angles, &arcs.sin, &arcs.cos].map(|rows| &rows[row.clone()]);
+                let (sin, cos) = sine_and_cosine_term(rows[0], rows[1], rows[2], k);
+                (arcs.sin[row.start + k], arcs.cos[row.start + k]) = (sin, cos);
+            }
+            let Some(j) = i.checked_sub(1) else { continue };
+            let (l, r, law, left) = (j * stride, i * stride, equations.law(j), equations.ball(j).length);
+            let at = l + k;
+            arcs.width[at] = length * arcs.sin[r + k] - left * arcs.sin[l + k];
+            arcs.height[at] = left * arcs.cos[l + k] - length * arcs.cos[r + k];
+            if k == 0 {
+                let (pair, places) = ([equations.ball(j), equations.ball(i)], [j, i].map(|i| equations.position(i)));
+                [arcs.width[at], arcs.height[at]] = distances_between([&pair[0], &pair[1]], law.pivots, places);
+            }
+            let part = |rows: &[S]| product_term(&rows[l..l + stride], &rows[l..l + stride], k);
+            let square = part(&arcs.width) + part(&arcs.height);
+            if let Some(touch) = arcs.touch[j] {
+                overlaps[at] = if k == 0 {
+                    let overlap = equations.overlap(j);
+                    overlap - overlap * overlap / (two * touch)
+                } else {
+                    -square / (two * touch)
+                };
+                continue;
+            }
+            arcs.distance[at] = if k == 0 {
+                square.sqrt()
+            } else {
+                let known: S = (1..k).map(|i| arcs.distance[l + i] * arcs.distance[l + k - i]).sum();
+                (square - known) / (two * arcs.distance[l])
+            };
+            if k > 0 && !given(j) {
+                overlaps[at] = -arcs.distance[at];
+            }
+            for (rows, of) in arcs.direction.iter_mut().zip([&arcs.width, &arcs.height]) {
+                let known: S = (1..=k).map(|i| arcs.distance[l + i] * rows[l + k - i]).sum();
+                rows[at] = (of[at] - known) / arcs.distance[l];
+            }
+            for (rows, ball) in arcs.along.iter_mut().zip([l, r]) {
+                let part = |n: &[S], to: &[S]| product_term(&n[l..l + stride], &to[ball..ball + stride], k);
+                rows[at] = part(&arcs.direction[0], &arcs.cos) + part(&arcs.direction[1], &arcs.sin);
+            }
+        }
+    }
+}

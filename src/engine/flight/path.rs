@@ -1,0 +1,392 @@
+//! The flight of a ball on its arc, as power series of the time.
+//!
+//! With the state s along the path and its rate u, the pendulum's `s'' = -g sin(s / L) - 2 gamma u + f cos(s / L)`
+//! gives one coefficient after the other, those of sine and cosine by `sin' = angle' cos` and `cos' = -angle' sin`. A
+//! [`Path`] holds as long as its last terms are below rounding, about a sixth of a period; a ball that flies on takes
+//! the next one ([`Piece`]). Of two neighbours, [`Approach`] has the series of
+//!
+//! ```text
+//! G = (D_c^2 - D^2) / (2 D_c)
+//! ```
+//!
+//! with the distance D of their centres and `D_c` that at which they touch. Unlike the overlap `2 G / (1 + q)`,
+//! `q = sqrt(1 - 2 G / D_c)`, it has no square root whose branch points would spoil the series.
+
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::free_motion::{Flight, Forcing, degree, forcing_at, integral_of, shifted};
+use super::integrals::RunningIntegrals;
+use crate::model::{BallModel, overlap_between, overlap_of_approach};
+use crate::solver::crossing::first_positive;
+use crate::solver::double_double::DoubleDouble;
+use crate::solver::oscillator::MAX_FORCE_ORDER;
+use crate::solver::quadrature::gauss_legendre;
+use crate::solver::series::{INVERSES, LANES, bound, product_term, value, value_and_derivatives};
+
+/// Number of coefficients: more make longer steps, each of which costs more. After an impact the next one may follow at
+/// once, so a flight begins with a short step of a few.
+const TERMS: usize = 26;
+const FEW: usize = 9;
+type Terms = [f64; TERMS];
+
+/// Size of the last terms over the largest.
+const NEGLIGIBLE: f64 = 1e-18;
+
+/// Without inputs.
+const NO_FORCING: Forcing = [0.0; MAX_FORCE_ORDER + 1];
+
+/// Longest step, s, of a ball that does not move.
+pub(super) const LONGEST: f64 = 1e6;
+
+/// Why a ball cannot fly on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Its string is horizontal.
+    Horizontal,
+    /// Its string would have to push.
+    Slack,
+}
+
+/// Coefficients of s (m) and of the sine and cosine of the angle, as functions of the time over `unit`.
+#[derive(Clone, Debug)]
+pub(crate) struct Path {
+    terms: usize,
+    unit: f64,
+    /// How long they hold, s, forwards and backwards.
+    pub length: f64,
+    s: Terms,
+    sin: Terms,
+    cos: Terms,
+}
+
+impl Path {
+    /// A long one, or a short one.
+    pub fn new(ball: &BallModel, flight: &Flight, long: bool) -> Self {
+        let terms = if long { TERMS } else { FEW };
+        let BallModel { omega2, gamma, length, gravity, .. } = *ball;
+        let largest = flight.forcing.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+        let pace = omega2.sqrt() + 2.0 * gamma + flight.v.abs() / length + (largest / length).sqrt();
+        let unit = if pace > 0.0 { 1.0 / pace } else { 1.0 };
+        let forcing = scaled(&flight.forcing, unit);
+        // Products of series need one of the two backwards.
+        let (mut s, mut sin, mut cos, mut angle) = ([0.0; TERMS], [0.0; TERMS], [0.0; TERMS], [0.0; TERMS]);
+        let (mut sin_back, mut cos_back) = ([0.0; TERMS], [0.0; TERMS]);
+        (sin[0], cos[0]) = libm::sincos(flight.x / length);
+        (s[0], s[1]) = (flight.x, flight.v * unit);
+        let (varies, damping) = (degree(&flight.forcing), 2.0 * gamma / unit);
+        for k in 0..terms {
+            if k > 0 {
+                angle[k] = k as f64 * s[k] / length;
+                let inverse = INVERSES[k];
+                sin[k] = dot(&angle[1..=k], &cos_back[TERMS - k..]) * inverse;
+                cos[k] = -dot(&angle[1..=k], &sin_back[TERMS - k..]) * inverse;
+            }
+            (sin_back[TERMS - 1 - k], cos_back[TERMS - 1 - k]) = (sin[k], cos[k]);
+            if k + 2 < terms {
+                let next = (k + 1) as f64;
+                let pushed: f64 = (0..=varies.min(k)).map(|i| forcing[i] * cos[k - i]).sum();
+                let a = pushed - gravity * sin[k] - damping * next * s[k + 1];
+                s[k + 2] = a * unit * unit / (next * (next + 1.0));
+            }
+        }
+        let size = |k: usize| s[k].abs().max(length * sin[k].abs()).max(length * cos[k].abs());
+        let (scale, last) = (size(1).max(size(2)), size(terms - 2).max(size(terms - 1)));
+        let length = if last > 0.0 {
+            let small = NEGLIGIBLE * scale / last;
+            unit * libm::pow(small, if small > 1.0 { INVERSES[terms - 1] } else { INVERSES[terms - 2] })
+        } else {
+            LONGEST
+        };
+        Self { terms, unit, length: length.min(LONGEST), s, sin, cos }
+    }
+
+    /// Displacement (m) within `tau` (s), and the rate then (m/s).
+    #[inline]
+    fn moved(&self, tau: f64) -> (f64, f64) {
+        let [displacement, rate, _] = value_and_derivatives(&self.s[1..self.terms], tau / self.unit);
+        let time = tau / self.unit;
+        (time * displacement, (displacement + time * rate) / self.unit)
+    }
+
+    /// What ends the flight first within `tau` (s), and when.
+    pub fn fault(&self, ball: &BallModel, flight: &Flight, tau: f64) -> Option<(f64, Fault)> {
+        let until = tau / self.unit;
+        let first = |c: &Terms| if c[0] < 0.0 { Some(0.0) } else { first_positive(c, -1.0, 0.0, until) };
+        let wide = bound(&self.s, until) > 1.5 * ball.length;
+        let horizontal = if wide { first(&self.cos) } else { None };
+        let slack = if flight.forcing == NO_FORCING {
+            None
+        } else {
+            let forcing = scaled(&flight.forcing, self.unit);
+            let rate: Terms = std::array::from_fn(|k| match self.s.get(k + 1) {
+                Some(s) => (k + 1) as f64 * s / self.unit,
+                None => 0.0,
+            });
+            let pull = |k: usize| {
+                let pushed: f64 = (0..forcing.len().min(k + 1)).map(|i| forcing[i] * self.sin[k - i]).sum();
+                product_term(&rate, &rate, k) / ball.length + ball.gravity * self.cos[k] + pushed
+            };
+            first(&std::array::from_fn(pull))
+        };
+        let at = |time: Option<f64>, fault| time.map(|time| (time * self.unit, fault));
+        match (at(horizontal, Fault::Horizontal), at(slack, Fault::Slack)) {
+            (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
+            (a, b) => a.or(b),
+        }
+    }
+}
+
+/// The sum of the products of two series, one of them backwards.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((groups, rest), (others, other)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut sums = [0.0; LANES];
+    for (a, b) in groups.iter().zip(others) {
+        (0..LANES).for_each(|lane| sums[lane] += a[lane] * b[lane]);
+    }
+    let rest: f64 = rest.iter().zip(other).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+}
+
+/// Coefficients of a forcing as a function of the time over `unit`.
+fn scaled(forcing: &Forcing, unit: f64) -> Forcing {
+    let (mut scaled, mut factor) = (*forcing, 1.0);
+    for (k, f) in scaled.iter_mut().enumerate() {
+        factor *= if k > 0 { unit / k as f64 } else { 1.0 };
+        *f *= factor;
+    }
+    scaled
+}
+
+/// Integrals over a motion along the path, `moved` from `flight` for `tau` (s), of a ball that is in flight or not:
+/// of the forcing instead of the position, m/s; the energy lost to drag and the work of the inputs, J.
+pub(crate) fn integrals(
+    ball: &BallModel,
+    flight: &Flight,
+    tau: f64,
+    moved: impl Fn(f64) -> (f64, f64),
+) -> RunningIntegrals {
+    let mut sums = RunningIntegrals::default();
+    if flight.forcing != NO_FORCING {
+        sums.x_integral = integral_of(&flight.forcing, tau);
+        sums.work = ball.mass
+            * if degree(&flight.forcing) == 0 {
+                // The way without a difference of positions.
+                let (end, half) = (moved(tau).0, 0.5 / ball.length);
+                let chord = 2.0 * ball.length * libm::sin(half * end);
+                flight.forcing[0] * chord * libm::cos(flight.x / ball.length + half * end)
+            } else {
+                let power = |t: f64| {
+                    let (displacement, u) = moved(t);
+                    forcing_at(&flight.forcing, t) * u * libm::cos((flight.x + displacement) / ball.length)
+                };
+                gauss_legendre(power, 0.0, tau, 2)
+            };
+    }
+    if ball.gamma > 0.0 {
+        let power = |t: f64| moved(t).1 * moved(t).1;
+        sums.drag_loss = 2.0 * ball.gamma * ball.mass * gauss_legendre(power, 0.0, tau, 2);
+    }
+    sums
+}
+
+/// The part of a flight that one [`Path`] describes.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    /// The anchor and the state that the flight began with, and whether with a long step.
+    origin: (DoubleDouble, Flight, bool),
+    pub start: DoubleDouble,
+    /// The state at the start of this part, and the integrals up to there.
+    pub flight: Flight,
+    pub before: RunningIntegrals,
+    pub path: Arc<Path>,
+    /// What ends the flight, here or before, and when.
+    pub fault: Option<(DoubleDouble, Fault)>,
+}
+
+impl Piece {
+    /// The first one of a flight, a long one or a short one.
+    pub fn first(ball: &BallModel, anchor: DoubleDouble, flight: &Flight, long: bool) -> Self {
+        let path = Arc::new(Path::new(ball, flight, long));
+        let mut piece = Self {
+            origin: (anchor, *flight, long),
+            start: anchor,
+            flight: *flight,
+            before: RunningIntegrals::default(),
+            path,
+            fault: None,
+        };
+        piece.look_for_fault(ball);
+        piece
+    }
+
+    /// Whether it is, or follows, the first one of this flight on the way to the time `t`.
+    pub fn leads_to(&self, origin: (DoubleDouble, Flight, bool), t: DoubleDouble) -> bool {
+        let (anchor, ..) = origin;
+        let forwards = anchor <= self.start && self.start <= t;
+        let backwards = t <= self.start && self.start <= anchor;
+        self.origin == origin && (self.start == anchor || if t > anchor { forwards } else { backwards })
+    }
+
+    fn look_for_fault(&mut self, ball: &BallModel) {
+        if self.fault.is_none() {
+            let fault = self.path.fault(ball, &self.flight, self.path.length);
+            self.fault = fault.map(|(tau, fault)| (self.start + tau, fault));
+        }
+    }
+
+    /// Goes on to that for the time `t`.
+    pub fn go_on(&mut self, ball: &BallModel, t: DoubleDouble) {
+        loop {
+            let (tau, length) = ((t - self.start).value(), self.path.length);
+            // False for what is no number.
+            let beyond = tau.abs() > length && length > 0.0;
+            if !beyond {
+                return;
+            }
+            let step = length.copysign(tau);
+            self.before = self.integrals(ball, step);
+            self.flight = self.flight_at(step);
+            self.start += step;
+            self.path = Arc::new(Path::new(ball, &self.flight, true));
+            self.look_for_fault(ball);
+        }
+    }
+
+    /// Displacement since the anchor of the flight (m) and rate (m/s), `tau` (s) after the start of this part.
+    pub fn moved(&self, tau: f64) -> (f64, f64) {
+        let (displacement, u) = self.path.moved(tau);
+        ((self.flight.x - self.origin.1.x) + displacement, u)
+    }
+
+    pub fn flight_at(&self, tau: f64) -> Flight {
+        let (displacement, v) = self.path.moved(tau);
+        let forcing = shifted(&self.flight.forcing, tau);
+        Flight { x: self.flight.x + displacement, v, forcing }
+    }
+
+    /// Integrals since the anchor of the flight.
+    pub fn integrals(&self, ball: &BallModel, tau: f64) -> RunningIntegrals {
+        let mut sums = self.before;
+        sums.add(&integrals(ball, &self.flight, tau, |t| self.path.moved(t)));
+        sums
+    }
+}
+
+/// Two neighbours in flight from a common start.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Approach {
+    balls: [BallModel; 2],
+    flights: [Flight; 2],
+    /// Whether their paths from the start on are long ones.
+    long: [bool; 2],
+    /// Distance of their pivots, and clearance, m.
+    distances: [f64; 2],
+    /// At the start, m.
+    overlap: f64,
+    #[serde(skip)]
+    series: OnceCell<Box<Series>>,
+}
+
+/// G as a function of the time since the start over `unit`.
+#[derive(Clone, Debug)]
+struct Series {
+    terms: usize,
+    unit: f64,
+    /// How long it holds, s, forwards and backwards.
+    length: f64,
+    /// `D_c`, m.
+    touch: f64,
+    g: Terms,
+}
+
+impl Series {
+    fn new(
+        [left, right]: &[Arc<Path>; 2],
+        balls: &[BallModel; 2],
+        [pivots, clearance]: [f64; 2],
+        overlap: f64,
+    ) -> Self {
+        let ([l, r], touch) = (balls.each_ref().map(|ball| ball.length), pivots - clearance);
+        let (terms, ratio) = (left.terms.min(right.terms), left.unit / right.unit);
+        let (mut width, mut height, mut factor) = ([0.0; TERMS], [0.0; TERMS], 1.0);
+        for k in 0..terms {
+            width[k] = factor * r * right.sin[k] - l * left.sin[k];
+            height[k] = l * left.cos[k] - factor * r * right.cos[k];
+            factor *= ratio;
+        }
+        width[0] += pivots;
+        height[0] += r - l;
+        let back = |c: &Terms| -> Terms { std::array::from_fn(|k| c[TERMS - 1 - k]) };
+        let (width_back, height_back, factor) = (back(&width), back(&height), -0.5 / touch);
+        let mut g = [0.0; TERMS];
+        for (k, c) in g[..terms].iter_mut().enumerate() {
+            let back = TERMS - 1 - k..;
+            *c = (dot(&width[..=k], &width_back[back.clone()]) + dot(&height[..=k], &height_back[back])) * factor;
+        }
+        g[0] = overlap * (1.0 - 0.5 * overlap / touch);
+        Self { terms, unit: left.unit, length: left.length.min(right.length), touch, g }
+    }
+
+    fn at(&self, tau: f64) -> [f64; 3] {
+        let [g, slope, bend] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
+        overlap_of_approach([g, slope / self.unit, bend / (self.unit * self.unit)], self.touch)
+    }
+}
+
+impl Approach {
+    /// With their paths from the start on.
+    pub fn new(
+        balls: [BallModel; 2],
+        flights: [Flight; 2],
+        (paths, long): ([Arc<Path>; 2], [bool; 2]),
+        distances: [f64; 2],
+        overlap: f64,
+    ) -> Self {
+        let series = OnceCell::from(Box::new(Series::new(&paths, &balls, distances, overlap)));
+        Self { balls, flights, long, distances, overlap, series }
+    }
+
+    fn series(&self) -> &Series {
+        self.series.get_or_init(|| {
+            let paths = [0, 1].map(|k| Arc::new(Path::new(&self.balls[k], &self.flights[k], self.long[k])));
+            Box::new(Series::new(&paths, &self.balls, self.distances, self.overlap))
+        })
+    }
+
+    /// How long its series holds, s.
+    pub fn length(&self) -> f64 {
+        self.series().length
+    }
+
+    /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s).
+    pub fn at(&self, tau: DoubleDouble) -> [f64; 3] {
+        if tau.value().abs() <= self.length() {
+            return self.series().at(tau.value());
+        }
+        let flights = [0, 1].map(|k| {
+            let mut piece = Piece::first(&self.balls[k], DoubleDouble::ZERO, &self.flights[k], self.long[k]);
+            piece.go_on(&self.balls[k], tau);
+            piece.flight_at((tau - piece.start).value())
+        });
+        let overlap = |[l, r]: &[Flight; 2]| overlap_between(self.balls.each_ref(), self.distances, [l.x, r.x]);
+        let overlap = self.overlap + (overlap(&flights) - overlap(&self.flights));
+        let paths = [0, 1].map(|k| Arc::new(Path::new(&self.balls[k], &flights[k], false)));
+        Series::new(&paths, &self.balls, self.distances, overlap).at(0.0)
+    }
+
+    /// When the overlap rises through 0 by more than `noise` (m), s after the start, while the series holds.
+    pub fn onset(&self, noise: f64) -> Option<DoubleDouble> {
+        let series = self.series();
+        let (until, g) = (series.length / series.unit, &series.g[..series.terms]);
+        let onset = first_positive(g, 1.0, 0.0, until)? * series.unit;
+        if value(g, until) <= noise && first_positive(g, 1.0, noise, until).is_none() {
+            return None;
+        }
+        let [overlap, rate, _] = series.at(onset);
+        let later = if rate > 0.0 && overlap.abs() <= 1e-6 * onset * rate { -overlap / rate } else { 0.0 };
+        Some(DoubleDouble::from(onset) + later)
+    }
+}

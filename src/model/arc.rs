@@ -1,0 +1,170 @@
+//! Balls on arcs about their pivots, in doubles and dual numbers.
+//!
+//! The state of a ball is that along its path, `s = L angle` and its rate `u`. The pivots hang such that all balls at
+//! rest are on one level. With the vector from a ball to the next one and its length D, the line of the centres, the
+//! overlap is `pivots - clearance - D`, computed without differences of large numbers. Contact forces act along that
+//! line. On a line instead of arcs, the same functions give the linear model.
+
+use super::contact::ContactLaw;
+use super::cradle::BallModel;
+use crate::solver::dual::Scalar;
+
+/// Iterations of Newton's method at most, and the relative correction that ends them.
+const ITERATIONS: usize = 50;
+const RESOLVED: f64 = 1e-15;
+
+/// A place on the path of a ball.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<S = f64> {
+    /// Horizontal deflection and height above rest, m.
+    pub x: S,
+    pub y: S,
+    /// Sine and cosine of the angle: (cos, sin) is the direction of the path.
+    pub sin: S,
+    pub cos: S,
+}
+
+impl<S: Scalar> BallModel<S> {
+    /// The place at `s` (m) along the path.
+    pub(crate) fn place(&self, s: S) -> Place<S> {
+        if !self.on_arc {
+            let y = S::from(0.5) * s * s / self.length;
+            return Place { x: s, y, sin: S::default(), cos: S::from(1.0) };
+        }
+        let (sin, cos) = (S::from(0.5) * s / self.length).sin_cos();
+        let (double, twice) = (S::from(2.0) * sin, self.length * S::from(2.0) * sin);
+        Place { x: twice * cos, y: twice * sin, sin: double * cos, cos: (cos - sin) * (cos + sin) }
+    }
+
+    /// The state along the path, m and m/s, for this horizontal deflection (m), less than the length, and its rate
+    /// (m/s).
+    pub fn along_path(&self, x: S, v: S) -> (S, S) {
+        if !self.on_arc {
+            return (x, v);
+        }
+        let ratio = x / self.length;
+        let (sin, cos) = S::from(libm::asin(ratio.value())).sin_cos();
+        // A step of Newton's, for the derivative.
+        let angle = S::from(libm::asin(ratio.value())) + (ratio - sin) / cos;
+        let (_, cos) = angle.sin_cos();
+        (self.length * angle, v / cos)
+    }
+}
+
+/// The direction from the centre of a ball to that of the next one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line<S = f64>([S; 2]);
+
+impl<S: Scalar> Line<S> {
+    pub fn new(left: &Place<S>, right: &Place<S>, pivots: S) -> Self {
+        let (width, height) = (pivots + (right.x - left.x), right.y - left.y);
+        let distance = (width * width + height * height).sqrt();
+        Self([width / distance, height / distance])
+    }
+
+    /// The part of its direction along the path at a place.
+    pub fn along(&self, place: &Place<S>) -> S {
+        self.0[0] * place.cos + self.0[1] * place.sin
+    }
+
+    /// The part away from the pivot.
+    pub fn outward(&self, place: &Place<S>) -> S {
+        self.0[0] * place.sin - self.0[1] * place.cos
+    }
+}
+
+/// Horizontal and vertical way (m) by which the right one of two neighbours is beyond the left one, for their places
+/// along the paths (m): of equal pendulums without a difference of large numbers.
+fn ways_between<S: Scalar>(balls: [&BallModel<S>; 2], [l, r]: [S; 2]) -> [S; 2] {
+    if balls[0].length != balls[1].length {
+        let [left, right] = [balls[0].place(l), balls[1].place(r)];
+        return [right.x - left.x, right.y - left.y];
+    }
+    let length = balls[0].length;
+    let (sin, cos) = (S::from(0.5) * (l + r) / length).sin_cos();
+    let (half, _) = (S::from(0.5) * (r - l) / length).sin_cos();
+    let chord = S::from(2.0) * length * half;
+    [chord * cos, chord * sin]
+}
+
+/// Horizontal and vertical distance (m) of the centres of two neighbours on arcs whose pivots are so far apart (m), at
+/// these places along their paths (m).
+pub(crate) fn distances_between<S: Scalar>(balls: [&BallModel<S>; 2], pivots: S, places: [S; 2]) -> [S; 2] {
+    let [width, height] = ways_between(balls, places);
+    [pivots + width, height]
+}
+
+/// Overlap (m) of two neighbours at these places along their paths (m), with this distance of their pivots and
+/// clearance (m).
+pub(crate) fn overlap_between<S: Scalar>(balls: [&BallModel<S>; 2], [pivots, clearance]: [S; 2], places: [S; 2]) -> S {
+    if !balls[0].on_arc {
+        return places[0] - places[1] - clearance;
+    }
+    let [width, height] = ways_between(balls, places);
+    let excess = width * (S::from(2.0) * pivots + width) + height * height;
+    let distance = (pivots * pivots + excess).sqrt();
+    -(excess / (distance + pivots)) - clearance
+}
+
+/// Its rate (m/s) for these states along the paths, m and m/s.
+pub(crate) fn overlap_rate<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, [l, r]: [(S, S); 2]) -> S {
+    if !balls[0].on_arc {
+        return l.1 - r.1;
+    }
+    let [left, right] = [balls[0].place(l.0), balls[1].place(r.0)];
+    let line = Line::new(&left, &right, law.pivots);
+    l.1 * line.along(&left) - r.1 * line.along(&right)
+}
+
+/// Overlap of two neighbours (m) with its rate (m/s) and acceleration (m/s2) from those of `G = (touch^2 - D^2) / (2
+/// touch)`, for the distance `touch` (m) of the centres at which they touch.
+pub(crate) fn overlap_of_approach<S: Scalar>([g, rate, bend]: [S; 3], touch: S) -> [S; 3] {
+    let (one, two) = (S::from(1.0), S::from(2.0));
+    let q = (one - two * g / touch).sqrt();
+    [two * g / (one + q), rate / q, bend / q + rate * rate / (touch * q * q * q)]
+}
+
+/// Changes of the overlap of two neighbours (m) and of its rate (m/s) for these displacements along their paths from
+/// `states` (m) and changes of their rates (m/s), with the digits of these.
+pub(crate) fn change_of_overlap(
+    balls: [&BallModel; 2],
+    law: &ContactLaw,
+    states: [(f64, f64); 2],
+    moves: [(f64, f64); 2],
+) -> [f64; 2] {
+    if !balls[0].on_arc {
+        return [moves[0].0 - moves[1].0, moves[0].1 - moves[1].1];
+    }
+    let ways = [0, 1].map(|k| {
+        let (half, length) = (0.5 * moves[k].0 / balls[k].length, balls[k].length);
+        let (chord, (sin, cos)) = (2.0 * length * libm::sin(half), libm::sincos(states[k].0 / length + half));
+        (chord * cos, chord * sin)
+    });
+    let [width, height] = distances_between(balls, law.pivots, states.map(|(place, _)| place));
+    let (wider, higher) = (ways[1].0 - ways[0].0, ways[1].1 - ways[0].1);
+    let distance = (width * width + height * height).sqrt();
+    let excess = wider * (2.0 * width + wider) + higher * (2.0 * height + higher);
+    let after = (distance * distance + excess).sqrt();
+    let then = [0, 1].map(|k| (states[k].0 + moves[k].0, states[k].1 + moves[k].1));
+    [-excess / (after + distance), overlap_rate(balls, law, then) - overlap_rate(balls, law, states)]
+}
+
+/// The place (m) of the right one of two neighbours along its path, for that of the left one and their overlap (m), by
+/// Newton's method; not a number if it has none.
+pub(crate) fn place_beside<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, left: S, overlap: S) -> S {
+    let mut place = left * balls[1].length / balls[0].length;
+    let (highest, mut settled) = (balls[1].length.value() * std::f64::consts::FRAC_PI_2, false);
+    for _ in 0..ITERATIONS {
+        let missing = overlap_between(balls, [law.pivots, law.clearance], [left, place]) - overlap;
+        let right = balls[1].place(place);
+        let slope = Line::new(&balls[0].place(left), &right, law.pivots).along(&right);
+        let next = place + missing / slope;
+        let last = std::mem::replace(&mut settled, (next - place).value().abs() <= RESOLVED * highest);
+        place = S::from(next.value().clamp(-highest, highest)) + (next - S::from(next.value()));
+        // Derivatives follow one iteration later.
+        if last {
+            return place;
+        }
+    }
+    S::from(f64::NAN)
+}
