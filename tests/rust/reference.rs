@@ -1,9 +1,10 @@
 //! The engine and the other methods against results computed independently, in quadruple precision
 //! (`tests/data/reference.json`) and in 35 digits and more: damped or pressed linear contacts by matrix exponentials
-//! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.py`).
+//! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.py`); and
+//! balls on arcs in quadruple precision (`tests/data/arcs.cpp`).
 
 use newtons_cradle::engine::{Engine, Results, Simulation};
-use newtons_cradle::model::{DampingLaw, Inputs, Parameters, SolverMethod};
+use newtons_cradle::model::{DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
 use serde_json::Value;
 
 fn reference() -> Value {
@@ -167,6 +168,80 @@ fn strongly_damped_cradles() {
         let scale = engine.total_energy() + engine.dissipated_energy() + engine.external_work().abs();
         assert!(engine.energy_residual().abs() < 1e-12 * scale, "{id}: {:e}", engine.energy_residual());
         assert_eq!(engine.work().events, case["switchings"].as_u64().unwrap(), "{id}");
+    }
+}
+
+/// Balls of the default size on arcs; these start at rest.
+fn on_arcs(x_start: Vec<f64>) -> Parameters {
+    let pendulum = PendulumModel::Circular;
+    let n = x_start.len();
+    Parameters { pendulum, v_start: vec![0.0; n], x_start, ..Parameters::default_for(n) }
+}
+
+fn arcs() -> Value {
+    serde_json::from_str(include_str!("../data/arcs.json")).unwrap()
+}
+
+/// After one click and after ten. The `sensitivity` is how much a small change of all starts grows; rounding between
+/// clicks moves balls one by one, which grows more.
+#[test]
+fn cradles_on_arcs() {
+    for case in arcs()["cradles"].as_array().unwrap() {
+        let mut p = on_arcs(numbers(&case["start"]));
+        let (n, amplitude, coefficient) = (p.balls(), -p.x_start[0], number(&case["coefficient"]));
+        (p.exponent, p.stiffness, p.overlap_ref) = (number(&case["p"]), number(&case["k"]), 1.0);
+        (p.dead_band, p.drag) = (number(&case["dead_band"]), number(&case["drag"]));
+        // With the default of 1e-12, a wave with damping in balls that touch is no more exact than that.
+        p.tolerance = 1e-13;
+        for (ratios, key) in [(&mut p.length_ratio, "lengths"), (&mut p.mass_ratio, "masses")] {
+            let given = numbers(&case[key]);
+            if !given.is_empty() {
+                *ratios = given[..n].to_vec();
+            }
+        }
+        match case["law"].as_str().unwrap() {
+            "none" => p.damping = 0.0,
+            "kelvinVoigt" => p.damping = coefficient,
+            "kelvinVoigtNoPull" => (p.damping_law, p.damping) = (DampingLaw::KelvinVoigtNoPull, coefficient),
+            "huntCrossley" => (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, coefficient),
+            "viscoelastic" => (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, coefficient),
+            law => panic!("{law}"),
+        }
+        let inputs = Inputs { support_acceleration: number(&case["a_support"]), ..Inputs::zero(n) };
+        let mut run = Engine::new(&p, &inputs, 0.0).unwrap();
+        for (state, most) in case["states"].as_array().unwrap().iter().zip([1e-14, 1e-12]) {
+            run.advance(number(&state["time"]), &mut Vec::new()).unwrap();
+            let within = most * amplitude * number(&state["sensitivity"]);
+            let id = format!("{} at {}", case, state["time"]);
+            let outputs: [(&str, fn(&Engine, usize) -> f64); 3] =
+                [("x", Engine::x), ("v", Engine::v), ("angle", Engine::angle)];
+            for (key, value) in outputs {
+                let values: Vec<f64> = (0..n).map(|i| value(&run, i)).collect();
+                assert_close(&id, &values, &numbers(&state[key]), within);
+            }
+        }
+    }
+}
+
+/// Pendulums by themselves: a quarter of a period after the other, they are where they should be.
+#[test]
+fn periods_on_arcs() {
+    let [amplitudes, periods] = ["amplitudes", "periods"].map(|key| numbers(&arcs()[key]));
+    for (amplitude, period) in amplitudes.into_iter().zip(periods) {
+        let mut run = Engine::new(&on_arcs(vec![-amplitude]), &Inputs::zero(1), 0.0).unwrap();
+        for quarters in 1..=8 {
+            let t = 0.25 * f64::from(quarters) * period;
+            run.advance(t, &mut Vec::new()).unwrap();
+            // The time since it was at rest, or below its pivot.
+            let early = match quarters % 2 {
+                1 => run.x(0) / run.v(0),
+                _ => -run.v(0) / run.a(0),
+            };
+            // The deflection tells the angle to the last digit of its tangent.
+            let tangent = amplitude / (1.962f64.powi(2) - amplitude.powi(2)).sqrt();
+            let most = (1e-15 + 1e-16 * tangent) * t;
+            assert!(early.abs() <= most, "{amplitude} m, {t} s: {early:e} s");
+        }
     }
 }
 
