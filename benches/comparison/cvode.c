@@ -1,12 +1,12 @@
 /* The same runs by SUNDIALS CVODE, for comparison.
  *
- *     cvode linear|cubic|hertz|hunt-crossley|viscoelastic adams|bdf <rtol> <atol> <end time in s>
+ *     cvode linear|arcs|cubic|hertz|hunt-crossley|viscoelastic adams|bdf <rtol> <atol> <end time in s>
  *
  * prints one line: seconds, steps, evaluations of the right-hand side, relative energy error, version of SUNDIALS.
  *
  * The whole cradle is one system y' = f(y), the contact forces switch with the positions within f, and the error
  * control finds the contacts by itself. Adams with the fixed-point iteration, as for problems that are not stiff; BDF
- * with Newton's method and the exact Jacobian, banded because only neighbours interact; without damping only.
+ * with Newton's method and the exact Jacobian, banded because only neighbours interact; on lines without damping only.
  */
 #include <math.h>
 #include <stdio.h>
@@ -29,20 +29,23 @@
 #define NO_COMMUNICATOR SUN_COMM_NULL
 #endif
 
-/* Masses of 1 kg, two balls lifted. The state is x1, v1, x2, v2, ..., and with damping the energy lost. */
+/* Masses of 1 kg, two balls lifted. The state is x1, v1, x2, v2, ..., and with damping the energy lost; on arcs, angles
+ * and their rates. */
 enum { BALLS = 5, LIFTED = 2, LOSS = 2 * BALLS };
 struct cradle {
     const char *name;
     double omega2, stiffness, dead_band, amplitude, exponent;
     double hunt_crossley, relaxation_time; /* s/m, s */
+    double length, radius;                 /* of arcs and balls, m; length 0: on lines */
 };
 #define STEEL 9.81 / 1.962, 19246147697.225853, 0.0, 0.1, 1.5 /* balls of the default radius, in touch */
 static const struct cradle CRADLES[] = {
-    {"linear", 9.81 / 1.962, 2.9e14, 1.46e-7, 1.0, 1.0, 0.0, 0.0}, /* Figure 6's set-up */
-    {"cubic", 39.47841760435743, 5e18, 2e-5, 0.05, 3.0, 0.0, 0.0},
-    {"hertz", STEEL, 0.0, 0.0},
-    {"hunt-crossley", STEEL, 0.05, 0.0},
-    {"viscoelastic", STEEL, 0.0, 4e-7},
+    {"linear", 9.81 / 1.962, 2.9e14, 1.46e-7, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0}, /* Figure 6's set-up */
+    {"arcs", 9.81 / 1.962, 2.9e14, 1.46e-7, 1.0, 1.0, 0.0, 0.0, 1.962, 0.0313},
+    {"cubic", 39.47841760435743, 5e18, 2e-5, 0.05, 3.0, 0.0, 0.0, 0.0, 0.0},
+    {"hertz", STEEL, 0.0, 0.0, 0.0, 0.0},
+    {"hunt-crossley", STEEL, 0.05, 0.0, 0.0, 0.0},
+    {"viscoelastic", STEEL, 0.0, 4e-7, 0.0, 0.0},
 };
 static struct cradle cradle;
 
@@ -51,8 +54,26 @@ static int is_damped(void)
     return cradle.hunt_crossley > 0.0 || cradle.relaxation_time > 0.0;
 }
 
+/* Contact i on arcs: the overlap, without a difference of large numbers; `along`, where it is not NULL: how much of the
+ * force is along the paths of the balls. */
+static double on_arcs(const double *y, int i, double along[2])
+{
+    double left = y[2 * i], right = y[2 * i + 2], mean = 0.5 * (left + right), pivots = 2.0 * cradle.radius;
+    double chord = 2.0 * cradle.length * sin(0.5 * (right - left));
+    double wider = chord * cos(mean), height = chord * sin(mean), width = pivots + wider;
+    double distance = sqrt(width * width + height * height);
+    double overlap = -(wider * (pivots + width) + height * height) / (distance + pivots) - cradle.dead_band;
+    if (along && overlap > 0.0) {
+        along[0] = (width * cos(left) + height * sin(left)) / distance;
+        along[1] = (width * cos(right) + height * sin(right)) / distance;
+    }
+    return fmax(overlap, 0.0);
+}
+
 static double overlap(const double *y, int i)
 {
+    if (cradle.length > 0.0)
+        return on_arcs(y, i, NULL);
     return fmax(y[2 * i] - y[2 * i + 2] - cradle.dead_band, 0.0);
 }
 
@@ -110,6 +131,22 @@ static int motion(double t, N_Vector state, N_Vector rates, void *user)
     return 0;
 }
 
+static int motion_on_arcs(double t, N_Vector state, N_Vector rates, void *user)
+{
+    (void)t, (void)user;
+    const double *y = N_VGetArrayPointer(state);
+    double *rate = N_VGetArrayPointer(rates);
+    double from_left = 0.0;
+    for (int i = 0; i < BALLS; i++) {
+        double along[2] = {1.0, 1.0};
+        double force = i + 1 < BALLS ? elastic_force(on_arcs(y, i, along)) : 0.0;
+        rate[2 * i] = y[2 * i + 1];
+        rate[2 * i + 1] = (from_left - force * along[0]) / cradle.length - cradle.omega2 * sin(y[2 * i]);
+        from_left = force * along[1];
+    }
+    return 0;
+}
+
 static int jacobian(double t, N_Vector state, N_Vector rates, SUNMatrix matrix, void *user, N_Vector a, N_Vector b,
                     N_Vector c)
 {
@@ -133,7 +170,9 @@ static double energy(const double *y)
 {
     double sum = 0.0;
     for (int i = 0; i < BALLS; i++) {
-        sum += 0.5 * (y[2 * i + 1] * y[2 * i + 1] + cradle.omega2 * y[2 * i] * y[2 * i]);
+        double swing = cradle.length > 0.0 ? 2.0 * cradle.length * sin(0.5 * y[2 * i]) : y[2 * i];
+        double speed = cradle.length > 0.0 ? cradle.length * y[2 * i + 1] : y[2 * i + 1];
+        sum += 0.5 * (speed * speed + cradle.omega2 * swing * swing);
         if (i + 1 < BALLS)
             sum += contact_energy(y, i);
     }
@@ -165,7 +204,8 @@ int main(int count, char **arguments)
     N_Vector state = N_VNew_Serial(2 * BALLS + is_damped(), context);
     double *y = N_VGetArrayPointer(state);
     for (int i = 0; i < BALLS; i++) {
-        y[2 * i] = i < LIFTED ? -cradle.amplitude : 0.0;
+        double lift = cradle.length > 0.0 ? asin(cradle.amplitude / cradle.length) : cradle.amplitude;
+        y[2 * i] = i < LIFTED ? -lift : 0.0;
         y[2 * i + 1] = 0.0;
     }
     if (is_damped())
@@ -173,7 +213,7 @@ int main(int count, char **arguments)
     double at_start = energy(y);
 
     void *solver = CVodeCreate(bdf ? CV_BDF : CV_ADAMS, context);
-    check(CVodeInit(solver, motion, 0.0, state), "CVodeInit");
+    check(CVodeInit(solver, cradle.length > 0.0 ? motion_on_arcs : motion, 0.0, state), "CVodeInit");
     check(CVodeSStolerances(solver, relative, absolute), "CVodeSStolerances");
     check(CVodeSetMaxNumSteps(solver, -1), "CVodeSetMaxNumSteps");
     check(CVodeSetMaxErrTestFails(solver, 100), "CVodeSetMaxErrTestFails");

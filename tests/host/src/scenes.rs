@@ -32,6 +32,12 @@ pub fn ten_minutes(solver: &[Setting]) -> Host {
     ready(5, &[&[("x_start[1]", -1.0), ("x_start[2]", -1.0)], &FIGURE_6, solver])
 }
 
+/// The same on arcs.
+pub fn on_arcs(solver: &[Setting]) -> Host {
+    let lifted = [("x_start[1]", -1.0), ("x_start[2]", -1.0), ("pendulum.model", 2.0)];
+    ready(5, &[&lifted, &FIGURE_6, solver])
+}
+
 /// Cubic contacts, to be run for 600 s: 7,194 pulses.
 pub fn cubic(solver: &[Setting]) -> Host {
     ready(5, &[&[("x_start[1]", -0.05), ("x_start[2]", -0.05)], &CUBIC, solver])
