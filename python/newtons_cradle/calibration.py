@@ -1,14 +1,13 @@
 """A real cradle's losses, from a video of it.
 
-The pendulums are those of the FMU: x'' = -(g/L) x - (b/m) x'. One ball is lifted and let go; the others hang at rest.
-Its click passes through the chain ball by ball. Each hit passes on the share (1 + e)/2 of the speed (equal
-masses, e the coefficient of restitution), and the last ball rises. Between the lift and the highest point lies half a
-period of a damped pendulum. The deflection of the last ball, divided by the lift, is then
+Balls swing on arcs of radius L: angle'' = -(g/L) sin(angle) - (b/m) angle'. One ball is lifted and let go; the others
+hang at rest. Its click passes through the chain ball by ball. Each hit passes on the share (1 + e)/2 of the speed
+(equal masses, e the coefficient of restitution), and the last ball rises. The speed at which the first ball arrives
+below its pivot, and that with which the last one leaves there to rise as filmed, follow from the equation; the second
+over the first is ((1 + e)/2)^(n - 1).
 
-    ((1 + e)/2)^(n - 1) exp(-pi delta/omega_d),   delta = b/(2 m),   omega_d^2 = g/L - delta^2.
-
-After a few dozen clicks all balls swing together. Then nothing is lost in contacts, and the amplitudes fall as
-exp(-delta t), which gives the drag b.
+After a few dozen clicks all balls swing together. Then nothing is lost in contacts, and the amplitudes, which are small
+by then, fall as exp(-delta t) with delta = b/(2 m), which gives the drag b.
 """
 
 import math
@@ -19,11 +18,12 @@ import numpy as np
 
 from .errors import InvalidValue, number, whole
 from .fmu import Fmu
+from .pulses import Array
 from .run.model import Values
 from .setups import MOST_BALLS
 
 HALVINGS = 20  # of the interval that the damping lies in
-SAMPLES = 201  # around the highest point
+SAMPLES = 301  # around the highest point
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,12 @@ class Calibration:
     def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
         """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts.
 
-        `values` describe the cradle and the lift, as `preset("desk")` does. Runs find the Hunt-Crossley damping factor,
-        because touching balls do not collide one after the other: no formula gives it from e. Raises InvalidValue,
-        FmuError.
+        `values` describe the cradle and the lift, as `preset("desk")` does; balls swing on arcs. Runs find the
+        Hunt-Crossley damping factor, because touching balls do not collide one after the other: no formula gives it
+        from e. Raises InvalidValue, FmuError.
         """
-        base = {**values, "pendulum.drag": self.drag, "contact.dampingLaw": "huntCrossley"}
+        law = {"pendulum.model": "circular", "contact.dampingLaw": "huntCrossley"}
+        base = {**values, **law, "pendulum.drag": self.drag}
         low, high = 0.0, 3.0 / self.speed  # s/m; the law passes on hardly anything at the upper end
         undamped = _rise(fmu, base | {"contact.huntCrossley": low})
         if undamped < self.height:
@@ -58,18 +59,35 @@ class Calibration:
             middle = 0.5 * (low + high)
             higher = _rise(fmu, base | {"contact.huntCrossley": middle}) > self.height
             low, high = (middle, high) if higher else (low, middle)
-        found = {name: base[name] for name in ("pendulum.drag", "contact.dampingLaw")}
-        return found | {"contact.huntCrossley": 0.5 * (low + high)}
+        return {"pendulum.drag": self.drag, **law, "contact.huntCrossley": 0.5 * (low + high)}
 
 
 def _rise(fmu: Fmu, values: Values) -> float:
-    """How high the last ball rises after the first click, half a period after the lift, m."""
-    last = f"x[{fmu.balls}]"
+    """How high the last ball rises after the first click, about half a period after the lift, m."""
+    last = f"y[{fmu.balls}]"
     with fmu.start(values) as run:
-        period, length = run["pendulum.period"], run["pendulum.length"]
-        times = np.concatenate([[0.0], np.linspace(0.4, 0.6, SAMPLES) * period])
-    largest = float(fmu.simulate(values, times=times, record=[last])[last].max())
-    return largest**2 / (2.0 * float(length))
+        period = run["pendulum.period"]  # of small swings
+        times = np.concatenate([[0.0], np.linspace(0.4, 0.7, SAMPLES) * period])
+    return float(fmu.simulate(values, times=times, record=[last])[last].max())
+
+
+def _arrival(angle: float, delta: float, rate: float) -> float:
+    """The rate (rad/s) at which a pendulum that is let go at `angle` (rad) arrives below its pivot; with `-delta`,
+    that with which it leaves there to get so far. `rate`: g/L, 1/s2. By steps of a Runge-Kutta method of order 4."""
+
+    def slopes(state: Array) -> Array:
+        return np.array([state[1], -2.0 * delta * state[1] - rate * math.sin(state[0])])
+
+    state, h = np.array([angle, 0.0]), 5e-3 / math.sqrt(rate)
+    while True:
+        a = slopes(state)
+        b = slopes(state + 0.5 * h * a)
+        c = slopes(state + 0.5 * h * b)
+        after = state + h / 6.0 * (a + 2.0 * b + 2.0 * c + slopes(state + h * c))
+        if after[0] <= 0.0:
+            # Near the lowest point the rate hardly changes.
+            return float(-np.interp(0.0, [after[0], state[0]], [after[1], state[1]]))
+        state = after
 
 
 def calibrate(
@@ -107,16 +125,24 @@ def calibrate(
     if delta**2 >= gravity / length:
         shown = f"amplitudes = {amplitudes}, interval = {interval}"
         raise InvalidValue(f"{shown} are refused: such a pendulum does not swing")
-    omega = math.sqrt(gravity / length - delta**2)
-    # A height is the square of a deflection, x^2/(2 L) for the FMU's linear pendulums.
-    swing = math.exp(math.pi * delta / omega)
-    passed = math.sqrt(2.0 * length * height) / lift * swing
-    restitution = 2.0 * passed ** (1.0 / (balls - 1)) - 1.0
+    rate = gravity / length
+    arrival = _arrival(math.asin(lift / length), delta, rate)
+
+    def passed_on(rise: float) -> float:
+        """Of that speed, by the impacts, if the last ball rises so high (m)."""
+        return _arrival(math.acos(1.0 - rise / length), -delta, rate) / arrival
+
+    def height_of(share: float) -> float:
+        low, high = 0.0, length
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if passed_on(middle) < share else (low, middle)
+        return low
+
+    share = passed_on(height) if height < length else math.inf
+    restitution = 2.0 * share ** (1.0 / (balls - 1)) - 1.0
     if not 0.0 <= restitution <= 1.0:
-        most = (lift / swing) ** 2 / (2.0 * length)
-        least = most * 0.25 ** (balls - 1)
+        least, most = height_of(0.5 ** (balls - 1)), height_of(1.0)
         raise InvalidValue(f"height = {height} is refused; allowed here: {least:.3g} to {most:.3g} m")
-    # At x = 0, after a quarter of a period and a little more.
-    phase = math.pi / 2.0 + math.asin(delta * math.sqrt(length / gravity))
-    speed = lift * math.sqrt(gravity / length) * math.exp(-delta / omega * phase)
+    speed = length * arrival
     return Calibration(float(restitution), float(2.0 * mass * delta), float(speed), float(height))
