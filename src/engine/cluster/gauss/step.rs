@@ -12,9 +12,10 @@ const LEAST: usize = 2;
 const MOST: usize = 60;
 
 /// A step whose error is this many times the allowed one is given up at once; while overlaps still change, more is
-/// tolerated.
+/// tolerated; still more of linear and other smooth contacts on arcs.
 const TOO_LONG: f64 = 1.5;
 const STILL_CHANGING: f64 = 1e5;
+const SMOOTH_STILL_CHANGING: f64 = 1e8;
 
 /// The iteration has converged if it changes overlaps by less than this part of their size, or if at the present rate
 /// the next change, or the one after it, would be less, with a margin because velocities at the end are more sensitive.
@@ -78,6 +79,7 @@ impl Motion {
         let closed = self.tracks.iter().filter(|track| track.mode == Mode::Pressing).count() as u64;
         self.begin(table);
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, 0.0, false, false);
+        let smooth = self.on_arcs() && self.stretching_power().is_none();
         let (mut turns, mut turned) = (0, [f64::INFINITY, 0.0]);
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
@@ -116,7 +118,8 @@ impl Motion {
             let [change, of_rate] = self.update(table, later);
             if count >= LEAST {
                 if !measured {
-                    let (error, still) = (self.error(table, tolerance), STILL_CHANGING * change);
+                    let still = change * if smooth { SMOOTH_STILL_CHANGING } else { STILL_CHANGING };
+                    let error = self.error(table, tolerance);
                     if error > TOO_LONG + still {
                         return Outcome::TooLong(error);
                     }
