@@ -1,6 +1,6 @@
 // The panel in which a cradle is changed, while it swings.
 
-import { LAWS, MOST_BALLS } from "#engine/setup.js";
+import { LAWS, MODELS, MOST_BALLS } from "#engine/setup.js";
 import { withPrefix } from "#view/common.js";
 import { rounded, say, textsOf } from "#view/texts.js";
 
@@ -43,6 +43,7 @@ export function fillChange(panels) {
     if (needs?.(setup) ?? true)
       panels.slider(title, { ...scale, value: at(get), show: (place) => show(place, get),
         choose: (place) => set(values(place, get)) });
+  panels.chips("model", textsOf("models"), get("pendulum.model"), (model) => set(MODELS[model]));
   const ratios = get("ball.massRatio"), uneven = ratios.findIndex((ratio) => ratio !== 1);
   const ball = Math.min(balls - 1, panels.ball ?? (uneven >= 0 ? uneven : Math.floor(balls / 2)));
   panels.slider("whose", { min: 1, max: balls, value: ball + 1, show: (i) => say("ball", { ball: i }),

@@ -5,6 +5,7 @@ import { Click } from "#engine/click.js";
 import { largest } from "#view/common.js";
 
 const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
+const STEEPEST = 1.2;   // rad by which a hand can pull a ball
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
 const KEPT = 20000;     // pulses that are kept for the CSV file
 
@@ -16,9 +17,13 @@ export class Live {
 
   /** Values that do not change while balls move; `reach` (rad) of the largest swing. */
   get drawing() {
-    const { drawing, drawing: { length }, values: { x_start: x, v_start: v } } = this.setup;
-    const omega = Math.sqrt(Math.max(this.setup.get("gravity"), 0.1) / length);
-    return { ...drawing, reach: largest([x.map((place, i) => Math.hypot(place, v[i] / omega) / length)]) };
+    const { drawing, swings, values: { x_start: x, v_start: v } } = this.setup;
+    const gravity = Math.max(this.setup.get("gravity"), 0.1);
+    const reach = swings.map(({ length, angle, level }, i) => { // by the energy on an arc, which does for a line
+      const at = angle(x[i]), speed = v[i] / level(at);
+      return 2 * Math.asin(Math.min(1, Math.hypot(Math.sin(at / 2), speed / Math.sqrt(4 * gravity * length))));
+    });
+    return { ...drawing, reach: largest([reach]) };
   }
 
   /** Starts a run. If the engine refuses, nothing has changed. Throws Refusal. */
@@ -79,7 +84,8 @@ export class Live {
   /** `who` takes ball `ball` (from 0), or moves its ball, to `x` (m); balls outward of it come along. */
   hold(who, ball, x) {
     this.dropClicks();
-    const most = 1.2 * this.setup.get("pendulum.length"), place = Math.min(most, Math.max(-most, x));
+    const most = Math.min(...this.setup.swings.map(({ deflection }) => deflection(STEEPEST)));
+    const place = Math.min(most, Math.max(-most, x));
     const hold = this.holds.get(who) ?? { ball, balls: new Set([ball]), side: 0 };
     const side = place < 0 ? -1 : 1, near = 0.02 * this.setup.get("pendulum.length");
     if (side !== hold.side) hold.balls = new Set([hold.ball]);
@@ -101,11 +107,12 @@ export class Live {
 
   /** The other balls swing on, in runs of a frame each, in which held balls are heavy and move with the hand. */
   advanceHeld(time, effort) {
-    const { held, setup, time: before } = this, passed = time - before;
+    const { held, setup, setup: { swings }, time: before } = this, passed = time - before;
     if (!(passed > 0)) return;
     const [x, v] = this.motion(), ratio = [...setup.get("ball.massRatio")];
     for (const [ball, place] of held) {
-      v[ball] = Math.max(-8, Math.min(8, (place - x[ball]) / passed));
+      const { length, angle, level } = swings[ball], from = angle(x[ball]);
+      v[ball] = level(from) * Math.max(-8, Math.min(8, length * (angle(place) - from) / passed));
       ratio[ball] *= HAND_MASS;
     }
     this.restart(setup.with({ "ball.massRatio": ratio }), x, v);

@@ -25,14 +25,14 @@ export class Recording extends Track {
   /** `pulses`: {contact, from 0, onset, release, peak, impulse}. `start`: what it was run with, if that is known. */
   constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length, radius, start }) {
     const sizes = { "pendulum.length": length, "ball.radius": radius }, setup = start ? new Setup(balls, start) : null;
-    const { drawing } = setup ?? new Setup(balls, sizes), extent = largest(x);
+    const known = setup ?? new Setup(balls, sizes), extent = largest(x);
+    const { drawing } = known.with({ "pendulum.length": Math.max(known.get("pendulum.length"), extent / 1.1) });
     const sum = (columns) => time.map((_, k) => columns.reduce((sum, column) => sum + column[k], 0));
     const momenta = v.map((column, i) => column.map((speed) => drawing.mass * drawing.ratio[i] * speed));
     super(balls, time, { velocity: v, force: F, energy: Object.values(energy), momentum: setup ? [sum(momenta)] : [] },
       Object.keys(energy));
-    const strings = Math.max(drawing.length, extent / 1.1);
     const rigid = pulses.length > 0 && largest(F) === 0 && pulses.every(({ onset, release }) => onset === release);
-    this.drawing = { ...drawing, length: strings, rigid, reach: extent / strings };
+    this.drawing = { ...drawing, rigid, reach: drawing.swing.angle(extent) };
     Object.assign(this, { live: false, account: false, origin: 0, name: title, x, parameters, setup,
       begin: time[0], end: time.at(-1), state: new State(balls) });
     this.findClicks(pulses);
@@ -79,12 +79,18 @@ export class Recording extends Track {
     state.closed.fill(0);
     for (const { contact, onset, release } of this.lastClick?.pulses ?? [])
       if (onset <= now && now < release) state.closed[contact] = 1;
-    if (setup) state.overlap.set(F.map((_, i) => this.overlap(i, state.x[i] - state.x[i + 1])));
+    if (setup) state.overlap.set(F.map((_, i) => this.overlap(i, state.x[i], state.x[i + 1])));
   }
 
-  /** Overlap of contact `i` (m) when its balls are `nearer` by this much than at rest. */
-  overlap(i, nearer) {
-    return nearer - this.setup.get("contact.deadBand") - this.setup.values["contact.gap"][i];
+  /** Overlap of contact `i` (m) at these deflections of its balls. */
+  overlap(i, left, right) {
+    const { setup, setup: { swings } } = this, heights = [left, right].map((x, k) => {
+      const { angle, height } = swings[i + k];
+      return height(angle(x));
+    });
+    const gap = setup.values["contact.gap"][i], rest = 2 * setup.get("ball.radius") + gap;
+    const apart = right - left, up = heights[1] - heights[0], distance = Math.hypot(rest + apart, up);
+    return -(apart * (2 * rest + apart) + up * up) / (distance + rest) - gap - setup.get("contact.deadBand");
   }
 
   takePulses() {
@@ -142,7 +148,7 @@ class RecordedClick {
   /** The largest velocity, force and overlap in it (SI); an overlap of 0 where that is not known. */
   get most() {
     const { samples, pulses, speeds, after, range } = this, part = (i) => samples.x[i].subarray(...range);
-    const pressed = (_, i) => part(i).map((place, k) => Math.max(1e-9, samples.overlap(i, place - part(i + 1)[k])));
+    const pressed = (_, i) => part(i).map((place, k) => Math.max(1e-9, samples.overlap(i, place, part(i + 1)[k])));
     return { velocity: largest([speeds, after]), force: largest([pulses.map(({ peak }) => peak)]),
       overlap: samples.setup ? largest(samples.curves.force.map(pressed)) : 0 };
   }

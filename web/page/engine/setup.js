@@ -9,6 +9,9 @@ export const MOST_BALLS = 20;
 
 const elements = (name, balls) => (name.startsWith("contact.") ? balls - 1 : balls);
 
+const ARCS = { "pendulum.model": "circular" };
+export const MODELS = { circular: ARCS, linear: { "pendulum.model": "linear" } };
+
 export const LAWS = {
   linear: { "contact.model": "powerLaw", "contact.exponent": 1 },
   quadratic: { "contact.model": "powerLaw", "contact.exponent": 2 },
@@ -53,8 +56,23 @@ export class Setup {
   /** Values that do not change while balls move. */
   get drawing() {
     return { balls: this.balls, radius: this.get("ball.radius"), mass: this.get("ball.mass"),
-      ratio: this.get("ball.massRatio"), length: this.get("pendulum.length"), rigid: this.law === "rigid" };
+      ratio: this.get("ball.massRatio"), length: this.get("pendulum.length"), rigid: this.law === "rigid",
+      swing: this.swing(1) };
   }
+
+  /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection, and at an angle its deflection and
+   *  height (m) and the part of its speed that is horizontal. */
+  swing(ratio) {
+    const length = ratio * this.get("pendulum.length");
+    return this.get("pendulum.model") === "circular"
+      ? { length, angle: (x) => Math.asin(Math.max(-1, Math.min(1, x / length))),
+        deflection: (at) => length * Math.sin(at), height: (at) => 2 * length * Math.sin(at / 2) ** 2,
+        level: Math.cos }
+      : { length, angle: (x) => x / length, deflection: (at) => length * at, height: () => 0, level: () => 1 };
+  }
+
+  /** The swings of all balls. */
+  get swings() { return this.values["pendulum.lengthRatio"].map((ratio) => this.swing(ratio)); }
 
   get law() {
     const model = this.get("contact.model"), exponent = this.get("contact.exponent");
@@ -76,6 +94,7 @@ export class Setup {
       rigid: LAWS.rigid,
       lossy: { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3, "contact.restitution": 0.9 },
       heavy: { "ball.massRatio": this.get("ball.massRatio").map(double) },
+      linear: MODELS.linear,
     }[name];
   }
 
@@ -139,7 +158,7 @@ export const FILES = {}; // their values by name: the producer's, which the page
 
 /** Default values of the FMU. */
 export const DEFAULTS = {
-  gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
+  "pendulum.model": "linear", gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
   "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw", "contact.stiffness": 1e10,
   "contact.overlapRef": 1e-6, "contact.exponent": 1, "contact.deadBand": 2.6e-6, "contact.dampingLaw": "kelvinVoigt",
   "contact.damping": 0, "contact.huntCrossley": 0, "contact.relaxationTime": 0, "contact.restitution": 1,
@@ -157,11 +176,11 @@ export const LESSON = [
 
 const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
 
-/** Without the release where one lifts by hand. `beside`: changes of the cradle to compare with. */
+/** On arcs and without the release where one lifts by hand. `beside`: changes of the cradle to compare with. */
 function ready(name, beside, byHand = false) {
   const setup = () => {
     const { balls, ...values } = FILES[name], made = new Setup(balls, values);
-    return byHand ? made.atRest() : made;
+    return byHand ? made.with(ARCS).atRest() : made;
   };
   return { setup, beside };
 }

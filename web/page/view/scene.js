@@ -28,7 +28,7 @@ export class Scene {
 
   /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls
    *  close by; `swingAngle` (rad): how far balls swing. */
-  layout({ radius, ratio, length }, near = 0, swingAngle = 0.56) {
+  layout({ radius, ratio, length, swing }, near = 0, swingAngle = 0.56) {
     // Never quite nothing, whatever is around it.
     const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
     const sizes = ratio.map((mass) => Math.min(2.2, Math.max(0.35, Math.cbrt(mass)))); // of a radius
@@ -39,7 +39,7 @@ export class Scene {
     const reach = half + long * Math.sin(swingAngle), floor = -1.75 * largest;
     let x = -half;
     const rests = sizes.map((size) => (x += 2 * size) - size);
-    Object.assign(this, { sizes, half, largest, long, reach, floor, rests, length });
+    Object.assign(this, { sizes, half, largest, long, reach, floor, rests, swing });
     const all = this.surroundings(swingAngle), distance = 2.7 * Math.max(...all.map((point) => Math.hypot(...point)));
     const lens = new Lens(this.eye.axes, distance), far = lens.bounds(all);
     const close = lens.bounds(box(half + 1.2, floor - 0.45, Math.min(4.9 * largest, long + 0.3), 0));
@@ -56,7 +56,7 @@ export class Scene {
 
   /** Place of ball `i` at the displacement x (m), in space (radii: right, up, towards the viewer) and on the canvas. */
   place(i, x) {
-    const { rests, long } = this, angle = x / this.length;
+    const { rests, long } = this, angle = this.swing.angle(x);
     return this.seen([rests[i] + long * Math.sin(angle), long * (1 - Math.cos(angle)), 0]);
   }
 
@@ -71,13 +71,13 @@ export class Scene {
     const { unit, long, lens: { axes: [[along]] } } = this;
     const aside = unit * long * (along < 0 ? -1 : 1) * Math.max(0, NARROWEST - Math.abs(along));
     const away = (angle) => {
-      const place = this.place(i, angle * this.length);
+      const place = this.place(i, this.swing.deflection(angle));
       return Math.hypot(place.x + aside * angle - x, place.y - y);
     };
     let best = 0;
     for (let step = 0.5 * STEEPEST; step > 1e-9; step /= 2)
       for (const angle of [best - step, best + step]) if (away(angle) < away(best)) best = angle;
-    return this.length * best;
+    return this.swing.deflection(best);
   }
 
   /** The ball at a point on the canvas, in front of others there, with a margin for fingers (px); -1 for none. */
