@@ -86,7 +86,7 @@ export class Stage {
 
   /** Room for the swing, as an angle (rad). It changes gently, and not while somebody holds a ball. */
   room({ reach }) {
-    const wanted = Math.min(1.1, Math.max(0.3, 1.08 * reach));
+    const wanted = Math.min(1.4, Math.max(0.3, 1.08 * reach));
     const { swing = wanted } = this, held = this.source.holds?.size;
     if (!held) this.swing = this.app.still ? wanted : swing + 0.08 * (wanted - swing);
     return this.swing ?? wanted;

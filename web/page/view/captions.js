@@ -74,6 +74,7 @@ export function describeSetup(setup) {
   return [say(`laws.${setup.law}`),
     setup.law !== "rigid" && `${say("deadBand")}: ${band ? withPrefix(band, "m") : say("none")}`,
     loss && setup.get(loss) && say("besides.lossy"),
+    setup.get("pendulum.model") === "linear" && say("besides.linear"),
     ratios.some((ratio) => ratio !== 1) && ratios.map((ratio) => rounded(ratio)).join(" : "),
   ].filter(Boolean).join(" · ");
 }
