@@ -53,7 +53,7 @@ CAPTIONS = {
         "Ball 2 touches ball 3. Ball 4 touches ball 5.",
         "Balls 2 and 3 part. Balls 4 and 5 part. Nothing touches.",
         "Ball 3 touches ball 4.",
-        "The click took 177 µs: 6 pushes.",
+        "The click took 176 µs: 6 pushes.",
         "Compared with the incoming speed: ball 4 100 %, ball 5 100 %.",
     ],
     ("steel", 2): [
@@ -62,7 +62,7 @@ CAPTIONS = {
         "Ball 2 still touches ball 3 when ball 1 leaves.",
         "Ball 3 still touches ball 4 when ball 5 leaves.",
         "Ball 3 still touches ball 4 when ball 2 leaves.",
-        "The click took 587 µs: 4 pushes.",
+        "The click took 586 µs: 4 pushes.",
         "Compared with the incoming speed: "
         "ball 1 \N{MINUS SIGN}11 %, ball 2 \N{MINUS SIGN}4 %, ball 3 21 %, ball 4 80 %, ball 5 114 %.",
     ],

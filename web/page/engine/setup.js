@@ -9,15 +9,14 @@ export const MOST_BALLS = 20;
 
 const elements = (name, balls) => (name.startsWith("contact.") ? balls - 1 : balls);
 
-const ARCS = { "pendulum.model": "circular" };
-export const MODELS = { circular: ARCS, linear: { "pendulum.model": "linear" } };
+export const MODELS = { circular: { "pendulum.model": "circular" }, linear: { "pendulum.model": "linear" } };
 
 export const LAWS = {
   linear: { "contact.model": "powerLaw", "contact.exponent": 1 },
   quadratic: { "contact.model": "powerLaw", "contact.exponent": 2 },
   cubic: { "contact.model": "powerLaw", "contact.exponent": 3 },
   hertz: { "contact.model": "hertz" },
-  rigid: { "contact.model": "rigid" },
+  rigid: { "contact.model": "rigid", "pendulum.model": "linear" }, // rigid balls are on lines only
 };
 
 export class Setup {
@@ -60,8 +59,8 @@ export class Setup {
       swing: this.swing(1) };
   }
 
-  /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection, and at an angle its deflection and
-   *  height (m) and the part of its speed that is horizontal. */
+  /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection, and at an angle its deflection
+   *  and height (m) and the part of its speed that is horizontal. */
   swing(ratio) {
     const length = ratio * this.get("pendulum.length");
     return this.get("pendulum.model") === "circular"
@@ -158,8 +157,8 @@ export const FILES = {}; // their values by name: the producer's, which the page
 
 /** Default values of the FMU. */
 export const DEFAULTS = {
-  "pendulum.model": "linear", gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
-  "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw", "contact.stiffness": 1e10,
+  gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
+  "pendulum.model": "linear", "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw", "contact.stiffness": 1e10,
   "contact.overlapRef": 1e-6, "contact.exponent": 1, "contact.deadBand": 2.6e-6, "contact.dampingLaw": "kelvinVoigt",
   "contact.damping": 0, "contact.huntCrossley": 0, "contact.relaxationTime": 0, "contact.restitution": 1,
 };
@@ -176,21 +175,22 @@ export const LESSON = [
 
 const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
 
-/** On arcs and without the release where one lifts by hand. `beside`: changes of the cradle to compare with. */
-function ready(name, beside, byHand = false) {
+/** Without the release where one lifts by hand. `beside`: changes of the cradle to compare with; `own`: those that the
+ *  page makes. */
+function ready(name, beside, byHand = false, own = {}) {
   const setup = () => {
-    const { balls, ...values } = FILES[name], made = new Setup(balls, values);
-    return byHand ? made.with(ARCS).atRest() : made;
+    const { balls, ...values } = FILES[name], made = new Setup(balls, { ...values, ...own });
+    return byHand ? made.atRest() : made;
   };
   return { setup, beside };
 }
 
 export const PRESETS = {
-  textbook: ready("textbook", TOUCHING, true),
+  textbook: ready("textbook", TOUCHING, true, MODELS.circular),
   figure3: ready("figure3", { "contact.exponent": 1.5 }),
   figure5: ready("figure5", { "contact.deadBand": 0 }),
   figure6: ready("figure6", { "contact.deadBand": 0 }),
-  steel: ready("steel", LAWS.rigid, true),
+  steel: ready("steel", LAWS.rigid, true, MODELS.circular),
   desk: ready("desk", { "contact.huntCrossley": 0 }),
   rigid: ready("rigid", { "contact.restitution": 0.95 }, true),
   buzzing: ready("buzzing", { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 }),
