@@ -158,9 +158,10 @@ export const FILES = {}; // their values by name: the producer's, which the page
 /** Default values of the FMU. */
 export const DEFAULTS = {
   gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
-  "pendulum.model": "linear", "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw", "contact.stiffness": 1e10,
-  "contact.overlapRef": 1e-6, "contact.exponent": 1, "contact.deadBand": 2.6e-6, "contact.dampingLaw": "kelvinVoigt",
-  "contact.damping": 0, "contact.huntCrossley": 0, "contact.relaxationTime": 0, "contact.restitution": 1,
+  "pendulum.model": "linear", "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw",
+  "contact.stiffness": 1e10, "contact.overlapRef": 1e-6, "contact.exponent": 1, "contact.deadBand": 2.6e-6,
+  "contact.dampingLaw": "kelvinVoigt", "contact.damping": 0, "contact.huntCrossley": 0, "contact.relaxationTime": 0,
+  "contact.restitution": 1,
 };
 
 /** The lesson's steps, see docs/lesson.md, as parts of the address. */
