@@ -59,7 +59,7 @@ impl Motion {
     }
 
     /// The directions of paths and contacts at the nodes by the present forces, for contacts that press or for `all`.
-    /// Returns the largest change of a displacement since the last time over the distance of the pivots.
+    /// Returns the largest change of a displacement since the last time over the least length or distance of pivots.
     pub(super) fn turn(&mut self, all: bool) -> f64 {
         let (table, length) = (self.stretching.table(), self.length);
         let times = table.times.map(|part| length * part);
@@ -81,7 +81,8 @@ impl Motion {
             self.at_nodes.balls[i] = [way, u];
             let arcs = &mut self.arcs;
             arcs.courses[i].follow(&arcs.balls[i], flight, &self.at_nodes.balls[i], &times);
-            nearest = self.tracks.get(i).map_or(nearest, |track| track.law.pivots.min(nearest));
+            nearest =
+                self.tracks.get(i).map_or(nearest, |track| track.law.pivots.min(nearest)).min(arcs.balls[i].length);
         }
         self.arcs.turn(|j| all || self.tracks[j].mode == Mode::Pressing);
         change / nearest

@@ -34,7 +34,7 @@ const ROUGH: f64 = 0.1;
 const FINE: f64 = 1e-5;
 
 /// Changes below which the directions of balls on arcs are computed anew. The first time shows by which part of the
-/// rest they change, the last time how much is missing; they stand if the product is small.
+/// rest they change, the last time how much is missing; they stand if little is.
 const TURNS: [f64; 2] = [1e-5, 1e-10];
 const STANDS: f64 = 1e-15;
 
@@ -134,11 +134,11 @@ impl Motion {
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * rate.min(1.0) <= CONVERGED_RATE * tolerance.speed {
-                    if self.on_arcs() && (turns < TURNS.len() || turned[0] * turned[1] > STANDS) {
+                    if self.on_arcs() && (turns < TURNS.len() || !self.stands(turned)) {
                         turned = self.turn_on(true, turned);
                         turns = TURNS.len();
                     }
-                    if !self.on_arcs() || turned[0] * turned[1] <= STANDS {
+                    if !self.on_arcs() || self.stands(turned) {
                         return self.conclude(table, tolerance);
                     }
                 }
@@ -153,6 +153,15 @@ impl Motion {
     fn turn_on(&mut self, all: bool, [_, largest]: [f64; 2]) -> [f64; 2] {
         let change = self.turn(all);
         [change, largest.max(change)]
+    }
+
+    /// Whether directions, and forces of gravity and drag, stand after these changes: the next one, and its part in the
+    /// accelerations.
+    fn stands(&self, [change, largest]: [f64; 2]) -> bool {
+        let (reach, drags) = (self.pace() * self.length, self.arcs.balls.iter().any(|ball| ball.gamma > 0.0));
+        let gain = if drags { 2.0 * reach } else { reach * reach };
+        let next = change * (largest + gain);
+        next <= STANDS && next * gain <= STANDS * largest
     }
 
     /// Whether a step of this `plan` may end with another switching, that of contact `j`: it has no branch point, and
