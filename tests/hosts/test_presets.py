@@ -63,9 +63,9 @@ def test_an_fmu_built_with_a_preset_has_its_start_values(producer, fmu_path, tmp
 
 @pytest.mark.parametrize("name", nc.presets())
 def test_the_page_has_its_start_values(fmu, name):
-    """What it leaves out are the FMU's own."""
+    """What it leaves out are the FMU's own; where one lifts by hand, balls are at rest and on arcs."""
     start = node(f"return PRESETS.{name}.setup().recipe().start")
-    rest = ("x_start", "v_start") if name in LIFTED_BY_HAND else ()
+    rest = ("x_start", "v_start", "pendulum.model") if name in LIFTED_BY_HAND else ()
     for key, value in nc.preset(name).items():
         if not key.startswith(rest or "?"):
             assert start[key] == value if key in start else fmu.built_with(key) == fmu.number(key, value), key

@@ -192,7 +192,7 @@ def test_a_site_is_a_folder(monkeypatch, live_path, capsys):
 def test_fmus_of_something_else_or_for_other_machines_are_refused(page, fmu_path, tmp_path):
     path = tmp_path / "other.fmu"
     for old, new, complaint in (
-        ('name="x[', 'name="y[', "other.fmu: the FMU is no cradle; missing: x[1]\n"),
+        ('name="x[', 'name="z[', "other.fmu: the FMU is no cradle; missing: x[1]\n"),
         ("binaries/", "binaries/mars-", f"only; this machine needs {fmpy.platform}\n"),
     ):
         with ZipFile(fmu_path) as source, ZipFile(path, "w") as target:

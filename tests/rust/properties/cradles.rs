@@ -144,15 +144,16 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
             held.force = inputs.0[..n].iter().map(|f| f * mass).collect();
             held.support_acceleration = inputs.1;
             let mut case = Case { p, inputs: held, time };
-            if arcs {
-                // Soft contacts are deep.
-                case.p.pendulum = PendulumModel::Circular;
-                case.p.radius = if contacts.0 < 1e8 { 5.0 } else { 0.05 };
-            }
             if rigid {
                 (case.p.contact_model, case.p.restitution) = (ContactModel::Rigid, restitution);
             } else {
                 case.soften();
+            }
+            if arcs {
+                case.p.pendulum = PendulumModel::Circular;
+                // Soft contacts are deep.
+                let softest = case.p.stiffness_ratio.iter().fold(f64::INFINITY, |least, ratio| least.min(*ratio));
+                case.p.radius = if softest * case.p.stiffness < 1e8 * mass { 5.0 } else { 0.05 };
             }
             case
         },
