@@ -111,14 +111,15 @@ export class Live {
     if (!(passed > 0)) return;
     const [x, v] = this.motion(), ratio = [...setup.get("ball.massRatio")];
     for (const [ball, place] of held) {
-      const { length, angle, level } = swings[ball], from = angle(x[ball]);
-      v[ball] = level(from) * Math.max(-8, Math.min(8, length * (angle(place) - from) / passed));
+      // Balls in its way fly off at twice its speed or somewhat more.
+      const { length, angle, level, fastest } = swings[ball], from = angle(x[ball]), most = Math.min(8, fastest(0) / 4);
+      v[ball] = level(from) * Math.max(-most, Math.min(most, length * (angle(place) - from) / passed));
       ratio[ball] *= HAND_MASS;
     }
-    this.restart(setup.with({ "ball.massRatio": ratio }), x, v);
-    const reached = this.run.advance(passed, effort), fresh = this.run.takePulses();
-    this.state = this.run.look();
-    const [places, speeds] = this.motion();
+    const run = this.engine.start(setup.with({ "ball.massRatio": ratio }).moving(x, v).recipe());
+    const reached = run.advance(passed, effort), fresh = run.takePulses(), state = run.look();
+    const [places, speeds] = [Array.from(state.x), Array.from(state.v)];
+    run.forget();
     for (const [ball, place] of held) [places[ball], speeds[ball]] = [place, 0];
     this.restart(setup, places, speeds);
     this.origin = before + reached;
@@ -131,7 +132,10 @@ export class Live {
     if (!hold) return;
     this.holds.delete(who);
     const [x, v] = this.motion(), still = this.held, place = speed === 0 ? Math.round(hold.x * 1e4) / 1e4 : hold.x;
-    for (const ball of hold.balls) if (!still.has(ball)) [x[ball], v[ball]] = [place, speed];
+    for (const ball of hold.balls) if (!still.has(ball)) {
+      const { angle, fastest } = this.setup.swings[ball], most = fastest(angle(place));
+      [x[ball], v[ball]] = [place, Math.max(-most, Math.min(most, speed))];
+    }
     this.restart(this.setup, x, v);
   }
 

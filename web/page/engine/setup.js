@@ -6,6 +6,7 @@ import { Refusal } from "#engine/engine.js";
 const USUAL = { "ball.massRatio": 1, "pendulum.lengthRatio": 1, x_start: 0, v_start: 0, "contact.gap": 0,
   "contact.stiffnessRatio": 1 };
 export const MOST_BALLS = 20;
+const FARTHEST = Math.sin(0.7) ** 2; // on an arc, of sin(angle/2)^2
 
 const elements = (name, balls) => (name.startsWith("contact.") ? balls - 1 : balls);
 
@@ -60,14 +61,17 @@ export class Setup {
   }
 
   /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection, and at an angle its deflection
-   *  and height (m) and the part of its speed that is horizontal. */
+   *  and height (m), the part of its speed that is horizontal, and the largest horizontal speed (m/s) with which it
+   *  does not swing too far. */
   swing(ratio) {
-    const length = ratio * this.get("pendulum.length");
+    const length = ratio * this.get("pendulum.length"), room = 4 * this.get("gravity") * length;
     return this.get("pendulum.model") === "circular"
       ? { length, angle: (x) => Math.asin(Math.max(-1, Math.min(1, x / length))),
         deflection: (at) => length * Math.sin(at), height: (at) => 2 * length * Math.sin(at / 2) ** 2,
-        level: Math.cos }
-      : { length, angle: (x) => x / length, deflection: (at) => length * at, height: () => 0, level: () => 1 };
+        level: Math.cos,
+        fastest: (at) => Math.cos(at) * Math.sqrt(Math.max(0, room * (FARTHEST - Math.sin(at / 2) ** 2))) }
+      : { length, angle: (x) => x / length, deflection: (at) => length * at, height: () => 0, level: () => 1,
+        fastest: () => Infinity };
   }
 
   /** The swings of all balls. */
