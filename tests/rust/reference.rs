@@ -213,9 +213,9 @@ fn cradles_on_arcs() {
             run.advance(number(&state["time"]), &mut Vec::new()).unwrap();
             let within = most * amplitude * number(&state["sensitivity"]);
             let id = format!("{} at {}", case, state["time"]);
-            let outputs: [(&str, fn(&Engine, usize) -> f64); 3] =
-                [("x", Engine::x), ("v", Engine::v), ("angle", Engine::angle)];
-            for (key, value) in outputs {
+            for (key, value) in
+                [("x", Engine::x as fn(&Engine, usize) -> f64), ("v", Engine::v), ("angle", Engine::angle)]
+            {
                 let values: Vec<f64> = (0..n).map(|i| value(&run, i)).collect();
                 assert_close(&id, &values, &numbers(&state[key]), within);
             }
