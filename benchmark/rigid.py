@@ -48,15 +48,16 @@ def in_fractions(row, seed=0):
     m, x, v, gap, e = arrays(row, lambda value: Fraction(value) * (1 + rng.choice((-1, 1)) * change))
     times, contacts, _, speeds = zip(*impacts(m, x, v, gap, lambda: e[0]), strict=True)
     parts = times, speeds[-1], [sum(m * (v * v - speeds[-1] ** 2)) / 2]
-    times, v, (loss,) = ([Decimal(f.numerator) / f.denominator for f in part] for part in parts)
-    return results(v, loss, times, contacts)
+    times, v, loss = ([Decimal(f.numerator) / f.denominator for f in part] for part in parts)
+    events = [*zip(contacts, times, strict=True)]
+    return {"v": v, "loss": loss, "closed": events, "opened": events}
 
 
 def in_decimals(row):
     """The same, by gaps and approach speeds."""
     m, x, v, gap, (e,) = arrays(row, Decimal)
     far, w, t, lost, zero = x[1:] + gap - x[:-1], v[:-1] - v[1:], Decimal(0), Decimal(0), Decimal("1e-45")
-    found = []
+    events = []
     while closing := [j for j, speed in enumerate(w) if speed > zero]:
         step = min(max(far[j], Decimal(0)) / w[j] for j in closing)
         far, t = far - w * step, t + step
@@ -66,15 +67,7 @@ def in_decimals(row):
             w[j] = -e * before
             w[j - 1 : j] += (1 + e) * reduced * before / m[j]
             w[j + 1 : j + 2] += (1 + e) * reduced * before / m[j + 1]
-            found.append((t, j + 1))
+            events.append((j + 1, t))
     behind = np.array([0, *np.cumsum(w)])  # by which a ball is slower than the first
-    return results(sum(m * (v + behind)) / sum(m) - behind, lost, *zip(*found, strict=True))
-
-
-def results(v, loss, times, contacts):
-    """In the form of the programs in exact/."""
-    found = {"v": v, "loss": [loss], "times": times, "contacts": contacts}
-    by_contact = dict(zip(contacts, times, strict=True))
-    found["release"] = [by_contact.get(j, Decimal(-1)) for j in range(1, len(v))]
-    by_contact = dict(zip(contacts[::-1], times[::-1], strict=True))
-    return found | {"onset": [by_contact.get(j, Decimal(-1)) for j in range(1, len(v))]}
+    v = sum(m * (v + behind)) / sum(m) - behind
+    return {"v": v, "loss": [lost], "closed": events, "opened": events}

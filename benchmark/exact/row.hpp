@@ -3,62 +3,52 @@
 #include <quadmath.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
-#include <stdexcept>
+#include <iostream>
 #include <utility>
+#include <valarray>
 #include <vector>
 
 using Q = __float128;
-using List = std::vector<Q>;
+using List = std::valarray<Q>;
 
 enum Law { elastic, kelvinVoigt, kelvinVoigtNoPull, huntCrossley, viscoelastic };
 
-inline Q number() {
-    double value;  // in hexadecimal digits: exact
-    if (scanf("%lf", &value) != 1) throw std::runtime_error("the row ends early");
-    return value;
-}
-
 inline void show(const char* name, const List& list) {
     char text[64];
-    printf("%s", name);
-    for (Q value : list) quadmath_snprintf(text, sizeof text, "%.26Qe", value), printf(" %s", text);
-    printf("\n");
+    std::cout << name;
+    for (Q value : list) quadmath_snprintf(text, sizeof text, "%.26Qe", value), std::cout << " " << text;
+    std::cout << "\n";
 }
 
 // A row and its motion, from the program's standard input; its argument is the seed.
 struct Motion {
     int n;
-    Q p, damping, pull, stop;  // exponent, coefficient of the law, g/L (1/s2), end (s); 0: when all have parted
     Law law;
-    List m, k, gap, y;
-    Q mass, speed, overlap, time;  // scales: a mass, the largest speed and overlap, the time of a contact
-    Q t = 0, initial;              // s; the energy at the start, J
-    Q *x, *v, *d, *w;              // in y: of balls, and overlaps and their rates
-    std::vector<char> mode;        // of contacts; 0: open
-    List peak, onset, release, onsets, contacts;
+    Q p, damping, pull, stop;          // exponent, coefficient of the law, g/L (1/s2), end (s)
+    Q mass, speed = 0, time, initial;  // scales: a mass, the largest speed, the time of a contact; energy at the start
+    Q t = 0;
+    List m, k, y, peak;
+    Q *x, *v, *d, *w;        // in y: of balls, and overlaps and their rates
+    std::vector<char> mode;  // of contacts; 0: open
 
     // The row is apart or in touch. With a seed but 0, each value is changed by 1e-16 of itself, up or down by chance.
     Motion(unsigned seed) {
-        auto changed = [&seed](Q value) {
-            if (!seed) return value;
-            for (int i = 0; i < 3; i++) seed = seed * 1664525u + 1013904223u;
-            return value * (1 + (seed >> 31 ? 1e-16Q : -1e-16Q));
+        auto number = [] { double value; std::cin >> value; return Q(value); };
+        auto changed = [&] {
+            for (int i = 0; seed && i < 3; i++) seed = seed * 1664525u + 1013904223u;
+            return number() * (1 + (!seed ? 0 : seed >> 31 ? 1e-16Q : -1e-16Q));
         };
-        n = int(number()), law = Law(int(number())), p = number();
-        damping = changed(number()), pull = changed(number()), stop = number();
-        m.resize(n), k.resize(n - 1), gap.resize(n - 1), y.resize(4 * n), mode.resize(n - 1);
-        x = &y[0], v = x + n, d = v + n, w = d + n, peak = List(n - 1), onset = release = List(n - 1, -1);
-        for (auto [list, count] : {std::pair{m.data(), n}, {x, n}, {v, n}, {k.data(), n - 1}, {gap.data(), n - 1}})
-            for (int i = 0; i < count; i++) list[i] = changed(number());
-        speed = 0;
+        n = int(number()), law = Law(int(number())), p = number(), stop = number();
+        damping = changed(), pull = changed();
+        m.resize(n), k.resize(n - 1), y.resize(4 * n), peak.resize(n - 1), mode.resize(n);
+        x = &y[0], v = x + n, d = v + n, w = d + n;
+        for (auto [list, count] : {std::pair{&m[0], n}, {x, n}, {v, n}, {&k[0], n - 1}, {d, n - 1}})  // gaps, at first
+            for (int i = 0; i < count; i++) list[i] = changed();
         for (int i = 0; i < n; i++) speed = std::max({speed, fabsq(v[i]), sqrtq(pull) * fabsq(x[i])});
-        mass = *std::max_element(m.begin(), m.end()), initial = energy();
-        overlap = powq(mass * speed * speed / *std::max_element(k.begin(), k.end()), 1 / (p + 1));
-        time = overlap / speed;
+        mass = m.max(), initial = energy(), time = powq(mass * speed * speed / k.max(), 1 / (p + 1)) / speed;
         for (int j = 0; j < n - 1; j++) {
-            d[j] = x[j] - x[j + 1] - gap[j], w[j] = v[j] - v[j + 1];
+            d[j] = x[j] - x[j + 1] - d[j], w[j] = v[j] - v[j + 1];
             if (d[j] >= 0) turn(j, 1);
         }
     }
@@ -73,12 +63,7 @@ struct Motion {
 
     // A contact turns to another mode now.
     void turn(int j, char to) {
-        if (!to) release[j] = t;
-        if (!mode[j]) {
-            if (onset[j] < 0) onset[j] = t;
-            onsets.push_back(t), contacts.push_back(j + 1);
-        }
-        if (!to || !mode[j]) d[j] = 0;
+        if (!to || !mode[j]) show(to ? "closed" : "opened", {Q(j + 1), t}), d[j] = 0;
         mode[j] = to;
     }
 
@@ -86,7 +71,7 @@ struct Motion {
     // closed for ages by overlaps that transmit nothing.
     bool over() const {
         const Q least = 1e-20Q;
-        if (stop > 0) return t >= stop;
+        if (pull != 0 || t >= stop) return t >= stop;
         for (int j = 0; j < n - 1; j++) {
             bool slow = (mode[j] ? fabsq(w[j]) : w[j]) < least * speed;
             if (!slow || (mode[j] && k[j] * powq(fabsq(d[j]), p) * time >= least * mass * speed)) return false;
@@ -95,7 +80,6 @@ struct Motion {
     }
 
     void write() const {
-        show("x", List(x, v)), show("v", List(v, d)), show("peak", peak), show("loss", {initial - energy()});
-        show("onset", onset), show("release", release), show("times", onsets), show("contacts", contacts);
+        show("x", {x, size_t(n)}), show("v", {v, size_t(n)}), show("peak", peak), show("loss", {initial - energy()});
     }
 };

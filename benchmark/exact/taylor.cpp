@@ -6,44 +6,39 @@
 
 enum Mode { open, faint, pressing, clipped };
 const int N = 36;
-const Q LEFT_OUT = 1e-32Q, ERROR = 1e-25Q, FAR = 1e4000Q;
+const Q LEFT_OUT = 1e-32Q, ERROR = 1e-25Q;
 
-struct Poly {
-    const Q* c;
-    int degree;
-    Q operator()(Q t) const {
-        Q sum = 0;
-        for (int k = degree; k >= 0; k--) sum = sum * t + c[k];
-        return sum;
-    }
-    Q slope(Q t) const {
-        Q sum = 0;
-        for (int k = degree; k >= 1; k--) sum = sum * t + k * c[k];
-        return sum;
-    }
-};
+// The value of a series of this degree, or of its derivative.
+Q value(Q t, const List& c, int degree, bool slope = false) {
+    Q sum = 0;
+    for (int k = degree; k >= slope; k--) sum = sum * t + (slope ? k * c[k] : c[k]);
+    return sum;
+}
 
-// The first time within (0, end] at which sign * (polynomial - level) becomes positive; later if it does not.
-Q first(Poly poly, Q level, int sign, Q end) {
-    auto above = [&](Q t) { return sign * (poly(t) - level) > 0; };
-    if (poly.degree == 1) {
-        Q start = sign * (poly.c[0] - level), rate = sign * poly.c[1];
-        return start > 0 ? Q(0) : rate > 0 ? -start / rate : FAR;
-    }
+// The coefficient of t^i of a product of series.
+Q product(const List& a, const List& b, int i) {
+    Q sum = 0;
+    for (int l = 0; l <= i; l++) sum += a[l] * b[i - l];
+    return sum;
+}
+
+// The first time within (0, end] at which a condition holds; infinity if it does not.
+template <class Condition>
+Q first(Q end, Condition holds) {
     for (int piece = 0; piece < 12; piece++) {
         Q a = end * piece / 12, b = end * (piece + 1) / 12;
-        if (!above(b)) continue;
-        if (above(a)) return a;
-        for (int i = 0; i < 110; i++) (above((a + b) / 2) ? b : a) = (a + b) / 2;
+        if (!holds(b)) continue;
+        if (holds(a)) return a;
+        for (int i = 0; i < 110; i++) (holds((a + b) / 2) ? b : a) = (a + b) / 2;
         return b;
     }
-    return FAR;
+    return HUGE_VALQ;
 }
 
 struct Taylor : Motion {
-    std::vector<List> X, D, P, S, F;  // series: positions, overlaps, their power and square, forces
+    std::vector<List> X, D, W, P, S, F;  // series: positions, overlaps, their rate, power and square, forces
 
-    Taylor(unsigned seed) : Motion(seed), X(n, List(N + 1)), D(X), P(X), S(X), F(X) {
+    Taylor(unsigned seed) : Motion(seed), X(n, List(N + 1)), D(X), W(X), P(X), S(X), F(X) {
         for (char& one : mode) one = one ? touched() : open;
     }
     Mode touched() const { return whole() ? pressing : faint; }
@@ -52,8 +47,8 @@ struct Taylor : Motion {
         return j >= 0 && j < n - 1 && (mode[j] == pressing || (mode[j] == faint && viscous()));
     }
     bool bent(int i) const { return pull != 0 || acts(i - 1) || acts(i); }  // other balls fly freely
-    Poly path(int i) const { return {X[i].data(), bent(i) ? N : 1}; }
-    Poly depth(int j) const { return {D[j].data(), bent(j) || bent(j + 1) ? N : 1}; }
+    Q position(int i, Q t, bool slope = false) const { return value(t, X[i], bent(i) ? N : 1, slope); }
+    Q overlap(int j, Q t, bool slope = false) const { return value(t, D[j], bent(j) || bent(j + 1) ? N : 1, slope); }
 
     // The overlap below which a contact's elastic force is left out.
     Q least(int j) const {
@@ -66,44 +61,33 @@ struct Taylor : Motion {
     // The coefficient of t^i of the overlap's power.
     Q power(int j, int i) {
         const List& c = D[j];
+        if (p == 1) return c[i];
+        if (p == 2) return product(c, c, i);
+        if (p == 3) return S[j][i] = product(c, c, i), product(S[j], c, i);
+        if (i == 0) return powq(c[0], p);
         Q sum = 0;
-        if (p == 1) {
-            sum = c[i];
-        } else if (whole()) {
-            for (int l = 0; l <= i; l++) sum += c[l] * c[i - l];
-            S[j][i] = sum;
-            for (int l = 0; p == 3 && l <= i; l++) sum = (l ? sum : 0) + S[j][l] * c[i - l];
-        } else if (i == 0) {
-            sum = powq(c[0], p);
-        } else {
-            for (int l = 1; l <= i; l++) sum += ((p + 1) * l - i) * c[l] * P[j][i - l];  // J. C. P. Miller
-            sum /= i * c[0];
-        }
-        return P[j][i] = sum;
+        for (int l = 1; l <= i; l++) sum += ((p + 1) * l - i) * c[l] * P[j][i - l];  // J. C. P. Miller
+        return sum / (i * c[0]);
     }
 
     Q force(int j, int i) {
+        W[j][i] = (i + 1) * D[j][i + 1];
         Q spring = 0;
         if (mode[j] == pressing) {
-            if (i == 0) power(j, 0);
-            power(j, i + 1);
+            if (i == 0) P[j][0] = power(j, 0);
+            P[j][i + 1] = power(j, i + 1);
             spring = P[j][i];
             if (law == viscoelastic) spring += damping * (i + 1) * P[j][i + 1];
-            for (int l = 0; law == huntCrossley && l <= i; l++) spring += damping * (l + 1) * D[j][l + 1] * P[j][i - l];
+            if (law == huntCrossley) spring += damping * product(W[j], P[j], i);
         }
-        return k[j] * spring + (viscous() ? damping * (i + 1) * D[j][i + 1] : 0);
+        return k[j] * spring + (viscous() ? damping * W[j][i] : 0);
     }
 
-    // A series that has the sign of the force, of laws that do not pull.
-    List sign(int j) {
-        List series(N - 1);
-        for (int i = 0; i < N - 1; i++) {
-            Q damped = damping * (i + 1) * D[j][i + 1];
-            if (law == huntCrossley) series[i] = damped + (i == 0);
-            if (law == viscoelastic) series[i] = D[j][i] + p * damped;
-            if (law == kelvinVoigtNoPull) series[i] = k[j] * power(j, i) + damped;
-        }
-        return series;
+    // Has the sign of the force, of laws that do not pull.
+    Q sign(int j, Q t) const {
+        Q deep = overlap(j, t), damped = damping * overlap(j, t, true);
+        if (law == huntCrossley) return 1 + damped;
+        return law == viscoelastic ? deep + p * damped : k[j] * powq(deep, p) + damped;
     }
 
     // All series, and how far they hold.
@@ -120,7 +104,7 @@ struct Taylor : Motion {
                 if (bent(i)) X[i][k + 2] = (push / m[i] - pull * X[i][k]) / ((k + 1) * (k + 2));
                 if (i) D[i - 1][k + 2] = (bent(i - 1) ? X[i - 1][k + 2] : 0) - (bent(i) ? X[i][k + 2] : 0);
             }
-        Q h = stop > 0 ? stop - t : FAR;
+        Q h = stop - t;
         for (int i = 0; i < n; i++)
             for (int k = N - 4; bent(i) && k <= N; k++)  // some of them vanish
                 if (X[i][k] != 0) h = std::min(h, powq(ERROR * speed / (k * fabsq(X[i][k])), Q(1) / (k - 1)));
@@ -133,19 +117,22 @@ struct Taylor : Motion {
             struct Switch { Q at; int j; Mode to; };
             std::vector<Switch> found;
             for (int j = 0; j < n - 1; j++) {
-                auto look = [&](Poly poly, Q level, int sign, Mode to) {
-                    found.push_back({first(poly, level, sign, h), j, to});
+                bool free = !bent(j) && !bent(j + 1), nearing = !free || w[j] > 0;
+                auto look = [&](auto condition, Mode to) { found.push_back({first(h, condition), j, to}); };
+                auto passes = [&](Q level, int way, Mode to) {  // the overlap, upwards or downwards
+                    Q distance = way * (level - d[j]), rate = way * w[j];
+                    if (!free) look([&](Q t) { return way * (overlap(j, t) - level) > 0; }, to);
+                    else if (distance < 0 || rate > 0) found.push_back({distance > 0 ? distance / rate : 0, j, to});
                 };
-                bool free = depth(j).degree == 1, pulls = law <= kelvinVoigt;
-                if (mode[j] == open && (!free || w[j] > 0)) look(depth(j), 0, 1, touched());
-                if (mode[j] != open && (d[j] != 0 || w[j] < 0)) look(depth(j), 0, -1, open);
-                if (mode[j] == faint && (!free || w[j] > 0)) look(depth(j), least(j), 1, pressing);
-                if (mode[j] == pressing && !whole() && w[j] < 0) look(depth(j), least(j) / 2, -1, faint);
-                if (mode[j] == pressing && !pulls) look({sign(j).data(), N - 2}, 0, -1, clipped);
-                if (mode[j] == clipped) look({sign(j).data(), N - 2}, 0, 1, pressing);
+                if (mode[j] == open && nearing) passes(0, 1, touched());
+                if (mode[j] != open && (d[j] != 0 || w[j] < 0)) passes(0, -1, open);
+                if (mode[j] == faint && nearing) passes(least(j), 1, pressing);
+                if (mode[j] == pressing && !whole() && w[j] < 0) passes(least(j) / 2, -1, faint);
+                if (law <= kelvinVoigt) continue;  // it may pull
+                if (mode[j] == pressing) look([&](Q t) { return sign(j, t) < 0; }, clipped);
+                if (mode[j] == clipped) look([&](Q t) { return sign(j, t) > 0; }, pressing);
             }
             for (auto& event : found) h = std::min(h, event.at);
-            if (h >= FAR) break;  // the rest stays in touch, at rest
             move(h);
             for (auto& [at, j, to] : found)
                 if (at <= h) turn(j, to);
@@ -156,15 +143,12 @@ struct Taylor : Motion {
     void move(Q h) {
         for (int j = 0; j < n - 1; j++) {
             if (acts(j)) {
-                Poly f{F[j].data(), N - 2};
-                Q a = 0, b = h;
-                for (int i = 0; f.slope(0) > 0 && f.slope(h) < 0 && i < 60; i++)
-                    (f.slope((a + b) / 2) > 0 ? a : b) = (a + b) / 2;
-                peak[j] = std::max({peak[j], f(0), f(h), f(a)});
+                Q top = std::min(h, first(h, [&](Q t) { return value(t, F[j], N - 2, true) < 0; }));
+                for (Q t : {Q(0), top, h}) peak[j] = std::max(peak[j], value(t, F[j], N - 2));
             }
-            d[j] = depth(j)(h), w[j] = depth(j).slope(h);
+            d[j] = overlap(j, h), w[j] = overlap(j, h, true);
         }
-        for (int i = 0; i < n; i++) x[i] = path(i)(h), v[i] = path(i).slope(h);
+        for (int i = 0; i < n; i++) x[i] = position(i, h), v[i] = position(i, h, true);
         t += h;
     }
 };

@@ -1,6 +1,6 @@
 """ARGESIM's benchmark C12, "Collision Processes in Rows of Spheres", with rigid contacts and with compliant ones.
 
-    python examples/c12/spheres.py [--fmu FILE] [--out FOLDER] [--runs NUMBER]
+    python examples/c12/spheres.py [--fmu FILE] [--out FOLDER]
 
 Four equal spheres at distances a; sphere 1 starts with v0, and each collision has the coefficient of restitution e.
 docs/c12.md tells which sentences of the benchmark are public and what stands in for the others. Each result is
@@ -26,7 +26,7 @@ from support import command_line, nc, parsed, tracked  # noqa: E402
 TIMES = np.linspace(0.0, 15.0, 301)  # s
 FREE = {"gravity": 0.0, "contact.deadBand": 0.0, "contact.gap": [1.0] * 3, "x_start": [0.0] * 4}
 LIMIT = 3 - 2 * math.sqrt(2)  # of e, below which collisions of four spheres can accumulate
-MEAN, DEVIATION = 0.5, 0.1  # of e in task 4, within 0 and 1
+MEAN, DEVIATION, RUNS = 0.5, 0.1, 1000  # of e in task 4, within 0 and 1
 DURATIONS = 10.0 ** np.arange(-1, -7, -1)  # s, of a compliant contact
 SPEEDS = ["v1", "v2", "v3", "v4"]
 
@@ -120,10 +120,10 @@ Sphere 4 leaves with v0 / 2 for e = {e:.12f}; exact: 2^(2/3) - 1, difference {e 
 With e = 0.2 it is hit first at 5 s for v0 = {v0:.12f} m/s; exact: 49/45, difference {v0 - 49 / 45:.0e}."""
 
 
-def task_4(fmu: nc.Fmu, axis, runs: int):
+def task_4(fmu: nc.Fmu, axis):
     """Final velocities if each collision has a restitution of its own, drawn at random."""
     found, errors = [], []
-    for seed in tracked("random restitutions", range(runs)):
+    for seed in tracked("random restitutions", range(RUNS)):
         drawn = np.random.default_rng(seed).normal(MEAN, DEVIATION, 1000).clip(0, 1).tolist()
         found.append(to_the_end(fmu, start(), iter(drawn).__next__)[0])
         errors.append(np.abs(found[-1] - collisions(iter(drawn).__next__)[-1][3]).max())
@@ -131,13 +131,13 @@ def task_4(fmu: nc.Fmu, axis, runs: int):
     axis.set(xlabel="final velocity / v0", ylabel="runs")
     yield f"""## 4 Random restitution
 
-{runs} runs; each collision draws its e from a normal distribution, {MEAN} ± {DEVIATION}, within 0 and 1. A simulation
+{RUNS} runs; each collision draws its e from a normal distribution, {MEAN} ± {DEVIATION}, within 0 and 1. A simulation
 without the FMU, with the same numbers, differs by at most {max(errors):.0e}. Left: their distribution. Right: the next
 section.
 
 ![Distribution of the final velocities; compliant contacts](random.png)"""
     deviation = np.std(found, axis=0, ddof=1)
-    columns = zip(SPEEDS, np.mean(found, axis=0), deviation, 1.96 * deviation / math.sqrt(runs), strict=True)
+    columns = zip(SPEEDS, np.mean(found, axis=0), deviation, 1.96 * deviation / math.sqrt(RUNS), strict=True)
     yield table(["", "mean", "standard deviation", "95 % interval of the mean, ±"], *columns)
 
 
@@ -159,20 +159,13 @@ def compliant(fmu: nc.Fmu, axis):
 
 def main() -> None:
     """Runs all tasks."""
-    parser = command_line(__doc__.splitlines()[0], "c12")
-    parser.add_argument("--runs", type=int, default=1000, help="of task 4")
-    options = parsed(parser)
-    if options.runs < 2:
-        parser.error(f"--runs {options.runs}: at least 2 are needed")
+    options = parsed(command_line(__doc__.splitlines()[0], "c12"))
     said = ["# C12 Collision Processes in Rows of Spheres", "Solved with the FMU NewtonsCradle through FMPy."]
     with ExitStack() as stack:
         fmu = stack.enter_context(nc.build(balls=4, binaries=options.fmu))
         paths = (options.out / f"{name}.png" for name in ("distances", "restitution", "random"))
         y, v, (left, right) = (stack.enter_context(diagrams(path, 3.4)) for path in paths)
-        tasks = [task_1(fmu, y), task_2(fmu, v), task_3(fmu), task_4(fmu, left, options.runs)]
-        for text in chain(*tasks, compliant(fmu, right)):
-            print(text)
-            said.append(text)
+        said += chain(task_1(fmu, y), task_2(fmu, v), task_3(fmu), task_4(fmu, left), compliant(fmu, right))
         for axis in (*y, v[1], left, right):
             axis.legend()
     report = options.out / "report.md"
