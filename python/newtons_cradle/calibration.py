@@ -37,9 +37,9 @@ class Calibration:
     height: float
 
     def rigid(self) -> dict[str, Any]:
-        """Start values of rigid contacts that lose as much, between balls on lines."""
-        law = {"pendulum.model": "linear", "contact.model": "rigid", "contact.restitution": self.restitution}
-        return law | {"pendulum.drag": self.drag}
+        """Start values of rigid contacts that lose as much, between balls on arcs."""
+        law = {"contact.model": "rigid", "contact.restitution": self.restitution}
+        return law | {"pendulum.model": "circular", "pendulum.drag": self.drag}
 
     def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
         """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts.

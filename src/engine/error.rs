@@ -70,11 +70,22 @@ impl std::fmt::Display for EngineError {
             }
             Self::OffArc { time, ball, fault } => {
                 let (ball, time) = (ball + 1, Plain(time));
-                match fault {
-                    Fault::Horizontal => write!(f, "pendulum {ball} swings beyond 90 degrees at t = {time} s")?,
-                    Fault::Slack => write!(f, "the string of ball {ball} goes slack at t = {time} s")?,
-                }
-                write!(f, "; allowed with pendulum.model = circular: angles up to 90 degrees and tensions of 0 or more")
+                let next = ball + 1;
+                let what = match fault {
+                    Fault::Horizontal => format!("pendulum {ball} swings beyond 90 degrees"),
+                    Fault::Slack => format!("the string of ball {ball} goes slack"),
+                    Fault::Held => format!("rigid balls {ball} and {next} are pressed together"),
+                    Fault::Across => format!("rigid balls {ball} and {next} meet across their arcs"),
+                };
+                let allowed = match fault {
+                    Fault::Horizontal | Fault::Slack => "angles up to 90 degrees and tensions of 0 or more",
+                    Fault::Held => {
+                        "that of balls with equal pendulum.lengthRatio, contact.gap + contact.deadBand = 0, \
+                         and pendulum.drag = 0 or equal ball.massRatio, which swing as one"
+                    }
+                    Fault::Across => "impacts that push all balls in touch along their arcs in one sense",
+                };
+                write!(f, "{what} at t = {time} s; allowed with pendulum.model = circular: {allowed}")
             }
             Self::NoArc(ref text) => write!(f, "with pendulum.model = circular, {text}"),
             Self::EnergyNotFinite { time } => {

@@ -36,6 +36,15 @@ impl<S: Scalar> BallModel<S> {
         Place { x: twice * cos, y: twice * sin, sin: double * cos, cos: (cos - sin) * (cos + sin) }
     }
 
+    /// The distance (m) of the ends of a stretch of the path (m).
+    pub(crate) fn chord(&self, stretch: S) -> S {
+        if !self.on_arc {
+            return stretch;
+        }
+        let (half, _) = (S::from(0.5) * stretch / self.length).sin_cos();
+        S::from(2.0) * self.length * half
+    }
+
     /// The state along the path, m and m/s, for this horizontal deflection (m), less than the length, and its rate
     /// (m/s).
     pub fn along_path(&self, x: S, v: S) -> (S, S) {
@@ -82,8 +91,7 @@ fn ways_between<S: Scalar>(balls: [&BallModel<S>; 2], [l, r]: [S; 2]) -> [S; 2] 
     }
     let length = balls[0].length;
     let (sin, cos) = (S::from(0.5) * (l + r) / length).sin_cos();
-    let (half, _) = (S::from(0.5) * (r - l) / length).sin_cos();
-    let chord = S::from(2.0) * length * half;
+    let chord = balls[0].chord(r - l);
     [chord * cos, chord * sin]
 }
 
@@ -106,14 +114,20 @@ pub(crate) fn overlap_between<S: Scalar>(balls: [&BallModel<S>; 2], [pivots, cle
     -(excess / (distance + pivots)) - clearance
 }
 
-/// Its rate (m/s) for these states along the paths, m and m/s.
-pub(crate) fn overlap_rate<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, [l, r]: [(S, S); 2]) -> S {
+/// The parts along the paths of two neighbours, at these places (m), of the direction from the left to the right one.
+pub(crate) fn parts_along<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, [l, r]: [S; 2]) -> [S; 2] {
     if !balls[0].on_arc {
-        return l.1 - r.1;
+        return [S::from(1.0); 2];
     }
-    let [left, right] = [balls[0].place(l.0), balls[1].place(r.0)];
+    let [left, right] = [balls[0].place(l), balls[1].place(r)];
     let line = Line::new(&left, &right, law.pivots);
-    l.1 * line.along(&left) - r.1 * line.along(&right)
+    [line.along(&left), line.along(&right)]
+}
+
+/// Rate of the overlap (m/s) for these states along the paths, m and m/s.
+pub(crate) fn overlap_rate<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, [l, r]: [(S, S); 2]) -> S {
+    let [left, right] = parts_along(balls, law, [l.0, r.0]);
+    l.1 * left - r.1 * right
 }
 
 /// Overlap of two neighbours (m) with its rate (m/s) and acceleration (m/s2) from those of `G = (touch^2 - D^2) / (2

@@ -19,7 +19,7 @@ mod results;
 
 #[cfg(feature = "engine")]
 pub(crate) use arc::{
-    change_of_overlap, distances_between, overlap_between, overlap_of_approach, overlap_rate, place_beside,
+    change_of_overlap, distances_between, overlap_between, overlap_of_approach, overlap_rate, parts_along, place_beside,
 };
 #[cfg(feature = "engine")]
 pub use contact::{ContactLaw, Mode};

@@ -47,7 +47,9 @@ fn small_swings_are_linear() {
     // With contacts whose outcome does not hang on the last digits.
     let hertz = Parameters { contact_model: ContactModel::Hertz, dead_band: 26e-9, ..lifted(5, 2, 1.0) };
     let linear = Parameters { contact_model: ContactModel::PowerLaw, dead_band: 2.6e-9, ..hertz.clone() };
-    for p in [linear, hertz] {
+    let mass_ratio = vec![1.0, 1.5, 0.75, 1.25, 2.0];
+    let rigid = Parameters { contact_model: ContactModel::Rigid, restitution: 0.9, mass_ratio, ..linear.clone() };
+    for p in [linear, hertz, rigid] {
         let off = [1e-5, 1e-6].map(|amplitude| {
             let x_start = p.x_start.iter().map(|x| amplitude * x.signum() * x.abs().ceil()).collect();
             let p = Parameters { x_start, ..p.clone() };
@@ -65,11 +67,14 @@ fn small_swings_are_linear() {
 /// so that their rounding adds up.
 #[test]
 fn long_runs_keep_their_energy() {
-    for (count, degrees, allowed) in [(1, 30.0, 2e-14), (2, 30.0, 1e-13), (1, 80.0, 2.5e-13)] {
-        let p = Parameters { contact_model: ContactModel::Hertz, dead_band: 1e-3, ..lifted(5, count, degrees) };
+    let runs = [(1, 30.0, 5e-14), (2, 30.0, 1e-13), (1, 80.0, 2.5e-13)];
+    let models = [ContactModel::Hertz, ContactModel::Rigid];
+    for (contact_model, (count, degrees, allowed)) in models.into_iter().flat_map(|model| runs.map(|run| (model, run)))
+    {
+        let p = Parameters { contact_model, dead_band: 1e-3, ..lifted(5, count, degrees) };
         let engine = run(&p, 600.0);
         let residual = engine.energy_residual() / engine.total_energy();
-        assert!(residual.abs() < allowed, "{count} lifted by {degrees} degrees: {residual:e}");
+        assert!(residual.abs() < allowed, "{contact_model:?}, {count} lifted by {degrees} degrees: {residual:e}");
         assert!((0..4).all(|i| engine.pulses(i) > 300));
     }
 }
@@ -103,7 +108,10 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
         Parameters { x_start: vec![0.0, 1.962], ..p.clone() },
         "x_start[2] = 1.962 m lies beyond its pendulum; allowed: -1.962 to 1.962 m",
     );
-    expect(Parameters { contact_model: ContactModel::Rigid, ..p.clone() }, "contact.model = rigid is not available");
+    expect(
+        Parameters { x_start: vec![0.03, 0.0], ..rigid(2, 0, 0.0, 1.0) },
+        "rigid balls 1 and 2 overlap by 2.9999e-2 m; allowed: x_start[1] - x_start[2] up to contact.gap[1]",
+    );
     expect(Parameters { method: SolverMethod::Bdf, ..p.clone() }, "solver.method must be eventDriven (1)");
     expect(Parameters { gap: vec![-0.07], ..p.clone() }, "no distance between the centres of balls 1 and 2");
     let ends = |p: &Parameters, inputs: &Inputs| {
@@ -131,4 +139,132 @@ fn a_host_sees_the_error_and_the_last_values() {
     assert_eq!(host.step(0.0, 0.05), fmi2OK);
     assert_eq!(host.step(0.05, 1.0), fmi2Error);
     assert!(host.get("angle[5]") > 0.4);
+}
+
+/// The same with rigid contacts and no dead band.
+fn rigid(balls: usize, count: usize, degrees: f64, restitution: f64) -> Parameters {
+    let contact_model = ContactModel::Rigid;
+    Parameters { contact_model, restitution, dead_band: 0.0, ..lifted(balls, count, degrees) }
+}
+
+/// As many leave on one side as were lifted on the other, and those that fly side by side never touch.
+#[test]
+fn rigid_balls_pass_their_speeds_on() {
+    for (n, count) in [(2, 1), (5, 1), (5, 2), (5, 4), (13, 3)] {
+        let p = rigid(n, count, 60.0, 1.0);
+        let (mut engine, mut pulses) = (run(&p, 1e-300), Vec::new());
+        let (amplitude, half) = (-p.x_start[0], 0.5 * period(&p, engine.angle(0)));
+        for click in 1..=100 {
+            engine.advance(f64::from(click) * half, &mut pulses).unwrap();
+            for i in 0..n {
+                let away = if click % 2 == 1 { i >= n - count } else { i < count };
+                let expected =
+                    if !away { 0.0 } else { amplitude.copysign(if i < count && click % 2 == 0 { -1.0 } else { 1.0 }) };
+                assert!((engine.x(i) - expected).abs() < 1e-12, "{n} {count} {click} {i}: {}", engine.x(i));
+            }
+            assert_eq!(pulses.len(), click as usize * count * (n - count));
+        }
+        assert!(pulses.iter().all(|pulse| pulse.release == pulse.onset && pulse.peak == 0.0));
+        assert!(engine.energy_residual().abs() < 1e-13 * engine.total_energy(), "{:e}", engine.energy_residual());
+    }
+}
+
+/// Unequal balls, which meet off the level; impacts are the limit of ever stiffer contacts.
+#[test]
+fn rigid_impacts_are_the_limit_of_stiff_ones() {
+    let (mass_ratio, length_ratio, gap) = (vec![1.0, 1.7, 0.6], vec![1.0, 0.8, 0.9], vec![0.2, 0.1]);
+    let p = Parameters { mass_ratio, length_ratio, gap, ..rigid(3, 1, 60.0, 1.0) };
+    let expected = run(&p, 3.0);
+    assert!((0..2).all(|i| expected.pulses(i) > 1));
+    let off = [1e8, 1e12].map(|stiffness| {
+        let stiff = run(&Parameters { contact_model: ContactModel::PowerLaw, stiffness, ..p.clone() }, 3.0);
+        (0..3).map(|i| (stiff.x(i) - expected.x(i)).abs()).fold(0.0, f64::max)
+    });
+    // As the duration of the impacts.
+    assert!(off[1] < 1e-4 && (80.0..120.0).contains(&(off[0] / off[1])), "{off:?}");
+}
+
+/// With losses all end up swinging together, and the impacts have an end.
+#[test]
+fn in_the_end_rigid_balls_swing_together() {
+    let p = rigid(5, 1, 60.0, 0.5);
+    let mut engine = run(&p, 60.0);
+    let pulses = |engine: &Engine| (0..4).map(|i| engine.pulses(i)).collect::<Vec<_>>();
+    let before = pulses(&engine);
+    engine.advance(120.0, &mut Unrecorded).unwrap();
+    assert_eq!(before, pulses(&engine));
+    assert!(
+        (1..5).all(|i| f64::max((engine.x(i) - engine.x(0)).abs(), (engine.v(i) - engine.v(0)).abs()) < 1e-13)
+            && engine.total_energy() > 0.1
+    );
+    assert!(engine.energy_residual().abs() < 1e-13 * engine.dissipated_energy());
+}
+
+/// Equal pendulums that are pressed together are one, under the sum of the forces.
+#[test]
+fn pressed_rigid_balls_swing_as_one() {
+    let mut p = rigid(3, 3, 40.0, 0.0);
+    (p.mass_ratio, p.gravity) = (vec![1.0, 2.0, 0.5], 9.0);
+    let mut inputs = Inputs { force: vec![7.0, 0.0, -1.0], support_acceleration: 0.4 };
+    let alone = Parameters { x_start: p.x_start[..1].to_vec(), mass: 3.5, gravity: 9.0, ..lifted(1, 1, 40.0) };
+    let sum = |inputs: &Inputs| Inputs { force: vec![inputs.force.iter().sum()], ..*inputs };
+    let mut body = Engine::new(&p, &inputs, 0.0).unwrap();
+    let mut single = Engine::new(&alone, &sum(&inputs), 0.0).unwrap();
+    for step in 1..=100 {
+        for (engine, balls) in [(&mut body, 3), (&mut single, 1)] {
+            if step == 50 {
+                inputs.force = vec![4.0, -1.0, -2.0];
+                let mut rate = Inputs::zero(3);
+                rate.force[2] = -0.3;
+                let (held, rate) = if balls == 3 { (inputs.clone(), rate) } else { (sum(&inputs), sum(&rate)) };
+                engine.hold(&held, &[rate]).unwrap();
+            }
+            engine.advance(0.05 * f64::from(step), &mut Unrecorded).unwrap();
+        }
+        let force = |j: usize| {
+            let since = 0.05 * f64::from(step - 49).max(0.0);
+            let last = inputs.force[2] - if step >= 50 { 0.3 * since } else { 0.0 };
+            let all = [inputs.force[0], inputs.force[1], last];
+            let mean = all.iter().sum::<f64>() / 3.5;
+            (0..=j).map(|i| all[i] - mean * p.mass_ratio[i]).sum::<f64>()
+        };
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b.abs().max(1.0), "{a}, not {b}, at {step}");
+        (0..3).for_each(|i| close(body.x(i), single.x(0)));
+        (0..3).for_each(|i| close(body.a(i), single.a(0)));
+        (0..2).for_each(|j| close(body.force(j), force(j)));
+        close(body.support_force(), single.support_force());
+        close(body.support_force_vertical(), single.support_force_vertical());
+        close(body.support_force_mean(), single.support_force_mean());
+        close(body.external_work(), single.external_work());
+        let (of_body, of_single) = (body.time_derivative(2), single.time_derivative(2));
+        close(of_body.support_force, of_single.support_force);
+        close(of_body.energy, of_single.energy);
+        assert!(body.energy_residual().abs() < 1e-13 * body.total_energy());
+    }
+    assert_eq!(body.pulses(1), 1);
+    inputs.force = vec![-1.0, 0.0, 0.0];
+    body.hold(&inputs, &[]).unwrap();
+    body.advance(5.1, &mut Unrecorded).unwrap();
+    assert!(body.overlap(0) < 0.0 && body.force(0) == 0.0 && body.last_release(0) == 5.0);
+}
+
+#[test]
+fn other_rigid_balls_are_not_held_together() {
+    let p = rigid(3, 0, 0.0, 0.5);
+    let mut inputs = Inputs::zero(3);
+    inputs.force[1] = 0.1;
+    let pressed = |p: &Parameters| Engine::new(p, &inputs, 0.0).and_then(|mut run| run.advance(9.0, &mut Unrecorded));
+    assert_eq!(pressed(&p), Ok(()));
+    let drag = Parameters { drag: 0.1, ..p.clone() };
+    assert_eq!(pressed(&drag), Ok(()));
+    let held = |p: Parameters| match pressed(&p) {
+        Err(EngineError::OffArc { time, ball: 1, fault: Fault::Held }) => time,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(held(Parameters { length_ratio: vec![1.0, 1.0, 0.9], ..p.clone() }), 0.0);
+    assert_eq!(held(Parameters { mass_ratio: vec![1.0, 1.0, 2.0], ..drag }), 0.0);
+    let chatter = held(Parameters { gap: vec![0.0, 1e-3], ..p.clone() });
+    assert!((0.1..2.0).contains(&chatter), "{chatter}");
+    let error = EngineError::OffArc { time: 0.5, ball: 1, fault: Fault::Held }.to_string();
+    assert!(error.starts_with("rigid balls 2 and 3 are pressed together at t = 0.5 s; allowed"), "{error}");
 }

@@ -8,7 +8,7 @@ use newtons_cradle::variables::{Type, Variable, variables};
 pub type Values = &'static [(&'static str, f64)];
 
 /// Contacts of every law.
-pub const LAWS: [(&str, Values); 13] = [
+pub const LAWS: [(&str, Values); 14] = [
     ("linear", &[]),
     ("cubic", &[("contact.exponent", 3.0)]),
     ("not whole", &[("contact.exponent", 2.3)]),
@@ -38,6 +38,7 @@ pub const LAWS: [(&str, Values); 13] = [
     ("dashpots on arcs", &[("pendulum.model", 2.0), ("contact.damping", 1e4)]),
     ("rigid", &[("contact.model", 3.0)]),
     ("rigid with losses", &[("contact.model", 3.0), ("contact.restitution", 0.7), ("ball.massRatio[3]", 1.2)]),
+    ("rigid on arcs", &[("contact.model", 3.0), ("pendulum.model", 2.0), ("ball.massRatio[3]", 1.2)]),
 ];
 
 /// The real parameters of the physics, start values and inputs: what a run may depend on.

@@ -123,7 +123,8 @@ fn runs() -> Vec<(&'static str, Parameters, f64, bool)> {
         ("dashpot without pull", damped(DampingLaw::KelvinVoigtNoPull, 1.0), 2.7, false),
         ("Hunt-Crossley", damped(DampingLaw::HuntCrossley, 1.5), 2.7, false),
         ("viscoelastic", damped(DampingLaw::Viscoelastic, 2.0), 2.7, false),
-        ("rigid", rigid, 2.7, false),
+        ("rigid", rigid.clone(), 2.7, false),
+        ("rigid on arcs", Parameters { pendulum, length_ratio: unequal_too.clone(), ..rigid }, 2.7, false),
         ("arcs", Parameters { pendulum, ..hertz_too.clone() }, 2.7, false),
         (
             "arcs, unequal lengths",

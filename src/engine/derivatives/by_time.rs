@@ -51,6 +51,10 @@ impl Engine {
             let force = |k: usize| {
                 factorial *= k.max(1) as f64;
                 let forcing = forcings[j].get(k).map_or(0.0, |forcing| forcing / factorial);
+                if ball.on_arc {
+                    let common = common[j].get(k).map_or(0.0, |common| common / factorial);
+                    return left.map_or(0.0, |left| left[k]) + ball.mass * (forcing - common);
+                }
                 let free = forcing - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k];
                 left.map_or(0.0, |left| left[k]) + ball.mass * (free - a[k])
             };

@@ -11,7 +11,7 @@
 use super::chain_state::{ChainEquations, ChainState};
 use crate::engine::cluster::{Control, Equations, Series, Switch, clipping, velocity_scale};
 use crate::engine::flight::{Forcing, integral_of, shifted};
-use crate::engine::rigid::restitution;
+use crate::engine::rigid::restitution::{self, Row};
 use crate::model::algebraic::momentum;
 use crate::model::{BallModel, Cradle, Differential, Mode};
 use crate::solver::crossing;
@@ -298,13 +298,17 @@ impl Run {
         if self.state.overlaps[first..=last].iter().any(|overlap| overlap.tangent() != 0.0) {
             return None;
         }
-        let masses: Vec<Dual> = self.along.balls[first..last + 2].iter().map(|ball| ball.mass).collect();
+        let row = Row::new(&self.along, first..last + 2, |i| self.state.x[i]).ok()?;
+        let before = momentum(&self.equations());
         let v = &mut self.state.v[first..last + 2];
         let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
         let unresolved = UNRESOLVED * f64::EPSILON * scale;
-        for impact in restitution::collide(&masses, v, e, unresolved, unresolved).impacts {
+        for impact in restitution::collide(&row, v, e, unresolved, unresolved).impacts {
             self.impulse[first + impact.contact] += impact.impulse;
             self.state.overlaps[first + impact.contact] = Dual::default();
+        }
+        if self.cradle.on_arcs() {
+            self.support_impulse += before - momentum(&self.equations());
         }
         // Without relative velocity they may stay in contact.
         if self.equations().overlap_rate(j).value() < 0.0 { Some(()) } else { None }

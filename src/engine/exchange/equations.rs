@@ -71,7 +71,11 @@ impl<S: Scalar> State<S> {
     /// Constraint forces, N, by which balls joined by closed rigid contacts have one acceleration.
     fn constraint_forces(&self, cradle: &Cradle<S>, modes: &[Mode]) -> Vec<S> {
         let mut forces = vec![S::default(); modes.len()];
-        let free = |i: usize| cradle.balls[i].acceleration(self.x[i], self.v[i], S::default(), self.forcings[i]);
+        let free = |i: usize| match cradle.balls[i].on_arc {
+            // Equal pendulums: what differs.
+            true => self.forcings[i],
+            false => cradle.balls[i].acceleration(self.x[i], self.v[i], S::default(), self.forcings[i]),
+        };
         let closed: Vec<usize> = (0..modes.len()).filter(|&j| modes[j] != Mode::Open).collect();
         for run in closed.chunk_by(|left, right| left + 1 == *right) {
             let balls = run[0]..run[0] + run.len() + 1;

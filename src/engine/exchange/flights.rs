@@ -4,6 +4,7 @@
 use super::run::Exchange;
 use crate::engine::flight::{Ball, Flight, Separation};
 use crate::engine::observer::Unrecorded;
+use crate::engine::run::Engine;
 use crate::model::{BallModel, Mode, ONSET_PERIODS};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -36,6 +37,11 @@ impl Exchange {
             Ball::new(model, DoubleDouble::default(), Flight { x: state.x[i], v: state.v[i], forcing })
         };
         self.cradle.balls.iter().enumerate().map(ball).collect()
+    }
+
+    /// An engine for all balls from now on, its time 0, with these `closed` contacts.
+    pub(super) fn engine_now(&self, closed: &[usize]) -> Engine {
+        self.engine_at(&self.flights(), &(0..self.balls()), 0.0, closed, &mut Unrecorded)
     }
 
     /// The motion of the balls of contact `j` relative to each other along the flights of `balls`.
@@ -111,7 +117,7 @@ impl Exchange {
         if !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open) {
             return (Next::not_before(self.time, self.time), None);
         }
-        let mut engine = self.engine_at(&self.flights(), &(0..self.balls()), 0.0, &self.closed(), &mut Unrecorded);
+        let mut engine = self.engine_now(&self.closed());
         let limit = DoubleDouble::from(ONSET_PERIODS * self.cradle.period());
         let earliest = (self.time + self.margin()).max(self.time.next_up());
         let later = |tau: DoubleDouble| (DoubleDouble::from(self.time) + tau).value_up().max(earliest);

@@ -100,7 +100,7 @@ impl Ball {
 
     /// What has ended its flight on an arc up to the time `t`, and when.
     pub fn fault(&self, t: DoubleDouble) -> Option<(DoubleDouble, Fault)> {
-        if !self.on_arc || self.regime != Regime::Flight {
+        if !self.on_arc || matches!(self.regime, Regime::Cluster(_) | Regime::Impact(_)) {
             return None;
         }
         self.piece(t, |_, piece, _| piece.fault).filter(|(time, _)| *time <= t)

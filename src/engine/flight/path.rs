@@ -48,6 +48,10 @@ pub enum Fault {
     Horizontal,
     /// Its string would have to push.
     Slack,
+    /// It stays in contact with the next one, and the two are no single pendulum.
+    Held,
+    /// In its impact with the next one a ball is not pushed along its arc, or against the sense of others in touch.
+    Across,
 }
 
 /// Coefficients of s (m) and of the sine and cosine of the angle, as functions of the time over `unit`.

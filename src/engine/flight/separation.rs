@@ -196,6 +196,9 @@ impl Separation {
 
     /// Overlap (m), rate (m/s) and acceleration (m/s2) at the anchor.
     pub fn at_anchor(&self) -> [f64; 3] {
+        if self.approach.is_some() {
+            return self.evaluate(DoubleDouble::ZERO);
+        }
         let at_anchor = |o: &Oscillator, flight: &Flight| [0.0, flight.v, flight.acceleration(o, 0.0, 0.0, flight.v)];
         let [_, v, a] = self.difference(at_anchor);
         [self.overlap, v, a]

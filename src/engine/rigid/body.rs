@@ -9,6 +9,9 @@
 //! ```
 //!
 //! which is a closed form like the motion. A contact lasts until its force would pull.
+//!
+//! On arcs, balls of equal length that touch at equal angles, with equal decays, are again one pendulum, under the mean
+//! of the accelerations by the inputs, and their contacts transmit `sum m_i (f_i - f)`. No others stay in contact.
 
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +72,9 @@ impl Body {
                 pull -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
             }
             let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
-            forcing[0] = pull;
+            if !ball.on_arc {
+                forcing[0] = pull;
+            }
             Coefficients {
                 omega2: ball.oscillator.omega2() - o.omega2(),
                 gamma: ball.oscillator.gamma() - o.gamma(),
@@ -85,12 +90,14 @@ impl Body {
         let omega2 = (o.omega2() + mean.omega2).max(0.0);
         let oscillator = Oscillator::new(omega2, (o.gamma() + mean.gamma).max(0.0));
         let mut forcing: Forcing = std::array::from_fn(|k| first.flight.forcing[k] + mean.forcing[k]);
-        forcing[0] -= o.omega2() * first.flight.x;
+        // On arcs, gravity pulls them all alike.
+        let shift = if first.on_arc { 0.0 } else { 1.0 };
+        forcing[0] -= shift * o.omega2() * first.flight.x;
         let flight = Flight { x: 0.0, v, forcing };
         let of_ball = |ball: &Ball| {
             let mut own = flight;
             own.x = ball.flight.x;
-            own.forcing[0] += omega2 * own.x;
+            own.forcing[0] += shift * omega2 * own.x;
             own
         };
         let flights = balls.iter().map(of_ball).collect();

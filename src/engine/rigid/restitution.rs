@@ -5,12 +5,55 @@
 //! once (Newton's law for simultaneous impacts). Relative to their centre of mass every velocity is multiplied by -e,
 //! so mirrored starts have mirrored outcomes.
 //!
+//! On arcs an impulse acts along the line of the centres, of which the part `a` is along the path of the left ball, `b`
+//! along that of the right one. The balls approach each other at `a u_l - b u_r`. With velocities `w = factor u`, whose
+//! factors have the ratio `b / a` from one ball to the next, that is `a (w_l - w_r) / factor_l`: the row collides as on
+//! a line, with the masses `m / factor^2` ([`Row`]).
+//!
 //! With e < 1 the sequence need not end: many balls, or a small e, lead to endless impacts with speeds that tend to 0
 //! (inelastic collapse: McNamara and Young, Inelastic collapse and clumping in a one-dimensional granular medium,
 //! 1992). Balls that still approach then come to rest against each other, the limit of the sequence in doubles.
 
+use std::ops::Range;
+
+use crate::model::{Cradle, parts_along};
 use crate::solver::dual::Scalar;
 use crate::solver::queue::EventQueue;
+
+/// Touching balls, as they collide on a line.
+pub(crate) struct Row<S> {
+    /// In kg.
+    masses: Vec<S>,
+    /// Their velocities there over those along their paths.
+    factors: Vec<S>,
+    /// For each contact the speed of approach over the difference of those velocities.
+    parts: Vec<S>,
+}
+
+impl<S: Scalar> Row<S> {
+    /// The row of `balls` at these places along their paths (m). `Err` with the left one of two balls if one of them
+    /// cannot be pushed along its path, or the pushes of more than two balls are not all in one direction.
+    pub fn new(cradle: &Cradle<S>, balls: Range<usize>, place: impl Fn(usize) -> S) -> Result<Self, usize> {
+        let (mut factors, mut parts) = (vec![S::from(1.0)], Vec::with_capacity(balls.len() - 1));
+        for j in balls.start..balls.end - 1 {
+            let (factor, places) = (factors[factors.len() - 1], [j, j + 1].map(&place));
+            let [a, b] = parts_along(cradle.pair(j), &cradle.contacts[j], places);
+            parts.push(a / factor);
+            factors.push(factor * (b / a));
+            let sense = |part: S| part.value().signum();
+            if a.value() * b.value() == 0.0 || sense(parts[0]) != sense(a / factor) {
+                return Err(j);
+            }
+        }
+        let masses = cradle.balls[balls].iter().zip(&factors).map(|(ball, factor)| ball.mass / (*factor * *factor));
+        Ok(Self { masses: masses.collect(), factors, parts })
+    }
+
+    /// How fast the balls of contact `j` of the row approach each other, m/s, for velocities along the paths.
+    pub fn approach(&self, v: &[S], j: usize) -> S {
+        self.parts[j] * (self.factors[j] * v[j] - self.factors[j + 1] * v[j + 1])
+    }
+}
 
 /// The impulse that a contact transmits in one impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,14 +99,19 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
     blocks
 }
 
-/// The impacts of touching balls with these masses (kg) and velocities (m/s), which it updates, for the coefficient of
-/// restitution `e`. Approach speeds up to `unresolved` (m/s) are rounding, and come to rest.
-pub(crate) fn collide<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Outcome<S> {
+/// The impacts of a row of touching balls with these velocities along their paths (m/s), which it updates, for the
+/// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) are rounding, and come to rest.
+pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Outcome<S> {
     let mut outcome = Outcome { impacts: Vec::new(), loss: S::default() };
+    v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
     if e.value() > 0.0 || e.tangent() != 0.0 {
-        sequence(masses, v, e, unresolved, rounding, &mut outcome);
+        sequence(row, v, e, unresolved, rounding, &mut outcome);
     }
-    stick(masses, v, &mut outcome);
+    stick(row, v, &mut outcome);
+    v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v / *factor);
+    for Impact { contact, impulse } in &mut outcome.impacts {
+        *impulse = *impulse / row.parts[*contact];
+    }
     outcome
 }
 
@@ -73,7 +121,8 @@ const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
-fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, rounding: f64, outcome: &mut Outcome<S>) {
+fn sequence<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64, outcome: &mut Outcome<S>) {
+    let masses = &row.masses[..];
     let (balls, contacts) = (masses.len(), masses.len() - 1);
     // Impacts after which approaching balls stick. Elastic sequences end (Galperin, On systems of locally interacting
     // and repelling particles, 1981), but mass ratios can put the end far off.
@@ -81,7 +130,7 @@ fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, roundin
     // The fastest approach is the earliest entry.
     let mut queue = EventQueue::new(contacts);
     let enter = |queue: &mut EventQueue, v: &[S], j: usize| {
-        let approach = (v[j] - v[j + 1]).value();
+        let approach = (row.parts[j] * (v[j] - v[j + 1])).value();
         if approach > unresolved { queue.set(j, (-approach).into()) } else { queue.remove(j) }
     };
     (0..contacts).for_each(|j| enter(&mut queue, v, j));
@@ -97,7 +146,7 @@ fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, roundin
         tied.sort_unstable();
         for run in tied.chunk_by(|left, right| left + 1 == *right) {
             match *run {
-                [j] => impact_of_two(masses, v, e, j, outcome),
+                [j] => impact_of_two(row, v, e, j, outcome),
                 [first, .., last] => joint_impact(masses, v, e, first..last + 1, outcome),
                 [] => {}
             }
@@ -109,18 +158,25 @@ fn sequence<S: Scalar>(masses: &[S], v: &mut [S], e: S, unresolved: f64, roundin
 }
 
 /// The impact of the balls of contact `j` alone. Equal balls exchange their velocities to the last digit if `e = 1`.
-fn impact_of_two<S: Scalar>(masses: &[S], v: &mut [S], e: S, j: usize, outcome: &mut Outcome<S>) {
+fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: &mut Outcome<S>) {
+    let masses = &row.masses;
     let total = masses[j] + masses[j + 1];
     let (left_share, right_share) = (masses[j] / total, masses[j + 1] / total);
     let (one, approach) = (S::from(1.0), v[j] - v[j + 1]);
     let impulse = (one + e) * masses[j] * right_share * approach;
-    (v[j], v[j + 1]) =
-        (v[j + 1] + (one - (one + e) * right_share) * approach, v[j] - (one - (one + e) * left_share) * approach);
+    if row.factors[j] == row.factors[j + 1] {
+        (v[j], v[j + 1]) =
+            (v[j + 1] + (one - (one + e) * right_share) * approach, v[j] - (one - (one + e) * left_share) * approach);
+    } else {
+        // Of different size, each keeps its own digits.
+        v[j] += -((one + e) * right_share * approach);
+        v[j + 1] += (one + e) * left_share * approach;
+    }
     outcome.loss += S::from(0.5) * (one - e) * impulse * approach;
     outcome.impacts.push(Impact { contact: j, impulse });
 }
 
-fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, run: std::ops::Range<usize>, outcome: &mut Outcome<S>) {
+fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, run: Range<usize>, outcome: &mut Outcome<S>) {
     let balls = run.start..run.end + 1;
     let before = v[balls.clone()].to_vec();
     let all = pool(&masses[balls.clone()], &before, |_, _| true);
@@ -134,8 +190,9 @@ fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, run: std::ops::Range
 }
 
 /// Balls that still approach come to rest against each other.
-fn stick<S: Scalar>(masses: &[S], v: &mut [S], outcome: &mut Outcome<S>) {
-    for block in pool(masses, v, |_, approach| approach.value() > 0.0) {
+fn stick<S: Scalar>(row: &Row<S>, v: &mut [S], outcome: &mut Outcome<S>) {
+    let masses = &row.masses;
+    for block in pool(masses, v, |j, difference| (row.parts[j] * difference).value() > 0.0) {
         let balls = block.start..block.end;
         let before = v[balls.clone()].to_vec();
         v[balls.clone()].fill(block.mean);

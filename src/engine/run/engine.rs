@@ -13,8 +13,7 @@ use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
 use crate::engine::records::StepStart;
 use crate::model::{
-    BallModel, ContactLaw, ContactModel, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters,
-    overlap_rate,
+    BallModel, ContactLaw, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters, overlap_rate,
 };
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::queue::EventQueue;
@@ -202,7 +201,6 @@ impl Engine {
         self.time = reached;
         if self.cradle.on_arcs() {
             (0..self.balls.len()).for_each(|ball| self.look_for_fault(ball, reached.into()));
-            self.check_fault()?;
         }
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
@@ -246,7 +244,13 @@ impl Engine {
 
     /// Notes what has ended the flight of ball `i` up to the time `t`, if that is the first.
     pub(crate) fn look_for_fault(&mut self, i: usize, t: DoubleDouble) {
-        if let Some((time, fault)) = self.balls[i].fault(t)
+        let fault = self.balls[i].fault(t);
+        self.note(i, fault);
+    }
+
+    /// Notes a fault of ball `i`, and when, if it is the first.
+    pub(crate) fn note(&mut self, i: usize, fault: Option<(DoubleDouble, Fault)>) {
+        if let Some((time, fault)) = fault
             && self.fault.is_none_or(|(first, ..)| time < first)
         {
             self.fault = Some((time, i, fault));
@@ -261,6 +265,7 @@ impl Engine {
     }
 
     fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
+        self.check_fault()?;
         let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
         balls.find(infinite).map_or(Ok(()), |ball| Err(EngineError::NotFinite { time: self.time, ball }))
     }
@@ -272,9 +277,6 @@ fn check_arcs(p: &Parameters) -> Result<(), EngineError> {
         return Ok(());
     }
     let refuse = |text: String| Err(EngineError::NoArc(text));
-    if p.contact_model == ContactModel::Rigid {
-        return refuse("contact.model = rigid is not available; allowed: powerLaw (1) or hertz (2)".to_owned());
-    }
     let Cradle { balls, contacts, .. } = Cradle::new(p);
     for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
         if x.abs() >= *length {

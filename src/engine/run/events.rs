@@ -48,12 +48,19 @@ impl Engine {
             Phase::Constraint(_, Next::At(_)) => self.part(key, t, observer),
             Phase::Open(..) if self.cradle.on_arcs() => {
                 // With neighbours that are about to need it, too.
-                let worn = |j: usize| self.contacts[j].separation().is_some_and(|separation| separation.is_worn(t));
+                // Rigid balls side by side stay so to the last bit.
+                let beside = |separation: &Separation| self.is_rigid() && separation.touches(t, 0.0);
+                let worn = |separation: &Separation| separation.is_worn(t) || beside(separation);
+                let worn = |j: usize| self.contacts[j].separation().is_some_and(worn);
                 let contacts = around(key, self.contacts.len(), worn);
                 self.reanchor_free(contacts.start..contacts.end + 1, t);
-                self.balls[contacts.start..contacts.end + 1].iter_mut().for_each(|ball| ball.flies_on = true);
-                contacts.clone().for_each(|j| self.stop_separation(j, t));
-                contacts.for_each(|j| self.fly(j, t));
+                let balls = self.balls[contacts.start..contacts.end + 1].iter_mut();
+                balls.filter(|ball| ball.anchor == t).for_each(|ball| ball.flies_on = true);
+                for j in contacts {
+                    let noise = self.contacts[j].separation().map_or(0.0, |separation| separation.noise);
+                    self.stop_separation(j, t);
+                    self.fly(j, t, noise);
+                }
             }
             Phase::Open(..) | Phase::Constraint(..) | Phase::BesideImpact(_) | Phase::Unassigned(_) => {
                 self.forecast(key, t)
@@ -153,7 +160,7 @@ impl Engine {
         }
         for i in range {
             if self.contacts[i].cluster().is_none() {
-                self.fly(i, t);
+                self.fly(i, t, 0.0);
             }
         }
     }
@@ -167,19 +174,23 @@ impl Engine {
         }
     }
 
-    /// Makes contact `i` open, with both balls in flight, from `t` on.
-    pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble) {
+    /// Makes contact `i` open, with both balls in flight, from `t` on; between rigid balls, overlaps up to `noise` (m)
+    /// are none.
+    pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble, noise: f64) {
         let mut overlap = self.contacts[i].overlap().min(0.0);
         if self.cradle.on_arcs() {
             // Their series are about the same time.
-            (i..i + 2).for_each(|ball| self.reanchor(ball, t));
+            self.reanchor_free(i..i + 2, t);
             let law = &self.cradle.contacts[i];
             if -overlap > APART * law.pivots {
                 let places = [0, 1].map(|k| self.balls[i + k].flight.x);
                 overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], places);
             }
         }
-        let separation = self.separation(i, t, overlap);
+        let mut separation = self.separation(i, t, overlap);
+        if self.is_rigid() {
+            separation = separation.rigid(noise, self.input_age(t));
+        }
         self.contacts[i].phase = Phase::Open(separation, Next::Never);
         self.forecast(i, t);
     }

@@ -110,7 +110,7 @@ impl Engine {
         self.reanchor_free(neighbours.clone(), t);
         for j in neighbours.start..neighbours.end - 1 {
             if self.balls[j].regime == Regime::Flight && self.balls[j + 1].regime == Regime::Flight {
-                self.fly(j, t);
+                self.fly(j, t, 0.0);
             }
         }
     }

@@ -15,12 +15,12 @@ use std::ops::Range;
 use super::contact::{Keep, Phase, around};
 use super::engine::Engine;
 use crate::engine::error::EngineError;
-use crate::engine::flight::{Forcing, Regime, Rounding, Separation, places, shifted, start_by_centre};
+use crate::engine::flight::{Fault, Forcing, Regime, Rounding, Separation, places, shifted, start_by_centre};
 use crate::engine::observer::Observer;
 use crate::engine::records::RAPID;
-use crate::engine::rigid::restitution::{self, Impact};
+use crate::engine::rigid::restitution::{self, Impact, Row};
 use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
-use crate::model::Mode;
+use crate::model::{Mode, overlap_between, parts_along};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
@@ -41,7 +41,8 @@ impl Engine {
     pub(crate) fn touch_where_close(&mut self) -> Result<(), EngineError> {
         for i in 0..self.contacts.len() {
             let (left, right) = (&self.balls[i].flight, &self.balls[i + 1].flight);
-            let overlap = left.x - right.x - self.cradle.contacts[i].clearance;
+            let law = &self.cradle.contacts[i];
+            let overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], [left.x, right.x]);
             let noise = 2.0 * f64::EPSILON * left.x.abs().max(right.x.abs());
             if overlap > noise {
                 return Err(EngineError::Overlap { ball: i, overlap });
@@ -66,13 +67,16 @@ impl Engine {
         balls.clone().for_each(|ball| self.record_start(ball));
         self.separate(group.clone(), t);
         self.align(group.clone());
-        let masses: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.mass).collect();
+        let row = match Row::new(&self.cradle, balls.clone(), |ball| self.balls[ball].flight.x) {
+            Ok(row) => row,
+            Err(left) => return self.note(left, Some((t, Fault::Across))),
+        };
         let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();
         let rounding = RESOLVED * self.rounding(balls.clone()).velocity;
-        let approach = v[i - first] - v[i + 1 - first];
+        let approach = row.approach(&v, i - first);
         let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
-        let mut outcome = restitution::collide(&masses, &mut v, e, unresolved, rounding);
-        let impulse_of_rounding = |j: usize| rounding * masses[j].min(masses[j + 1]);
+        let mut outcome = restitution::collide(&row, &mut v, e, unresolved, rounding);
+        let impulse_of_rounding = |j: usize| rounding * self.balls[first + j].mass.min(self.balls[first + j + 1].mass);
         let (mut impacts, traces): (Vec<_>, Vec<_>) =
             outcome.impacts.drain(..).partition(|impact| impact.impulse > impulse_of_rounding(impact.contact));
         for Impact { contact, impulse } in traces {
@@ -96,13 +100,22 @@ impl Engine {
     /// Adjusts the positions of the balls of the contacts `group` so that they touch exactly; otherwise rounding would
     /// build up over many impacts. The energy change counts as lost.
     fn align(&mut self, group: Range<usize>) {
+        let distance = |j: usize| {
+            let (law, places) = (&self.cradle.contacts[j], [j, j + 1].map(|ball| self.balls[ball].flight.x));
+            if self.swing_as_one(j) {
+                return law.clearance;
+            }
+            let overlap = overlap_between(self.cradle.pair(j), [law.pivots, law.clearance], places);
+            places[0] - places[1] - overlap * parts_along(self.cradle.pair(j), law, places)[1]
+        };
+        let distances: Vec<f64> = group.clone().map(distance).collect();
+        let places = places(distances.iter().copied());
         let balls = &mut self.balls[group.start..group.end + 1];
-        let clearances = self.cradle.contacts[group.clone()].iter().map(|law| law.clearance);
-        let places = places(clearances);
         let start = start_by_centre(balls.iter().map(|ball| (ball.mass, ball.flight.x)).zip(places.clone()));
         for (ball, x) in balls.iter_mut().zip(places.map(|place| start + place)) {
-            let raised = (x - ball.flight.x) * (x + ball.flight.x);
-            self.totals.contact_loss -= 0.5 * ball.mass * ball.oscillator.omega2() * raised;
+            let model = ball.model();
+            let raised = model.chord(x - ball.flight.x) * model.chord(x + ball.flight.x);
+            self.totals.contact_loss -= 0.5 * ball.mass * model.omega2 * raised;
             ball.flight.x = x;
         }
         for contact in &mut self.contacts[group] {
@@ -170,6 +183,7 @@ impl Engine {
         }
         for i in group.start..group.end + 1 {
             if self.balls[i].regime == Regime::Body {
+                self.look_for_fault(i, t);
                 let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
                 let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
                 ball.integrals = ball.integrals_under(&before, t);
@@ -205,7 +219,7 @@ impl Engine {
     }
 
     /// How long the inputs have acted at the time `t`, s.
-    fn input_age(&self, t: DoubleDouble) -> f64 {
+    pub(crate) fn input_age(&self, t: DoubleDouble) -> f64 {
         (t - DoubleDouble::from(self.inputs.since)).value()
     }
 
@@ -235,7 +249,7 @@ impl Engine {
         constraints: Vec<Option<Constraint>>,
         observer: &mut dyn Observer,
     ) {
-        let noise = self.rounding(group.start..group.end + 1).position;
+        let rounding = self.rounding(group.start..group.end + 1);
         let before = usize::from(group.start > 0);
         let beside = group.start - before..(group.end + 1).min(self.contacts.len());
         let constraints = std::iter::repeat_n(None, before).chain(constraints).chain([None]);
@@ -243,19 +257,35 @@ impl Engine {
             self.set_closed(j, constraint.is_some(), t, observer);
             if let Some(constraint) = constraint {
                 self.contacts[j].phase = Phase::Constraint(constraint, Next::Never);
+                self.forecast(j, t);
             } else {
-                let separation = self.separation(j, t, self.contacts[j].overlap().min(0.0));
-                let separation = separation.rigid(noise, self.input_age(t));
-                self.contacts[j].phase = Phase::Open(separation, Next::Never);
+                self.fly(j, t, rounding.position);
+                let held = self.is_held(j, t, rounding.velocity).then_some((t, Fault::Held));
+                self.note(j, held);
             }
-            self.forecast(j, t);
         }
     }
 
-    /// Whether the balls of contact `j`, both in flight, touch without relative velocity.
+    /// Whether the balls of contact `j` swing as one while they stay in contact: on arcs, if they are equal pendulums
+    /// that touch at equal angles.
+    fn swing_as_one(&self, j: usize) -> bool {
+        let [left, right] = self.cradle.pair(j);
+        let alike = left.length == right.length && left.gamma == right.gamma;
+        !left.on_arc || alike && self.cradle.contacts[j].clearance == 0.0
+    }
+
+    /// Whether contact `j`, open from `t` on, closes again without speed, to within `rounding` (m/s), although its
+    /// balls do not swing as one.
+    fn is_held(&self, j: usize, t: DoubleDouble, rounding: f64) -> bool {
+        let Phase::Open(separation, Next::At(next)) = &self.contacts[j].phase else { return false };
+        let still = |t: DoubleDouble| separation.at_time(t).1.abs() <= RESOLVED * rounding;
+        !self.swing_as_one(j) && still(t) && still(*next)
+    }
+
+    /// Whether the balls of contact `j`, both in flight, touch without relative velocity, and would swing as one.
     fn rests(&self, j: usize) -> bool {
         let (left, right) = (&self.balls[j].flight, &self.balls[j + 1].flight);
-        left.v == right.v && self.contacts[j].overlap() >= -self.rounding(j..j + 2).position
+        self.swing_as_one(j) && left.v == right.v && self.contacts[j].overlap() >= -self.rounding(j..j + 2).position
     }
 
     /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each

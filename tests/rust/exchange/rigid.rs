@@ -5,20 +5,23 @@ use cradle_host::{Host, fmi2OK};
 
 use super::{assert_close, pulses};
 
-/// A host of rigid contacts with this coefficient of restitution and these values.
-fn rigid(host: Host, restitution: f64, values: &[(&str, f64)]) -> Host {
-    host.give(&[("contact.model", 3.0), ("contact.restitution", restitution)]);
+/// On lines and on arcs.
+const PENDULUMS: [f64; 2] = [1.0, 2.0];
+
+/// A host of rigid contacts with these pendulums, this coefficient of restitution and these values.
+fn rigid(host: Host, pendulum: f64, restitution: f64, values: &[(&str, f64)]) -> Host {
+    host.give(&[("contact.model", 3.0), ("pendulum.model", pendulum), ("contact.restitution", restitution)]);
     host.give(values);
     host
 }
 
 #[test]
 fn impacts_are_those_of_co_simulation() {
-    for restitution in [1.0, 0.9] {
-        let other = rigid(Host::new(), restitution, &[]);
+    for (restitution, pendulum) in [1.0, 0.9].into_iter().flat_map(|e| PENDULUMS.map(|model| (e, model))) {
+        let other = rigid(Host::new(), pendulum, restitution, &[]);
         other.start();
         assert_eq!(other.step(0.0, 3.0), fmi2OK);
-        let host = rigid(Host::exchanging(5), restitution, &[]);
+        let host = rigid(Host::exchanging(5), pendulum, restitution, &[]);
         let mut master = Master::start(&host, 0.0);
         master.steps(3.0, 1e-3, Method::Rk4);
         assert_eq!(pulses(&host), pulses(&other), "{restitution}");
@@ -31,32 +34,36 @@ fn impacts_are_those_of_co_simulation() {
 fn pressed_balls_move_as_a_body_until_they_part() {
     let values =
         [("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -3.0)];
-    let host = rigid(Host::exchanging(5), 0.5, &values);
-    let mut master = Master::start(&host, 0.0);
-    for (i, force) in [(1, 4.6), (2, 4.2), (3, 3.8), (4, 3.4)] {
-        assert!((host.get(&format!("F[{i}]")) - force).abs() < 1e-12);
-        assert!(host.get_boolean(&format!("inContact[{i}]")));
+    for pendulum in PENDULUMS {
+        let host = rigid(Host::exchanging(5), pendulum, 0.5, &values);
+        let mut master = Master::start(&host, 0.0);
+        for (i, force) in [(1, 4.6), (2, 4.2), (3, 3.8), (4, 3.4)] {
+            assert!((host.get(&format!("F[{i}]")) - force).abs() < 1e-12);
+            assert!(host.get_boolean(&format!("inContact[{i}]")));
+        }
+        assert!((1..6).all(|i| (host.get(&format!("a[{i}]")) - 0.4).abs() < 1e-12));
+        assert!((host.sensitivity("F[2]", "F_ext[1]") - 0.6).abs() < 1e-12);
+        master.steps(0.1, 1e-3, Method::Rk4);
+        assert_eq!(pulses(&host), [1; 4]);
+        // Now they are pulled apart: the contacts open in the event that the indicators ask for.
+        assert_eq!(host.set("F_ext[1]", -5.0), fmi2OK);
+        assert!(host.indicators()[4..].iter().any(|z| *z < 0.0));
+        master.step(0.101, Method::Rk4);
+        assert!(!host.get_boolean("inContact[1]") && host.get_boolean("inContact[4]"));
+        assert!(host.get("t_release[1]") > 0.1);
     }
-    assert!((1..6).all(|i| (host.get(&format!("a[{i}]")) - 0.4).abs() < 1e-12));
-    assert!((host.sensitivity("F[2]", "F_ext[1]") - 0.6).abs() < 1e-12);
-    master.steps(0.1, 1e-3, Method::Rk4);
-    assert_eq!(pulses(&host), [1; 4]);
-    // Now they are pulled apart: the contacts open in the event that the indicators ask for.
-    assert_eq!(host.set("F_ext[1]", -5.0), fmi2OK);
-    assert!(host.indicators()[4..].iter().any(|z| *z < 0.0));
-    master.step(0.101, Method::Rk4);
-    assert!(!host.get_boolean("inContact[1]") && host.get_boolean("inContact[4]"));
-    assert!(host.get("t_release[1]") > 0.1);
 }
 
 #[test]
 fn chatter_comes_to_an_end() {
     let values =
         [("contact.deadBand", 0.0), ("x_start[1]", -0.01), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -5.0)];
-    let host = rigid(Host::exchanging(5), 0.5, &values);
-    let mut master = Master::start(&host, 0.0);
-    master.steps(2.0, 1e-3, Method::Rk4);
-    assert!(master.events < 1000, "{}", master.events);
-    assert!((1..5).all(|i| host.get_boolean(&format!("inContact[{i}]"))));
-    assert!(host.get("E_residual").abs() < 1e-9, "{}", host.get("E_residual"));
+    for pendulum in PENDULUMS {
+        let host = rigid(Host::exchanging(5), pendulum, 0.5, &values);
+        let mut master = Master::start(&host, 0.0);
+        master.steps(2.0, 1e-3, Method::Rk4);
+        assert!(master.events < 1000, "{}", master.events);
+        assert!((1..5).all(|i| host.get_boolean(&format!("inContact[{i}]"))));
+        assert!(host.get("E_residual").abs() < 1e-9, "{}", host.get("E_residual"));
+    }
 }

@@ -16,7 +16,7 @@ fn instantiated(setup: Setup) -> Host {
 
 /// Cradles whose runs differ in kind: separate and overlapping impacts, all laws, drag, contacts that stay closed, free
 /// balls.
-const SETUPS: [(&str, Setup); 13] = [
+const SETUPS: [(&str, Setup); 14] = [
     ("separate impacts", &[]),
     ("overlapping impacts", &[("contact.deadBand", 0.0)]),
     ("cubic", &[("contact.exponent", 3.0), ("contact.deadBand", 1e-8)]),
@@ -53,6 +53,16 @@ const SETUPS: [(&str, Setup); 13] = [
             ("contact.restitution", 0.5),
             ("contact.deadBand", 0.0),
             ("pendulum.lengthRatio[3]", 1.1),
+            ("F_ext[5]", -3.0),
+        ],
+    ),
+    (
+        "rigid, on arcs",
+        &[
+            ("contact.model", 3.0),
+            ("pendulum.model", 2.0),
+            ("contact.restitution", 0.5),
+            ("contact.deadBand", 0.0),
             ("F_ext[5]", -3.0),
         ],
     ),

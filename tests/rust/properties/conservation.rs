@@ -5,7 +5,7 @@ use newtons_cradle::model::{Inputs, PendulumModel};
 use proptest::prelude::*;
 
 use super::config;
-use super::cradles::{ANY, ARCS, Case, Family, RIGID, cradles, ended_early, state};
+use super::cradles::{ANY, ARCS, Case, Family, cradles, ended_early, rigid, state};
 
 /// Communication points in a run of a property.
 const POINTS: usize = 20;
@@ -41,7 +41,7 @@ fn all_is_accounted_for(case: &Case) -> Result<(), TestCaseError> {
         let (residual, now) = (engine.energy_residual(), engine.time());
         prop_assert!(residual.abs() <= 1e-12 * scale, "residual {:e} of the energy at {now}", residual / scale);
         let dissipated = engine.dissipated_energy();
-        prop_assert!(dissipated >= lost - 1e-14 * scale, "{:e} came back at {now}", lost - dissipated);
+        prop_assert!(dissipated >= lost - 1e-13 * scale, "{:e} came back at {now}", lost - dissipated);
         let gained = engine.total_energy() - total;
         prop_assert!(case.driven() || gained <= 1e-12 * scale, "energy was gained at {now}");
         (total, lost) = (engine.total_energy(), dissipated);
@@ -85,14 +85,14 @@ proptest! {
     }
 
     #[test]
-    fn energy_momentum_and_impulses_of_rigid_balls(case in cradles(RIGID)) {
+    fn energy_momentum_and_impulses_of_rigid_balls(case in rigid()) {
         all_is_accounted_for(&case)?;
     }
 
     /// With inputs that change between the steps and within them.
     #[test]
     fn energy_of_rigid_runs_under_changing_inputs(
-        case in cradles(RIGID),
+        case in rigid(),
         changes in proptest::collection::vec((0..6usize, -3.0..3.0, -10.0..10.0, any::<bool>()), 2..12),
     ) {
         let mut engine = case.start()?;

@@ -48,8 +48,11 @@ pub const ANY: Family = Family {
 /// The same on arcs.
 pub const ARCS: Family = Family { arcs: true, ..ANY };
 
-/// The same with rigid contacts.
-pub const RIGID: Family = Family { rigid: true, ..ANY };
+/// The same with rigid contacts, on lines and on arcs.
+pub fn rigid() -> impl Strategy<Value = Case> {
+    let rigid = Family { rigid: true, ..ANY };
+    prop_oneof![cradles(rigid), cradles(Family { arcs: true, ..rigid })]
+}
 
 /// A random cradle, its inputs, and how long to follow it.
 #[derive(Clone, Debug)]
@@ -153,14 +156,15 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
                 case.p.pendulum = PendulumModel::Circular;
                 // Soft contacts are deep.
                 let softest = case.p.stiffness_ratio.iter().fold(f64::INFINITY, |least, ratio| least.min(*ratio));
-                case.p.radius = if softest * case.p.stiffness < 1e8 * mass { 5.0 } else { 0.05 };
+                case.p.radius = if !rigid && softest * case.p.stiffness < 1e8 * mass { 5.0 } else { 0.05 };
             }
             case
         },
     )
 }
 
-/// A run that ended early has failed, unless a ball on an arc was lifted or swung too high.
+/// A run that ended early has failed, unless a ball on an arc was lifted or swung too high, or rigid balls stay in
+/// contact that do not swing as one.
 pub fn ended_early(error: EngineError) -> TestCaseError {
     match error {
         EngineError::OffArc { .. } | EngineError::NoArc(_) => TestCaseError::reject(error.to_string()),

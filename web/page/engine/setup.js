@@ -17,7 +17,7 @@ export const LAWS = {
   quadratic: { "contact.model": "powerLaw", "contact.exponent": 2 },
   cubic: { "contact.model": "powerLaw", "contact.exponent": 3 },
   hertz: { "contact.model": "hertz" },
-  rigid: { "contact.model": "rigid", "pendulum.model": "linear" }, // rigid balls are on lines only
+  rigid: { "contact.model": "rigid" },
 };
 
 export class Setup {

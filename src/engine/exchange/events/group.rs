@@ -27,7 +27,7 @@ pub(super) const START: DoubleDouble = DoubleDouble::ZERO;
 /// A group followed to its end.
 pub(super) struct Group {
     /// The engine that has followed it, with time 0 at the onset, and its first ball.
-    engine: Engine,
+    pub engine: Engine,
     first: usize,
     /// The contacts of the engine that had pulses.
     contacts: Range<usize>,

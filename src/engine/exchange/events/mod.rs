@@ -33,8 +33,9 @@ impl Exchange {
         if let Some(i) = (0..self.balls()).find(|&i| !(self.state.x[i].is_finite() && self.state.v[i].is_finite())) {
             return Err(EngineError::NotFinite { time: self.time, ball: i });
         }
-        for (ball, flight) in self.flights().iter().enumerate().filter(|_| self.cradle.on_arcs()) {
-            if let Some(fault) = flight.fault_now() {
+        if self.cradle.on_arcs() {
+            let balls = if self.is_rigid() { self.engine_now(&self.closed()).balls } else { self.flights() };
+            if let Some((ball, fault)) = (0..).zip(&balls).find_map(|(i, ball)| Some((i, ball.fault_now()?))) {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
             }
         }
@@ -60,6 +61,13 @@ impl Exchange {
         let resolved = !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open);
         let next = Some(self.next).filter(|next| !resolved && *next != Next::Never).map(Next::time);
         Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
+    }
+
+    /// Fails with what the engine of all balls, whose time 0 is `onset` (s) from now, has run into.
+    fn check_engine(&self, engine: &Engine, onset: f64) -> Result<(), EngineError> {
+        engine.fault.map_or(Ok(()), |(time, ball, fault)| {
+            Err(EngineError::OffArc { time: (time + (self.time + onset)).value(), ball, fault })
+        })
     }
 
     /// Ends a step of the host. Returns whether an event is due.
@@ -165,14 +173,16 @@ impl Exchange {
         for _ in 0..GROUPS {
             // Balls that are pressed together move as bodies.
             let closed = self.closed();
-            let mut engine = self.engine_at(&self.flights(), &(0..self.balls()), 0.0, &closed, &mut Unrecorded);
+            let mut engine = self.engine_now(&closed);
             let balls = engine.balls.clone();
+            self.check_engine(&engine, 0.0)?;
             let open = |j: usize| engine.contacts[j].constraint().is_none();
             let Some((onset, first)) = self.earliest_due(&balls, open) else {
                 return self.rest(&mut engine, observer);
             };
             let before = |j: usize| engine.impulse_at(j, onset.into()).value();
             if let Some(group) = self.follow(&balls, first, onset, &closed)? {
+                self.check_engine(&group.engine, onset)?;
                 self.apply(&balls, &group, before, observer);
             }
         }
@@ -195,8 +205,10 @@ impl Exchange {
                 (true, false) => {
                     self.modes[j] = Mode::Pressing;
                     self.contacts[j].open_pulse(self.time.into(), impulse);
-                    (self.y[1 + j], self.y[n + j]) = (0.0, engine.balls[j].flight.v);
-                    self.y[n + j + 1] = engine.balls[j + 1].flight.v;
+                    self.y[1 + j] = 0.0;
+                    for (i, ball) in (j..).zip(&engine.balls[j..j + 2]) {
+                        self.y[n + i] = ball.flight.v * ball.model().place(ball.flight.x).cos;
+                    }
                 }
                 (false, true) => {
                     self.modes[j] = Mode::Open;
