@@ -6,6 +6,7 @@ use super::flight::Forcing;
 use crate::model::{Cradle, Inputs, MAX_INPUT_DERIVATIVE};
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
+use crate::solver::series::of_derivatives;
 
 // The degree of the inputs is that of the closed forms.
 const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);
@@ -66,11 +67,6 @@ impl HeldInputs {
 
     /// Coefficients of the power series of one of them.
     pub fn series(&self, input: impl Fn(&Inputs) -> f64) -> Forcing {
-        let (mut series, mut factorial) = (self.derivatives(input), 1.0);
-        for (k, c) in series.iter_mut().enumerate() {
-            factorial *= k.max(1) as f64;
-            *c /= factorial;
-        }
-        series
+        of_derivatives(self.derivatives(input))
     }
 }

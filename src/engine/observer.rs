@@ -40,7 +40,7 @@ pub struct Progress {
 /// Is notified of events during a run. It can change nothing but the end of a call.
 pub trait Observer {
     /// A pulse has finished.
-    fn pulse(&mut self, pulse: Pulse);
+    fn pulse(&mut self, _pulse: Pulse) {}
 
     /// Contact `contact`, counted from 0, has closed at `time` (s).
     fn onset(&mut self, _contact: usize, _time: f64) {}
@@ -68,6 +68,4 @@ impl Observer for Vec<Pulse> {
 #[derive(Clone, Copy, Debug)]
 pub struct Unrecorded;
 
-impl Observer for Unrecorded {
-    fn pulse(&mut self, _pulse: Pulse) {}
-}
+impl Observer for Unrecorded {}

@@ -157,7 +157,6 @@ impl StepStart {
         self.balls.iter().flatten().all(finite) && self.contacts.iter().zip(self.balls.windows(2)).all(contact)
     }
 
-    /// Restores it from plain data.
     pub fn restored(self) -> Self {
         let moved = (0..self.balls.len()).filter(|&i| self.balls[i].is_some()).map(|i| i as u32).collect();
         Self { moved, ..self }

@@ -31,14 +31,31 @@ pub enum SimulationSnapshot {
     Continuous(Continuous),
 }
 
-/// Calls the function of the selected method.
+/// Functions that are those of the selected method.
 macro_rules! of_method {
-    ($simulation:expr, $call:ident($($argument:expr),*)) => {
-        match $simulation {
-            Self::EventDriven(engine) => engine.$call($($argument),*),
-            Self::Continuous(run) => run.$call($($argument),*),
-        }
+    ($(fn $name:ident($self:ident: $by:ty $(, $argument:ident: $type:ty)*) -> $result:ty;)*) => {
+        impl Simulation {$(
+            #[doc = concat!("See [`Engine::", stringify!($name), "`].")]
+            #[inline]
+            pub fn $name($self: $by, $($argument: $type),*) -> $result {
+                match $self {
+                    Self::EventDriven(engine) => engine.$name($($argument),*),
+                    Self::Continuous(run) => run.$name($($argument),*),
+                }
+            }
+        )*}
     };
+}
+
+of_method! {
+    fn time(self: &Self) -> f64;
+    fn next_event(self: &Self) -> Option<f64>;
+    fn time_derivative(self: &Self, order: usize) -> Differential;
+    fn last_step(self: &Self) -> LastStep<'_>;
+    fn hold(self: &mut Self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError>;
+    fn retune(self: &mut Self, parameters: &Parameters) -> Result<(), EngineError>;
+    fn advance(self: &mut Self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError>;
+    fn continue_step(self: &mut Self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError>;
 }
 
 /// Results come from the selected method.
@@ -72,26 +89,6 @@ impl Simulation {
         if let Self::EventDriven(engine) = self {
             engine.initializing = initializing;
         }
-    }
-
-    /// See [`Engine::time`].
-    pub fn time(&self) -> f64 {
-        of_method!(self, time())
-    }
-
-    /// See [`Engine::next_event`].
-    pub fn next_event(&self) -> Option<f64> {
-        of_method!(self, next_event())
-    }
-
-    /// See [`Engine::time_derivative`].
-    pub fn time_derivative(&self, order: usize) -> Differential {
-        of_method!(self, time_derivative(order))
-    }
-
-    /// The last step, or the start before the first, for derivatives along directions.
-    pub fn last_step(&self) -> LastStep<'_> {
-        of_method!(self, last_step())
     }
 
     /// The history from `start` (s) to the current time, and the run at its start; `parameters` are the current ones.
@@ -178,26 +175,5 @@ impl Simulation {
             }
             _ => Err(Unsound("it belongs to another method")),
         }
-    }
-
-    /// See [`Engine::hold`].
-    pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
-        of_method!(self, hold(inputs, derivatives))
-    }
-
-    /// See [`Engine::retune`].
-    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
-        of_method!(self, retune(parameters))
-    }
-
-    /// See [`Engine::advance`].
-    #[inline]
-    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        of_method!(self, advance(time, observer))
-    }
-
-    /// See [`Engine::continue_step`].
-    pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        of_method!(self, continue_step(time, observer))
     }
 }

@@ -7,7 +7,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::instance::{Call, Instance, Severity};
 use crate::variables::{LogCategory, Refusal};
 
-/// The specifics of a version of the standard.
 pub(crate) trait Version {
     /// Marks memory as a component of this version.
     const MAGIC: u64;

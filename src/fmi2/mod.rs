@@ -18,20 +18,16 @@ use crate::ffi::Version;
 use crate::instance::Instance;
 use crate::variables::Refusal;
 
-/// FMI 2.0, for `ffi`.
 struct Fmi2;
 
 impl Version for Fmi2 {
     // "cradleF2" in ASCII.
     const MAGIC: u64 = 0x6372_6164_6c65_4632;
     type Status = fmi2Status;
-    const STATUSES: [fmi2Status; 5] = [
-        fmi2Status::fmi2OK,
-        fmi2Status::fmi2Warning,
-        fmi2Status::fmi2Discard,
-        fmi2Status::fmi2Error,
-        fmi2Status::fmi2Fatal,
-    ];
+    const STATUSES: [fmi2Status; 5] = {
+        use fmi2Status::*;
+        [fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal]
+    };
 
     /// The instance is unchanged.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi2Status {

@@ -33,13 +33,10 @@ impl Version for Fmi3 {
     // "cradleF3" in ASCII.
     const MAGIC: u64 = 0x6372_6164_6c65_4633;
     type Status = fmi3Status;
-    const STATUSES: [fmi3Status; 5] = [
-        fmi3Status::fmi3OK,
-        fmi3Status::fmi3Warning,
-        fmi3Status::fmi3Discard,
-        fmi3Status::fmi3Error,
-        fmi3Status::fmi3Fatal,
-    ];
+    const STATUSES: [fmi3Status; 5] = {
+        use fmi3Status::*;
+        [fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal]
+    };
 
     /// A value that is out of range or does not exist changes nothing; everything else ends the run.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi3Status {

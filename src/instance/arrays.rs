@@ -9,11 +9,8 @@ use crate::variables::{Access, Array, Extra, Refusal, Settings, Shape, Type, Var
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// Of a real variable.
     Float(f64),
-    /// Of a count.
     Count(u64),
-    /// Of an enumeration.
     Item(i64),
     /// Of a truth value or a clock.
     Flag(bool),

@@ -35,7 +35,6 @@ impl Purpose {
         Self { kind, arrays: false, events: false, early_return: false }
     }
 
-    /// Whether it is co-simulation with event mode.
     pub(super) fn has_event_mode(self) -> bool {
         self.kind == Kind::CoSimulation && self.events
     }
@@ -48,7 +47,6 @@ macro_rules! phases {
             $($(#[$doc])* $phase),*
         }
 
-        /// Every phase, in the order of the enumeration.
         const PHASES: [Phase; 10] = [$(Phase::$phase),*];
 
         impl std::fmt::Display for Phase {
@@ -58,7 +56,6 @@ macro_rules! phases {
         }
 
         impl Phase {
-            /// Whether an instance for this purpose has this phase.
             pub(super) fn exists(self, purpose: Purpose) -> bool {
                 let exists: fn(Purpose) -> bool = match self { $(Self::$phase => $exists),* };
                 exists(purpose)
@@ -76,11 +73,9 @@ phases! {
     Abandoned "the terminated state, before any calculation" |of| of.arrays;
     /// Start values can be set and calculated values be read.
     InitializationMode "Initialization Mode" |_| true;
-    /// The host steps: co-simulation only.
     StepMode "step mode" |of| of.kind == Kind::CoSimulation;
     /// Discrete variables and states may jump: model exchange, and co-simulation with event mode.
     EventMode "Event Mode" |of| of.events || of.kind == Kind::ModelExchange;
-    /// The host integrates: model exchange only.
     ContinuousTimeMode "Continuous-Time Mode" |of| of.kind == Kind::ModelExchange;
     /// The host has been called within a step.
     IntermediateUpdate "Intermediate Update Mode" |of| of.arrays && of.kind == Kind::CoSimulation;
@@ -149,12 +144,9 @@ calls! {
     SetCounts BOTH b"IC.NSE....";
     /// Asking about the intervals of clocks; no clock has one.
     Intervals BOTH b"...N.E....";
-    /// Entering Event Mode.
     EnterEvents BOTH b"....S.T...";
-    /// Handling the next event.
     NextEvent BOTH b".....E....";
     EnterStepMode STEPS b".....E....";
-    /// Continuing an interrupted step.
     ContinueStep STEPS b".......U..";
     EnterEventMode EXCHANGE b".....ET...";
     NewDiscreteStates EXCHANGE b".....E....";

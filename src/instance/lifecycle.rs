@@ -26,7 +26,6 @@ impl Instance {
         Self { guid, start, scalars: false, run, log }
     }
 
-    /// The same with scalars instead of arrays.
     pub fn with_scalars(self) -> Self {
         Self { scalars: true, ..self }
     }
@@ -99,26 +98,28 @@ impl Instance {
     /// Builds the simulation and enters step mode, or Event Mode in model exchange. Fails, staying in Initialization
     /// Mode, if no run can start like this.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
-        self.leave_initialization()?;
+        if self.run.purpose.kind == Kind::ModelExchange {
+            self.exchange()?;
+            self.run.simulation = None;
+            self.enter_events_of_exchange()?;
+        } else {
+            self.simulation()?.set_initializing(false);
+            self.run.inputs_changed = !self.run.input_derivatives.is_empty();
+            self.run.tuned_from = None;
+            self.run.phase = Phase::StepMode;
+            if self.run.purpose.has_event_mode() {
+                // The first events: contacts closed at the start.
+                self.run.phase = Phase::EventMode;
+                self.catch_up()?;
+                self.tick();
+            }
+        }
         // Status OK: several hosts end a run at a warning.
         for doubt in self.run.settings.doubts() {
             self.log.write(Severity::Ok, LogCategory::Warning, format_args!("{doubt}"));
         }
         self.log_ignored_parameters();
         Ok(())
-    }
-
-    fn leave_initialization(&mut self) -> Result<(), Refusal> {
-        if self.run.purpose.kind == Kind::ModelExchange {
-            self.exchange()?;
-            self.run.simulation = None;
-            return self.enter_events_of_exchange();
-        }
-        self.simulation()?.set_initializing(false);
-        self.run.inputs_changed = !self.run.input_derivatives.is_empty();
-        self.run.tuned_from = None;
-        self.run.phase = if self.run.purpose.has_event_mode() { Phase::EventMode } else { Phase::StepMode };
-        self.begin_events()
     }
 
     /// Returns to the state after creation; the log categories stay as they are.

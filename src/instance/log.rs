@@ -17,7 +17,6 @@ pub enum Severity {
     Fatal,
 }
 
-/// Takes a log line to the host.
 pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
 
 /// The log of one instance. Warnings and errors are always written; the rest only where the host switched the category
@@ -71,7 +70,6 @@ impl Log {
         self.write(Severity::Ok, LogCategory::Solver, text);
     }
 
-    /// A refused call or a failed step.
     #[cold]
     pub fn error(&self, text: Arguments<'_>) {
         self.write(Severity::Error, LogCategory::Error, text);

@@ -83,7 +83,6 @@ pub(super) struct Run {
     /// The text of `log.pulses` that the host may read until the next call.
     #[serde(skip)]
     pub(super) csv: String,
-    /// The interrupted step.
     #[serde(skip)]
     pub(super) under_way: Option<StepUnderWay>,
 }
@@ -99,7 +98,6 @@ pub(super) struct StepUnderWay {
 }
 
 impl Run {
-    /// A new run with these start values.
     pub(super) fn new(purpose: Purpose, start: &Settings) -> Self {
         Self {
             purpose,

@@ -24,7 +24,6 @@ pub struct StepEnd {
     pub interrupted: bool,
 }
 
-/// The result of handling an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handled {
     /// Whether another one is due at once.
@@ -60,7 +59,7 @@ impl Instance {
         if !(in_time && step > 0.0 && end.is_finite()) {
             return Err(refuse_times(own, current, step));
         }
-        let reached = self.inputs_reached((end - own).max(0.0))?;
+        let reached = self.inputs_reached(end - own)?;
         if end <= own {
             // A step below the resolution of doubles, by a host whose clock lags by some ulps: the end is reached
             // already.
@@ -130,7 +129,7 @@ impl Instance {
     /// Ends the step; the inputs keep the values they reached.
     fn end_step(&mut self, step: StepUnderWay) -> Result<StepEnd, Refusal> {
         self.run.under_way = None;
-        let reached = self.inputs_reached((self.time() - step.since).max(0.0))?;
+        let reached = self.inputs_reached(self.time() - step.since)?;
         self.keep_inputs(reached);
         Ok(self.reached(step.asked, false))
     }
@@ -139,7 +138,7 @@ impl Instance {
     pub(super) fn keep_inputs_in_step(&mut self) -> Result<(), Refusal> {
         let Some(step) = self.run.under_way else { return Ok(()) };
         let now = self.time();
-        let reached = self.inputs_reached((now - step.since).max(0.0))?;
+        let reached = self.inputs_reached(now - step.since)?;
         self.keep_inputs(reached);
         self.run.under_way = Some(StepUnderWay { since: now, ..step });
         Ok(())
@@ -159,6 +158,7 @@ impl Instance {
         if self.run.input_derivatives.is_empty() {
             return Ok(None);
         }
+        let length = length.max(0.0); // A host's clock may lag by some ulps.
         let reached = self.run.settings.inputs.continued(&self.run.input_derivatives, length);
         if reached.is_finite() {
             Ok(Some(reached))
@@ -212,27 +212,17 @@ impl Instance {
         self.log.solver(format_args!("the step to t = {next} s passes stopTime = {stop} s; it is computed as usual"));
     }
 
-    /// Enters Event Mode from a step or from integration.
     pub fn enter_event_mode(&mut self) -> Result<(), Refusal> {
         let Purpose { kind, events, .. } = self.run.purpose;
-        match (kind, events) {
-            (Kind::CoSimulation, false) => Err(Refusal::new("the instance was created without event mode")),
-            (Kind::CoSimulation, true) => {
-                self.run.phase = Phase::EventMode;
-                self.reach_event()?;
-                self.tick();
-                Ok(())
-            }
-            (Kind::ModelExchange, _) => self.enter_events_of_exchange(),
+        if kind == Kind::ModelExchange {
+            return self.enter_events_of_exchange();
         }
-    }
-
-    /// The first events: contacts closed at the start.
-    pub(super) fn begin_events(&mut self) -> Result<(), Refusal> {
-        if self.run.purpose.has_event_mode() {
-            self.catch_up()?;
-            self.tick();
+        if !events {
+            return Err(Refusal::new("the instance was created without event mode"));
         }
+        self.run.phase = Phase::EventMode;
+        self.reach_event()?;
+        self.tick();
         Ok(())
     }
 
@@ -242,12 +232,10 @@ impl Instance {
         self.catch_up_rigid()?;
         let (own, margin) = (self.time(), CLOCK_TOLERANCE * self.time().abs().max(1.0));
         let next = self.simulation()?.next_event().filter(|next| *next - own <= margin);
-        match next {
-            Some(next) if !self.run.clocks.are_due() => {
-                self.advance(StepUnderWay { asked: next, end: next, since: own }, false, false).map(|_| ())
-            }
-            _ => Ok(()),
+        if let Some(next) = next.filter(|_| !self.run.clocks.are_due()) {
+            self.advance(StepUnderWay { asked: next, end: next, since: own }, false, false)?;
         }
+        Ok(())
     }
 
     /// Ends the event of the active clocks, and activates those of the next; in model exchange, handles what is due.
@@ -268,7 +256,7 @@ impl Instance {
         if rigid && self.run.purpose.has_event_mode() { self.catch_up() } else { Ok(()) }
     }
 
-    fn catch_up(&mut self) -> Result<(), Refusal> {
+    pub(super) fn catch_up(&mut self) -> Result<(), Refusal> {
         self.simulation()?;
         if let Some(simulation) = &self.run.simulation {
             self.run.clocks.catch_up(&**simulation, simulation.time());

@@ -180,10 +180,10 @@ impl Differential {
 }
 
 /// Implements those functions of [`Results`](super::Results) that the state and the inputs of a [`Chain`] determine,
-/// for a type that knows the energy at the start.
+/// with the `energy_at_start`.
 macro_rules! algebraic_results {
-    ($self:ident) => {
-        algebraic_results!($self, $self);
+    ($self:ident, $energy_at_start:expr) => {
+        algebraic_results!($self, $self, $energy_at_start);
 
         fn force(&$self, i: usize) -> f64 {
             $self.force_of(i)
@@ -206,7 +206,7 @@ macro_rules! algebraic_results {
             if length == 0.0 { $self.support_force() } else { $self.support_impulse_of_step() / length }
         }
     };
-    ($self:ident, $chain:expr) => {
+    ($self:ident, $chain:expr, $energy_at_start:expr) => {
         algebraic_results! {
             $self, $chain; x(i) v(i) angle(i) y(i) a(i) overlap_rate(i) kinetic_energy(i) gravity_energy(i)
             contact_energy(i) total_energy() momentum() support_force() support_force_vertical() dissipation()
@@ -214,7 +214,7 @@ macro_rules! algebraic_results {
         }
 
         fn energy_residual(&$self) -> f64 {
-            ($self.total_energy() - $self.energy_at_start()) + ($self.dissipated_energy() - $self.external_work())
+            ($self.total_energy() - $energy_at_start) + ($self.dissipated_energy() - $self.external_work())
         }
     };
     ($self:ident, $chain:expr; $($name:ident($($i:ident)?))*) => {

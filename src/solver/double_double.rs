@@ -3,8 +3,6 @@
 //! A contact lasts 1e-7 s, and at t = 600 s a double resolves 1e-13 s: a millionth of a contact. Times of events,
 //! phases of pendulums and sums over thousands of pulses therefore carry a second double with the rest.
 
-use std::ops::{Add, AddAssign, Mul, Neg, Sub};
-
 use serde::{Deserialize, Serialize};
 
 /// `hi + lo` with `|lo|` at most half a unit in the last place of `hi`.
@@ -85,62 +83,24 @@ impl From<f64> for DoubleDouble {
     }
 }
 
-impl Add<f64> for DoubleDouble {
-    type Output = Self;
-    fn add(self, b: f64) -> Self {
-        let sum = two_sum(self.hi, b);
-        quick_two_sum(sum.hi, sum.lo + self.lo)
-    }
-}
-
-impl AddAssign<f64> for DoubleDouble {
-    fn add_assign(&mut self, b: f64) {
-        *self = *self + b;
-    }
-}
-
-impl Add for DoubleDouble {
-    type Output = Self;
-    fn add(self, b: Self) -> Self {
-        let sum = two_sum(self.hi, b.hi);
-        quick_two_sum(sum.hi, sum.lo + (self.lo + b.lo))
-    }
-}
-
-impl AddAssign for DoubleDouble {
-    fn add_assign(&mut self, b: Self) {
-        *self = *self + b;
-    }
-}
-
-impl Neg for DoubleDouble {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self { hi: -self.hi, lo: -self.lo }
-    }
-}
-
-impl Sub for DoubleDouble {
-    type Output = Self;
-    fn sub(self, b: Self) -> Self {
-        self + -b
-    }
-}
-
-impl Mul for DoubleDouble {
-    type Output = Self;
-    fn mul(self, b: Self) -> Self {
-        let product = Self::product(self.hi, b.hi);
-        quick_two_sum(product.hi, product.lo + (self.hi * b.lo + self.lo * b.hi))
-    }
-}
-
-impl Mul<f64> for DoubleDouble {
-    type Output = Self;
-    fn mul(self, b: f64) -> Self {
-        let product = Self::product(self.hi, b);
-        quick_two_sum(product.hi, product.lo + self.lo * b)
-    }
+operators! {
+    DoubleDouble: -a = Self { hi: -a.hi, lo: -a.lo };
+    Add.add(a, b: f64) = {
+        let sum = two_sum(a.hi, b);
+        quick_two_sum(sum.hi, sum.lo + a.lo)
+    };
+    Add.add(a, b: Self) = {
+        let sum = two_sum(a.hi, b.hi);
+        quick_two_sum(sum.hi, sum.lo + (a.lo + b.lo))
+    };
+    Mul.mul(a, b: f64) = {
+        let product = Self::product(a.hi, b);
+        quick_two_sum(product.hi, product.lo + a.lo * b)
+    };
+    Mul.mul(a, b: Self) = {
+        let product = Self::product(a.hi, b.hi);
+        quick_two_sum(product.hi, product.lo + (a.hi * b.lo + a.lo * b.hi))
+    };
 }
 
 #[cfg(test)]

@@ -102,46 +102,14 @@ impl From<f64> for Dual {
     }
 }
 
-impl Neg for Dual {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self { value: -self.value, tangent: -self.tangent }
-    }
-}
-
-impl Add for Dual {
-    type Output = Self;
-    fn add(self, b: Self) -> Self {
-        Self { value: self.value + b.value, tangent: self.tangent + b.tangent }
-    }
-}
-
-impl AddAssign for Dual {
-    fn add_assign(&mut self, b: Self) {
-        *self = *self + b;
-    }
-}
-
-impl Sub for Dual {
-    type Output = Self;
-    fn sub(self, b: Self) -> Self {
-        self + -b
-    }
-}
-
-impl Mul for Dual {
-    type Output = Self;
-    fn mul(self, b: Self) -> Self {
-        Self { value: self.value * b.value, tangent: self.tangent * b.value + self.value * b.tangent }
-    }
-}
-
-impl Div for Dual {
-    type Output = Self;
-    fn div(self, b: Self) -> Self {
-        let value = self.value / b.value;
-        Self { value, tangent: (self.tangent - value * b.tangent) / b.value }
-    }
+operators! {
+    Dual: -a = Self { value: -a.value, tangent: -a.tangent };
+    Add.add(a, b: Self) = Self { value: a.value + b.value, tangent: a.tangent + b.tangent };
+    Mul.mul(a, b: Self) = Self { value: a.value * b.value, tangent: a.tangent * b.value + a.value * b.tangent };
+    Div.div(a, b: Self) = {
+        let value = a.value / b.value;
+        Self { value, tangent: (a.tangent - value * b.tangent) / b.value }
+    };
 }
 
 impl Sum for Dual {

@@ -11,6 +11,46 @@
 //! - the event queue (`queue`): entries that move by their key, ties in the order of the keys;
 //! - BDF and Adams-Moulton formulas: `ode` says why.
 
+/// Implements the operators of a type of numbers by formulas; differences and assignments follow from them.
+macro_rules! operators {
+    (
+        $type:ident: -$n:ident = $negative:expr;
+        $($op:ident.$name:ident($a:ident, $b:ident: $other:ty) = $result:expr;)*
+    ) => {
+        impl std::ops::Neg for $type {
+            type Output = Self;
+            fn neg(self) -> Self {
+                let $n = self;
+                $negative
+            }
+        }
+
+        impl std::ops::Sub for $type {
+            type Output = Self;
+            fn sub(self, b: Self) -> Self {
+                self + -b
+            }
+        }
+
+        impl<T> std::ops::AddAssign<T> for $type
+        where
+            Self: std::ops::Add<T, Output = Self>,
+        {
+            fn add_assign(&mut self, b: T) {
+                *self = *self + b;
+            }
+        }
+
+        $(impl std::ops::$op<$other> for $type {
+            type Output = Self;
+            fn $name(self, $b: $other) -> Self {
+                let $a = self;
+                $result
+            }
+        })*
+    };
+}
+
 pub mod block_tridiagonal;
 pub mod crossing;
 pub mod double_double;

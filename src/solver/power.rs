@@ -32,7 +32,6 @@ const EXPONENTIAL: [f64; 5] = [
     4.138_136_797_057_238_5e-8,
 ];
 
-/// Bits of the mantissa.
 const MANTISSA: u32 = f64::MANTISSA_DIGITS - 1;
 
 /// Added to a much smaller number, it rounds that to an integer in the last bits.

@@ -1,6 +1,5 @@
 //! Integrals of smooth functions.
 
-/// Number of nodes.
 pub const POINTS: usize = 12;
 
 /// Abscissas in (0, 1) and weights of the twelve-point Gauss-Legendre rule on [-1, 1] (Abramowitz and Stegun, table

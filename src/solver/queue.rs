@@ -14,7 +14,6 @@ pub struct EventQueue {
 }
 
 impl EventQueue {
-    /// An empty queue for the keys `0..keys`.
     pub fn new(keys: usize) -> Self {
         let size = keys.next_power_of_two();
         let mut earliest = vec![0; size];
@@ -44,7 +43,6 @@ impl EventQueue {
         }
     }
 
-    /// Takes the entry of `key` out, if there is one.
     pub fn remove(&mut self, key: usize) {
         self.set(key, f64::INFINITY.into());
     }

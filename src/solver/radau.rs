@@ -28,7 +28,6 @@ pub struct Radau {
     pub derivative: Matrix,
 }
 
-/// The only instance that is needed.
 pub static RADAU: LazyLock<Radau> = LazyLock::new(Radau::new);
 
 impl Radau {

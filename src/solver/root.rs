@@ -6,7 +6,6 @@
 
 use crate::next::Next;
 
-/// A function of time with derivatives and a bound.
 pub trait Smooth {
     /// Value and first two derivatives at `t`.
     fn at(&self, t: f64) -> [f64; 3];

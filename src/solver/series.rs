@@ -17,6 +17,16 @@ pub fn integral<S: Scalar>(c: &[S], t: S) -> S {
     t * c.iter().enumerate().rev().fold(S::default(), |sum, (k, &c)| sum * t + c / S::from((k + 1) as f64))
 }
 
+/// The coefficients of the series with these derivatives at 0.
+pub fn of_derivatives<const N: usize>(mut derivatives: [f64; N]) -> [f64; N] {
+    let mut factorial = 1.0;
+    for (k, c) in derivatives.iter_mut().enumerate() {
+        factorial *= k.max(1) as f64;
+        *c /= factorial;
+    }
+    derivatives
+}
+
 /// The first coefficients of the same function about `t`.
 pub fn about<const N: usize>(c: &[f64], t: f64) -> [f64; N] {
     let mut about = [0.0; N];
@@ -126,12 +136,10 @@ fn sums_by_lanes<const N: usize>(c: &[f64], weights: &[f64], t: f64, terms: [imp
     })
 }
 
-/// Value at `t`, by lanes.
 pub fn value_by_lanes(c: &[f64], t: f64) -> f64 {
     sum_by_lanes(c, &NUMBERS, t, |c, _| c)
 }
 
-/// First derivative at `t`, by lanes.
 pub fn derivative_by_lanes(c: &[f64], t: f64) -> f64 {
     sum_by_lanes(&c[1.min(c.len())..], &NUMBERS[1..], t, |c, k| k * c)
 }
@@ -143,7 +151,6 @@ pub fn value_and_change_of_derivative(c: &[f64], t: f64) -> (f64, f64) {
     (c[0] + (c[1] + bend * t) * t, change * t)
 }
 
-/// Integral from 0 to `t`, by lanes.
 pub fn integral_by_lanes(c: &[f64], t: f64) -> f64 {
     t * sum_by_lanes(c, &INVERSES[1..], t, |c, inverse| inverse * c)
 }
@@ -158,12 +165,10 @@ pub fn bound_of_change_of_derivative(c: &[f64], t: f64) -> f64 {
     (1.0 + 1e-9) * t * sum_by_lanes(&c[2.min(c.len())..], &NUMBERS[2..], t, |c, k| k * c.abs())
 }
 
-/// Values of a series at each place.
 pub fn sample<const PLACES: usize>(c: &[f64], places: &[f64; PLACES]) -> [f64; PLACES] {
     sample_terms(c, &NUMBERS, places, |c, _| c)
 }
 
-/// First derivatives of a series at each place.
 pub fn sample_derivative<const PLACES: usize>(c: &[f64], places: &[f64; PLACES]) -> [f64; PLACES] {
     sample_terms(&c[1.min(c.len())..], &NUMBERS[1..], places, |c, k| k * c)
 }

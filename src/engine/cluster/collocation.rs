@@ -18,7 +18,7 @@ use super::taylor::Series;
 use super::window::{Equations, Window};
 use crate::engine::flight::{Rounding, forcing_at};
 use crate::model::Mode;
-use crate::solver::block_tridiagonal::BlockTridiagonal;
+use crate::solver::block_tridiagonal::{Row, solve};
 use crate::solver::oscillator::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
 
@@ -187,7 +187,7 @@ impl<'a> Step<'a> {
 
     /// Solves for the neighbouring pressing contacts `first..end`.
     fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
-        let mut system = BlockTridiagonal::default();
+        let mut rows = Vec::with_capacity(end.saturating_sub(first));
         for _ in 0..ITERATIONS {
             // The yielding of the two balls of each contact to changes of its overlap.
             let mut yielding = Vec::with_capacity(end.saturating_sub(first));
@@ -195,17 +195,18 @@ impl<'a> Step<'a> {
                 let slopes = self.evaluate(j)?;
                 yielding.push([j, j + 1].map(|i| self.responses[i].displacement * slopes / self.window.balls[i].mass));
             }
-            system.clear();
+            rows.clear();
             for (j, [left, right]) in (first..end).zip(&yielding) {
                 let wanted = self.relative(j, |r| &r.displacement, [self.pressed(j), self.pressed(j + 1)]);
                 let missing = self.rate(j) * self.times + wanted - self.changes[j];
                 let beside =
                     |contact: usize, side: usize| yielding.get(contact).map_or_else(Matrix::zeros, |y| -y[side]);
                 let lower = beside((j - first).wrapping_sub(1), 1);
-                system.push(lower, Matrix::identity() + left + right, beside(j - first + 1, 0), missing);
+                let (diagonal, upper) = (Matrix::identity() + left + right, beside(j - first + 1, 0));
+                rows.push(Row { lower, diagonal, upper, known: missing });
             }
             let mut done = true;
-            for (j, correction) in (first..end).zip(system.solve()?) {
+            for (j, correction) in (first..end).zip(solve(&mut rows)?) {
                 if correction.iter().any(|c| !c.is_finite()) {
                     return None;
                 }

@@ -15,6 +15,7 @@ use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
 use crate::solver::root::{Smooth, search_within};
+use crate::solver::series::of_derivatives;
 
 /// Most evaluations of a mode in the search for the switchings of a segment, some milliseconds; the next segment
 /// continues the search.
@@ -30,7 +31,6 @@ const HIGHER: f64 = 1e-12;
 /// Radians of the fastest mode that one step of a search covers at most.
 const SWINGS_OF_A_LOOK: f64 = 4.0;
 
-/// The motion of a window by natural modes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Modes {
     groups: Vec<Group>,
@@ -97,8 +97,8 @@ impl Modes {
         let (mut v, mut force) = (0.0, 0.0);
         for c in left.first..right.first + right.size - 1 {
             let share = match c {
-                _ if c < j => left.share(c),
-                _ if c > j => right.share_from(c + 1),
+                _ if c < j => left.share(left.first..c + 1),
+                _ if c > j => right.share(c + 1..right.first + right.size),
                 _ => 1.0,
             };
             let forcing = flights[c].forcing[0] - flights[c + 1].forcing[0];
@@ -197,13 +197,7 @@ impl DenseOutput for Modes {
     }
 
     fn overlap_series(&self, j: usize, tau: f64) -> Option<OverlapSeries> {
-        let mut coefficients: OverlapSeries = self.overlap_at(j, tau);
-        let mut factorial = 1.0;
-        for (k, c) in coefficients.iter_mut().enumerate() {
-            factorial *= k.max(1) as f64;
-            *c /= factorial;
-        }
-        Some(coefficients)
+        Some(of_derivatives(self.overlap_at(j, tau)))
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
@@ -256,7 +250,7 @@ impl DenseOutput for Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    fn onset(&self, j: usize, _window: &Window, until: f64, rounding: &Rounding) -> Next {
+    fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
         self.watch(j, Watched::Overlap, 1.0, rounding.position).crossing(until)
     }
 
@@ -277,7 +271,6 @@ impl DenseOutput for Modes {
     }
 }
 
-/// Which function of a contact is watched.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Watched {
     Overlap,
@@ -315,11 +308,6 @@ impl Watch<'_> {
     }
 }
 
-/// The first three of some derivatives.
-fn leading(d: &[f64]) -> [f64; 3] {
-    [d[0], d[1], d[2]]
-}
-
 impl Smooth for Watch<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
         let ([value, slope, curvature], noise) = match self.kind {
@@ -328,7 +316,8 @@ impl Smooth for Watch<'_> {
                 let (force, noise) = self.modes.force_at(self.contact, t);
                 // A level does not fade any further than that.
                 let noise = if self.fading > 0.0 { noise } else { 0.0 };
-                (leading(&force[usize::from(kind == Watched::ForceRate)..]), noise)
+                let first = usize::from(kind == Watched::ForceRate);
+                (std::array::from_fn(|k| force[first + k]), noise)
             }
         };
         let level = self.level_at(t);

@@ -9,6 +9,8 @@
 //! with stiffness, damping and mass of its first contact and ball (Meirovitch, Fundamentals of Vibrations, 2001,
 //! chapter 7: damping proportional to the stiffness leaves the modes uncoupled).
 
+use std::ops::Range;
+
 use super::shapes::Shapes;
 use super::window::Window;
 use crate::engine::flight::degree;
@@ -76,7 +78,7 @@ pub(crate) struct Group {
 
 impl Group {
     /// `None` if their masses or stiffnesses are too far apart.
-    pub fn new(members: std::ops::Range<usize>, window: &Window) -> Option<Self> {
+    pub fn new(members: Range<usize>, window: &Window) -> Option<Self> {
         let Window { flights, balls, contacts, laws } = window;
         let (first, size) = (members.start, members.len());
         let ball = &balls[first];
@@ -133,14 +135,10 @@ impl Group {
         self.shapes.contact(m, j - self.first)
     }
 
-    /// Mass share of the balls up to `i`.
-    pub fn share(&self, i: usize) -> f64 {
-        self.masses[..=i - self.first].iter().sum::<f64>() / self.masses.iter().sum::<f64>()
-    }
-
-    /// Mass share of the balls from `i` on.
-    pub fn share_from(&self, i: usize) -> f64 {
-        self.masses[i - self.first..].iter().sum::<f64>() / self.masses.iter().sum::<f64>()
+    /// Mass share of these `balls`.
+    pub fn share(&self, balls: Range<usize>) -> f64 {
+        let masses = &self.masses[balls.start - self.first..balls.end - self.first];
+        masses.iter().sum::<f64>() / self.masses.iter().sum::<f64>()
     }
 }
 

@@ -20,7 +20,6 @@ use crate::engine::flight::{
 use crate::model::{ContactLaw, Mode, overlap_between};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::gauss::Stretching;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 
 /// Time scales of the fastest mode in which the first window by modes is searched for switchings.
@@ -36,7 +35,6 @@ struct Description {
 }
 
 impl Description {
-    /// The dense output of the method used.
     fn output(&self) -> &dyn DenseOutput {
         match self.method {
             Method::Modes => &self.modes,
@@ -50,7 +48,7 @@ impl Description {
     fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
         let (output, law, mode) = (self.output(), &window.laws[j], window.contacts[j].mode);
         if mode == Mode::Open {
-            return (output.onset(j, window, until, rounding), Switch::Onset);
+            return (output.onset(j, until, rounding), Switch::Onset);
         }
         let release = output.release(j, until, rounding);
         if law.clips() {
@@ -64,7 +62,6 @@ impl Description {
     }
 }
 
-/// Neighbouring balls in contact.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cluster {
     /// Balls that touch another one.
@@ -78,7 +75,6 @@ pub(crate) struct Cluster {
     pub contacts: Vec<WindowContact>,
     /// The rates of their overlaps then, m/s.
     rates: Vec<f64>,
-    /// The motion of the window on the current segment.
     description: Description,
     workspace: Workspace,
     /// The step history from here on, and at the start of the current segment.
@@ -93,25 +89,8 @@ pub(crate) struct Cluster {
 }
 
 impl Cluster {
-    /// Computes the tables of Gauss collocation, once in a process, so that no impact waits for them.
-    pub fn compute_tables() {
-        Stretching::compute_tables();
-    }
-
-    /// The balls `members`, with the other balls of `window` as spectators. [`Self::expand`] computes the motion, with
-    /// the history of the segments before.
-    pub fn new(
-        members: Range<usize>,
-        window: Range<usize>,
-        start: DoubleDouble,
-        flights: Vec<Flight>,
-        contacts: Vec<WindowContact>,
-        history: StepHistory,
-    ) -> Self {
-        Self { members, window, start, flights, contacts, history, history_before: history, ..Self::default() }
-    }
-
-    /// Makes it another cluster in the same memory, without flights and contacts yet.
+    /// The balls `members`, with the other balls of `window` as spectators, in the memory of another cluster; flights
+    /// and contacts come later. [`Self::expand`] computes the motion, with the history of the segments before.
     pub fn renew(&mut self, members: Range<usize>, window: Range<usize>, start: DoubleDouble, history: StepHistory) {
         (self.members, self.window, self.start, self.history) = (members, window, start, history);
         self.flights.clear();
@@ -198,11 +177,7 @@ impl Cluster {
         let flight = &self.flights[j];
         let mut integrals = *integrals;
         if ball.on_arc {
-            let moved = |t: f64| {
-                let (displacement, change) = self.description.output().moved(j, t);
-                (displacement, flight.v + change)
-            };
-            integrals.add(&integrals_on_arc(&ball.model(), flight, tau, moved));
+            integrals.add(&integrals_on_arc(&ball.model(), flight, tau, |t| self.moved(i, t)));
             return integrals;
         }
         integrals.x_integral += flight.x * tau + self.description.output().displacement_integral(j, tau);

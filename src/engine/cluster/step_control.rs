@@ -32,7 +32,6 @@ pub(crate) enum Method {
     Series,
 }
 
-/// Control of order and step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Control {
     /// A method to leave out, to test the others.
@@ -84,7 +83,6 @@ impl Default for StepHistory {
 }
 
 impl StepHistory {
-    /// Whether its lengths are valid.
     pub fn is_sound(&self) -> bool {
         [self.implicit_length, self.explicit_length].iter().all(|length| (0.0..=LONGEST).contains(length))
     }

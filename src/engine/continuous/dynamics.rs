@@ -65,7 +65,6 @@ impl Dynamics {
         dynamics
     }
 
-    /// Whether its values are valid.
     pub fn is_sound(&self) -> bool {
         let positive = |value: &f64| *value > 0.0 && value.is_finite();
         self.since.is_sound() && self.scales.iter().chain([&self.tolerance, &self.energy_scale]).all(positive)
@@ -105,16 +104,9 @@ impl Dynamics {
         self.unknowns() + i
     }
 
-    pub fn loss(&self) -> usize {
-        4 * self.balls() - 2
-    }
-
-    pub fn work(&self) -> usize {
-        4 * self.balls() - 1
-    }
-
-    pub fn support(&self) -> usize {
-        4 * self.balls()
+    /// Places of the energy dissipated, the work of the inputs and the integral of the force on the support.
+    pub fn sums(&self) -> [usize; 3] {
+        [2, 1, 0].map(|before| 4 * self.balls() - before)
     }
 
     /// Acceleration of ball `i` by the inputs, m/s2.
@@ -173,9 +165,7 @@ impl System for Dynamics {
             support += ball.support_force(x, v);
             from_left = from_right;
         }
-        rates[self.loss()] = loss;
-        rates[self.work()] = work;
-        rates[self.support()] = support;
+        rates[4 * n - 2..].copy_from_slice(&[loss, work, support]);
     }
 
     fn size(&self, y: &[f64], e: &[f64]) -> f64 {
@@ -196,7 +186,8 @@ impl System for Dynamics {
     /// Includes the energy dissipated: a clipped contact loses the energy of its spring without any effect on the
     /// balls.
     fn error(&self, y: &[f64], e: &[f64]) -> f64 {
-        let loss = e[self.loss()].abs() / (self.tolerance * self.energy_scale.max(y[self.loss()].abs()));
+        let [loss, ..] = self.sums();
+        let loss = e[loss].abs() / (self.tolerance * self.energy_scale.max(y[loss].abs()));
         if loss.is_finite() { loss.max(self.size(y, e)) } else { f64::INFINITY }
     }
 

@@ -55,16 +55,12 @@ impl Continuous {
         by_time(self.cradle(), &self.chain(&self.y()), &self.inputs.at(self.time), order)
     }
 
-    fn energy_at_start(&self) -> f64 {
-        self.energy_at_start
-    }
-
     fn step_length(&self) -> f64 {
         self.time - self.step_start
     }
 
     fn support_impulse_of_step(&self) -> f64 {
-        let support = self.trajectory.dynamics.support();
+        let [.., support] = self.trajectory.dynamics.sums();
         self.value(support) - self.y_at_step[support]
     }
 
@@ -137,7 +133,7 @@ impl Chain for Continuous {
 }
 
 impl Results for Continuous {
-    algebraic_results!(self);
+    algebraic_results!(self, self.energy_at_start);
 
     fn impulse(&self, i: usize) -> f64 {
         self.value(self.trajectory.dynamics.impulse(i))
@@ -160,11 +156,11 @@ impl Results for Continuous {
     }
 
     fn dissipated_energy(&self) -> f64 {
-        self.value(self.trajectory.dynamics.loss())
+        self.value(self.trajectory.dynamics.sums()[0])
     }
 
     fn external_work(&self) -> f64 {
-        self.value(self.trajectory.dynamics.work())
+        self.value(self.trajectory.dynamics.sums()[1])
     }
 
     fn next_onset(&self) -> Next {

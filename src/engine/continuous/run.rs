@@ -136,9 +136,7 @@ impl Continuous {
         self.time
     }
 
-    /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
-    /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). No change of the trajectory if they are constant
-    /// and act already.
+    /// See [`Engine::hold`](crate::engine::Engine::hold).
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
         if !constant || *inputs != self.inputs.values {
@@ -170,8 +168,7 @@ impl Continuous {
         self.time.into()
     }
 
-    /// Moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses that
-    /// finish on the way, in the order of their release. The values "over the last step" refer to this call.
+    /// See [`Engine::advance`](crate::engine::Engine::advance).
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.begin_step();
         self.continue_step(time, observer)
@@ -209,7 +206,6 @@ impl Continuous {
         Ok(())
     }
 
-    /// Records the start of the step.
     fn begin_step(&mut self) {
         self.step = self.step.saturating_add(1);
         self.step_start = self.time;

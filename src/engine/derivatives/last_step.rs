@@ -24,8 +24,8 @@ pub struct LastStep<'a> {
 }
 
 impl Engine {
-    /// The last step.
-    pub(crate) fn last_step(&self) -> LastStep<'_> {
+    /// The last step, or the start before the first, for derivatives along directions.
+    pub fn last_step(&self) -> LastStep<'_> {
         LastStep {
             cradle: &self.cradle,
             start: self.state_at_start(),

@@ -37,7 +37,6 @@ const UNRESOLVED: f64 = 32.0;
 /// balls.
 const SAME_VELOCITIES: f64 = 1e-6;
 
-/// A motion followed in dual numbers.
 pub(super) struct Run {
     /// The coefficients that act, in doubles and with their derivatives.
     cradle: Cradle,
@@ -233,7 +232,6 @@ impl Run {
         2.0 * f64::EPSILON * amplitude(j).max(amplitude(j + 1))
     }
 
-    /// Advances the state by `tau`, and the sums.
     fn move_by(&mut self, series: &Series<Dual>, tau: Dual) {
         let s = tau / Dual::from(series.unit);
         if self.cradle.on_arcs() {

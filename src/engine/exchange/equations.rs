@@ -94,7 +94,6 @@ impl<S: Scalar> State<S> {
     }
 }
 
-/// A state with its cradle and flags.
 pub(super) struct View<'a, S> {
     pub cradle: &'a Cradle<S>,
     pub modes: &'a [Mode],

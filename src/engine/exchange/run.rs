@@ -107,10 +107,6 @@ impl Exchange {
         self.state = State::new(&self.cradle, &self.modes, &self.y, self.forcings());
     }
 
-    fn energy_at_start(&self) -> f64 {
-        self.energy_at_start
-    }
-
     fn forcings(&self) -> Vec<f64> {
         let forces = self.cradle.balls.iter().zip(&self.inputs.force);
         forces.map(|(ball, force)| force / ball.mass - self.inputs.support_acceleration).collect()
@@ -295,7 +291,7 @@ impl Exchange {
 
 /// See [`Results`]; values over a step are those of this instant, discrete values those after the last event.
 impl Results for Exchange {
-    algebraic_results!(self, &self.view());
+    algebraic_results!(self, &self.view(), self.energy_at_start);
 
     fn force(&self, i: usize) -> f64 {
         self.state.forces[i]

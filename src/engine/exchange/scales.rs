@@ -56,7 +56,6 @@ impl Scales {
         Self { nominals, speed, forces }
     }
 
-    /// Whether it fits this many balls.
     pub fn are_sound(&self, balls: usize) -> bool {
         let sound = |scale: &f64| *scale > 0.0 && scale.is_finite();
         let lengths = self.nominals.len() == state_count(balls) && self.forces.len() + 1 == balls;

@@ -147,10 +147,6 @@ impl Engine {
         model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
     }
 
-    fn energy_at_start(&self) -> f64 {
-        self.totals.energy_at_start
-    }
-
     /// Length of the last step, s; 0 before the first.
     pub(crate) fn step_length(&self) -> f64 {
         self.time - self.step.time
@@ -252,7 +248,7 @@ impl Chain for Engine {
 }
 
 impl Results for Engine {
-    algebraic_results!(self);
+    algebraic_results!(self, self.totals.energy_at_start);
 
     fn impulse(&self, i: usize) -> f64 {
         self.impulse_at(i, self.now()).value()

@@ -37,7 +37,6 @@ pub(crate) struct LookAhead<R> {
 }
 
 impl<R> Caches<R> {
-    /// Empty caches for this many balls.
     pub fn new(balls: usize) -> Self {
         let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0) };
         Self {

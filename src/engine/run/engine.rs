@@ -16,6 +16,7 @@ use crate::model::{
     BallModel, ContactLaw, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters, overlap_rate,
 };
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::gauss::Stretching;
 use crate::solver::queue::EventQueue;
 
 /// Start of the step of a copy that looks ahead, s: after all events.
@@ -88,7 +89,7 @@ impl Engine {
         let cradle = Cradle::new(parameters);
         let caches = Caches::new(cradle.balls.len());
         if cradle.on_arcs() || cradle.contacts.iter().any(|law| !law.is_linear()) {
-            Cluster::compute_tables();
+            Stretching::compute_tables();
         }
         let start = DoubleDouble::from(start_time);
         let balls = cradle.balls.iter().enumerate().map(|(i, model)| {

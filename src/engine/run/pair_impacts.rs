@@ -183,10 +183,10 @@ impl Engine {
     /// The balls of the `impact` in contact `i` as a cluster without spectators, from the onset on.
     pub(crate) fn first_segment(&self, i: usize, impact: &PairImpact) -> Cluster {
         let members = i..i + 2;
-        let flights = self.balls[members.clone()].iter().map(|ball| ball.flight).collect();
-        let contacts = vec![WindowContact { overlap: 0.0, mode: Mode::Pressing }];
-        let mut cluster =
-            Cluster::new(members.clone(), members, impact.start, flights, contacts, StepHistory::default());
+        let mut cluster = Cluster::default();
+        cluster.renew(members.clone(), members.clone(), impact.start, StepHistory::default());
+        cluster.flights.extend(self.balls[members].iter().map(|ball| ball.flight));
+        cluster.contacts.push(WindowContact { overlap: 0.0, mode: Mode::Pressing });
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control_within(impact));
         cluster
     }

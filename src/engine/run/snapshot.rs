@@ -184,10 +184,12 @@ impl Engine {
             require(ball.regime == Regime::Flight, "a ball is in two clusters")?;
             ball.regime = Regime::Cluster(id as u32);
         }
-        let mut cluster = Cluster::new(members, window, start, flights, contacts, history);
+        let mut cluster = Box::<Cluster>::default();
+        cluster.renew(members, window, start, history);
+        (cluster.flights, cluster.contacts) = (flights, contacts);
         cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
         self.queue.set(cluster.key(), cluster.end());
-        self.clusters[id] = Some(Box::new(cluster));
+        self.clusters[id] = Some(cluster);
         Ok(())
     }
 

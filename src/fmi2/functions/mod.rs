@@ -1,7 +1,6 @@
 //! The exported functions, in the groups of the standard. Each translates its arguments and calls the instance through
 //! the guard in `ffi`.
 
-/// See [`export_by`](crate::ffi::export_by).
 macro_rules! export {
     ($($functions:tt)*) => {
         crate::ffi::export_by! { (call crate::fmi2::Fmi2, c: fmi2Component => fmi2Status) $($functions)* }

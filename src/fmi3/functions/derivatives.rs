@@ -8,7 +8,6 @@ use crate::variables::Refusal;
 /// Derivatives of unknowns by knowns, weighted by a seed.
 type Weighted = fn(&mut Instance, &[u32], &[u32], &[f64]) -> Result<Vec<f64>, Refusal>;
 
-/// Exports functions of weighted derivatives.
 macro_rules! weighted {
     ($($(#[$doc:meta])* fn $name:ident = $of:expr;)*) => {
         export! {$(

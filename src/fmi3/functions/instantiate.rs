@@ -96,7 +96,7 @@ unsafe fn create(
             ffi::start_values(recipe, "instantiationToken", token, &DESCRIPTIONS_OF_FMI3)
         };
         let (start, place) = start.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
-        let scalars = DESCRIPTIONS_OF_FMI3[place](&start).has_scalars();
+        let scalars = DESCRIPTIONS_OF_FMI3[place](&start).scalars;
         let instance = Instance::new(purpose, start, token.to_string_lossy().into_owned(), log);
         let instance = if scalars { instance.with_scalars() } else { instance };
         begin(&instance);

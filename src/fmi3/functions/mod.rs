@@ -1,6 +1,5 @@
 //! The exported functions, in groups. Each translates its arguments and calls the instance through the guard in `ffi`.
 
-/// See [`export_by`](crate::ffi::export_by).
 macro_rules! export {
     ($($functions:tt)*) => {
         crate::ffi::export_by! { (call_small crate::fmi3::Fmi3, instance: fmi3Instance => fmi3Status) $($functions)* }

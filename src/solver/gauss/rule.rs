@@ -121,7 +121,6 @@ impl Rule {
         rule
     }
 
-    /// The only instance that is needed.
     pub fn get() -> &'static Self {
         &RULE
     }

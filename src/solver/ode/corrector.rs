@@ -29,7 +29,6 @@ fn integral(p: &Polynomial, power: usize) -> f64 {
     p.iter().enumerate().map(term).sum()
 }
 
-/// Coefficients for a step of some length and order.
 pub(super) struct Coefficients {
     /// The corrector polynomial L.
     pub corrector: Polynomial,

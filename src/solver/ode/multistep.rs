@@ -21,7 +21,6 @@ const WORTH_IT: f64 = 1.5;
 const GROWTH: f64 = 10.0;
 /// Attempts at one step after which the solver gives up: enough from the longest step to the resolution of doubles.
 const MAX_ATTEMPTS: usize = 200;
-/// Iterations of a corrector.
 const MAX_ITERATIONS: usize = 3;
 /// The iteration ends when its error is this part of the allowed error of a step.
 const ITERATION_ERROR: f64 = 0.1;
@@ -202,7 +201,6 @@ impl Solver {
         self.wait = order;
     }
 
-    /// Adds a coefficient to the path.
     fn raise_order(&mut self) {
         let order = self.path.degree;
         (self.path.degree, self.order) = (order + 1, order + 1);

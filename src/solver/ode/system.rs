@@ -32,7 +32,6 @@ pub trait System {
     fn overlooked(&self, path: &Path) -> Option<f64>;
 }
 
-/// A solver without progress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stuck {
     /// Length of the last step it tried, s.
@@ -87,7 +86,6 @@ impl Path {
         &self.columns[j * self.size..(j + 1) * self.size]
     }
 
-    /// The same, to be changed.
     #[inline]
     pub fn column_mut(&mut self, j: usize) -> &mut [f64] {
         &mut self.columns[j * self.size..(j + 1) * self.size]

@@ -13,7 +13,6 @@ pub struct Response {
     pub derivatives: [f64; 5],
 }
 
-/// An oscillator under a constant force.
 #[derive(Clone, Debug)]
 pub struct ForcedOscillator {
     pub oscillator: Oscillator,

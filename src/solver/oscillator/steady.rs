@@ -8,6 +8,7 @@
 use nalgebra::Complex;
 
 use super::closed_form::{MAX_FORCE_ORDER, Oscillator};
+use crate::solver::series::{integral, of_derivatives};
 
 /// Coefficients of a polynomial of the time, from the constant term on.
 type Polynomial = [f64; MAX_FORCE_ORDER + 1];
@@ -30,11 +31,7 @@ impl Steady {
             return None;
         }
         // Coefficients of the force, and of P or, where no spring ties the position down, of P'.
-        let (mut force, mut factorial) = (*push, 1.0);
-        for (k, force) in force.iter_mut().enumerate() {
-            factorial *= k.max(1) as f64;
-            *force /= factorial;
-        }
+        let force = of_derivatives(*push);
         let mut p = [0.0; MAX_FORCE_ORDER + 3];
         for k in (0..=MAX_FORCE_ORDER).rev() {
             let (next, after) = ((k + 1) as f64 * p[k + 1], ((k + 1) * (k + 2)) as f64 * p[k + 2]);
@@ -86,8 +83,7 @@ impl Steady {
         for (i, a) in self.velocity.iter().enumerate() {
             self.velocity.iter().enumerate().for_each(|(j, b)| square[i + j] += a * b);
         }
-        let of_polynomial = crate::solver::series::integral(&square, t);
-        of_polynomial + 2.0 * mixed + of_swing
+        integral(&square, t) + 2.0 * mixed + of_swing
     }
 }
 

@@ -42,7 +42,8 @@ pub struct Description<'a> {
     start: &'a Settings,
     fmi3: bool,
     clocks: bool,
-    scalars: bool,
+    /// Whether elements of arrays are scalars, with the value references of FMI 2.0.
+    pub scalars: bool,
 }
 
 impl<'a> Description<'a> {
@@ -64,11 +65,6 @@ impl<'a> Description<'a> {
     /// The same with a scalar for each element of an array, for hosts that do not support arrays.
     pub fn with_scalars(self) -> Self {
         Self { scalars: true, ..self }
-    }
-
-    /// Whether elements of arrays are scalars, with the value references of FMI 2.0.
-    pub fn has_scalars(&self) -> bool {
-        self.scalars
     }
 
     /// The FMI 3.0 description with these start values, with or without clocks and arrays, that has this token.

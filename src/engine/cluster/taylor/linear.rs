@@ -90,7 +90,6 @@ impl Block {
     }
 }
 
-/// Working memory of an expansion.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
     blocks: Vec<Block>,

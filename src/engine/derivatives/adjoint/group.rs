@@ -48,7 +48,6 @@ pub(super) struct Group<'a> {
     pub table: &'a Table,
 }
 
-/// The motion of one ball, at the nodes.
 #[derive(Clone, Copy, Debug, Default)]
 struct BallNodes {
     /// Displacement, m, and velocity, m/s.

@@ -10,7 +10,7 @@ use super::{Tape, Tuning, readout};
 use crate::engine::derivatives::chain_state::ChainState;
 use crate::engine::flight::{Flight, Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
-use crate::engine::observer::{Observer, Pulse};
+use crate::engine::observer::Observer;
 use crate::model::{ContactLaw, Cradle, Mode, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{Power, Stretching};
@@ -51,8 +51,6 @@ pub(crate) struct Recorder {
 }
 
 impl Observer for Recorder {
-    fn pulse(&mut self, _pulse: Pulse) {}
-
     fn switching(&mut self, contact: usize, time: DoubleDouble, closes: bool) {
         self.failed = self.failed || self.switch(contact, time, closes).is_none();
         self.last = time;

@@ -24,7 +24,6 @@ const EFFORT: u64 = 1_000_000;
 /// The time of an engine where it begins.
 pub(super) const START: DoubleDouble = DoubleDouble::ZERO;
 
-/// A group followed to its end.
 pub(super) struct Group {
     /// The engine that has followed it, with time 0 at the onset, and its first ball.
     pub engine: Engine,
@@ -38,7 +37,6 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// Whether contact `j` is one of it.
     pub fn contains(&self, j: usize) -> bool {
         (self.first + self.contacts.start..self.first + self.contacts.end).contains(&j)
     }
