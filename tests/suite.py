@@ -20,6 +20,7 @@ from checkout import (
     fmu_builds,
     host_target,
     make_venv,
+    old_linux,
     run,
     say,
     stage,
@@ -32,6 +33,7 @@ FMU3 = FMU.with_suffix(".fmi3.fmu")
 HOSTS, TOOLS, FUZZ = (ROOT / "target" / name for name in ("hosts", "tools", "fuzz"))
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
+OF_PLATFORMS = "tests/hosts/test_platforms.py"
 FEW_CASES = "20"  # of each property in `test` without `--all`
 # Parts of the lines of skips that `--strict` accepts, because installing something does not help.
 EXPECTED_SKIPS = ("advisories: their database cannot be reached",)
@@ -178,9 +180,10 @@ def everything(results: Results) -> None:
 
     def python(part):
         part.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
-        python_hosts(part, FMU)
+        python_hosts(part, FMU, "--ignore", OF_PLATFORMS)
 
-    return results.beside(python=python, others=rust_host)
+    results.beside(python=python, others=rust_host, platforms=all_platforms)
+    return python_hosts(results, FMU, OF_PLATFORMS)
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
@@ -197,14 +200,20 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 
 
 def compiled(results: Results) -> None:
-    """What compiles the root package: lints, its tests, the FMU for this and other platforms."""
+    """What compiles the root package: lints, its tests, the FMU for this platform."""
     rust_style(results)
     rust_tests(results, "--", "--include-ignored")
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
-    if all(results.step("FMU", command, env=environment) for command in commands):
-        platforms = [sys.executable, "packaging/platforms.py", PRODUCER, FMU]
-        results.step("FMU for all platforms", platforms, env=environment)
+    all(results.step("FMU", command, env=environment) for command in commands)
+
+
+def all_platforms(results: Results) -> None:
+    """The FMU for all platforms, compiled while the hosts, some of which animate pages, leave a core idle."""
+    _, environment = old_linux()
+    idle = ["nice", "-n", "19"] if shutil.which("nice") else []
+    command = [*idle, sys.executable, "packaging/platforms.py", PRODUCER, FMU]
+    results.step("FMU for all platforms", command, env=environment)
 
 
 def apart(results: Results) -> None:
@@ -255,7 +264,7 @@ def python_style(results: Results, requirements: Path) -> None:
 
 def python_hosts(results: Results, fmu: Path, *options) -> None:
     """tests/hosts by pytest, on all cores: files by name, which has those with few but long tests not last."""
-    command = [PYTHON, "-m", "pytest", "tests/hosts", "--fmu", fmu, *options]
+    command = [PYTHON, "-m", "pytest", "--fmu", fmu, *options]
     cores = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     results.step("Python hosts", [*command, *cores])
 

@@ -72,7 +72,7 @@ fn all_is_accounted_for(case: &Case) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(config(800))]
+    #![proptest_config(config(400))]
 
     #[test]
     fn energy_momentum_and_impulses(case in cradles(ANY)) {
