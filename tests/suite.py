@@ -34,7 +34,7 @@ HOSTS, TOOLS, FUZZ = (ROOT / "target" / name for name in ("hosts", "tools", "fuz
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
-FEW_CASES = "20"  # of each property in `test` without `--all`
+FEW_CASES = "15"  # of each property in `test` without `--all`
 # Parts of the lines of skips that `--strict` accepts, because installing something does not help.
 EXPECTED_SKIPS = ("advisories: their database cannot be reached",)
 LIBCLANG = "libclang is missing: on Debian, `apt install libclang-dev`"
@@ -153,7 +153,6 @@ def what_a_change_needs(results: Results) -> None:
     """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
 
     def rust(part):
-        rust_style(part)
         rust_tests(part, PROPTEST_CASES=FEW_CASES)
 
     results.beside(python=lambda part: python_style(part, TESTS), rust=rust)
@@ -165,8 +164,12 @@ def what_a_change_needs(results: Results) -> None:
     binary = f"--binary={folder}={PRODUCER.parent / 'deps' / library}"
     fmu = FMU.parent / "tested" / FMU.name
     fmu.parent.mkdir(parents=True, exist_ok=True)
-    if results.step("FMU", [PRODUCER, "build", binary, "--out", fmu]):
-        python_hosts(results, fmu, "-m", "not all")
+
+    def python(part):
+        if part.step("FMU", [PRODUCER, "build", binary, "--out", fmu]):
+            python_hosts(part, fmu, "-m", "not all")
+
+    results.beside(python=python, rust=rust_style)
 
 
 def everything(results: Results) -> None:
