@@ -61,15 +61,14 @@ def platforms(tmp_path_factory) -> Path:
 def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     assert "0 problem(s), 0 remark(s)" in ended(producer, "check", PATH).stdout
     assert validate_fmu(str(PATH)) == []
-    assert PATH.stat().st_size < 8_000_000
-    others = ("linux32", "win32", "aarch64-linux", "darwin64")
     with zipfile.ZipFile(PATH) as archive:
-        kept = [
-            e
-            for e in archive.infolist()
-            if not e.filename.startswith(tuple(f"binaries/{o}/" for o in others))
-        ]
-    assert sum(entry.compress_size for entry in kept) < 2_600_000
+        sizes = {entry.filename: entry.compress_size for entry in archive.infolist()}
+
+    def without(*folders):
+        return sum(size for name, size in sizes.items() if not name.startswith(folders))
+
+    assert without("binaries/darwin64") < 6_200_000  # which is unoptimised here
+    assert without(*(f"binaries/{o}/" for o in ("linux32", "win32", "aarch64-linux", "darwin64"))) < 2_600_000
 
 
 LOADERS = {"linux64": "ld-linux-x86-64", "linux32": "ld-linux", "aarch64-linux": "ld-linux-aarch64"}
