@@ -6,7 +6,7 @@
 //! | `flight` | balls that touch nothing: closed forms, series on arcs, the next onset of two | |
 //! | `records` | what a run records: ledgers, the start of the step | |
 //! | `cluster` | balls in contact: Taylor series, natural modes, collocation | `flight` |
-//! | `pair_impact` | elastic impacts of two balls: outcome in closed form | `flight`, `cluster` |
+//! | `pair_impact`, `pair_on_arcs` | elastic impacts of two: outcome known at the onset | `flight`, `cluster` |
 //! | `rigid` | impacts without duration, balls that move as one body | `flight` |
 //! | `run` | the state of an event-driven run and its events | all above |
 //! | `derivatives` | of the outputs: by time, along inputs and parameters | `run` and all above |
@@ -28,6 +28,7 @@ mod inputs;
 mod observation;
 mod observer;
 mod pair_impact;
+mod pair_on_arcs;
 mod records;
 mod rigid;
 mod run;

@@ -17,8 +17,9 @@
 
 use std::cell::OnceCell;
 
-use crate::engine::cluster::Cluster;
-use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree};
+use crate::engine::cluster::{Cluster, power_of_stretching};
+use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_on_arc};
+use crate::engine::pair_on_arcs::{Outcome, Shape, outcome};
 use crate::model::ContactLaw;
 use crate::solver::double_double::DoubleDouble;
 
@@ -27,18 +28,20 @@ const TERMS: usize = 7;
 const SMALL: f64 = 1e-3;
 
 /// Coefficients of the expansion for one exponent of the force law.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ImpactCoefficients {
     /// Of `beta^(k-j) alpha^j` in the integral of `dq / sqrt(...)`.
     time: [[f64; TERMS]; TERMS],
     /// The same for `q dq / sqrt(...)`.
     overlap: [[f64; TERMS]; TERMS],
+    /// For balls on arcs, computed on first use.
+    shape: OnceCell<Box<Shape>>,
 }
 
 impl ImpactCoefficients {
     /// For the exponent `p` of the force law.
     pub fn new(p: f64) -> Self {
-        Self { time: coefficients(p, 0), overlap: coefficients(p, 1) }
+        Self { time: coefficients(p, 0), overlap: coefficients(p, 1), shape: OnceCell::new() }
     }
 }
 
@@ -92,8 +95,8 @@ struct Compression {
 pub(crate) struct PairImpact {
     pub start: DoubleDouble,
     pub duration: f64,
-    /// Displacement of both balls over the impact, m: the overlap is 0 at either end.
-    pub displacement: f64,
+    /// Displacements of the left and the right ball over the impact, m: the overlap is 0 at either end.
+    pub displacements: [f64; 2],
     /// Velocities of the left and the right ball after it, m/s.
     pub velocities: [f64; 2],
     /// Impulse, N.s, and largest force, N.
@@ -124,6 +127,9 @@ impl PairImpact {
     /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None`
     /// if there is no closed form.
     pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
+        if left.on_arc {
+            return Self::on_arcs([left, right], law, coefficients);
+        }
         let (l, r, o) = (&left.flight, &right.flight, &left.oscillator);
         let simple = law.is_elastic() && o.gamma() == 0.0 && left.oscillator == right.oscillator;
         let rate = l.v - r.v;
@@ -163,13 +169,27 @@ impl PairImpact {
         Some(Self {
             start: left.anchor,
             duration: t,
-            displacement,
+            displacements: [displacement; 2],
             velocities,
             impulse: reduced * (2.0 * rate - pull * t - o.omega2() * compression.overlap_integral),
             peak: law.elastic_force(compression.peak_overlap),
             integrals: [integrals(left, right_share), integrals(right, -left_share)],
             interior: OnceCell::new(),
         })
+    }
+
+    fn on_arcs(balls: [&Ball; 2], law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
+        let (models, flights) = (balls.map(Ball::model), balls.map(|ball| &ball.flight));
+        let steady = |k: usize| models[k].gamma == 0.0 && degree(&flights[k].forcing) == 0;
+        if !(law.is_elastic() && law.exponent <= Shape::HIGHEST && steady(0) && steady(1)) {
+            return None;
+        }
+        let shape = coefficients.shape.get_or_init(|| Box::new(Shape::new(law.exponent, power_of_stretching(law))));
+        let Outcome { duration, displacements, velocities, impulse, peak } = outcome(&models, flights, law, shape)?;
+        let integrals =
+            [0, 1].map(|k| integrals_on_arc(&models[k], flights[k], duration, |_| (displacements[k], velocities[k])));
+        let (start, interior) = (balls[0].anchor, OnceCell::new());
+        Some(Self { start, duration, displacements, velocities, impulse, peak, integrals, interior })
     }
 
     pub fn end(&self) -> DoubleDouble {
@@ -180,9 +200,9 @@ impl PairImpact {
     /// by the contact: the contact pushes outwards, so balls lag behind the chord.
     pub fn chord(&self, ball: usize, tau: f64) -> f64 {
         if tau < self.duration {
-            self.displacement * tau / self.duration
+            self.displacements[ball] * tau / self.duration
         } else {
-            self.displacement + self.velocities[ball] * (tau - self.duration)
+            self.displacements[ball] + self.velocities[ball] * (tau - self.duration)
         }
     }
 }

@@ -51,12 +51,11 @@ impl<S: Scalar> BallModel<S> {
         if !self.on_arc {
             return (x, v);
         }
-        let ratio = x / self.length;
-        let (sin, cos) = S::from(libm::asin(ratio.value())).sin_cos();
-        // A step of Newton's, for the derivative.
-        let angle = S::from(libm::asin(ratio.value())) + (ratio - sin) / cos;
-        let (_, cos) = angle.sin_cos();
-        (self.length * angle, v / cos)
+        // With all digits near 90 degrees, too. A step of Newton's, for the derivative.
+        let below = ((self.length - x) * (self.length + x)).sqrt();
+        let angle = libm::atan2(x.value(), below.value());
+        let (sin, cos) = S::from(angle).sin_cos();
+        (self.length * S::from(angle) + (x * cos - below * sin), v * self.length / below)
     }
 }
 

@@ -67,9 +67,10 @@ fn small_swings_are_linear() {
 /// so that their rounding adds up.
 #[test]
 fn long_runs_keep_their_energy() {
-    let runs = [(1, 30.0, 5e-14), (2, 30.0, 1e-13), (1, 80.0, 2.5e-13)];
-    let models = [ContactModel::Hertz, ContactModel::Rigid];
-    for (contact_model, (count, degrees, allowed)) in models.into_iter().flat_map(|model| runs.map(|run| (model, run)))
+    let runs = [(1, 30.0), (2, 30.0), (1, 80.0)];
+    let models = [(ContactModel::Hertz, 2e-14), (ContactModel::Rigid, 5e-14)];
+    for ((contact_model, allowed), (count, degrees)) in
+        models.into_iter().flat_map(|model| runs.map(|run| (model, run)))
     {
         let p = Parameters { contact_model, dead_band: 1e-3, ..lifted(5, count, degrees) };
         let engine = run(&p, 600.0);

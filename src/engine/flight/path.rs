@@ -61,6 +61,8 @@ pub(crate) struct Path {
     unit: f64,
     /// How long they hold, s, forwards and backwards.
     pub length: f64,
+    /// Rate at the start, m/s.
+    v: f64,
     s: Terms,
     sin: Terms,
     cos: Terms,
@@ -104,15 +106,15 @@ impl Path {
         } else {
             LONGEST
         };
-        Self { terms, unit, length: length.min(LONGEST), s, sin, cos }
+        Self { terms, unit, length: length.min(LONGEST), v: flight.v, s, sin, cos }
     }
 
     /// Displacement (m) within `tau` (s), and the rate then (m/s).
     #[inline]
     fn moved(&self, tau: f64) -> (f64, f64) {
-        let [displacement, rate, _] = value_and_derivatives(&self.s[1..self.terms], tau / self.unit);
         let time = tau / self.unit;
-        (time * displacement, (displacement + time * rate) / self.unit)
+        let [bend, change, _] = value_and_derivatives(&self.s[2..self.terms], time);
+        (self.v * tau + time * time * bend, self.v + time * (2.0 * bend + time * change) / self.unit)
     }
 
     /// What ends the flight first within `tau` (s), and when.

@@ -299,7 +299,7 @@ mod tests {
     use super::Engine;
     use crate::engine::cluster::Method;
     use crate::engine::observer::Unrecorded;
-    use crate::model::{ContactModel, DampingLaw, Inputs, Parameters, Results};
+    use crate::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, Results};
 
     /// A scene for each method: parameters, the force that presses the outer balls together (N), and the time to follow
     /// it (s).
@@ -307,6 +307,7 @@ mod tests {
         let row = |n: usize| Parameters { dead_band: 0.0, ..Parameters::default_for(n) };
         let at_rest = |n: usize| Parameters { x_start: vec![0.0; n], ..row(n) };
         let hertz = Parameters { contact_model: ContactModel::Hertz, ..row(5) };
+        let circular = |p| Parameters { pendulum: PendulumModel::Circular, ..p };
         let unequal = Parameters {
             mass_ratio: vec![1.0, 2.0, 1.0, 0.5, 1.0],
             length_ratio: vec![1.0, 1.1, 1.0, 0.9, 1.0],
@@ -316,6 +317,8 @@ mod tests {
         vec![
             (Method::PairImpact, Parameters::default_for(5), 0.0, 3.0),
             (Method::PairImpact, Parameters { exponent: 3.0, ..Parameters::default_for(5) }, 0.0, 3.0),
+            (Method::PairImpact, circular(Parameters::default_for(5)), 0.0, 3.0),
+            (Method::PairImpact, circular(Parameters { dead_band: 1e-4, ..hertz.clone() }), 0.0, 3.0),
             (Method::LinearSeries, row(5), 0.0, 1.2),
             (Method::LinearSeries, Parameters { damping: 300.0, ..row(5) }, 0.0, 1.2),
             (Method::Gauss, hertz.clone(), 0.0, 1.2),

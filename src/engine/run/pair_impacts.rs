@@ -9,7 +9,7 @@ use crate::engine::cluster::{Cluster, Control, Method, StepHistory, Switch, Wind
 use crate::engine::flight::{Regime, RunningIntegrals};
 use crate::engine::observer::Observer;
 use crate::engine::pair_impact::{Interior, PairImpact};
-use crate::model::Mode;
+use crate::model::{Mode, change_of_overlap, parts_along};
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
@@ -19,7 +19,7 @@ impl Engine {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let regime = |ball: usize| self.balls[ball].regime;
         let in_flight = regime(i) == Regime::Flight && regime(i + 1) == Regime::Flight;
-        if !in_flight || self.cradle.on_arcs() || !self.control.allows(Method::PairImpact) {
+        if !in_flight || !self.control.allows(Method::PairImpact) {
             return false;
         }
         if neighbours.clone().any(|ball| matches!(regime(ball), Regime::Cluster(_))) {
@@ -79,13 +79,25 @@ impl Engine {
         });
         let remaining = sides.map(|(.., rest)| rest);
         let longest = remaining[0].max(remaining[1]);
-        let slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + longest)).sum();
+        let mut slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + longest)).sum();
+        let mut along = [1.0; 2];
+        if self.cradle.on_arcs() {
+            // The distance is not shorter than along its direction now, to which the paths turn by little.
+            let (law, pair) = (&self.cradle.contacts[j], self.cradle.pair(j));
+            along = parts_along(pair, law, [sides[0].0.flight.x, sides[1].0.flight.x]);
+            for ((ball, age, impact, _), model) in sides.iter().zip(pair) {
+                let after = impact.map_or(0.0, |impact| impact.velocities[0].abs().max(impact.velocities[1].abs()));
+                let way = (ball.flight.v.abs() + after) * (age + longest);
+                slack += way * way / model.length;
+            }
+        }
         // Displacement since the anchor along the chord of the impact, or straight on in flight.
         let chord = |side: usize, after: f64| {
             let (ball, age, impact, _) = sides[side];
             impact.map_or(ball.flight.v * (age + after), |impact| impact.chord(1 - side, age + after))
         };
-        let overlap = |after: f64| self.contacts[j].overlap() + (chord(0, after) - chord(1, after)) + slack;
+        let approach = |after: f64| along[0] * chord(0, after) - along[1] * chord(1, after);
+        let overlap = |after: f64| self.contacts[j].overlap() + approach(after) + slack;
         [0.0, remaining[0], remaining[1]].into_iter().all(|after| overlap(after) < 0.0)
     }
 
@@ -98,13 +110,13 @@ impl Engine {
         let Some(impact) = self.take_impact(i, 0.0, Mode::Open) else { return };
         self.contacts[i].ledger.add(impact.impulse, impact.peak, in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
-            ball.flight.x += impact.displacement;
+            ball.flight.x += impact.displacements[side];
             ball.flight.v = impact.velocities[side];
             ball.anchor = t;
             ball.integrals.add(&impact.integrals[side]);
-            ball.regime = Regime::Flight;
+            (ball.regime, ball.flies_on) = (Regime::Flight, false);
         }
-        (i..i + 2).for_each(|ball| self.shift_contacts(ball, impact.displacement));
+        (0..2).for_each(|side| self.shift_contacts(i + side, impact.displacements[side]));
         self.end_pulse(i, t, observer);
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.reanchor_free(neighbours.clone(), t);
@@ -135,11 +147,19 @@ impl Engine {
         self.shift_contacts(i, displacement);
     }
 
-    /// Adjusts the overlaps of the contacts of ball `i` beside an impact to a displacement (m) of its anchor.
+    /// Adjusts the overlaps of the contacts of ball `i` beside an impact to the last displacement (m) of its anchor.
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
         for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
             if let Phase::BesideImpact(overlap) = &mut self.contacts[j].phase {
-                *overlap += if j == i { displacement } else { -displacement };
+                if !self.cradle.balls[i].on_arc {
+                    *overlap += if j == i { displacement } else { -displacement };
+                    continue;
+                }
+                let (mut states, mut moves) =
+                    ([0, 1].map(|side| (self.balls[j + side].flight.x, 0.0)), [(0.0, 0.0); 2]);
+                states[i - j].0 -= displacement;
+                moves[i - j].0 = displacement;
+                *overlap += change_of_overlap(self.cradle.pair(j), &self.cradle.contacts[j], states, moves)[0];
             }
         }
     }

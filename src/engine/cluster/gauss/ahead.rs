@@ -150,7 +150,7 @@ impl Motion {
 /// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, the force times the
 /// pace of the time goes with `c^(q p + q - 1)`: a polynomial if that is whole, nearly one if it is large. Higher
 /// powers than necessary shorten the steps; a whole exponent needs none.
-fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
+pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
     match law.whole_exponent() {
         Some(_) => None,
         None if law.has_root() || law.exponent > 2.0 => Some(Power::Square),

@@ -15,7 +15,7 @@ use crate::solver::gauss::{NODES, Nodes};
 
 /// A ball at some times: its direction, its rate along the path (m/s), and its acceleration without contacts (m/s2).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course<const N: usize> {
+pub(crate) struct Course<const N: usize> {
     /// Sine and cosine at the start.
     start: (f64, f64),
     /// Their changes since then, which keep their digits, and the values.
@@ -41,8 +41,8 @@ impl Course<1> {
     }
 
     /// The same all the time.
-    fn lasting(&self) -> Course<NODES> {
-        let all = |[value]: [f64; 1]| [value; NODES];
+    pub fn lasting<const N: usize>(&self) -> Course<N> {
+        let all = |[value]: [f64; 1]| [value; N];
         let &Self { start, sin, cos, u, free, .. } = self;
         Course { start, sin: all(sin), cos: all(cos), u: all(u), free: all(free), ..Course::default() }
     }
@@ -78,16 +78,26 @@ impl<const N: usize> Course<N> {
     }
 }
 
-/// A contact at some times: the parts of its direction along the paths of its balls, and the pull on its overlap, m/s2.
+/// A contact at some times: the parts of its direction along the paths of its balls and away from their pivots, and the
+/// pull on its overlap, m/s2.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Direction<const N: usize> {
+pub(crate) struct Direction<const N: usize> {
     pub along: [[f64; N]; 2],
+    pub outward: [[f64; N]; 2],
     pub pull: [f64; N],
 }
 
 impl<const N: usize> Default for Direction<N> {
     fn default() -> Self {
-        Self { along: [[0.0; N]; 2], pull: [0.0; N] }
+        Self { along: [[0.0; N]; 2], outward: [[0.0; N]; 2], pull: [0.0; N] }
+    }
+}
+
+impl Direction<1> {
+    /// The same all the time.
+    pub fn lasting<const N: usize>(&self) -> Direction<N> {
+        let [along, outward] = [self.along, self.outward].map(|parts| parts.map(|[value]| [value; N]));
+        Direction { along, outward, pull: [self.pull[0]; N] }
     }
 }
 
@@ -106,6 +116,7 @@ impl<const N: usize> Direction<N> {
             let across = r.u[m] * outward[1] - l.u[m] * outward[0];
             let round = r.u[m] * r.u[m] * inverse_right * outward[1] - l.u[m] * l.u[m] * inverse_left * outward[0];
             (direction.along[0][m], direction.along[1][m]) = (along[0], along[1]);
+            (direction.outward[0][m], direction.outward[1][m]) = (outward[0], outward[1]);
             direction.pull[m] = along[0] * l.free[m] - along[1] * r.free[m] + (round - across * across * inverse);
         }
         direction
@@ -149,10 +160,7 @@ impl Arcs {
         self.courses.clear();
         self.courses.extend(courses.iter().map(Course::lasting));
         self.directions.clear();
-        self.directions.extend(directions.iter().map(|direction| Direction {
-            along: direction.along.map(|[value]| [value; NODES]),
-            pull: [direction.pull[0]; NODES],
-        }));
+        self.directions.extend(directions.iter().map(Direction::lasting));
         self.factors.clear();
         self.factors.extend(factors.iter().map(|factors| factors.map(|factor| [factor; NODES])));
         self.turned.clear();

@@ -23,6 +23,8 @@ use crate::solver::gauss::NODES;
 
 use plan::{Decision, Planner};
 
+pub(crate) use ahead::power_of_stretching;
+pub(crate) use arcs::{Course, Direction};
 pub(crate) use motion::Motion;
 
 /// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration would need
