@@ -117,7 +117,6 @@ pub(crate) struct Interior {
 }
 
 impl Interior {
-    /// The time since the start of the segment.
     pub fn since(&self, t: DoubleDouble) -> f64 {
         (t - self.segment.start).value().max(0.0)
     }

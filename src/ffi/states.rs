@@ -1,4 +1,5 @@
-//! Saved states of the host: saving, restoring, freeing, writing as bytes.
+//! Saved states of the host: saving, restoring, freeing, writing as bytes. What each function does, the functions of the
+//! standard say.
 
 use std::ffi::c_void;
 
@@ -50,8 +51,6 @@ unsafe fn store(place: *mut *mut c_void, state: impl FnOnce() -> Result<SavedSta
     Ok(())
 }
 
-/// Saves the state. If `*place` is not NULL, it must be a saved state, whose memory is reused.
-///
 /// # Safety
 /// As for [`store`].
 pub(crate) unsafe fn get(instance: &Instance, place: *mut *mut c_void) -> Result<(), Refusal> {
@@ -59,8 +58,6 @@ pub(crate) unsafe fn get(instance: &Instance, place: *mut *mut c_void) -> Result
     unsafe { store(place, || Ok(instance.state())) }
 }
 
-/// Restores a state saved by a component of the same FMU. The state can be restored again.
-///
 /// # Safety
 /// As for [`Saved::from_raw`].
 pub(crate) unsafe fn set(instance: &mut Instance, state: *mut c_void) -> Result<(), Refusal> {
@@ -68,8 +65,6 @@ pub(crate) unsafe fn set(instance: &mut Instance, state: *mut c_void) -> Result<
     instance.set_state(&unsafe { Saved::from_raw(state) }?.state)
 }
 
-/// Frees a state and sets the host's pointer to NULL; NULL is ignored.
-///
 /// # Safety
 /// As for [`store`], and nobody uses the state afterwards.
 pub(crate) unsafe fn free(place: *mut *mut c_void) -> Result<(), Refusal> {
@@ -89,8 +84,6 @@ pub(crate) unsafe fn free(place: *mut *mut c_void) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Number of bytes that [`serialize`] writes for this state.
-///
 /// # Safety
 /// As for [`Saved::from_raw`] and [`answer`].
 pub(crate) unsafe fn serialized_size(state: *mut c_void, size: *mut usize) -> Result<(), Refusal> {
@@ -101,8 +94,7 @@ pub(crate) unsafe fn serialized_size(state: *mut c_void, size: *mut usize) -> Re
     }
 }
 
-/// Writes a state as bytes that any process with this FMU can read. `size` must be that returned by the function named
-/// `sized`.
+/// `size` must be that returned by the function named `sized`.
 ///
 /// # Safety
 /// As for [`Saved::from_raw`] and [`array_mut`].
@@ -122,9 +114,6 @@ pub(crate) unsafe fn serialize(
     Ok(())
 }
 
-/// Makes a state of the bytes that [`serialize`] wrote, also in another process. Damaged, foreign and newer bytes are
-/// refused, and `*place` is unchanged; if it is not NULL, its memory is reused.
-///
 /// # Safety
 /// As for [`array()`] and [`store`].
 pub(crate) unsafe fn deserialize(

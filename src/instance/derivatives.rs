@@ -7,7 +7,7 @@ use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
 use super::run::Run;
 use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
-use crate::variables::{Causality, DerivativesOf, Refusal, Settings, Type, Variable};
+use crate::variables::{Access, Causality, DerivativesOf, Extra, Refusal, Settings, Type, Variable};
 
 /// In messages: the variables that have derivatives, by time and along a direction.
 const OUTPUTS: &str = "real outputs";
@@ -19,7 +19,6 @@ const INPUTS: &str = "inputs and, in Initialization Mode or with derivatives.of 
 const NO_HISTORY: &str = "derivatives.of = run must be set before an input or a tunable parameter changes; the history \
                           of these changes holds at most 16 million values";
 
-/// Which derivatives the host has asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Derived {
     Start,
@@ -41,6 +40,9 @@ impl Direction {
         Self { settings: Settings::zero(instance.balls()), states: vec![0.0; state_count(instance.balls())] }
     }
 }
+
+/// Value reference of an element in FMI 2.0; none if it belongs to no contact.
+type Element = Option<u32>;
 
 impl Instance {
     /// Time derivatives of outputs at the current time, each of its order, from 1 on; 0 for variables that change only
@@ -193,7 +195,6 @@ impl Instance {
         Ok((simulation, history, self.run.start_time()))
     }
 
-    /// The tape of the run, if it has one.
     fn tape(&self) -> Result<Option<Arc<Tape>>, Refusal> {
         let (simulation, history, start) = self.so_far()?;
         Ok(history.tape(|history| simulation.tape(&self.run.effective_parameters(), start, history)))
@@ -221,6 +222,78 @@ impl Instance {
         let given = derivative.is_finite() || self.run.phase == Phase::Error;
         given.then_some(derivative).ok_or_else(|| no_derivative(variable))
     }
+
+    // Those by the value references of FMI 3.0.
+
+    /// The elements of the real variables behind `references`. Slopes `without_effect` count as elements of no contact.
+    fn parts(&self, references: &[u32], without_effect: bool) -> Result<Vec<Element>, Refusal> {
+        let balls = self.balls();
+        let mut elements = Vec::new();
+        for reference in references {
+            let array = self.array(*reference, Type::Real)?;
+            let known = match array.row.access {
+                Access::Instance(_, extra) => matches!(extra, Extra::Joined(..)),
+                _ => without_effect || !array.is_slope(),
+            };
+            if !known {
+                return Err(no_derivative(array));
+            }
+            let element = |index| array.element(index, balls).map(|variable| variable.reference());
+            elements.extend((0..array.len(balls)).map(element));
+        }
+        Ok(elements)
+    }
+
+    fn knowns(&self, references: &[u32]) -> Result<Vec<Element>, Refusal> {
+        let of_step = self.run.purpose.kind == Kind::CoSimulation
+            && self.run.phase > Phase::InitializationMode
+            && self.run.settings.derivatives_of != DerivativesOf::Point;
+        self.parts(references, !of_step)
+    }
+
+    /// Derivatives of all elements of the unknowns along the direction `seed` of the elements of the knowns.
+    pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
+        Refusal::unless_count("nSeed", seed.len(), knowns.len())?;
+        self.recompute()?;
+        let (references, direction) = existing(&knowns, seed);
+        in_places(&unknowns, |wanted| self.directional_derivatives(wanted, &references, &direction))
+    }
+
+    /// The sums of the derivatives of the unknowns by each element of the knowns, weighted by `seed`.
+    pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
+        Refusal::unless_count("nSeed", seed.len(), unknowns.len())?;
+        self.recompute()?;
+        let (references, weights) = existing(&unknowns, seed);
+        in_places(&knowns, |wanted| self.adjoint_derivatives(&references, &weights, wanted))
+    }
+
+    /// Time derivatives of the elements of real outputs, one order for each variable.
+    pub fn output_derivatives_of_arrays(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
+        let (mut elements, mut element_orders) = (Vec::new(), Vec::new());
+        for (reference, order) in references.iter().zip(orders) {
+            elements.extend(self.parts(&[*reference], false)?);
+            element_orders.resize(elements.len(), *order);
+        }
+        let (_, orders) = existing(&elements, &element_orders);
+        in_places(&elements, |wanted| self.output_derivatives(wanted, &orders))
+    }
+}
+
+/// The elements that exist in FMI 2.0, each with its entry of `with`.
+fn existing<T: Copy>(elements: &[Element], with: &[T]) -> (Vec<u32>, Vec<T>) {
+    elements.iter().zip(with).filter_map(|(element, with)| Some(((*element)?, *with))).unzip()
+}
+
+/// Puts the values of the existing elements in their places; the others are 0.
+fn in_places(
+    elements: &[Element],
+    find: impl FnOnce(&[u32]) -> Result<Vec<f64>, Refusal>,
+) -> Result<Vec<f64>, Refusal> {
+    let wanted: Vec<u32> = elements.iter().flatten().copied().collect();
+    let mut found = find(&wanted)?.into_iter();
+    Ok(elements.iter().map(|element| element.and_then(|_| found.next()).unwrap_or_default()).collect())
 }
 
 /// The derivative of `variable`; NaN if there is none.
@@ -229,7 +302,7 @@ fn value(of: Option<&Differential>, variable: &Variable) -> f64 {
 }
 
 #[cold]
-pub(super) fn no_derivative(what: impl Display) -> Refusal {
+fn no_derivative(what: impl Display) -> Refusal {
     Refusal::no_value(format_args!(
         "{what} has no derivative here: it is not finite, the step has too many switchings, or contacts are too stiff \
          for its length"

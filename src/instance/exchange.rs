@@ -7,7 +7,7 @@ use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
 use super::report::Reporter;
 use super::step::Handled;
-use crate::engine::{Observer, Progress, Pulse, state_count};
+use crate::engine::{Observer, state_count};
 use crate::variables::{Array, Extra, Refusal};
 
 impl Instance {
@@ -145,30 +145,14 @@ impl Instance {
     fn handle_events(&mut self) -> Result<Option<f64>, Refusal> {
         self.exchange()?;
         let Some(exchange) = &mut self.run.exchange else { return Err(Refusal::new("nothing is calculated yet")) };
-        let mut observer = Both { reporter: Reporter::new(&self.log, exchange.time()), pulses: Vec::new() };
-        let updated = exchange.update(&mut observer);
-        let pulses = observer.pulses;
+        let (mut pulses, mut reporter) = (Vec::new(), Reporter::new(&self.log, exchange.time()));
+        let updated = exchange.update(&mut pulses);
+        pulses.iter().for_each(|pulse| reporter.pulse(*pulse));
         let update = updated.map_err(|error| self.fail(error))?;
         self.run.states_changed |= update.changed;
         if let Some(exchange) = self.run.exchange.as_ref().filter(|_| self.run.purpose.events) {
             self.run.clocks.enter(&pulses, exchange);
         }
         Ok(update.next)
-    }
-}
-
-struct Both<'a> {
-    reporter: Reporter<'a>,
-    pulses: Vec<Pulse>,
-}
-
-impl Observer for Both<'_> {
-    fn pulse(&mut self, pulse: Pulse) {
-        self.reporter.pulse(pulse);
-        self.pulses.push(pulse);
-    }
-
-    fn progress(&mut self, progress: Progress) {
-        self.reporter.progress(progress);
     }
 }

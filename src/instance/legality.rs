@@ -129,14 +129,12 @@ calls! {
     /// Setting values of any other type.
     SetDiscrete BOTH b"I..NSE....";
     State BOTH b"ICANSET.DF";
-    /// Directional and adjoint derivatives.
     DirectionalDerivative BOTH b"...NSET.DF";
     SetInputDerivatives STEPS b"I..NS.....";
     GetOutputDerivatives STEPS b"....S..UDF";
     DoStep STEPS b"....S.....";
     /// Cancelling an asynchronous step; there are none.
     CancelStep STEPS b"..........";
-    /// Asking about the last step.
     Status STEPS b"....S...D.";
     EnterConfigurationMode BOTH b"I.........";
     ExitConfigurationMode BOTH b".C........";

@@ -4,10 +4,9 @@
 //! [`Instance::require`] whether it is legal in the current phase. An instance calculates with a
 //! [`Simulation`](crate::engine::Simulation) and reads and sets [`Variable`](crate::variables::Variable)s.
 //!
-//! FMI 3.0 adds arrays (`arrays`, `array_derivatives`), steps that end or are interrupted at an onset or a release
+//! FMI 3.0 adds arrays (`arrays`, `derivatives`), steps that end or are interrupted at an onset or a release
 //! (`step`), and clocks that tick once for each such instant (`clocks`).
 
-mod array_derivatives;
 mod arrays;
 mod clocks;
 mod derivatives;

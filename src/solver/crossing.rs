@@ -48,7 +48,6 @@ pub fn maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
     best
 }
 
-/// The ends of the eighths of an interval.
 fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
     std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64)
 }

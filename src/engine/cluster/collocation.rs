@@ -16,7 +16,7 @@
 use super::step_control::{Control, StepHistory};
 use super::taylor::Series;
 use super::window::{Equations, Window};
-use crate::engine::flight::{Rounding, forcing_at};
+use crate::engine::flight::{Flight, Rounding, forcing_at};
 use crate::model::Mode;
 use crate::solver::block_tridiagonal::{Row, solve};
 use crate::solver::oscillator::Oscillator;
@@ -133,9 +133,7 @@ impl<'a> Step<'a> {
             let o = &ball.oscillator;
             let same = i > 0 && window.balls[i - 1].oscillator == *o;
             responses.push(if same { responses[i - 1].clone() } else { Response::new(o, &integral) });
-            pulls.push(times.map(|t| {
-                forcing_at(&flight.forcing, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
-            }));
+            pulls.push(times.map(|t| pull(o, flight, t)));
         }
         let none = vec![Stages::zeros(); window.contacts.len()];
         let derivative = RADAU.derivative * (1.0 / length);
@@ -162,12 +160,12 @@ impl<'a> Step<'a> {
         let (left, right) = (&window.balls[j], &window.balls[j + 1]);
         if left.oscillator == right.oscillator {
             // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
-            let o = &left.oscillator;
-            let (start, rate) = (window.contacts[j].overlap + window.laws[j].clearance, self.rate(j));
-            let mut forcing = window.flights[j].forcing;
-            forcing.iter_mut().zip(&window.flights[j + 1].forcing).for_each(|(l, r)| *l -= r);
-            let pull = |t: f64| forcing_at(&forcing, t) - o.omega2() * (start + rate * t) - 2.0 * o.gamma() * rate;
-            response(&self.responses[j]) * (self.times.map(pull) + (by_contacts[0] - by_contacts[1]))
+            let (l, r) = (&window.flights[j], &window.flights[j + 1]);
+            let forcing = std::array::from_fn(|k| l.forcing[k] - r.forcing[k]);
+            let x = window.contacts[j].overlap + window.laws[j].clearance;
+            let apart = Flight { x, v: self.rate(j), forcing };
+            let pulls = self.times.map(|t| pull(&left.oscillator, &apart, t));
+            response(&self.responses[j]) * (pulls + (by_contacts[0] - by_contacts[1]))
         } else {
             let [left, right] =
                 [0, 1].map(|side| response(&self.responses[j + side]) * (self.pulls[j + side] + by_contacts[side]));
@@ -343,6 +341,11 @@ impl<'a> Step<'a> {
         }
         worst
     }
+}
+
+/// Acceleration at the time `t` (s) without contact forces and displacement by them, m/s2.
+fn pull(o: &Oscillator, flight: &Flight, t: f64) -> f64 {
+    forcing_at(&flight.forcing, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
 }
 
 /// Size of the last two terms of a polynomial on [0, 1] in Legendre's polynomials, from its coefficients.

@@ -163,7 +163,6 @@ impl Engine {
         Ok(engine)
     }
 
-    /// Puts a cluster into the last slot.
     fn restore_cluster(&mut self, state: ClusterState) -> Result<(), Unsound> {
         let ClusterState { members, start, flights, contacts, history } = state;
         let balls = self.balls.len();

@@ -117,9 +117,6 @@ impl Solver {
         sound.then_some(self)
     }
 
-    /// Makes a step.
-    ///
-    /// # Errors
     /// Makes a step; [`Stuck`] if it would have to be shorter than doubles resolve.
     pub fn step(&mut self, system: &impl System) -> Result<(), Stuck> {
         let made = match self.method {

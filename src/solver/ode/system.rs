@@ -155,7 +155,6 @@ impl Path {
         self.end += self.step;
     }
 
-    /// Adds `factor * e` to coefficients `j`.
     pub fn add(&mut self, j: usize, factor: f64, e: &[f64]) {
         self.column_mut(j).iter_mut().zip(e).for_each(|(c, e)| *c += factor * e);
     }
