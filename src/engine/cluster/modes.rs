@@ -250,7 +250,7 @@ impl DenseOutput for Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
+    fn onset(&self, j: usize, _: &Window, until: f64, rounding: &Rounding) -> Next {
         self.watch(j, Watched::Overlap, 1.0, rounding.position).crossing(until)
     }
 

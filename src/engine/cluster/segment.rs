@@ -48,7 +48,7 @@ impl Description {
     fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
         let (output, law, mode) = (self.output(), &window.laws[j], window.contacts[j].mode);
         if mode == Mode::Open {
-            return (output.onset(j, until, rounding), Switch::Onset);
+            return (output.onset(j, window, until, rounding), Switch::Onset);
         }
         let release = output.release(j, until, rounding);
         if law.clips() {

@@ -187,9 +187,9 @@ pub(crate) trait DenseOutput {
     /// one.
     fn contact_loss(&self, j: usize, tau: f64) -> f64;
 
-    /// The onset of the open contact `j`, before `until`. Balls that swing side by side approach each other by
-    /// `rounding`: that is no onset.
-    fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Next;
+    /// The onset of the open contact `j` of the `window` described, before `until`. Balls that swing side by side
+    /// approach each other by `rounding`: that is no onset.
+    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
     /// The release of the closed contact `j`, before `until`.
     fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next;
     /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j`, before `until`, by more than

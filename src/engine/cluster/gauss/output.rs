@@ -291,7 +291,7 @@ impl DenseOutput for Motion {
         })
     }
 
-    fn onset(&self, j: usize, _: f64, _: &Rounding) -> Next {
+    fn onset(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {
         self.ends_with(j, Switch::Onset)
     }
 

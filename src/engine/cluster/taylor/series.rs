@@ -307,11 +307,22 @@ impl DenseOutput for Series {
         })
     }
 
-    fn onset(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
+    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
         let (row, noise, end) = (self.overlap_row(j), rounding.position, until / self.unit);
         let onset = self.crossing(row, 1.0, 0.0, until);
         let is_deep = || self.value(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
-        if onset != Next::Never && is_deep() { onset } else { Next::Never }
+        // Where a wave arrives, a ball in touch and at rest, which its front has yet to reach, may take longer than
+        // this segment to be pressed any deeper.
+        let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
+        let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
+        // Its front is not there yet while closing the contact would change the velocities by no more than their
+        // rounding.
+        let matters = || {
+            let (law, mass, (overlap, change_of_rate)) =
+                (&window.laws[j], window.reduced_mass(j), self.overlap(j, until));
+            change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
+        };
+        if onset != Next::Never && (is_deep() || wave() && matters()) { onset } else { Next::Never }
     }
 
     fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
