@@ -1,5 +1,5 @@
-//! Saved states of the host: saving, restoring, freeing, writing as bytes. What each function does, the functions of the
-//! standard say.
+//! Saved states of the host: saving, restoring, freeing, writing as bytes. What each function does, the functions of
+//! the standard say.
 
 use std::ffi::c_void;
 
