@@ -269,3 +269,16 @@ fn other_rigid_balls_are_not_held_together() {
     let error = EngineError::OffArc { time: 0.5, ball: 1, fault: Fault::Held }.to_string();
     assert!(error.starts_with("rigid balls 2 and 3 are pressed together at t = 0.5 s; allowed"), "{error}");
 }
+
+/// Rigid balls without amplitude, whose rates differ by rounding, part at once.
+#[test]
+fn pulled_rigid_balls_part() {
+    let mut p = rigid(3, 0, 0.0, 0.0);
+    (p.gravity, p.radius, p.length) = (0.0, 0.05, 2.995241201409862);
+    p.v_start = vec![0.7075077476437851, -0.2512780629875975, -0.6709155171783237];
+    let mut engine = run(&p, 0.0);
+    engine.hold(&Inputs { force: vec![0.0, -1.0388620362471428, 0.0], support_acceleration: 0.0 }, &[]).unwrap();
+    engine.advance(0.1, &mut Unrecorded).unwrap();
+    let (force, overlap) = (engine.force(0), engine.overlap(1));
+    assert!(force > 0.5 && overlap < -1e-3, "{force} {overlap}");
+}

@@ -383,10 +383,13 @@ impl Approach {
         Series::new(&paths, &self.balls, self.distances, overlap).at(0.0)
     }
 
-    /// When the overlap rises through 0 by more than `noise` (m), s after the start, while the series holds.
-    pub fn onset(&self, noise: f64) -> Option<DoubleDouble> {
-        let series = self.series();
-        let (until, g) = (series.length / series.unit, &series.g[..series.terms]);
+    /// When the overlap rises through 0 by more than `noise` (m), s after the start, while the series holds; a rate
+    /// (m/s) and an acceleration (m/s2) of this size are none.
+    pub fn onset(&self, noise: f64, [rate, acceleration]: [f64; 2]) -> Option<DoubleDouble> {
+        let (series, mut g) = (self.series(), self.series().g);
+        let (until, g) = (series.length / series.unit, &mut g[..series.terms]);
+        g[1] -= rate * series.unit;
+        g[2] -= 0.5 * acceleration * series.unit * series.unit;
         let onset = first_positive(g, 1.0, 0.0, until)? * series.unit;
         if value(g, until) <= noise && first_positive(g, 1.0, noise, until).is_none() {
             return None;

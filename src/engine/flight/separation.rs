@@ -167,7 +167,7 @@ impl Separation {
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         if let Some(approach) = &self.approach {
             *allowed = allowed.saturating_sub(ON_ARCS);
-            return match approach.onset(self.noise) {
+            return match approach.onset(self.noise, self.resolution) {
                 Some(tau) => Next::At(self.anchor + tau),
                 None if approach.length() < LONGEST => Next::NotBefore(self.anchor + approach.length()),
                 None => Next::Never,
