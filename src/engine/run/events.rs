@@ -183,7 +183,7 @@ impl Engine {
             self.reanchor_free(i..i + 2, t);
             let law = &self.cradle.contacts[i];
             if -overlap > APART * law.pivots {
-                let places = [0, 1].map(|k| self.balls[i + k].flight.x);
+                let places = [0, 1].map(|k| self.balls[i + k].flight_at(t).x);
                 overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], places);
             }
         }
