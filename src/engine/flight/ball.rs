@@ -200,9 +200,10 @@ impl Ball {
             return 0.0;
         }
         if self.on_arc {
-            let (integrals, flight) = (self.integrals_at(t), self.flight_at(t));
-            let displacement = self.moved(t).0;
-            (self.integrals, self.flight, self.anchor, self.flies_on) = (integrals, flight, t, false);
+            let (flight, displacement, sums) = self
+                .piece(t, |model, piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(model, tau)));
+            self.integrals.add(&sums);
+            (self.flight, self.anchor, self.flies_on) = (flight, t, false);
             return displacement;
         }
         let tau = t - self.anchor;

@@ -110,7 +110,7 @@ impl Path {
     }
 
     /// Displacement (m) within `tau` (s), and the rate then (m/s).
-    #[inline]
+    #[inline(always)]
     fn moved(&self, tau: f64) -> (f64, f64) {
         let time = tau / self.unit;
         let [bend, change, _] = value_and_derivatives(&self.s[2..self.terms], time);
