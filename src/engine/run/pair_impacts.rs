@@ -6,10 +6,10 @@ use std::ops::Range;
 use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::cluster::{Cluster, Control, Method, StepHistory, Switch, WindowContact};
-use crate::engine::flight::{Regime, RunningIntegrals};
+use crate::engine::flight::{Ball, Regime, RunningIntegrals};
 use crate::engine::observer::Observer;
 use crate::engine::pair_impact::{Interior, PairImpact};
-use crate::model::{Mode, change_of_overlap, parts_along};
+use crate::model::{Cradle, Mode, change_of_overlap, parts_along};
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
@@ -148,18 +148,15 @@ impl Engine {
     }
 
     /// Adjusts the overlaps of the contacts of ball `i` beside an impact to the last displacement (m) of its anchor.
+    #[inline]
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
         for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
             if let Phase::BesideImpact(overlap) = &mut self.contacts[j].phase {
-                if !self.cradle.balls[i].on_arc {
-                    *overlap += if j == i { displacement } else { -displacement };
-                    continue;
-                }
-                let (mut states, mut moves) =
-                    ([0, 1].map(|side| (self.balls[j + side].flight.x, 0.0)), [(0.0, 0.0); 2]);
-                states[i - j].0 -= displacement;
-                moves[i - j].0 = displacement;
-                *overlap += change_of_overlap(self.cradle.pair(j), &self.cradle.contacts[j], states, moves)[0];
+                *overlap += match self.cradle.balls[i].on_arc {
+                    true => approach_on_arcs(&self.cradle, &self.balls, j, i - j, displacement),
+                    false if j == i => displacement,
+                    false => -displacement,
+                };
             }
         }
     }
@@ -262,6 +259,14 @@ impl Engine {
             self.cradle.contacts[i].force(overlap, rate)
         })
     }
+}
+
+/// How far (m) the displacement (m) of the left (0) or right (1) ball of contact `j`, on arcs, has brought it closer.
+fn approach_on_arcs(cradle: &Cradle, balls: &[Ball], j: usize, side: usize, displacement: f64) -> f64 {
+    let (mut states, mut moves) = ([0, 1].map(|side| (balls[j + side].flight.x, 0.0)), [(0.0, 0.0); 2]);
+    states[side].0 -= displacement;
+    moves[side].0 = displacement;
+    change_of_overlap(cradle.pair(j), &cradle.contacts[j], states, moves)[0]
 }
 
 #[cfg(test)]
