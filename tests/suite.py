@@ -203,12 +203,9 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 
 
 def compiled(results: Results) -> None:
-    """What compiles the root package: lints, its tests, the FMU for this platform."""
+    """What compiles the root package: lints, and its tests."""
     rust_style(results)
     rust_tests(results, "--", "--include-ignored")
-    commands, environment = fmu_builds(PRODUCER)
-    commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
-    all(results.step("FMU", command, env=environment) for command in commands)
 
 
 def all_platforms(results: Results) -> None:
@@ -221,15 +218,19 @@ def all_platforms(results: Results) -> None:
 
 def apart(results: Results) -> None:
     """Python's packages and style; what is compiled in folders of its own: a host and the page's engine; what looks at
-    others' packages; and the benches, once the tests are compiled."""
+    others' packages; and once the tests are compiled, and the producer with them, the benches and the FMU."""
     python_style(results, ALL)
     install_fmi_sim(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
+    results.step("Tests compiled", ["cargo", "test", "--workspace", "--test=*", "--no-run"])
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options])
+    commands, environment = fmu_builds(PRODUCER)
+    commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
+    all(results.step("FMU", command, env=environment) for command in commands)
 
 
 def deny(results: Results) -> None:
