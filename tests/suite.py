@@ -186,7 +186,7 @@ def everything(results: Results) -> None:
         python_hosts(part, FMU, "--ignore", OF_PLATFORMS)
 
     results.beside(python=python, others=rust_host, platforms=all_platforms)
-    return python_hosts(results, FMU, OF_PLATFORMS)
+    return python_hosts(results, FMU, files=OF_PLATFORMS)
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
@@ -266,9 +266,9 @@ def python_style(results: Results, requirements: Path) -> None:
     results.step("Python format", [PYTHON, "-m", "ruff", "format", "--check", "."])
 
 
-def python_hosts(results: Results, fmu: Path, *options) -> None:
+def python_hosts(results: Results, fmu: Path, *options, files="tests/hosts") -> None:
     """tests/hosts by pytest, on all cores: files by name, which has those with few but long tests not last."""
-    command = [PYTHON, "-m", "pytest", "--fmu", fmu, *options]
+    command = [PYTHON, "-m", "pytest", files, "--fmu", fmu, *options]
     cores = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     results.step("Python hosts", [*command, *cores])
 
