@@ -8,6 +8,7 @@ Ends with code 77 if the package cannot be imported.
 import ctypes
 import importlib
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -71,7 +72,9 @@ def main() -> None:
     run = {"libcosim": by_libcosim, "ecos": by_ecos}[host]
     parts = [name.split(".", 1) for name in names]
     load(host)
-    print(json.dumps(run(folder, parameter_set, float(step), int(count), parts)))
+    print(json.dumps(run(folder, parameter_set, float(step), int(count), parts)), flush=True)
+    if host == "ecos":
+        os._exit(0)  # What ecos has loaded for an FMU in Python now and then crashes when it is unloaded.
 
 
 if __name__ == "__main__":
