@@ -1,7 +1,7 @@
 //! Energy and momentum, of every cradle at every time.
 
 use newtons_cradle::engine::{Engine, Results};
-use newtons_cradle::model::{Inputs, PendulumModel};
+use newtons_cradle::model::{ContactModel, Inputs, PendulumModel};
 use proptest::prelude::*;
 
 use super::config;
@@ -41,7 +41,9 @@ fn all_is_accounted_for(case: &Case) -> Result<(), TestCaseError> {
         let (residual, now) = (engine.energy_residual(), engine.time());
         prop_assert!(residual.abs() <= 1e-12 * scale, "residual {:e} of the energy at {now}", residual / scale);
         let dissipated = engine.dissipated_energy();
-        prop_assert!(dissipated >= lost - 1e-13 * scale, "{:e} came back at {now}", lost - dissipated);
+        // Each of many bounces rounds.
+        let rounding = if case.p.contact_model == ContactModel::Rigid { 1e-13 } else { 1e-14 };
+        prop_assert!(dissipated >= lost - rounding * scale, "{:e} came back at {now}", lost - dissipated);
         let gained = engine.total_energy() - total;
         prop_assert!(case.driven() || gained <= 1e-12 * scale, "energy was gained at {now}");
         (total, lost) = (engine.total_energy(), dissipated);
@@ -72,7 +74,7 @@ fn all_is_accounted_for(case: &Case) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(config(400))]
+    #![proptest_config(config(800))]
 
     #[test]
     fn energy_momentum_and_impulses(case in cradles(ANY)) {
