@@ -1,4 +1,4 @@
-//! Reading and setting whole arrays by the value references of FMI 3.0.
+//! Reading and setting by value reference: whole arrays or, in FMI 2.0 and where variables are scalars, one element.
 
 use super::legality::Phase;
 use super::lifecycle::Instance;
@@ -20,7 +20,11 @@ impl Instance {
     /// The variable behind a value reference: an array or, where variables are scalars, one of them.
     #[inline]
     pub fn array_at(&self, reference: u32) -> Option<Array> {
-        if self.scalars { Array::scalar_at(reference, self.balls()) } else { Array::at(reference) }
+        match (self.run.purpose.arrays, self.scalars) {
+            (false, _) => Variable::at(reference, self.balls()).map(Variable::scalar),
+            (true, true) => Array::scalar_at(reference, self.balls()),
+            (true, false) => Array::at(reference),
+        }
     }
 
     /// The variable behind a value reference, if it is one of this type.
@@ -29,6 +33,13 @@ impl Instance {
         let of = array.row.access.data_type();
         if of == asked {
             return Ok(array);
+        }
+        if !self.run.purpose.arrays {
+            return if of == Type::Enumeration && asked == Type::Integer {
+                Ok(array)
+            } else {
+                Err(array.variable(0).wrong_type(asked))
+            };
         }
         let (asked, of) = (asked.fmi3(), of.fmi3());
         Err(refuse_reference(array, format_args!("variables of type {asked}; this one is of type {of}")))
@@ -89,6 +100,11 @@ impl Instance {
     pub fn recompute(&mut self) -> Result<(), Refusal> {
         let at_once = self.run.phase == Phase::EventMode && self.run.purpose.has_event_mode();
         if at_once { self.update_simulation() } else { Ok(()) }
+    }
+
+    /// The value of a scalar of this type.
+    pub fn value(&mut self, reference: u32, asked: Type) -> Result<Value, Refusal> {
+        self.element(self.array(reference, asked)?, 0)
     }
 
     /// An element of a variable, counted from 0.
@@ -193,7 +209,7 @@ impl Instance {
                 }
                 continue;
             }
-            self.check_settable(variable, Type::Real)?;
+            self.check_settable(variable)?;
             variable.check_real(value)?;
             match index < array.row.shape.len(balls) {
                 true => set.push((variable, value)),
@@ -213,10 +229,11 @@ impl Instance {
 
     /// Selects items of the enumerations behind `references`: all of them, or none if any is refused.
     pub fn set_items(&mut self, references: &[u32], values: &[i64]) -> Result<(), Refusal> {
+        let asked = if self.run.purpose.arrays { Type::Enumeration } else { Type::Integer };
         let mut set = Vec::new();
-        for (array, index, value) in self.elements(references, Type::Enumeration, values)? {
+        for (array, index, value) in self.elements(references, asked, values)? {
             let variable = array.variable(index);
-            self.check_settable(variable, Type::Integer)?;
+            self.check_settable(variable)?;
             variable.check_item(value)?;
             set.push((variable, value as i32));
         }
@@ -260,7 +277,7 @@ impl Instance {
     }
 
     /// The refusal to set variables of a type that has no settable ones.
-    pub fn refuse_to_set_arrays(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
+    pub fn refuse_to_set(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
         references.iter().try_for_each(|reference| {
             let array = self.array(*reference, asked)?;
             Err(array.row.not_settable(array))

@@ -31,7 +31,7 @@ impl Instance {
 
     /// Index of the first element among the states, if the variable can be set now as a state.
     pub(super) fn place_of_state(&self, array: Array) -> Option<usize> {
-        if self.run.phase != Phase::ContinuousTimeMode {
+        if self.run.phase != Phase::ContinuousTimeMode || !self.run.purpose.arrays {
             return None;
         }
         if array.is_single() {

@@ -1,4 +1,4 @@
-//! Reading and setting variables by value reference.
+//! Reading real variables, and setting variables, as hosts of either version do.
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
@@ -26,33 +26,6 @@ impl Instance {
         }
     }
 
-    /// Reads an integer or an enumeration; counts that do not fit are `i32::MAX`.
-    pub fn integer(&mut self, reference: u32) -> Result<i32, Refusal> {
-        let variable = self.variable(reference)?;
-        match variable.row.access {
-            Access::Count(get) => Ok(i32::try_from(get(self.results()?, variable.index)).unwrap_or(i32::MAX)),
-            _ => variable.item(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Integer)),
-        }
-    }
-
-    pub fn boolean(&mut self, reference: u32) -> Result<bool, Refusal> {
-        let variable = self.variable(reference)?;
-        match variable.row.access {
-            Access::Flag(get) => Ok(get(self.results()?, variable.index)),
-            _ => Err(variable.wrong_type(Type::Boolean)),
-        }
-    }
-
-    /// Sets real variables: all, or none if any is refused.
-    ///
-    /// A value takes effect with the next step, in Initialization Mode and model exchange at once. Setting the same
-    /// value again is no change.
-    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
-        let checked = self.checked(references, values, Type::Real, |variable, value| variable.check_real(value))?;
-        self.set(checked, Variable::set_real);
-        Ok(())
-    }
-
     /// Sets time derivatives of inputs, of `orders` from 1 on, for the next step: all, or none if any is refused. After
     /// that step the inputs keep the value they reached.
     pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Refusal> {
@@ -78,32 +51,8 @@ impl Instance {
         Ok(())
     }
 
-    /// Sets enumerations: all, or none if any is refused.
-    pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), Refusal> {
-        let check = |variable: &Variable, item: i32| variable.check_item(item.into());
-        let checked = self.checked(references, values, Type::Integer, check)?;
-        self.set(checked, Variable::set_item);
-        Ok(())
-    }
-
-    /// The variables behind `references` with the values for them, if all of these can be set as values of type `asked`
-    /// and pass the `check`.
-    fn checked<T: Copy>(
-        &self,
-        references: &[u32],
-        values: &[T],
-        asked: Type,
-        check: impl Fn(&Variable, T) -> Result<(), Refusal>,
-    ) -> Result<Vec<(Variable, T)>, Refusal> {
-        let each = |(reference, value): (&u32, &T)| {
-            let variable = self.variable(*reference)?;
-            self.check_settable(variable, asked)?;
-            check(&variable, *value)?;
-            Ok((variable, *value))
-        };
-        references.iter().zip(values).map(each).collect()
-    }
-
+    /// Sets variables to checked values. They take effect with the next step, in Initialization Mode and model exchange
+    /// at once. Setting the same value again is no change.
     pub(super) fn set<T>(&mut self, values: Vec<(Variable, T)>, set: impl Fn(&Variable, &mut Settings, T) -> bool) {
         let before = self.run.settings.parameters.tunables();
         let mut any = false;
@@ -124,26 +73,16 @@ impl Instance {
         }
     }
 
-    /// Error for a type without settable variables.
-    pub fn refuse_to_set(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
-        references.iter().try_for_each(|reference| self.check_settable(self.variable(*reference)?, asked))
-    }
-
-    /// Error for reading a string; there are none.
-    pub fn refuse_string(&self, reference: u32) -> Refusal {
-        self.variable(reference).map_or_else(|refusal| refusal, |variable| variable.wrong_type(Type::String))
-    }
-
     #[inline]
     pub(super) fn variable(&self, reference: u32) -> Result<Variable, Refusal> {
         let balls = self.balls();
         Variable::at(reference, balls).ok_or_else(|| unknown_reference(reference, balls))
     }
 
-    /// Whether a variable can be set now as a value of type `asked`.
-    pub(super) fn check_settable(&self, variable: Variable, asked: Type) -> Result<(), Refusal> {
+    /// Whether a variable can be set now.
+    pub(super) fn check_settable(&self, variable: Variable) -> Result<(), Refusal> {
         let phase = self.run.phase;
-        variable.check_settable(asked, phase > Phase::InitializationMode)?;
+        variable.check_settable(phase > Phase::InitializationMode)?;
         if phase == Phase::ContinuousTimeMode && variable.row.causality != Causality::Input {
             let text = "cannot be set in Continuous-Time Mode: only inputs can; tunable parameters in Event Mode";
             return Err(Refusal::new(format_args!("{variable} {text}")));

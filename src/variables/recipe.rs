@@ -84,20 +84,20 @@ impl Recipe {
 }
 
 fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Result<(), Refusal> {
-    match value {
-        StartValue::Number(value) => {
-            variable.check_settable(Type::Real, false)?;
+    match (value, variable.row.access) {
+        (StartValue::Number(value), _) => {
+            if variable.row.access.data_type() != Type::Real {
+                return Err(variable.wrong_type(Type::Real));
+            }
+            variable.check_settable(false)?;
             variable.check_real(*value)?;
             variable.set_real(settings, *value);
         }
-        StartValue::Item(name) => {
-            variable.check_settable(Type::Integer, false)?;
-            let Access::Enumeration(enumeration) = variable.row.access else {
-                return Err(variable.wrong_type(Type::Enumeration));
-            };
+        (StartValue::Item(name), Access::Enumeration(enumeration)) => {
             let item = enumeration.named(name).ok_or_else(|| Refusal::value(variable, name, enumeration))?;
             variable.set_item(settings, item.value);
         }
+        (StartValue::Item(_), _) => return Err(variable.wrong_type(Type::Enumeration)),
     }
     Ok(())
 }

@@ -34,15 +34,8 @@ impl Settings {
 }
 
 impl Variable {
-    /// Checks that a host may set it as a value of type `asked`; `between_steps` after initialization.
-    pub fn check_settable(&self, asked: Type, between_steps: bool) -> Result<(), Refusal> {
-        let actual = match self.row.access.data_type() {
-            Type::Enumeration => Type::Integer,
-            other => other,
-        };
-        if asked != actual {
-            return Err(self.wrong_type(asked));
-        }
+    /// Checks that a host may set it; `between_steps` after initialization.
+    pub fn check_settable(&self, between_steps: bool) -> Result<(), Refusal> {
         if !self.row.settable() {
             return Err(self.row.not_settable(self));
         }

@@ -4,6 +4,7 @@ use std::mem::MaybeUninit;
 
 use crate::ffi::{array, array_mut, write};
 use crate::fmi2::types::*;
+use crate::instance::Value;
 use crate::variables::{Refusal, Type};
 
 /// Fills the `count` places of `value` with the results of `get` for each of `vr`.
@@ -30,25 +31,32 @@ export! {
     fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Real) as Get |instance| {
         get(vr, nvr, value, |reference| instance.real(reference))
     };
-    /// Reads integers and enumerations.
+    /// Reads integers and enumerations; counts that do not fit are the largest integer.
     fn fmi2GetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Integer) as Get |instance| {
-        get(vr, nvr, value, |reference| instance.integer(reference))
+        let integer = |value| match value {
+            Value::Count(count) => fmi2Integer::try_from(count).unwrap_or(fmi2Integer::MAX),
+            Value::Item(item) => item as fmi2Integer,
+            Value::Float(_) | Value::Flag(_) => 0,
+        };
+        get(vr, nvr, value, |reference| instance.value(reference, Type::Integer).map(integer))
     };
     /// Reads booleans.
     fn fmi2GetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Boolean) as Get |instance| {
-        get(vr, nvr, value, |reference| instance.boolean(reference).map(fmi2Boolean::from))
+        let is_true = |value| (value == Value::Flag(true)).into();
+        get(vr, nvr, value, |reference| instance.value(reference, Type::Boolean).map(is_true))
     };
     /// There are no strings: legal for an empty list only.
     fn fmi2GetString(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2String) as Get |instance| {
-        get(vr, nvr, value, |reference| Err(instance.refuse_string(reference)))
+        get(vr, nvr, value, |reference| instance.array(reference, Type::String).map(|_| std::ptr::null()))
     };
     /// Sets real parameters and inputs: all, or none if any is refused.
     fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) as Set |instance| {
-        instance.set_reals(array("vr", vr, nvr)?, array("value", value, nvr)?)
+        instance.set_floats(array("vr", vr, nvr)?, array("value", value, nvr)?)
     };
     /// Sets enumerations: all, or none if any is refused.
     fn fmi2SetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Integer) as SetDiscrete |instance| {
-        instance.set_integers(array("vr", vr, nvr)?, array("value", value, nvr)?)
+        let values: Vec<i64> = array("value", value, nvr)?.iter().copied().map(i64::from).collect();
+        instance.set_items(array("vr", vr, nvr)?, &values)
     };
     /// No boolean can be set: legal for an empty list only.
     fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Boolean) as SetDiscrete |instance| {

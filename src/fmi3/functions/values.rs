@@ -83,7 +83,7 @@ values! {
     fmi3GetBoolean
     /// No truth value can be set.
     fmi3SetBoolean(fmi3Boolean = Boolean, Flag) as SetDiscrete |instance, references, _| {
-        instance.refuse_to_set_arrays(references, Type::Boolean)
+        instance.refuse_to_set(references, Type::Boolean)
     };
 }
 
@@ -99,7 +99,7 @@ export! {
     fn fmi3SetClock(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *const fmi3Clock,
     ) as SetDiscrete |instance| {
-        instance.refuse_to_set_arrays(array("valueReferences", valueReferences, nValueReferences)?, Type::Clock)
+        instance.refuse_to_set(array("valueReferences", valueReferences, nValueReferences)?, Type::Clock)
     };
     /// Reads `log.pulses`. The bytes stay valid until the next call.
     fn fmi3GetBinary(
@@ -122,7 +122,7 @@ export! {
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, _valueSizes: *const usize,
         _values: *const fmi3Binary, _nValues: usize,
     ) as SetDiscrete |instance| {
-        instance.refuse_to_set_arrays(array("valueReferences", valueReferences, nValueReferences)?, Type::Binary)
+        instance.refuse_to_set(array("valueReferences", valueReferences, nValueReferences)?, Type::Binary)
     };
 }
 
