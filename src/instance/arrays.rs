@@ -31,15 +31,12 @@ impl Instance {
     pub fn array(&self, reference: u32, asked: Type) -> Result<Array, Refusal> {
         let array = self.array_at(reference).ok_or_else(|| unknown_reference(reference, self.balls()))?;
         let of = array.row.access.data_type();
-        if of == asked {
+        let fmi2 = !self.run.purpose.arrays;
+        if of == asked || fmi2 && (of, asked) == (Type::Enumeration, Type::Integer) {
             return Ok(array);
         }
-        if !self.run.purpose.arrays {
-            return if of == Type::Enumeration && asked == Type::Integer {
-                Ok(array)
-            } else {
-                Err(array.variable(0).wrong_type(asked))
-            };
+        if fmi2 {
+            return Err(array.variable(0).wrong_type(asked));
         }
         let (asked, of) = (asked.fmi3(), of.fmi3());
         Err(refuse_reference(array, format_args!("variables of type {asked}; this one is of type {of}")))

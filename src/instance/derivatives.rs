@@ -41,72 +41,85 @@ impl Direction {
     }
 }
 
-/// Value reference of an element in FMI 2.0; none if it belongs to no contact.
-type Element = Option<u32>;
+/// A scalar, or an element of an array; none if it belongs to no contact.
+type Element = Option<Variable>;
 
 impl Instance {
-    /// Time derivatives of outputs at the current time, each of its order, from 1 on; 0 for variables that change only
-    /// at events and communication points.
+    /// Time derivatives of the elements of outputs at the current time, one order from 1 on for each variable; 0 for
+    /// variables that change only at events and communication points.
     pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
         let mut known: [Option<Differential>; MAX_OUTPUT_DERIVATIVE] = Default::default();
-        let mut derivative = |(reference, order): (&u32, &i32)| {
-            let variable = self.differentiable(*reference, &[Causality::Output], OUTPUTS)?;
-            let wanted = usize::try_from(*order).unwrap_or_default();
-            let Some(slot) = wanted.checked_sub(1).and_then(|place| known.get_mut(place)) else {
-                return Err(variable.no_such_order(*order, MAX_OUTPUT_DERIVATIVE));
-            };
-            if slot.is_none() {
-                *slot = Some(self.simulation()?.time_derivative(wanted));
+        let mut found = Vec::new();
+        for (reference, order) in references.iter().zip(orders) {
+            for element in self.elements_of(&[*reference], false)? {
+                let Some(variable) = element else {
+                    found.push(0.0);
+                    continue;
+                };
+                check_differentiable(&variable, &[Causality::Output], OUTPUTS)?;
+                let wanted = usize::try_from(*order).unwrap_or_default();
+                let Some(slot) = wanted.checked_sub(1).and_then(|place| known.get_mut(place)) else {
+                    return Err(variable.no_such_order(*order, MAX_OUTPUT_DERIVATIVE));
+                };
+                if slot.is_none() {
+                    *slot = Some(self.simulation()?.time_derivative(wanted));
+                }
+                found.push(self.finite(variable, value(slot.as_ref(), &variable))?);
             }
-            self.finite(variable, value(slot.as_ref(), &variable))
-        };
-        references.iter().zip(orders).map(&mut derivative).collect()
+        }
+        Ok(found)
     }
 
-    /// Derivatives of `unknowns` along the direction in which the `knowns` change by `direction`: in Initialization
-    /// Mode those of the start values, later those of the end of the last step along inputs that were held over it or
-    /// along parameters and inputs of the whole run, or in model exchange those of what follows from states and inputs.
-    pub fn directional_derivatives(
-        &mut self,
-        unknowns: &[u32],
-        knowns: &[u32],
-        direction: &[f64],
-    ) -> Result<Vec<f64>, Refusal> {
+    /// Derivatives of all elements of `unknowns` along the direction in which the elements of the `knowns` change by
+    /// `seed`: in Initialization Mode those of the start values, later those of the end of the last step along inputs
+    /// that were held over it or along parameters and inputs of the whole run, or in model exchange those of what
+    /// follows from states and inputs.
+    pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let (unknowns, knowns) = (self.elements_of(unknowns, false)?, self.knowns(knowns)?);
+        Refusal::unless_count("nSeed", seed.len(), knowns.len())?;
+        self.recompute()?;
         let mut along = Direction::none(self);
-        for (known, change) in knowns.iter().zip(direction) {
+        for (known, change) in knowns.iter().zip(seed) {
             self.turn(&mut along, *known, *change)?;
         }
-        let unknowns = self.unknowns(unknowns)?;
+        self.check_unknowns(&unknowns)?;
         self.derivatives_along(&unknowns, &along, true)
     }
 
-    /// The sums of the derivatives of `unknowns`, times the weights `seed`, by each of the `knowns`. Those over a run
-    /// that has a tape are found all at once, others one known after the other.
-    pub fn adjoint_derivatives(&mut self, unknowns: &[u32], seed: &[f64], knowns: &[u32]) -> Result<Vec<f64>, Refusal> {
-        if let Some(weight) = seed.iter().find(|weight| !weight.is_finite()) {
+    /// The sums of the derivatives of the elements of `unknowns`, times the weights `seed`, by each element of the
+    /// `knowns`. Those over a run that has a tape are found all at once, others one known after the other.
+    pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let (unknowns, knowns) = (self.elements_of(unknowns, false)?, self.knowns(knowns)?);
+        Refusal::unless_count("nSeed", seed.len(), unknowns.len())?;
+        self.recompute()?;
+        let weighted = unknowns.iter().zip(seed).filter_map(|(element, weight)| Some(((*element)?, *weight)));
+        let all: Vec<(Variable, f64)> = weighted.collect();
+        if let Some((_, weight)) = all.iter().find(|(_, weight)| !weight.is_finite()) {
             return Err(Refusal::argument("seed", weight, "any finite value"));
         }
         let tape = if self.derived() == Derived::Run { self.tape()? } else { None };
         let lacks = tape.as_ref().map(|tape| tape.lacks());
-        let all: Vec<(Variable, f64)> = self.unknowns(unknowns)?.into_iter().zip(seed.iter().copied()).collect();
+        self.check_unknowns(&unknowns)?;
         let is_taped = |(unknown, _): &(Variable, f64)| value(lacks.as_ref(), unknown) == 0.0;
         let (taped, others): (Vec<_>, Vec<_>) = all.iter().copied().partition(is_taped);
         let sum = |of: &Differential| taped.iter().map(|(unknown, weight)| weight * value(Some(of), unknown)).sum();
         let gradient = tape.as_ref().map(|tape| tape.gradient(sum));
         let mut along = Direction::none(self);
-        let derivative = |known: &u32| {
+        let derivative = |known: &Element| {
+            let Some(variable) = known else { return Ok(0.0) };
             self.turn(&mut along, *known, 1.0)?;
             let Settings { parameters, inputs, .. } = &along.settings;
             let found = gradient.as_ref().map(|gradient| gradient.along(parameters, inputs));
             let found = found.filter(|found| found.is_finite());
             // Without a finite sum from the tape each unknown is followed by itself.
             let followed = if found.is_some() { &others } else { &all };
-            let (unknowns, weights): (Vec<Variable>, Vec<f64>) = followed.iter().copied().unzip();
+            let (unknowns, weights): (Vec<Element>, Vec<f64>) =
+                followed.iter().map(|(unknown, weight)| (Some(*unknown), *weight)).unzip();
             let derivatives = self.derivatives_along(&unknowns, &along, false)?;
             let of_followed = derivatives.iter().zip(&weights).map(|(derivative, weight)| derivative * weight);
             let found = found.unwrap_or(0.0) + of_followed.sum::<f64>();
             if !found.is_finite() && self.run.phase != Phase::Error {
-                return Err(no_derivative(format_args!("the sum of the unknowns by {}", self.variable(*known)?)));
+                return Err(no_derivative(format_args!("the sum of the unknowns by {variable}")));
             }
             self.turn(&mut along, *known, 0.0)?;
             Ok(found)
@@ -116,12 +129,7 @@ impl Instance {
 
     /// Derivatives of `unknowns` along a direction. Those over a run are taken from its tape if that is `taped` and has
     /// them, else by following the run.
-    fn derivatives_along(
-        &mut self,
-        unknowns: &[Variable],
-        along: &Direction,
-        taped: bool,
-    ) -> Result<Vec<f64>, Refusal> {
+    fn derivatives_along(&mut self, unknowns: &[Element], along: &Direction, taped: bool) -> Result<Vec<f64>, Refusal> {
         let Settings { parameters: tangent, inputs, .. } = &along.settings;
         let (derived, parameters) = (self.derived(), self.run.effective_parameters());
         let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
@@ -133,15 +141,22 @@ impl Instance {
             Derived::Run if taped => self.tape()?.map(|tape| tape.along(tangent, inputs)),
             Derived::Run => None,
         };
-        let mut values: Vec<f64> = unknowns.iter().map(|unknown| value(found.as_ref(), unknown)).collect();
+        let all_of = |found: Option<&Differential>| -> Vec<f64> {
+            unknowns.iter().map(|unknown| unknown.map_or(0.0, |variable| value(found, &variable))).collect()
+        };
+        let mut values = all_of(found.as_ref());
         if derived == Derived::Run && values.iter().any(|value| !value.is_finite()) {
             let (simulation, history, start) = self.so_far()?;
             let followed = simulation.sensitivity_of_run(&parameters, start, history, tangent, inputs);
-            for (derivative, unknown) in values.iter_mut().zip(unknowns).filter(|(value, _)| !value.is_finite()) {
-                *derivative = value(followed.as_ref(), unknown);
+            for (derivative, followed) in values.iter_mut().zip(all_of(followed.as_ref())) {
+                *derivative = if derivative.is_finite() { *derivative } else { followed };
             }
         }
-        unknowns.iter().zip(values).map(|(unknown, derivative)| self.finite(*unknown, derivative)).collect()
+        let finite = |(unknown, derivative): (&Element, f64)| match unknown {
+            Some(variable) => self.finite(*variable, derivative),
+            None => Ok(derivative),
+        };
+        unknowns.iter().zip(values).map(finite).collect()
     }
 
     fn derived(&self) -> Derived {
@@ -154,8 +169,8 @@ impl Instance {
     }
 
     /// Adds a `change` of a known to a direction, if it can be a known.
-    fn turn(&self, along: &mut Direction, known: u32, change: f64) -> Result<(), Refusal> {
-        let variable = self.variable(known)?;
+    fn turn(&self, along: &mut Direction, known: Element, change: f64) -> Result<(), Refusal> {
+        let Some(variable) = known else { return Ok(()) };
         let state = variable.state_place(self.balls()).filter(|_| self.derived() == Derived::Exchanged);
         let input = variable.row.causality == Causality::Input;
         let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
@@ -173,8 +188,8 @@ impl Instance {
         Ok(())
     }
 
-    /// The variables behind value references, if they have derivatives now.
-    fn unknowns(&self, unknowns: &[u32]) -> Result<Vec<Variable>, Refusal> {
+    /// Whether these have derivatives now.
+    fn check_unknowns(&self, unknowns: &[Element]) -> Result<(), Refusal> {
         let (causalities, allowed): (&[Causality], _) = match self.derived() {
             Derived::Start => {
                 (&[Causality::Output, Causality::Local, Causality::CalculatedParameter], INITIAL_UNKNOWNS)
@@ -182,7 +197,7 @@ impl Instance {
             Derived::Exchanged => (&[Causality::Output, Causality::Local], EXCHANGED),
             Derived::Step | Derived::Run => (&[Causality::Output], OUTPUTS),
         };
-        unknowns.iter().map(|unknown| self.differentiable(*unknown, causalities, allowed)).collect()
+        unknowns.iter().flatten().try_for_each(|unknown| check_differentiable(unknown, causalities, allowed))
     }
 
     /// The run so far, its complete history of inputs, and the time of its start (s).
@@ -200,33 +215,14 @@ impl Instance {
         Ok(history.tape(|history| simulation.tape(&self.run.effective_parameters(), start, history)))
     }
 
-    /// The real variable behind a value reference, if it has derivatives and one of these causalities.
-    fn differentiable(
-        &self,
-        reference: u32,
-        causalities: &[Causality],
-        allowed: &'static str,
-    ) -> Result<Variable, Refusal> {
-        let variable = self.variable(reference)?;
-        if variable.row.access.data_type() != Type::Real {
-            return Err(variable.wrong_type(Type::Real));
-        }
-        if variable.row.derivative.is_none() || !causalities.contains(&variable.row.causality) {
-            return Err(not_differentiable(variable, allowed));
-        }
-        Ok(variable)
-    }
-
     /// The derivative of `variable`, if it is finite; after a failed step any value passes.
     fn finite(&self, variable: Variable, derivative: f64) -> Result<f64, Refusal> {
         let given = derivative.is_finite() || self.run.phase == Phase::Error;
         given.then_some(derivative).ok_or_else(|| no_derivative(variable))
     }
 
-    // Those by the value references of FMI 3.0.
-
     /// The elements of the real variables behind `references`. Slopes `without_effect` count as elements of no contact.
-    fn parts(&self, references: &[u32], without_effect: bool) -> Result<Vec<Element>, Refusal> {
+    fn elements_of(&self, references: &[u32], without_effect: bool) -> Result<Vec<Element>, Refusal> {
         let balls = self.balls();
         let mut elements = Vec::new();
         for reference in references {
@@ -238,8 +234,7 @@ impl Instance {
             if !known {
                 return Err(no_derivative(array));
             }
-            let element = |index| array.element(index, balls).map(|variable| variable.reference());
-            elements.extend((0..array.len(balls)).map(element));
+            elements.extend((0..array.len(balls)).map(|index| array.element(index, balls)));
         }
         Ok(elements)
     }
@@ -248,52 +243,14 @@ impl Instance {
         let of_step = self.run.purpose.kind == Kind::CoSimulation
             && self.run.phase > Phase::InitializationMode
             && self.run.settings.derivatives_of != DerivativesOf::Point;
-        self.parts(references, !of_step)
-    }
-
-    /// Derivatives of all elements of the unknowns along the direction `seed` of the elements of the knowns.
-    pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
-        let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
-        Refusal::unless_count("nSeed", seed.len(), knowns.len())?;
-        self.recompute()?;
-        let (references, direction) = existing(&knowns, seed);
-        in_places(&unknowns, |wanted| self.directional_derivatives(wanted, &references, &direction))
-    }
-
-    /// The sums of the derivatives of the unknowns by each element of the knowns, weighted by `seed`.
-    pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
-        let (unknowns, knowns) = (self.parts(unknowns, false)?, self.knowns(knowns)?);
-        Refusal::unless_count("nSeed", seed.len(), unknowns.len())?;
-        self.recompute()?;
-        let (references, weights) = existing(&unknowns, seed);
-        in_places(&knowns, |wanted| self.adjoint_derivatives(&references, &weights, wanted))
-    }
-
-    /// Time derivatives of the elements of real outputs, one order for each variable.
-    pub fn output_derivatives_of_arrays(&mut self, references: &[u32], orders: &[i32]) -> Result<Vec<f64>, Refusal> {
-        let (mut elements, mut element_orders) = (Vec::new(), Vec::new());
-        for (reference, order) in references.iter().zip(orders) {
-            elements.extend(self.parts(&[*reference], false)?);
-            element_orders.resize(elements.len(), *order);
-        }
-        let (_, orders) = existing(&elements, &element_orders);
-        in_places(&elements, |wanted| self.output_derivatives(wanted, &orders))
+        self.elements_of(references, !of_step)
     }
 }
 
-/// The elements that exist in FMI 2.0, each with its entry of `with`.
-fn existing<T: Copy>(elements: &[Element], with: &[T]) -> (Vec<u32>, Vec<T>) {
-    elements.iter().zip(with).filter_map(|(element, with)| Some(((*element)?, *with))).unzip()
-}
-
-/// Puts the values of the existing elements in their places; the others are 0.
-fn in_places(
-    elements: &[Element],
-    find: impl FnOnce(&[u32]) -> Result<Vec<f64>, Refusal>,
-) -> Result<Vec<f64>, Refusal> {
-    let wanted: Vec<u32> = elements.iter().flatten().copied().collect();
-    let mut found = find(&wanted)?.into_iter();
-    Ok(elements.iter().map(|element| element.and_then(|_| found.next()).unwrap_or_default()).collect())
+/// Whether a real variable has derivatives and one of these causalities.
+fn check_differentiable(variable: &Variable, causalities: &[Causality], allowed: &str) -> Result<(), Refusal> {
+    let known = variable.row.derivative.is_some() && causalities.contains(&variable.row.causality);
+    if known { Ok(()) } else { Err(not_differentiable(variable, allowed)) }
 }
 
 /// The derivative of `variable`; NaN if there is none.

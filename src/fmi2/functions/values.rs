@@ -94,7 +94,7 @@ export! {
     ) as DirectionalDerivative |instance| {
         let unknowns = array("vUnknown_ref", vUnknown_ref, nUnknown)?;
         let (knowns, direction) = (array("vKnown_ref", vKnown_ref, nKnown)?, array("dvKnown", dvKnown, nKnown)?);
-        let found = instance.directional_derivatives(unknowns, knowns, direction)?;
+        let found = instance.directional(unknowns, knowns, direction)?;
         write("dvUnknown", dvUnknown, ("nUnknown", nUnknown), found)
     };
 }

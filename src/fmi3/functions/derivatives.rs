@@ -44,7 +44,7 @@ export! {
         nValues: usize,
     ) as GetOutputDerivatives |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
-        let found = instance.output_derivatives_of_arrays(references, array("orders", orders, nValueReferences)?)?;
+        let found = instance.output_derivatives(references, array("orders", orders, nValueReferences)?)?;
         write("values", values, ("nValues", nValues), found)
     };
     /// Not offered.
