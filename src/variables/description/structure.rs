@@ -5,11 +5,11 @@ use std::fmt::{self, Display, Write};
 use std::ops::Range;
 
 use crate::model::{ContactModel, PendulumModel};
-use crate::variables::arrays::{Array, states};
+use crate::variables::arrays::Array;
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
 use crate::variables::table::row::{Access, Causality, Extra, Groups, Row, Shape, Type};
-use crate::variables::variable::{Variable, variables};
+use crate::variables::variable::Variable;
 
 /// Above this many balls, dependencies of positions on overlaps are omitted: they grow with the square of the number.
 const LISTED: usize = 500;
@@ -48,114 +48,86 @@ fn write_dependencies<T: Ord + Display>(out: &mut String, dependencies: Option<B
     out.write_str("/>\n")
 }
 
-/// Writes Outputs, Derivatives and InitialUnknowns of the FMU of FMI 2.0 with these start values.
+/// Writes the unknowns of ModelStructure with their dependencies: for FMI 2.0 those of scalars, by their indices.
 ///
 /// In co-simulation no output depends on an input at the same communication point: an input acts from the next step on.
-/// In model exchange outputs and derivatives depend on states and inputs. At initialization they depend on parameters.
-pub(super) fn write_structure(out: &mut String, start: &Settings) -> fmt::Result {
-    let balls = start.balls();
-    let first = first_indices(balls);
-    let rigid = start.parameters.contact_model == ContactModel::Rigid;
-    // Looked up once for all variables of a row.
-    let knowns = |groups: Groups| {
-        groups.iter().copied().flatten().flat_map(|name| knowns(name, balls, &first)).collect::<Vec<Known>>()
-    };
-    let following = |row: &Row| {
-        let (of_arcs, everything) = (is_of_arcs(row, start), rigid && is_of_forces(row));
-        let listed = is_listed(row, balls) && !(of_arcs && balls > LISTED);
-        listed.then(|| knowns(if of_arcs || everything { EVERYTHING } else { row.follows }))
-    };
-    let initially = |row: &Row| row.initially.filter(|_| !is_of_arcs(row, start)).map(knowns);
-    let following: Vec<Option<Vec<Known>>> = TABLE.iter().map(following).collect();
-    let initially: Vec<Option<Vec<Known>>> = TABLE.iter().map(initially).collect();
-    let write = |out: &mut String, variable: Variable, on: &[Option<Vec<Known>>]| {
-        write!(out, "      <Unknown index=\"{}\"", first[variable.position] + variable.index)?;
-        let on = on[variable.position].as_ref();
-        write_dependencies(out, on.map(|on| on.iter().flat_map(|known| known.indices(variable)).collect()))
-    };
-    out.write_str("    <Outputs>\n")?;
-    for variable in variables(balls).filter(|variable| variable.row.causality == Causality::Output) {
-        write(out, variable, &following)?;
-    }
-    out.write_str("    </Outputs>\n    <Derivatives>\n")?;
-    let mut exchanged = BTreeSet::new();
-    for (state, derivative) in states(balls) {
-        write(out, derivative, &following)?;
-        exchanged.extend([state.position, derivative.position]);
-    }
-    out.write_str("    </Derivatives>\n    <InitialUnknowns>\n")?;
-    for variable in variables(balls).filter(|v| is_unknown(v.row) || exchanged.contains(&v.position)) {
-        write(out, variable, &initially)?;
-    }
-    out.write_str("    </InitialUnknowns>\n")
-}
-
-/// Whether the dependencies of the variables of a row are listed.
-fn is_listed(row: &Row, balls: usize) -> bool {
-    let many = row.shape == Shape::Balls && balls > LISTED;
-    !many || row.follows.iter().copied().flatten().all(|name| *name != "position")
-}
-
-/// Writes ModelStructure of FMI 3.0. In co-simulation an input acts from now on: at once it changes only the forecast
-/// and the force of rigid balls that stay in contact, which the host may select. In model exchange outputs and
-/// derivatives depend on states and inputs. Where a scalar depends on everything, nothing is listed.
-pub(super) fn write_structure_of_fmi3(
+/// In FMI 3.0 it acts from now on: at once it changes only the forecast and the force of rigid balls that stay in
+/// contact, which the host may select. In model exchange outputs and derivatives depend on states and inputs. At
+/// initialization they depend on parameters.
+pub(super) fn write_structure(
     out: &mut String,
     start: &Settings,
+    fmi3: bool,
     states: &[(Array, Array)],
     arrays: impl Iterator<Item = Array> + Clone,
 ) -> fmt::Result {
     let balls = start.balls();
     let reference = |(position, row)| Variable { row, position, index: 0 }.reference() as usize;
-    let first: Vec<usize> = TABLE.iter().enumerate().map(reference).collect();
+    let first = if fmi3 { TABLE.iter().enumerate().map(reference).collect() } else { first_indices(balls) };
     let mut found: HashMap<&str, Vec<Known>> = HashMap::new(); // once for all scalars
-    let mut write = |element: &str, array: Array, groups: Option<Groups>| {
-        write!(out, "    <{element} valueReference=\"{}\"", array.reference())?;
-        let listed = |groups: &Groups| !array.is_single() || *groups != EVERYTHING;
-        let names = groups.filter(listed).map(|groups| groups.iter().copied().flatten());
-        let references = |name: &&'static str| match array.is_single() {
+    let mut write = |out: &mut String, element: &str, array: Array, groups: Option<Groups>| {
+        let variable = array.variable(0);
+        match fmi3 {
+            true => write!(out, "    <{element} valueReference=\"{}\"", array.reference())?,
+            false => write!(out, "      <Unknown index=\"{}\"", first[variable.position] + variable.index)?,
+        }
+        let names = groups.map(|groups| groups.iter().copied().flatten());
+        let places = |name: &&'static str| match array.is_single() {
             true => {
                 let found = found.entry(*name).or_insert_with(|| knowns(name, balls, &first));
-                found.iter().flat_map(|known| known.indices(array.variable(0))).collect()
+                found.iter().flat_map(|known| known.indices(variable)).collect()
             }
             false => Vec::from_iter(array_of(name).map(|array| array.reference() as usize)),
         };
-        write_dependencies(out, names.map(|names| names.flat_map(references).collect()))
+        write_dependencies(out, names.map(|names| names.flat_map(places).collect()))
     };
-    let following =
-        |array: Array| (!array.is_single() || is_listed(array.row, balls)).then(|| following(array.row, start));
-    let mut exchanged = BTreeSet::new();
+    // Only FMI 2.0 has lists of unknowns.
+    let list = |out: &mut String, tag: &str| if fmi3 { Ok(()) } else { writeln!(out, "    <{tag}>") };
+    list(out, "Outputs")?;
     for array in arrays.clone().filter(|array| array.row.causality == Causality::Output) {
-        write("Output", array, following(array))?;
+        write(out, "Output", array, following(array, start, fmi3))?;
     }
+    list(out, "/Outputs")?;
+    list(out, "Derivatives")?;
+    let mut exchanged = BTreeSet::new();
     for (state, derivative) in states {
-        write("ContinuousStateDerivative", *derivative, following(*derivative))?;
+        write(out, "ContinuousStateDerivative", *derivative, following(*derivative, start, fmi3))?;
         exchanged.extend([state.reference(), derivative.reference()]);
     }
+    list(out, "/Derivatives")?;
+    list(out, "InitialUnknowns")?;
     for array in arrays.clone() {
         let is_extra = matches!(array.row.access, Access::Instance(..));
         // By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
         if array.row.access.data_type() == Type::Clock {
-            write("InitialUnknown", array, Some(&[]))?;
+            write(out, "InitialUnknown", array, Some(&[]))?;
         } else if is_unknown(array.row) && !is_extra || exchanged.contains(&array.reference()) {
-            write("InitialUnknown", array, array.row.initially.filter(|_| !is_of_arcs(array.row, start)))?;
+            write(out, "InitialUnknown", array, array.row.initially.filter(|_| !is_of_arcs(array.row, start)))?;
         }
     }
+    list(out, "/InitialUnknowns")?;
     let is_indicator =
         |row: &Row| matches!(row.access, Access::Instance(_, Extra::ContactIndicator | Extra::ClipIndicator));
-    for indicators in arrays.filter(|array| is_indicator(array.row)) {
-        write("EventIndicator", indicators, Some(EVERYTHING))?;
+    for array in arrays.filter(|array| fmi3 && is_indicator(array.row)) {
+        write(out, "EventIndicator", array, Some(EVERYTHING).filter(|_| !array.is_single()))?;
     }
     Ok(())
 }
 
-/// States and inputs on which an output or a derivative depends at the same time.
-fn following(row: &Row, start: &Settings) -> Groups {
-    match row.name {
-        "t_next" => INPUTS,
-        _ if is_of_forces(row) || is_of_arcs(row, start) => EVERYTHING,
-        _ => row.follows,
+/// States and inputs on which an output or a derivative depends at the same time; none if they are not listed, as those
+/// of an FMI 3.0 scalar that depends on everything.
+fn following(array: Array, start: &Settings, fmi3: bool) -> Option<Groups> {
+    let (row, of_arcs, many) = (array.row, is_of_arcs(array.row, start), start.balls() > LISTED);
+    let of_positions = row.follows.iter().copied().flatten().any(|name| *name == "position");
+    if many && array.is_single() && row.shape == Shape::Balls && of_positions {
+        return None;
     }
+    let rigid = start.parameters.contact_model == ContactModel::Rigid;
+    if of_arcs || is_of_forces(row) && (fmi3 || rigid) {
+        let listed = if fmi3 { !array.is_single() } else { !(of_arcs && many) };
+        return listed.then_some(EVERYTHING);
+    }
+    Some(if fmi3 && row.name == "t_next" { INPUTS } else { row.follows })
 }
 
 /// The array behind a name in [`Groups`].

@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::elements::{write_arrays, write_types, write_units, write_variables};
 use super::log_category::{LOG_CATEGORIES, LogCategory};
-use super::structure::{write_structure, write_structure_of_fmi3};
+use super::structure::write_structure;
 use crate::variables::arrays::{Array, states};
 use crate::variables::settings::Settings;
 use crate::variables::text::{Escaped, Number};
@@ -49,7 +49,7 @@ pub struct Description<'a> {
 impl<'a> Description<'a> {
     /// Describes the FMU whose start values are `start`.
     pub fn of(start: &'a Settings) -> Self {
-        Self { start, fmi3: false, clocks: false, scalars: false }
+        Self { start, fmi3: false, clocks: false, scalars: true }
     }
 
     /// The same as an FMU of FMI 3.0, where the GUID is called instantiation token.
@@ -132,8 +132,7 @@ impl<'a> Description<'a> {
             "types" => write_types(out, self.fmi3),
             "variables" if self.fmi3 => write_arrays(out, self.start, &self.states(), self.arrays()),
             "variables" => write_variables(out, self.start),
-            "structure" if self.fmi3 => write_structure_of_fmi3(out, self.start, &self.states(), self.arrays()),
-            "structure" => write_structure(out, self.start),
+            "structure" => write_structure(out, self.start, self.fmi3, &self.states(), self.arrays()),
             // In FMI 2.0 every refused call is an error.
             "log_categories" => {
                 LOG_CATEGORIES.iter().filter(|of| self.fmi3 || **of != LogCategory::Discard).try_for_each(|category| {
