@@ -55,22 +55,14 @@ impl<V: Version> Component<V> {
         Box::into_raw(Box::new(component)).cast()
     }
 
-    /// The component behind a pointer; none for null and, as far as can be detected, for foreign pointers.
+    /// The component behind a pointer, if it is one of this version.
     ///
     /// # Safety
-    /// `c` is null or points to readable memory of at least the size of a component that lives for `'a`.
+    /// As for [`marked`], of a component that lives for `'a`.
     #[inline]
     unsafe fn from_raw<'a>(c: *mut c_void) -> Option<&'a Self> {
-        let component: *const Self = c.cast();
-        if component.is_null() || !component.is_aligned() {
-            return None;
-        }
-        // SAFETY: not null, aligned, and readable as the caller promises; every component begins with a number.
-        if unsafe { component.cast::<u64>().read() } != V::MAGIC {
-            return None;
-        }
-        // SAFETY: a component of this version, alive as the caller promises.
-        Some(unsafe { &*component })
+        // SAFETY: as the caller promises.
+        unsafe { marked::<Self>(c, V::MAGIC).map(|component| &*component) }
     }
 
     /// Frees a component; null and a component within a call are left alone.
@@ -101,6 +93,19 @@ impl<V: Version> Component<V> {
         component.calling_host.set(before);
         Some(done)
     }
+}
+
+/// What a pointer of the host points to, if that begins with this number; none for null and, as far as can be detected,
+/// for foreign pointers.
+///
+/// # Safety
+/// `pointer` is null or points to readable memory of at least the size of a `T`, which begins with a number.
+#[inline]
+pub(super) unsafe fn marked<T>(pointer: *mut c_void, magic: u64) -> Option<*mut T> {
+    let place: *mut T = pointer.cast();
+    // SAFETY: not null, aligned, and readable as the caller promises.
+    let known = !place.is_null() && place.is_aligned() && unsafe { place.cast::<u64>().read() } == magic;
+    known.then_some(place)
 }
 
 /// Executes one call of the host: checks the component and the legality of the call, runs `body`, logs a refusal, and

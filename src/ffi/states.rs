@@ -1,70 +1,62 @@
-//! Saved states of the host: saving, restoring, freeing, writing as bytes. What each function does, the functions of
-//! the standard say.
+//! Saved states of the host: saving, restoring, freeing, writing as bytes.
 
 use std::ffi::c_void;
 
-use super::arrays::{answer, array, array_mut, fill};
-use crate::instance::{Instance, SavedState};
+use super::arrays::array;
+use super::component::marked;
+use crate::instance::SavedState;
 use crate::variables::Refusal;
 
 /// Marks memory as a state of ours; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;
 
+#[repr(C)]
 struct Saved {
     magic: u64,
     state: SavedState,
 }
 
-impl Saved {
-    /// The state behind a pointer; refuses null and, as far as can be detected, foreign pointers.
-    ///
-    /// # Safety
-    /// `pointer` is null or points to readable memory of at least the size of a state, which nobody else uses for `'a`.
-    unsafe fn from_raw<'a>(pointer: *mut c_void) -> Result<&'a mut Self, Refusal> {
-        let saved: *mut Self = pointer.cast();
-        if !saved.is_null() && saved.is_aligned() {
-            // SAFETY: not null, aligned, and alive as the caller promises.
-            let saved = unsafe { &mut *saved };
-            if saved.magic == MAGIC {
-                return Ok(saved);
-            }
-        }
-        let value = if saved.is_null() { "NULL".to_owned() } else { format!("{saved:p}") };
-        Err(Refusal::argument("FMUstate", value, "a state of this FMU"))
-    }
+/// The memory behind a pointer; refuses null and, as far as can be detected, foreign pointers.
+///
+/// # Safety
+/// As for [`marked`], of a state.
+unsafe fn memory(pointer: *mut c_void) -> Result<*mut Saved, Refusal> {
+    let value = || if pointer.is_null() { "NULL".to_owned() } else { format!("{pointer:p}") };
+    // SAFETY: as the caller promises.
+    unsafe { marked(pointer, MAGIC) }.ok_or_else(|| Refusal::argument("FMUstate", value(), "a state of this FMU"))
+}
+
+/// The state behind a pointer.
+///
+/// # Safety
+/// As for [`memory`], and nobody changes it for `'a`.
+pub(crate) unsafe fn saved<'a>(pointer: *mut c_void) -> Result<&'a SavedState, Refusal> {
+    // SAFETY: a state, alive as the caller promises.
+    unsafe { memory(pointer).map(|saved| &(*saved).state) }
 }
 
 /// Stores `state` at `place`: in the memory of the state there, or in new memory.
 ///
 /// # Safety
 /// `place` is null, misaligned, or points to NULL or a state.
-unsafe fn store(place: *mut *mut c_void, state: impl FnOnce() -> Result<SavedState, Refusal>) -> Result<(), Refusal> {
+pub(crate) unsafe fn store(
+    place: *mut *mut c_void,
+    state: impl FnOnce() -> Result<SavedState, Refusal>,
+) -> Result<(), Refusal> {
     // SAFETY: null and misaligned are refused, the rest is the caller's promise.
     unsafe {
         array("FMUstate", place.cast_const(), 1)?;
         if (*place).is_null() {
             *place = Box::into_raw(Box::new(Saved { magic: MAGIC, state: state()? })).cast();
         } else {
-            Saved::from_raw(*place)?.state = state()?;
+            (*memory(*place)?).state = state()?;
         }
     }
     Ok(())
 }
 
-/// # Safety
-/// As for [`store`].
-pub(crate) unsafe fn get(instance: &Instance, place: *mut *mut c_void) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    unsafe { store(place, || Ok(instance.state())) }
-}
-
-/// # Safety
-/// As for [`Saved::from_raw`].
-pub(crate) unsafe fn set(instance: &mut Instance, state: *mut c_void) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    instance.set_state(&unsafe { Saved::from_raw(state) }?.state)
-}
-
+/// Frees the state at `place`, if there is one.
+///
 /// # Safety
 /// As for [`store`], and nobody uses the state afterwards.
 pub(crate) unsafe fn free(place: *mut *mut c_void) -> Result<(), Refusal> {
@@ -75,7 +67,7 @@ pub(crate) unsafe fn free(place: *mut *mut c_void) -> Result<(), Refusal> {
     unsafe {
         array("FMUstate", place.cast_const(), 1)?;
         if !(*place).is_null() {
-            let saved: *mut Saved = Saved::from_raw(*place)?;
+            let saved = memory(*place)?;
             (*saved).magic = 0;
             drop(Box::from_raw(saved));
             *place = std::ptr::null_mut();
@@ -84,47 +76,41 @@ pub(crate) unsafe fn free(place: *mut *mut c_void) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// # Safety
-/// As for [`Saved::from_raw`] and [`answer`].
-pub(crate) unsafe fn serialized_size(state: *mut c_void, size: *mut usize) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    unsafe {
-        array("size", size.cast_const(), 1)?;
-        answer("size", size, Saved::from_raw(state)?.state.to_bytes()?.len())
-    }
+/// Exports the functions of saved states, under the names of a version of the standard.
+macro_rules! export_states {
+    (
+        $state:ty, $byte:ty:
+        $get:ident $set:ident $free:ident $serialized_size:ident $serialize:ident $deserialize:ident
+    ) => {
+        export! {
+            /// Saves the state. If `*FMUstate` is not NULL, it must be a saved state, whose memory is reused.
+            fn $get(FMUstate: *mut $state) as State |instance| crate::ffi::store(FMUstate, || Ok(instance.state()));
+            /// Restores a state saved by an instance of the same FMU. The state can be restored again.
+            fn $set(FMUstate: $state) as State |instance| instance.set_state(crate::ffi::saved(FMUstate)?);
+            /// Frees a state and sets the host's pointer to NULL; NULL is ignored.
+            fn $free(FMUstate: *mut $state) as State |_| crate::ffi::free(FMUstate);
+            #[doc = concat!("Number of bytes that [`", stringify!($serialize), "`] writes for this state.")]
+            fn $serialized_size(FMUstate: $state, size: *mut usize) as State |_| {
+                crate::ffi::answer("size", size, crate::ffi::saved(FMUstate)?.to_bytes()?.len())
+            };
+            /// Writes a state as bytes that any process with this FMU can read. `size` must be that of
+            #[doc = concat!("[`", stringify!($serialized_size), "`].")]
+            fn $serialize(FMUstate: $state, serializedState: *mut $byte, size: usize) as State |_| {
+                let bytes = crate::ffi::saved(FMUstate)?.to_bytes()?;
+                if size != bytes.len() {
+                    let allowed = format_args!("{}, as {} says", bytes.len(), stringify!($serialized_size));
+                    return Err(crate::variables::Refusal::argument("size", size, allowed));
+                }
+                crate::ffi::write("serializedState", serializedState.cast(), ("size", size), bytes)
+            };
+            #[doc = concat!("Makes a state of the bytes that [`", stringify!($serialize), "`] wrote, also in another")]
+            /// process. Damaged, foreign and newer bytes are refused, and `*FMUstate` is unchanged; if it is not NULL,
+            /// its memory is reused.
+            fn $deserialize(serializedState: *const $byte, size: usize, FMUstate: *mut $state) as State |instance| {
+                let bytes = crate::ffi::array("serializedState", serializedState.cast(), size)?;
+                crate::ffi::store(FMUstate, || instance.read_state(bytes))
+            };
+        }
+    };
 }
-
-/// `size` must be that returned by the function named `sized`.
-///
-/// # Safety
-/// As for [`Saved::from_raw`] and [`array_mut`].
-pub(crate) unsafe fn serialize(
-    state: *mut c_void,
-    bytes: *mut u8,
-    size: usize,
-    sized: &'static str,
-) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    let (state, places) = unsafe { (&Saved::from_raw(state)?.state, || array_mut("serializedState", bytes, size)) };
-    let written = state.to_bytes()?;
-    if size != written.len() {
-        return Err(Refusal::argument("size", size, format_args!("{}, as {sized} says", written.len())));
-    }
-    fill(places()?, written);
-    Ok(())
-}
-
-/// # Safety
-/// As for [`array()`] and [`store`].
-pub(crate) unsafe fn deserialize(
-    instance: &Instance,
-    bytes: *const u8,
-    size: usize,
-    place: *mut *mut c_void,
-) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    unsafe {
-        let bytes = array("serializedState", bytes, size)?;
-        store(place, || instance.read_state(bytes))
-    }
-}
+pub(crate) use export_states;

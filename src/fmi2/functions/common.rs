@@ -128,26 +128,10 @@ export! {
     fn fmi2Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
     /// Returns to the state after fmi2Instantiate.
     fn fmi2Reset() as Reset |instance| { instance.reset(); Ok(()) };
-    /// Saves the state. If `*FMUstate` is not NULL, it must be a saved state, whose memory is reused.
-    fn fmi2GetFMUstate(FMUstate: *mut fmi2FMUstate) as State |instance| ffi::get(instance, FMUstate);
-    /// Restores a state saved by a component of the same FMU. The state can be restored again.
-    fn fmi2SetFMUstate(FMUstate: fmi2FMUstate) as State |instance| ffi::set(instance, FMUstate);
-    /// Frees a state and sets the host's pointer to NULL; NULL is ignored.
-    fn fmi2FreeFMUstate(FMUstate: *mut fmi2FMUstate) as State |_| ffi::free(FMUstate);
-    /// Number of bytes that [`fmi2SerializeFMUstate`] writes for this state.
-    fn fmi2SerializedFMUstateSize(FMUstate: fmi2FMUstate, size: *mut usize) as State |_| {
-        ffi::serialized_size(FMUstate, size)
-    };
-    /// Writes a state as bytes that any process with this FMU can read. `size` must be that of
-    /// [`fmi2SerializedFMUstateSize`].
-    fn fmi2SerializeFMUstate(FMUstate: fmi2FMUstate, serializedState: *mut fmi2Byte, size: usize) as State |_| {
-        ffi::serialize(FMUstate, serializedState.cast(), size, "fmi2SerializedFMUstateSize")
-    };
-    /// Makes a state of the bytes that [`fmi2SerializeFMUstate`] wrote, also in another process. Damaged, foreign and
-    /// newer bytes are refused, and `*FMUstate` is unchanged; if it is not NULL, its memory is reused.
-    fn fmi2DeSerializeFMUstate(
-        serializedState: *const fmi2Byte, size: usize, FMUstate: *mut fmi2FMUstate
-    ) as State |instance| {
-        ffi::deserialize(instance, serializedState.cast(), size, FMUstate)
-    };
+}
+
+ffi::export_states! {
+    fmi2FMUstate, fmi2Byte:
+    fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate
+    fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate
 }

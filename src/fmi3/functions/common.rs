@@ -53,24 +53,10 @@ export! {
     fn fmi3Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
     /// Returns to the state after instantiation.
     fn fmi3Reset() as Reset |instance| { instance.reset(); Ok(()) };
-    /// Saves the state. If `*FMUState` is not NULL, it must be a saved state, whose memory is reused.
-    fn fmi3GetFMUState(FMUState: *mut fmi3FMUState) as State |instance| ffi::get(instance, FMUState);
-    /// Restores a state saved by an instance of the same FMU. The state can be restored again.
-    fn fmi3SetFMUState(FMUState: fmi3FMUState) as State |instance| ffi::set(instance, FMUState);
-    /// Frees a state and sets the host's pointer to NULL; NULL is ignored.
-    fn fmi3FreeFMUState(FMUState: *mut fmi3FMUState) as State |_| ffi::free(FMUState);
-    /// Number of bytes that [`fmi3SerializeFMUState`] writes for this state.
-    fn fmi3SerializedFMUStateSize(FMUState: fmi3FMUState, size: *mut usize) as State |_| {
-        ffi::serialized_size(FMUState, size)
-    };
-    /// Writes a state as bytes that any process with this FMU can read.
-    fn fmi3SerializeFMUState(FMUState: fmi3FMUState, serializedState: *mut fmi3Byte, size: usize) as State |_| {
-        ffi::serialize(FMUState, serializedState, size, "fmi3SerializedFMUStateSize")
-    };
-    /// Makes a state of the bytes that [`fmi3SerializeFMUState`] wrote, also in another process.
-    fn fmi3DeserializeFMUState(
-        serializedState: *const fmi3Byte, size: usize, FMUState: *mut fmi3FMUState,
-    ) as State |instance| {
-        ffi::deserialize(instance, serializedState, size, FMUState)
-    };
+}
+
+ffi::export_states! {
+    fmi3FMUState, fmi3Byte:
+    fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState
+    fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState
 }
