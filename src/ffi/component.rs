@@ -4,7 +4,7 @@ use std::cell::{Cell, UnsafeCell};
 use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::instance::{Call, Instance, Severity};
+use crate::instance::{Call, Instance, Log, Severity, Start};
 use crate::variables::{LogCategory, Refusal};
 
 pub(crate) trait Version {
@@ -37,9 +37,22 @@ pub(crate) struct Component<V> {
     instance: UnsafeCell<Instance>,
 }
 
-/// The pointer from `make` for the host; NULL if it refuses, or panics.
-pub(crate) fn create(make: impl FnOnce() -> Option<*mut c_void>) -> *mut c_void {
-    catch_unwind(AssertUnwindSafe(make)).ok().flatten().unwrap_or(std::ptr::null_mut())
+/// The pointer to a new component for the host, which `begin` sees first; NULL if `make` or `begin` panics, or if
+/// `make` refuses: then the log says why `function` failed.
+pub(crate) fn create<V: Version>(
+    function: &str,
+    log: Log,
+    callbacks: V,
+    make: impl FnOnce() -> Result<Start, String>,
+    begin: impl FnOnce(&Instance),
+) -> *mut c_void {
+    let made = catch_unwind(AssertUnwindSafe(|| {
+        let start = make().map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
+        let instance = Instance::new(start, log);
+        begin(&instance);
+        Some(Component::into_raw(instance, callbacks))
+    }));
+    made.ok().flatten().unwrap_or(std::ptr::null_mut())
 }
 
 impl<V: Version> Component<V> {

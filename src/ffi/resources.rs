@@ -4,7 +4,7 @@ use std::ffi::{CStr, OsString};
 use std::path::PathBuf;
 use std::{fs, io};
 
-use crate::variables::{Describe, FILE_NAME, Recipe, Settings};
+use crate::variables::{Description, FILE_NAME, Recipe, Settings};
 
 /// Largest file that is read: n = 10000 with every value changed has 3 MB.
 const MAX_BYTES: u64 = 32 << 20;
@@ -21,20 +21,20 @@ pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, String> {
     if path.is_empty() || is_uri { at_location(path) } else { first_of(vec![path.to_vec()]) }
 }
 
-/// The start values of a recipe and the place of the first description of them that has this `token` (argument `name`);
-/// otherwise the reason.
+/// The start values of a recipe, and whether variables are scalars in the first description of them that has this
+/// `token` (argument `name`); otherwise the reason.
 pub(crate) fn start_values(
     recipe: Result<Recipe, String>,
-    name: &str,
-    token: &CStr,
-    descriptions: &[Describe],
-) -> Result<(Settings, usize), String> {
+    (name, token): (&str, &CStr),
+    fmi3: bool,
+) -> Result<(Settings, bool), String> {
     let settings = recipe?.settings().map_err(|error| format!("resources: {error}"))?;
-    let mut tokens = descriptions.iter().map(|description| description(&settings).guid());
-    if let Some(place) = tokens.clone().position(|own| own.as_bytes() == token.to_bytes()) {
-        return Ok((settings, place));
+    let descriptions = Description::all(&settings, fmi3);
+    if let Some(own) = descriptions.iter().find(|own| own.guid().as_bytes() == token.to_bytes()) {
+        let scalars = own.scalars;
+        return Ok((settings, scalars));
     }
-    let (given, own) = (token.to_string_lossy(), tokens.next().unwrap_or_default());
+    let (given, own) = (token.to_string_lossy(), descriptions[0].guid());
     Err(format!(
         "{name} = {given} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
     ))

@@ -40,7 +40,7 @@ impl Version for Fmi2 {
 mod tests {
     use super::*;
     use crate::ffi::{Component, call};
-    use crate::instance::{Call, Kind, Log, Purpose, Severity};
+    use crate::instance::{Call, Kind, Log, Purpose, Severity, Start};
     use crate::variables::Settings;
     use std::cell::RefCell;
     use std::ffi::c_void;
@@ -48,7 +48,8 @@ mod tests {
 
     fn component(log: Log) -> *mut c_void {
         let purpose = Purpose::fmi2(Kind::CoSimulation);
-        Component::into_raw(Instance::new(purpose, Settings::default_for(5), String::new(), log), Fmi2)
+        let start = Start { purpose, settings: Settings::default_for(5), scalars: true, guid: String::new() };
+        Component::into_raw(Instance::new(start, log), Fmi2)
     }
 
     /// Resets the component, with `body` as the body of that call.

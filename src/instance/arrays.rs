@@ -20,7 +20,7 @@ impl Instance {
     /// The variable behind a value reference: an array or, where variables are scalars, one of them.
     #[inline]
     pub fn array_at(&self, reference: u32) -> Option<Array> {
-        match (self.run.purpose.arrays, self.scalars) {
+        match (self.run.purpose.arrays, self.start.scalars) {
             (false, _) => Variable::at(reference, self.balls()).map(Variable::scalar),
             (true, true) => Array::scalar_at(reference, self.balls()),
             (true, false) => Array::at(reference),

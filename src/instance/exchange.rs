@@ -21,7 +21,7 @@ impl Instance {
 
     /// Whether arrays over contacts have an element that belongs to none.
     fn has_padding(&self) -> bool {
-        self.run.purpose.arrays && !self.scalars
+        !self.start.scalars
     }
 
     /// Index among the states of the impulse that belongs to no contact.

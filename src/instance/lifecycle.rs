@@ -6,28 +6,30 @@ use super::run::{Experiment, Run};
 use crate::engine::{EngineError, Exchange, Results, Simulation};
 use crate::variables::{Access, DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, variables};
 
-pub struct Instance {
-    pub(super) guid: String,
+/// What an instance is made of.
+pub struct Start {
+    pub purpose: Purpose,
     /// Start values of the description, which a reset returns to.
-    start: Settings,
-    /// Whether the host of FMI 3.0 sees scalars, with the value references of FMI 2.0, instead of arrays.
-    pub(super) scalars: bool,
+    pub settings: Settings,
+    /// Whether the host sees scalars, with the value references of FMI 2.0, instead of arrays.
+    pub scalars: bool,
+    /// That of the description.
+    pub guid: String,
+}
+
+pub struct Instance {
+    pub(super) start: Start,
     pub(super) run: Run,
     pub log: Log,
 }
 
 impl Instance {
-    /// An instance for this purpose with the start values of its description, which has this GUID.
-    pub fn new(purpose: Purpose, mut start: Settings, guid: String, log: Log) -> Self {
-        if !purpose.arrays {
-            start.derivatives_of = DerivativesOf::LastStep;
+    pub fn new(mut start: Start, log: Log) -> Self {
+        if !start.purpose.arrays {
+            start.settings.derivatives_of = DerivativesOf::LastStep;
         }
-        let run = Run::new(purpose, &start);
-        Self { guid, start, scalars: false, run, log }
-    }
-
-    pub fn with_scalars(self) -> Self {
-        Self { scalars: true, ..self }
+        let run = Run::new(start.purpose, &start.settings);
+        Self { start, run, log }
     }
 
     #[inline]
@@ -124,7 +126,7 @@ impl Instance {
 
     /// Returns to the state after creation; the log categories stay as they are.
     pub fn reset(&mut self) {
-        self.run = Run::new(self.run.purpose, &self.start);
+        self.run = Run::new(self.start.purpose, &self.start.settings);
     }
 
     /// The simulation, built on first use.

@@ -23,7 +23,7 @@ mod values;
 
 pub use arrays::Value;
 pub use legality::{Call, Kind, Phase, Purpose};
-pub use lifecycle::Instance;
+pub use lifecycle::{Instance, Start};
 pub use log::{Log, Severity, Sink};
 pub use run::Experiment;
 pub use saved::SavedState;

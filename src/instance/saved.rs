@@ -88,7 +88,7 @@ fn content(bytes: &[u8]) -> Result<&[u8], Refusal> {
 
 impl Instance {
     pub fn state(&self) -> SavedState {
-        SavedState { guid: self.guid.clone(), run: self.run.clone() }
+        SavedState { guid: self.start.guid.clone(), run: self.run.clone() }
     }
 
     /// Restores a state saved by this instance or by another one of the same FMU.
@@ -117,10 +117,10 @@ impl Instance {
     }
 
     fn check_owner(&self, owner: Owner) -> Result<(), Refusal> {
-        if owner.guid == self.guid {
+        if owner.guid == self.start.guid {
             return Ok(());
         }
-        let own = Owner { guid: self.guid.clone(), balls: self.balls() };
+        let own = Owner { guid: self.start.guid.clone(), balls: self.balls() };
         Err(refused(format_args!("it belongs to {owner}; allowed: states of {own}")))
     }
 
@@ -136,7 +136,7 @@ impl Instance {
         }
         // Only FMI 3.0 hosts with arrays can change the number of balls.
         let Purpose { kind, arrays, .. } = self.run.purpose;
-        let balls = if arrays && !self.scalars { owner_balls } else { self.balls() };
+        let balls = if !self.start.scalars { owner_balls } else { self.balls() };
         require(run.purpose.arrays == arrays, "it is one of another version of the standard").map_err(unsound)?;
         run.check(balls).map_err(unsound)?;
         self.check_purpose(run.purpose)?;
@@ -155,6 +155,6 @@ impl Instance {
             let restored = Simulation::restore(&run.effective_parameters(), start, snapshot, failed);
             run.simulation = Some(restored.map_err(unsound)?);
         }
-        Ok(SavedState { guid: self.guid.clone(), run })
+        Ok(SavedState { guid: self.start.guid.clone(), run })
     }
 }

@@ -18,8 +18,7 @@ mod variable;
 
 pub use arrays::{Array, MAX_LOG, states};
 pub use description::{
-    DESCRIPTIONS_OF_FMI3, Describe, Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE,
-    STOP_TIME, padding,
+    Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding,
 };
 pub use recipe::{FILE_NAME, Recipe, StartValue};
 pub use refusal::Refusal;

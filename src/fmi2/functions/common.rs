@@ -6,8 +6,7 @@ use std::ptr::null_mut;
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
-use crate::instance::{Experiment, Instance, Kind, Log, Phase, Purpose, Sink};
-use crate::variables::Description;
+use crate::instance::{Experiment, Kind, Log, Phase, Purpose, Sink, Start};
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]
@@ -43,29 +42,17 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let functions = unsafe { *functions };
     // SAFETY: the host promises null-terminated texts, or NULL.
     let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
-    ffi::create(|| {
-        let log = Log::new(sink(functions, name), loggingOn != fmi2False);
-        let purpose = if name.is_empty() {
-            Err("instanceName is missing or empty; allowed: any other text".to_owned())
-        } else {
-            purpose(fmuType)
-        };
-        let start = || {
-            let recipe = ffi::at_location(location.to_bytes());
-            let found = ffi::start_values(recipe, "fmuGUID", guid, &[|settings| Description::of(settings)]);
-            found.map(|(start, _)| start)
-        };
-        match purpose.and_then(|purpose| Ok((purpose, start()?))) {
-            Ok((purpose, start)) => {
-                let guid = guid.to_string_lossy().into_owned();
-                Some(Component::into_raw(Instance::new(purpose, start, guid, log), Fmi2))
-            }
-            Err(reason) => {
-                log.error(format_args!("fmi2Instantiate: {reason}"));
-                None
-            }
+    let log = Log::new(sink(functions, name), loggingOn != fmi2False);
+    let start = || {
+        if name.is_empty() {
+            return Err("instanceName is missing or empty; allowed: any other text".to_owned());
         }
-    })
+        let purpose = purpose(fmuType)?;
+        let recipe = ffi::at_location(location.to_bytes());
+        let (settings, scalars) = ffi::start_values(recipe, ("fmuGUID", guid), false)?;
+        Ok(Start { purpose, settings, scalars, guid: guid.to_string_lossy().into_owned() })
+    };
+    ffi::create("fmi2Instantiate", log, Fmi2, start, |_| {})
 }
 
 /// A sink for the host's logger, if it has one. The name is copied, because the host may free its own.

@@ -3,8 +3,8 @@
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Kind, Log, Purpose, Sink};
-use crate::variables::{Array, DESCRIPTIONS_OF_FMI3};
+use crate::instance::{Instance, Kind, Log, Purpose, Sink, Start};
+use crate::variables::Array;
 
 /// Version of the standard: `3.0`.
 #[unsafe(no_mangle)]
@@ -87,21 +87,16 @@ unsafe fn create(
 ) -> fmi3Instance {
     // SAFETY: as the caller promises.
     let [name, token, path] = names.map(|given| unsafe { text(given) });
-    ffi::create(|| {
-        let log = Log::on_demand(sink(logger, callbacks.environment), on != fmi3False);
-        let start = if name.to_string_lossy().trim().is_empty() {
-            Err("instanceName is missing or blank; allowed: any other text".to_owned())
-        } else {
-            let recipe = ffi::at_path(path.to_bytes());
-            ffi::start_values(recipe, "instantiationToken", token, &DESCRIPTIONS_OF_FMI3)
-        };
-        let (start, place) = start.map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
-        let scalars = DESCRIPTIONS_OF_FMI3[place](&start).scalars;
-        let instance = Instance::new(purpose, start, token.to_string_lossy().into_owned(), log);
-        let instance = if scalars { instance.with_scalars() } else { instance };
-        begin(&instance);
-        Some(Component::into_raw(instance, callbacks))
-    })
+    let log = Log::on_demand(sink(logger, callbacks.environment), on != fmi3False);
+    let start = || {
+        if name.to_string_lossy().trim().is_empty() {
+            return Err("instanceName is missing or blank; allowed: any other text".to_owned());
+        }
+        let recipe = ffi::at_path(path.to_bytes());
+        let (settings, scalars) = ffi::start_values(recipe, ("instantiationToken", token), true)?;
+        Ok(Start { purpose, settings, scalars, guid: token.to_string_lossy().into_owned() })
+    };
+    ffi::create(function, log, callbacks, start, begin)
 }
 
 /// Not offered: returns NULL, and logs why if logging is on.
@@ -121,11 +116,9 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lockPreemption: fmi3LockPreemptionCallback,
     _unlockPreemption: fmi3UnlockPreemptionCallback,
 ) -> fmi3Instance {
-    ffi::create(|| {
-        let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
-        log.error(format_args!("scheduled execution is not offered; allowed: co-simulation or model exchange"));
-        None
-    })
+    let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
+    log.error(format_args!("scheduled execution is not offered; allowed: co-simulation or model exchange"));
+    std::ptr::null_mut()
 }
 
 /// Frees an instance in any phase; NULL and an instance within a step are ignored.

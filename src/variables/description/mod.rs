@@ -8,4 +8,4 @@ mod xml;
 
 pub use elements::padding;
 pub use log_category::{LOG_CATEGORIES, LogCategory};
-pub use xml::{DESCRIPTIONS_OF_FMI3, Describe, Description, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME};
+pub use xml::{Description, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME};

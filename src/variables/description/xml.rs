@@ -26,17 +26,6 @@ const TEMPLATE_OF_FMI3: &str = include_str!("../../../modelDescription.fmi3.xml.
 /// Namespace of the GUIDs: any constant, but never another one.
 const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_27a5_8d31_70b6);
 
-/// Describes an FMU with these start values.
-pub type Describe = for<'a> fn(&'a Settings) -> Description<'a>;
-
-/// Every description of FMI 3.0.
-pub const DESCRIPTIONS_OF_FMI3: [Describe; 4] = [
-    |start| Description::fmi3(start),
-    |start| Description::fmi3(start).without_clocks(),
-    |start| Description::fmi3(start).with_scalars(),
-    |start| Description::fmi3(start).without_clocks().with_scalars(),
-];
-
 /// The description of the FMU whose start values are `start`.
 pub struct Description<'a> {
     start: &'a Settings,
@@ -67,9 +56,13 @@ impl<'a> Description<'a> {
         Self { scalars: true, ..self }
     }
 
-    /// The FMI 3.0 description with these start values, with or without clocks and arrays, that has this token.
-    pub fn of_token(start: &'a Settings, token: &str) -> Option<Self> {
-        DESCRIPTIONS_OF_FMI3.iter().map(|description| description(start)).find(|own| own.guid() == token)
+    /// All with these start values: that of FMI 2.0, or those of FMI 3.0 with or without clocks or arrays.
+    pub fn all(start: &'a Settings, fmi3: bool) -> Vec<Self> {
+        let all = || Self::fmi3(start);
+        match fmi3 {
+            true => vec![all(), all().without_clocks(), all().with_scalars(), all().without_clocks().with_scalars()],
+            false => vec![Self::of(start)],
+        }
     }
 
     /// GUID: a hash of the description less GUID and date, in braces. It ties a binary to its description.
