@@ -97,10 +97,8 @@ pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
     let preset = PRESETS.iter().find(|preset| {
-        preset.settings().is_ok_and(|settings| match was.is_fmi3() {
-            true => Description::of_token(&settings, &was.guid).is_some(),
-            false => Description::of(&settings).guid() == was.guid,
-        })
+        let is = |settings| Description::all(&settings, was.is_fmi3()).iter().any(|own| own.guid() == was.guid);
+        preset.settings().is_ok_and(is)
     });
     let what = match preset {
         Some(preset) => format!("preset {}", preset.name),

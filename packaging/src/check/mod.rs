@@ -78,10 +78,8 @@ fn belongs_together(entries: &Entries, model: &Model, report: &mut Report) -> bo
         report.remark(format_args!("written by {}: this version cannot check its GUID", model.tool));
         return false;
     }
-    let description = match model.is_fmi3() {
-        true => Description::of_token(&settings, &model.guid).unwrap_or(Description::fmi3(&settings)),
-        false => Description::of(&settings),
-    };
+    let descriptions = Description::all(&settings, model.is_fmi3());
+    let description = descriptions.iter().find(|own| own.guid() == model.guid).unwrap_or(&descriptions[0]);
     let guid = description.guid();
     if model.guid != guid {
         report.problem(format_args!("guid = \"{}\"; that of the resources is {guid}", model.guid));
