@@ -101,10 +101,8 @@ pub(crate) unsafe fn categories(names: &[*const c_char]) -> Result<Vec<LogCatego
     let category = |name: &*const c_char| {
         // SAFETY: as the caller promises.
         let name = if name.is_null() { c"NULL" } else { unsafe { text(*name) } }.to_string_lossy();
-        LOG_CATEGORIES
-            .into_iter()
-            .find(|category| category.name() == name)
-            .ok_or_else(|| Refusal::argument("category", &name, LOG_CATEGORIES.map(LogCategory::name).join(", ")))
+        let known = LOG_CATEGORIES.iter().find(|(_, own, _)| *own == name).map(|(category, ..)| *category);
+        known.ok_or_else(|| Refusal::argument("category", &name, LOG_CATEGORIES.map(|(_, own, _)| own).join(", ")))
     };
     names.iter().map(category).collect()
 }

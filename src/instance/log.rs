@@ -39,14 +39,9 @@ impl Log {
         Self { insists: false, ..Self::new(sink, on) }
     }
 
-    /// Switches logging on for `categories` only, for all of them if there are none, or off.
-    pub fn switch(&mut self, on: bool, categories: &[LogCategory]) {
-        self.enabled = LOG_CATEGORIES.map(|category| on && (categories.is_empty() || categories.contains(&category)));
-    }
-
     /// Switches `categories` on or off, all of them if there are none; the others stay as they are.
-    pub fn switch_each(&mut self, on: bool, categories: &[LogCategory]) {
-        for (category, enabled) in LOG_CATEGORIES.iter().zip(&mut self.enabled) {
+    pub fn switch(&mut self, on: bool, categories: &[LogCategory]) {
+        for ((category, ..), enabled) in LOG_CATEGORIES.iter().zip(&mut self.enabled) {
             if categories.is_empty() || categories.contains(category) {
                 *enabled = on;
             }

@@ -94,6 +94,7 @@ export! {
     fn fmi2SetDebugLogging(loggingOn: fmi2Boolean, nCategories: usize, categories: *const fmi2String)
     as SetDebugLogging |instance| {
         let categories = ffi::categories(array("categories", categories, nCategories)?)?;
+        instance.log.switch(false, &[]);
         instance.log.switch(loggingOn != fmi2False, &categories);
         Ok(())
     };

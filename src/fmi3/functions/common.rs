@@ -9,7 +9,7 @@ export! {
     fn fmi3SetDebugLogging(loggingOn: fmi3Boolean, nCategories: usize, categories: *const fmi3String)
     as SetDebugLogging |instance| {
         let categories = known_categories(array("categories", categories, nCategories)?)?;
-        instance.log.switch_each(loggingOn != fmi3False, &categories);
+        instance.log.switch(loggingOn != fmi3False, &categories);
         Ok(())
     };
     /// Enters Configuration Mode, in which the number of balls can be set.

@@ -15,26 +15,23 @@ pub enum LogCategory {
     Error,
 }
 
-/// Every category of log lines, in the order of the enumeration.
-pub const LOG_CATEGORIES: [LogCategory; 5] =
-    [LogCategory::Events, LogCategory::Solver, LogCategory::Warning, LogCategory::Discard, LogCategory::Error];
+/// Every category in the order of the enumeration, with its name in the description and in the host's log, and a text
+/// for the user.
+pub const LOG_CATEGORIES: [(LogCategory, &str, &str); 5] = [
+    (
+        LogCategory::Events,
+        "logEvents",
+        "One line for each finished pulse: contact, onset, release, peak force and impulse",
+    ),
+    (LogCategory::Solver, "logSolver", "What the solver does with the settings it was given"),
+    (LogCategory::Warning, "logStatusWarning", "Warnings"),
+    (LogCategory::Discard, "logStatusDiscard", "Refused values that leave the instance as it was, with the reason"),
+    (LogCategory::Error, "logStatusError", "Refused calls and failed steps, with the reason"),
+];
 
 impl LogCategory {
     /// Name in the description and in the host's log.
     pub const fn name(self) -> &'static str {
-        self.texts().0
-    }
-
-    /// That name, and a text for the user.
-    pub(super) const fn texts(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Events => {
-                ("logEvents", "One line for each finished pulse: contact, onset, release, peak force and impulse")
-            }
-            Self::Solver => ("logSolver", "What the solver does with the settings it was given"),
-            Self::Warning => ("logStatusWarning", "Warnings"),
-            Self::Discard => ("logStatusDiscard", "Refused values that leave the instance as it was, with the reason"),
-            Self::Error => ("logStatusError", "Refused calls and failed steps, with the reason"),
-        }
+        LOG_CATEGORIES[self as usize].1
     }
 }
