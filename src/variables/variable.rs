@@ -4,7 +4,7 @@
 //! getter finds its row by one array access.
 
 use super::table::TABLE;
-use super::table::row::{Row, Shape};
+use super::table::row::Row;
 
 /// Smallest number of balls.
 pub const MIN_BALLS: usize = 1;
@@ -45,22 +45,19 @@ impl Variable {
 
     /// The variable of this name, such as `x[1]` or `ball.mass`, in a cradle of `balls` balls.
     pub fn named(name: &str, balls: usize) -> Option<Self> {
-        let (inner, rate) = match name.strip_prefix("der(").and_then(|name| name.strip_suffix(')')) {
-            Some(inner) => (inner, true),
-            None => (name, false),
+        let index = match name.split(['[', ']']).nth(1) {
+            Some(digits) => digits.parse::<usize>().ok()?.checked_sub(1)?,
+            None => 0,
         };
-        let (family, index) = match inner.strip_suffix(']').and_then(|name| name.split_once('[')) {
-            Some((family, digits)) => (family, Some(digits)),
-            None => (inner, None),
+        let inner = name.strip_prefix("der(").unwrap_or(name);
+        // One that is written differently, such as `x[01]`, is none.
+        let is_named = |row: &Row| {
+            inner.starts_with(row.rate_of().unwrap_or(row.name))
+                && index < row.shape.len(balls)
+                && row.name_of(index + 1) == name
         };
-        let is_named = |row: &Row| if rate { row.rate_of() == Some(family) } else { row.name == family };
         let (position, row) = TABLE.iter().enumerate().find(|(_, row)| is_named(row))?;
-        let index = match (row.shape, index) {
-            (Shape::Scalar, None) => 0,
-            (Shape::Balls | Shape::Contacts, Some(digits)) => one_based(digits)?,
-            _ => return None,
-        };
-        (index < row.shape.len(balls)).then_some(Self { row, position, index })
+        Some(Self { row, position, index })
     }
 
     /// Value reference, for any number of balls.
@@ -83,12 +80,6 @@ pub fn variables(balls: usize) -> impl Iterator<Item = Variable> {
         .iter()
         .enumerate()
         .flat_map(move |(position, row)| (0..row.shape.len(balls)).map(move |index| Variable { row, position, index }))
-}
-
-/// `1` to 0, `2` to 1; none for `0`, `01`, `+1` and the like.
-fn one_based(digits: &str) -> Option<usize> {
-    let plain = digits.bytes().all(|digit| digit.is_ascii_digit()) && !digits.starts_with('0');
-    if plain { digits.parse::<usize>().ok()?.checked_sub(1) } else { None }
 }
 
 #[cfg(test)]
