@@ -28,11 +28,7 @@ pub const fn between(min: f64, max: f64) -> Range {
 impl Range {
     /// Whether `value` is finite and inside.
     pub fn contains(&self, value: f64) -> bool {
-        let above = match self.min {
-            Some(min) if self.above_min => value > min,
-            Some(min) => value >= min,
-            None => true,
-        };
+        let above = self.min.is_none_or(|min| value > min || value == min && !self.above_min);
         value.is_finite() && above && self.max.is_none_or(|max| value <= max)
     }
 }
