@@ -28,5 +28,5 @@ pub use table::enumeration::{ENUMERATIONS, Enumeration, Item};
 pub use table::range::Range;
 pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Row, Shape, Type, Variability};
 pub use table::unit::{QUANTITIES, Quantity};
-pub use text::{Escaped, Number};
+pub use text::{Number, escaped};
 pub use variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable, variables};

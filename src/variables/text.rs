@@ -1,6 +1,6 @@
 //! Text for hosts and readers: numbers that read back as the same double, and XML escapes.
 
-use std::fmt::{self, Display, Formatter, Write};
+use std::fmt::{self, Display, Formatter};
 
 /// A number in the shortest form that reads back as the same double: `0.1`, `2.6e-6`, `1e10`.
 pub struct Number(pub f64);
@@ -23,18 +23,8 @@ pub(crate) fn camel(item: &impl fmt::Debug) -> String {
 }
 
 /// Text that may stand in an XML attribute between double quotes.
-pub struct Escaped<'a>(pub &'a str);
-
-impl Display for Escaped<'_> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        self.0.chars().try_for_each(|c| match c {
-            '&' => f.write_str("&amp;"),
-            '<' => f.write_str("&lt;"),
-            '>' => f.write_str("&gt;"),
-            '"' => f.write_str("&quot;"),
-            c => f.write_char(c),
-        })
-    }
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -55,6 +45,6 @@ mod tests {
 
     #[test]
     fn markup_is_escaped() {
-        assert_eq!(Escaped(r#"a<b & "c">d"#).to_string(), "a&lt;b &amp; &quot;c&quot;&gt;d");
+        assert_eq!(escaped(r#"a<b & "c">d"#), "a&lt;b &amp; &quot;c&quot;&gt;d");
     }
 }

@@ -2,8 +2,8 @@
 
 use super::Standard;
 use newtons_cradle::variables::{
-    Access, Array, Causality, Escaped, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
-    Variability, Variable,
+    Access, Array, Causality, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
+    Variability, Variable, escaped,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -104,7 +104,7 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
 }
 
 fn line(name: &str, unit: &str, value: &str, description: &str) -> String {
-    let description = Escaped(description);
+    let description = escaped(description);
     format!("<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{description}</td></tr>\n")
 }
 

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use newtons_cradle::variables::{
-    Access, Causality, ENUMERATIONS, Escaped, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable, padding,
+    Access, Causality, ENUMERATIONS, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable, escaped, padding,
     variables,
 };
 
@@ -73,7 +73,7 @@ impl Case {
     /// The parameter set; with `arrays` that of an FMU that has them: in the version of SSP that knows arrays, if the
     /// set has any.
     pub fn ssv(&self, arrays: bool) -> String {
-        let (name, title) = (self.name, Escaped(self.title));
+        let (name, title) = (self.name, escaped(self.title));
         let is_array = |variable: &Variable| arrays && variable.row.shape != Shape::Scalar;
         let version = if self.parameters.iter().any(is_array) { "2.0" } else { "1.0" };
         let mut xml = format!(

@@ -11,7 +11,7 @@ mod record;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use newtons_cradle::variables::{Escaped, MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME};
+use newtons_cradle::variables::{MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME, escaped};
 
 use crate::archive::{self, Entries};
 use crate::build::Standard;
@@ -97,7 +97,7 @@ fn manifest(cases: &[Case], results: bool) -> String {
          fmi-ls:fmi-ls-description=\"{DESCRIPTION}\">\n"
     );
     let mut related = |of_type: &str, source: &str, role: &str, description: &str, end: &str| {
-        let description = Escaped(description);
+        let description = escaped(description);
         // Writing to a string cannot fail.
         let _ = writeln!(
             xml,

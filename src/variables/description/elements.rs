@@ -1,16 +1,16 @@
 //! Units, types and variables of the description.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::fmt::{self, Display, Write};
 
 use super::structure::first_indices;
-use crate::variables::arrays::{Array, MAX_LOG, states};
+use crate::variables::arrays::{Array, MAX_LOG};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
 use crate::variables::table::enumeration::{DERIVATIVES_OF, ENUMERATIONS, Item};
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
 use crate::variables::table::unit::{DISPLAYED, QUANTITIES, Quantity};
-use crate::variables::text::{Escaped, Number, camel};
+use crate::variables::text::{Number, camel, escaped};
 use crate::variables::variable::{Variable, variables};
 
 pub(super) fn write_units(out: &mut String) -> fmt::Result {
@@ -63,7 +63,7 @@ pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
             false => writeln!(out, "    <SimpleType name=\"{name}\">\n      <Enumeration>")?,
         }
         for Item { name, value, description } in enumeration.items {
-            let description = Escaped(description);
+            let description = escaped(description);
             writeln!(out, "      <Item name=\"{name}\" value=\"{value}\" description=\"{description}\"/>")?;
         }
         out.push_str(if fmi3 { "    </EnumerationType>\n" } else { "      </Enumeration>\n    </SimpleType>\n" });
@@ -73,12 +73,9 @@ pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
 
 /// Writes every variable of FMI 2.0. The common part of a row is rendered once: an instance renders all of this for its
 /// GUID.
-pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result {
+pub(super) fn write_variables(out: &mut String, start: &Settings, states: &[(Array, Array)]) -> fmt::Result {
     let (balls, firsts) = (start.balls(), first_indices(start.balls()));
-    let index = |state: Variable| firsts[state.position] + state.index;
-    let states: Vec<(Variable, Variable)> = states(balls).collect();
-    let state_of: HashMap<u32, usize> = states.iter().map(|(state, rate)| (rate.reference(), index(*state))).collect();
-    let is_state: HashSet<u32> = states.iter().map(|(state, _)| state.reference()).collect();
+    let of_states = of_states(states, |state| firsts[state.variable(0).position] + state.index(0));
     let units = |row: &Row| row.quantity.map(units_of).unwrap_or_default();
     let rows: Vec<[String; 2]> =
         TABLE.iter().map(|row| [common_attributes(row, row.variability), typed(row) + &units(row)]).collect();
@@ -91,12 +88,7 @@ pub(super) fn write_variables(out: &mut String, start: &Settings) -> fmt::Result
         if let Some(nominal) = variable.row.nominal {
             write!(out, " nominal=\"{}\"", Number(nominal))?;
         }
-        if let Some(state) = state_of.get(&reference) {
-            write!(out, " derivative=\"{state}\"")?;
-        }
-        if is_state.contains(&reference) {
-            out.write_str(" reinit=\"true\"")?;
-        }
+        out.write_str(of_states.get(&reference).map_or("", String::as_str))?;
         if variable.row.settable() {
             write!(out, " start=\"{}\"", start_value(variable, start))?;
         }
@@ -113,12 +105,18 @@ pub(super) fn write_arrays(
     states: &[(Array, Array)],
     mut arrays: impl Iterator<Item = Array>,
 ) -> fmt::Result {
+    let of_states = of_states(states, |state| state.reference() as usize);
+    arrays.try_for_each(|array| write_array(out, start, of_states.get(&array.reference()), array))
+}
+
+/// What states and their derivatives have as attributes, by value reference; `number` identifies a state.
+fn of_states(states: &[(Array, Array)], number: impl Fn(Array) -> usize) -> HashMap<u32, String> {
     let mut of_states: HashMap<u32, String> = HashMap::new(); // a velocity is a derivative and a state
     for (state, rate) in states {
-        *of_states.entry(rate.reference()).or_default() += &format!(" derivative=\"{}\"", state.reference());
+        *of_states.entry(rate.reference()).or_default() += &format!(" derivative=\"{}\"", number(*state));
         *of_states.entry(state.reference()).or_default() += " reinit=\"true\"";
     }
-    arrays.try_for_each(|array| write_array(out, start, of_states.get(&array.reference()), array))
+    of_states
 }
 
 fn write_array(out: &mut String, start: &Settings, of_state: Option<&String>, array: Array) -> fmt::Result {

@@ -7,7 +7,7 @@ use super::log_category::{LOG_CATEGORIES, LogCategory};
 use super::structure::write_structure;
 use crate::variables::arrays::{Array, states};
 use crate::variables::settings::Settings;
-use crate::variables::text::{Escaped, Number};
+use crate::variables::text::{Number, escaped};
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
@@ -111,9 +111,9 @@ impl<'a> Description<'a> {
         match key {
             "version" => out.write_str(env!("CARGO_PKG_VERSION")),
             // Cargo separates authors by colons.
-            "authors" => write!(out, "{}", Escaped(&env!("CARGO_PKG_AUTHORS").replace(':', ", "))),
-            "license" => write!(out, "{}", Escaped(env!("CARGO_PKG_LICENSE"))),
-            "description" => write!(out, "{}", Escaped(env!("CARGO_PKG_DESCRIPTION"))),
+            "authors" => write!(out, "{}", escaped(&env!("CARGO_PKG_AUTHORS").replace(':', ", "))),
+            "license" => write!(out, "{}", escaped(env!("CARGO_PKG_LICENSE"))),
+            "description" => write!(out, "{}", escaped(env!("CARGO_PKG_DESCRIPTION"))),
             "model" => out.write_str(MODEL_IDENTIFIER),
             "guid" => out.write_str(guid),
             "date" => out.write_str(date),
@@ -124,13 +124,13 @@ impl<'a> Description<'a> {
             "units" => write_units(out),
             "types" => write_types(out, self.fmi3),
             "variables" if self.fmi3 => write_arrays(out, self.start, &self.states(), self.arrays()),
-            "variables" => write_variables(out, self.start),
+            "variables" => write_variables(out, self.start, &self.states()),
             "structure" => write_structure(out, self.start, self.fmi3, &self.states(), self.arrays()),
             // In FMI 2.0 every refused call is an error.
             "log_categories" => {
-                LOG_CATEGORIES.iter().filter(|of| self.fmi3 || **of != LogCategory::Discard).try_for_each(|category| {
-                    let (name, description) = category.texts();
-                    writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", Escaped(description))
+                let known = |(of, ..): &&(LogCategory, _, _)| self.fmi3 || *of != LogCategory::Discard;
+                LOG_CATEGORIES.iter().filter(known).try_for_each(|(_, name, description)| {
+                    writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", escaped(description))
                 })
             }
             _ => write!(out, "{{{{{key}}}}}"),
