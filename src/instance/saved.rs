@@ -2,7 +2,6 @@
 
 use std::fmt::Display;
 
-use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use super::legality::{Kind, Phase, Purpose};
@@ -29,32 +28,19 @@ fn digest(bytes: &[u8]) -> uuid::Bytes {
     Uuid::new_v5(&Uuid::NAMESPACE_OID, bytes).into_bytes()
 }
 
-#[derive(Serialize, Deserialize)]
-struct Owner {
-    guid: String,
-    balls: usize,
-}
-
+/// GUID and number of balls of the FMU that a state belongs to.
+type Owner = (String, usize);
 type Content = (Run, Option<SimulationSnapshot>, Option<Exchange>);
 
-impl std::fmt::Display for Owner {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the FMU of {} ball(s) with the GUID {}", self.balls, self.guid)
-    }
-}
-
 impl SavedState {
-    fn owner(&self) -> Owner {
-        Owner { guid: self.guid.clone(), balls: self.run.settings.balls() }
-    }
-
     /// The state as bytes: a header; in postcard's format the owner, the run and its simulation; a digest.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Refusal> {
         // In Initialization Mode the simulation follows from the settings.
         let calculated = self.run.phase > Phase::InitializationMode;
         let simulation = self.run.simulation.as_ref().filter(|_| calculated).map(Simulation::snapshot);
         let exchange = self.run.exchange.as_ref().filter(|_| calculated);
-        let content = postcard::to_allocvec(&(self.owner(), &self.run, simulation, exchange));
+        let owner = (&self.guid, self.run.settings.balls());
+        let content = postcard::to_allocvec(&(owner, &self.run, simulation, exchange));
         let content = content.map_err(|_| Refusal::new("the state cannot be written"))?;
         let mut bytes = [MAGIC.as_slice(), &FORMAT.to_le_bytes(), &content].concat();
         bytes.extend(digest(&bytes));
@@ -93,7 +79,7 @@ impl Instance {
 
     /// Restores a state saved by this instance or by another one of the same FMU.
     pub fn set_state(&mut self, state: &SavedState) -> Result<(), Refusal> {
-        self.check_owner(state.owner())?;
+        self.check_owner(&state.guid, state.run.settings.balls())?;
         self.check_purpose(state.run.purpose)?;
         let own = self.run.purpose;
         self.run.clone_from(&state.run);
@@ -116,27 +102,27 @@ impl Instance {
         Ok(())
     }
 
-    fn check_owner(&self, owner: Owner) -> Result<(), Refusal> {
-        if owner.guid == self.start.guid {
+    fn check_owner(&self, guid: &str, balls: usize) -> Result<(), Refusal> {
+        let own = &self.start.guid;
+        if guid == own {
             return Ok(());
         }
-        let own = Owner { guid: self.start.guid.clone(), balls: self.balls() };
-        Err(refused(format_args!("it belongs to {owner}; allowed: states of {own}")))
+        let fmu = |guid, balls| format!("the FMU of {balls} ball(s) with the GUID {guid}");
+        Err(refused(format_args!("it belongs to {}; allowed: states of {}", fmu(guid, balls), fmu(own, self.balls()))))
     }
 
     /// Reads what [`SavedState::to_bytes`] wrote, in this or another process.
     pub fn read_state(&self, bytes: &[u8]) -> Result<SavedState, Refusal> {
         let unreadable = |_| unsound(Unsound("it cannot be read"));
-        let (owner, rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
-        let owner_balls = owner.balls.clamp(MIN_BALLS, MAX_BALLS);
-        self.check_owner(owner)?;
+        let ((guid, owner_balls), rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
+        self.check_owner(&guid, owner_balls)?;
         let ((mut run, snapshot, exchange), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
         if !rest.is_empty() {
             return Err(unsound(Unsound("there are more bytes than those of the state")));
         }
         // Only FMI 3.0 hosts with arrays can change the number of balls.
         let Purpose { kind, arrays, .. } = self.run.purpose;
-        let balls = if !self.start.scalars { owner_balls } else { self.balls() };
+        let balls = if !self.start.scalars { owner_balls.clamp(MIN_BALLS, MAX_BALLS) } else { self.balls() };
         require(run.purpose.arrays == arrays, "it is one of another version of the standard").map_err(unsound)?;
         run.check(balls).map_err(unsound)?;
         self.check_purpose(run.purpose)?;
