@@ -78,18 +78,15 @@ fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
 
 /// Replaces `%41` by `A`; invalid sequences stay.
 fn decode(text: &[u8]) -> Vec<u8> {
-    let mut decoded = Vec::with_capacity(text.len());
-    let mut rest = text;
-    while let [first, tail @ ..] = rest {
-        let byte = match (first, tail) {
-            (b'%', [high, low, ..]) => hexadecimal(*high).zip(hexadecimal(*low)).map(|(high, low)| high << 4 | low),
-            _ => None,
-        };
-        decoded.push(byte.unwrap_or(*first));
-        rest = match (byte, tail) {
-            (Some(_), [_, _, tail @ ..]) => tail,
-            _ => tail,
-        };
+    let mut pieces = text.split(|byte| *byte == b'%');
+    let mut decoded = pieces.next().unwrap_or_default().to_vec();
+    for piece in pieces {
+        let sequence = piece
+            .split_first_chunk()
+            .and_then(|([high, low], rest)| Some((hexadecimal(*high)? << 4 | hexadecimal(*low)?, rest)));
+        let (byte, rest) = sequence.unwrap_or((b'%', piece));
+        decoded.push(byte);
+        decoded.extend(rest);
     }
     decoded
 }
