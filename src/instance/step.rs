@@ -71,7 +71,9 @@ impl Instance {
             && end > stop
             && !self.run.past_stop_logged
         {
-            self.log_past_stop(end, stop);
+            self.run.past_stop_logged = true;
+            let text = format_args!("the step to t = {end} s passes stopTime = {stop} s; it is computed as usual");
+            self.log.solver(text);
         }
         self.catch_up_rigid()?;
         self.advance(StepUnderWay { asked: end, end, since: own }, interruptible, true)
@@ -204,12 +206,6 @@ impl Instance {
             self.log_ignored_parameters();
         }
         updated.map_err(|error| self.fail(error))
-    }
-
-    #[cold]
-    fn log_past_stop(&mut self, next: f64, stop: f64) {
-        self.run.past_stop_logged = true;
-        self.log.solver(format_args!("the step to t = {next} s passes stopTime = {stop} s; it is computed as usual"));
     }
 
     pub fn enter_event_mode(&mut self) -> Result<(), Refusal> {
