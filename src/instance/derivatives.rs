@@ -171,7 +171,7 @@ impl Instance {
     /// Adds a `change` of a known to a direction, if it can be a known.
     fn turn(&self, along: &mut Direction, known: Element, change: f64) -> Result<(), Refusal> {
         let Some(variable) = known else { return Ok(()) };
-        let state = variable.state_place(self.balls()).filter(|_| self.derived() == Derived::Exchanged);
+        let state = variable.scalar().state_place(self.balls()).filter(|_| self.derived() == Derived::Exchanged);
         let input = variable.row.causality == Causality::Input;
         let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
         let by_parameters = matches!(self.derived(), Derived::Start | Derived::Run);

@@ -31,14 +31,8 @@ impl Instance {
 
     /// Index of the first element among the states, if the variable can be set now as a state.
     pub(super) fn place_of_state(&self, array: Array) -> Option<usize> {
-        if self.run.phase != Phase::ContinuousTimeMode || !self.run.purpose.arrays {
-            return None;
-        }
-        if array.is_single() {
-            return array.variable(0).state_place(self.balls());
-        }
-        let before = Array::states().position(|(state, _)| state == array)?;
-        Some(Array::states().take(before).map(|(state, _)| state.len(self.balls())).sum())
+        let settable = self.run.phase == Phase::ContinuousTimeMode && self.run.purpose.arrays;
+        if settable { array.state_place(self.balls()) } else { None }
     }
 
     /// Ends a step of the host's solver. Returns whether an event is due.

@@ -170,6 +170,23 @@ impl Array {
         STATES.iter().filter_map(|(state, derivative)| Some((Self::named(state)?, Self::named(derivative)?)))
     }
 
+    /// Its place, or that of its first element, among the states of a cradle of `balls` balls, if it is one. In a list
+    /// of arrays, those over contacts have an element more than scalars.
+    pub fn state_place(self, balls: usize) -> Option<usize> {
+        let mut before = 0;
+        Self::states().find_map(|(state, _)| {
+            let is_at = |i: &usize| state.element(*i, balls).is_some_and(|own| own.scalar() == self);
+            let within = match self.only {
+                // In a state that joins two rows, elements of the second come one place later.
+                Some(index) => (index..index + 2).find(is_at),
+                None => (state == self).then_some(0),
+            };
+            let place = within.map(|i| before + i);
+            before += if self.is_single() { state.row.shape.len(balls) } else { state.len(balls) };
+            place
+        })
+    }
+
     /// The FMI 2.0 variable of an element, counted from 0, in a cradle of `balls` balls; none if it belongs to no
     /// contact or only FMI 3.0 has it.
     pub fn element(self, index: usize, balls: usize) -> Option<Variable> {
@@ -249,18 +266,6 @@ impl Variable {
     /// The same as a scalar of FMI 3.0.
     pub fn scalar(self) -> Array {
         Array { row: self.row, position: self.position, only: Some(self.index) }
-    }
-
-    /// Its place among the states of a cradle of `balls` balls, if it is one.
-    pub fn state_place(&self, balls: usize) -> Option<usize> {
-        let mut before = 0;
-        Array::states().find_map(|(state, _)| {
-            // In a state that joins two rows, elements of the second come one place later.
-            let is_at = |i: &usize| state.element(*i, balls).is_some_and(|own| own.reference() == self.reference());
-            let place = (self.index..self.index + 2).find(is_at).map(|i| before + i);
-            before += state.row.shape.len(balls);
-            place
-        })
     }
 }
 
