@@ -45,24 +45,16 @@ impl Instance {
     /// The same, if its value is known; before initialization only start values are.
     pub fn readable(&mut self, reference: u32, asked: Type) -> Result<Array, Refusal> {
         let array = self.array(reference, asked)?;
-        if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
-            self.log_read_within_step(array);
+        let within_step = self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate();
+        if within_step && !std::mem::replace(&mut self.run.read_logged, true) {
+            let text =
+                "is read in the middle of a step, where the standard allows variables with intermediateUpdate only";
+            self.log.solver(format_args!("{array} {text}")); // Some hosts read others, again and again.
         }
         if self.run.phase >= Phase::InitializationMode || array.has_start() {
             return Ok(array);
         }
         Err(refuse_reference(array, "before initialization, those with a start value"))
-    }
-
-    /// Logs once that a host reads more within a step than the standard allows, as some do.
-    #[cold]
-    fn log_read_within_step(&mut self, array: Array) {
-        if !std::mem::replace(&mut self.run.read_logged, true) {
-            self.log.solver(format_args!(
-                "{array} is read in the middle of a step, where the standard allows variables with intermediateUpdate \
-                 only"
-            ));
-        }
     }
 
     /// The elements of the variables behind `references`, all of this type, each paired with one of the `values`.

@@ -47,10 +47,19 @@ pub unsafe extern "C" fn fmi2Instantiate(
         if name.is_empty() {
             return Err("instanceName is missing or empty; allowed: any other text".to_owned());
         }
-        let purpose = purpose(fmuType)?;
+        let kind = match fmuType {
+            fmi2ModelExchange => Kind::ModelExchange,
+            fmi2CoSimulation => Kind::CoSimulation,
+            other => {
+                return Err(format!(
+                    "fmuType = {other} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), \
+                     fmi2CoSimulation ({fmi2CoSimulation})"
+                ));
+            }
+        };
         let recipe = ffi::at_location(location.to_bytes());
         let (settings, scalars) = ffi::start_values(recipe, ("fmuGUID", guid), false)?;
-        Ok(Start { purpose, settings, scalars, guid: guid.to_string_lossy().into_owned() })
+        Ok(Start { purpose: Purpose::fmi2(kind), settings, scalars, guid: guid.to_string_lossy().into_owned() })
     };
     ffi::create("fmi2Instantiate", log, Fmi2, start, |_| {})
 }
@@ -64,18 +73,6 @@ fn sink(functions: fmi2CallbackFunctions, name: &CStr) -> Option<Sink> {
         // message is a format without conversions, so that no further argument is read.
         unsafe { logger(environment, name.as_ptr(), Fmi2::status(severity), category.as_ptr(), message.as_ptr()) }
     }))
-}
-
-/// The purpose of this type of instance; an error if there is no such type.
-fn purpose(of: fmi2Type) -> Result<Purpose, String> {
-    match of {
-        fmi2ModelExchange => Ok(Purpose::fmi2(Kind::ModelExchange)),
-        fmi2CoSimulation => Ok(Purpose::fmi2(Kind::CoSimulation)),
-        _ => Err(format!(
-            "fmuType = {of} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), \
-             fmi2CoSimulation ({fmi2CoSimulation})"
-        )),
-    }
 }
 
 /// Frees a component in any phase; NULL is ignored.

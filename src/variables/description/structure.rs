@@ -1,7 +1,7 @@
 //! ModelStructure: the unknowns and their dependencies.
 
 use std::collections::{BTreeSet, HashMap};
-use std::fmt::{self, Display, Write};
+use std::fmt::{self, Write};
 use std::ops::Range;
 
 use crate::model::{ContactModel, PendulumModel};
@@ -31,13 +31,8 @@ fn is_of_arcs(row: &Row, start: &Settings) -> bool {
     start.parameters.pendulum == PendulumModel::Circular && from_states && !matches!(row.name, "v" | "impulse")
 }
 
-/// Whether it is an initial unknown other than states and their derivatives.
-fn is_unknown(row: &Row) -> bool {
-    matches!(row.causality, Causality::Output | Causality::CalculatedParameter)
-}
-
 /// Writes the dependencies of an unknown, if listed, each once, and closes its element.
-fn write_dependencies<T: Ord + Display>(out: &mut String, dependencies: Option<BTreeSet<T>>) -> fmt::Result {
+fn write_dependencies(out: &mut String, dependencies: Option<BTreeSet<usize>>) -> fmt::Result {
     if let Some(dependencies) = dependencies {
         out.write_str(" dependencies=\"")?;
         for (i, dependency) in dependencies.into_iter().enumerate() {
@@ -97,11 +92,12 @@ pub(super) fn write_structure(
     list(out, "/Derivatives")?;
     list(out, "InitialUnknowns")?;
     for array in arrays.clone() {
-        let is_extra = matches!(array.row.access, Access::Instance(..));
+        let is_unknown = matches!(array.row.causality, Causality::Output | Causality::CalculatedParameter)
+            && !matches!(array.row.access, Access::Instance(..));
         // By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
         if array.row.access.data_type() == Type::Clock {
             write(out, "InitialUnknown", array, Some(&[]))?;
-        } else if is_unknown(array.row) && !is_extra || exchanged.contains(&array.reference()) {
+        } else if is_unknown || exchanged.contains(&array.reference()) {
             write(out, "InitialUnknown", array, array.row.initially.filter(|_| !is_of_arcs(array.row, start)))?;
         }
     }
