@@ -29,21 +29,17 @@ impl Instance {
     /// Sets time derivatives of inputs, of `orders` from 1 on, for the next step: all, or none if any is refused. After
     /// that step the inputs keep the value they reached.
     pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Refusal> {
-        let given = || references.iter().zip(orders).zip(values);
-        for ((reference, order), value) in given() {
-            self.variable(*reference)?.check_input_derivative(*order, *value)?;
-        }
+        let each = |((reference, order), value): ((&u32, &i32), &f64)| {
+            let variable = self.variable(*reference)?;
+            Ok((variable, variable.check_input_derivative(*order, *value)?, *value))
+        };
+        let checked = references.iter().zip(orders).zip(values).map(each).collect::<Result<Vec<_>, Refusal>>()?;
         let run = &mut self.run;
         let balls = run.settings.balls();
         let mut derivatives = std::mem::take(&mut run.input_derivatives);
-        for ((reference, order), value) in given() {
-            let order = usize::try_from(*order).unwrap_or_default();
-            if derivatives.len() < order {
-                derivatives.resize(order, Inputs::zero(balls));
-            }
-            if let (Some(variable), Some(inputs)) = (Variable::at(*reference, balls), derivatives.get_mut(order - 1)) {
-                variable.set_input(inputs, *value);
-            }
+        for (variable, order, value) in checked {
+            derivatives.resize_with(order.max(derivatives.len()), || Inputs::zero(balls));
+            variable.set_input(&mut derivatives[order - 1], value);
         }
         while derivatives.pop_if(|derivative| *derivative == Inputs::zero(balls)).is_some() {}
         run.inputs_changed |= !derivatives.is_empty();

@@ -56,20 +56,20 @@ impl Variable {
     }
 
     /// Checks that it is an input whose time derivative of this order (1/s^order times its unit) may be `value`.
-    pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<(), Refusal> {
+    /// Returns the order.
+    pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<usize, Refusal> {
         if self.row.causality != Causality::Input {
             return Err(Refusal::new(format_args!(
                 "no derivative of {self} can be set: only those of inputs can, and its causality is {:?}",
                 self.row.causality
             )));
         }
-        if !usize::try_from(order).is_ok_and(|order| (1..=MAX_INPUT_DERIVATIVE).contains(&order)) {
-            return Err(self.no_such_order(order, MAX_INPUT_DERIVATIVE));
-        }
+        let known = usize::try_from(order).ok().filter(|order| (1..=MAX_INPUT_DERIVATIVE).contains(order));
+        let known = known.ok_or_else(|| self.no_such_order(order, MAX_INPUT_DERIVATIVE))?;
         if !value.is_finite() {
             return Err(Refusal::value(format_args!("derivative {order} of {self}"), Number(value), ANY));
         }
-        Ok(())
+        Ok(known)
     }
 
     /// The error for an `order` outside 1 to `most`.
