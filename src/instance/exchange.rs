@@ -12,21 +12,16 @@ use crate::variables::{Array, Extra, Refusal};
 
 impl Instance {
     pub fn count_states(&self) -> usize {
-        state_count(self.balls()) + usize::from(self.has_padding())
+        state_count(self.balls()) + usize::from(!self.start.scalars)
     }
 
     pub fn count_indicators(&self) -> usize {
-        2 * (self.balls() - 1) + 2 * usize::from(self.has_padding())
-    }
-
-    /// Whether arrays over contacts have an element that belongs to none.
-    fn has_padding(&self) -> bool {
-        !self.start.scalars
+        2 * (self.balls() - 1) + 2 * usize::from(!self.start.scalars)
     }
 
     /// Index among the states of the impulse that belongs to no contact.
     fn padding_state(&self) -> Option<usize> {
-        self.has_padding().then(|| 3 * self.balls() - 1)
+        (!self.start.scalars).then(|| 3 * self.balls() - 1)
     }
 
     /// Index of the first element among the states, if the variable can be set now as a state.
@@ -95,7 +90,7 @@ impl Instance {
     pub fn event_indicators(&mut self) -> Result<Vec<f64>, Refusal> {
         let contacts = self.balls() - 1;
         let mut indicators = self.exchange()?.indicators();
-        if self.has_padding() {
+        if !self.start.scalars {
             indicators.insert(contacts, 1.0);
             indicators.push(1.0);
         }

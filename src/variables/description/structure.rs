@@ -31,18 +31,6 @@ fn is_of_arcs(row: &Row, start: &Settings) -> bool {
     start.parameters.pendulum == PendulumModel::Circular && from_states && !matches!(row.name, "v" | "impulse")
 }
 
-/// Writes the dependencies of an unknown, if listed, each once, and closes its element.
-fn write_dependencies(out: &mut String, dependencies: Option<BTreeSet<usize>>) -> fmt::Result {
-    if let Some(dependencies) = dependencies {
-        out.write_str(" dependencies=\"")?;
-        for (i, dependency) in dependencies.into_iter().enumerate() {
-            write!(out, "{}{dependency}", if i == 0 { "" } else { " " })?;
-        }
-        out.write_str("\"")?;
-    }
-    out.write_str("/>\n")
-}
-
 /// Writes the unknowns of ModelStructure with their dependencies: for FMI 2.0 those of scalars, by their indices.
 ///
 /// In co-simulation no output depends on an input at the same communication point: an input acts from the next step on.
@@ -66,7 +54,6 @@ pub(super) fn write_structure(
             true => write!(out, "    <{element} valueReference=\"{}\"", array.reference())?,
             false => write!(out, "      <Unknown index=\"{}\"", first[variable.position] + variable.index)?,
         }
-        let names = groups.map(|groups| groups.iter().copied().flatten());
         let places = |name: &&'static str| match array.is_single() {
             true => {
                 let found = found.entry(*name).or_insert_with(|| knowns(name, balls, &first));
@@ -74,7 +61,15 @@ pub(super) fn write_structure(
             }
             false => Vec::from_iter(array_of(name).map(|array| array.reference() as usize)),
         };
-        write_dependencies(out, names.map(|names| names.flat_map(places).collect()))
+        if let Some(groups) = groups {
+            out.write_str(" dependencies=\"")?;
+            let each_once: BTreeSet<usize> = groups.iter().copied().flatten().flat_map(places).collect();
+            for (i, dependency) in each_once.into_iter().enumerate() {
+                write!(out, "{}{dependency}", if i == 0 { "" } else { " " })?;
+            }
+            out.write_str("\"")?;
+        }
+        out.write_str("/>\n")
     };
     // Only FMI 2.0 has lists of unknowns.
     let list = |out: &mut String, tag: &str| if fmi3 { Ok(()) } else { writeln!(out, "    <{tag}>") };
