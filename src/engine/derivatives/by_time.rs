@@ -89,13 +89,10 @@ fn of_series(chain: &ChainEquations<f64>, inputs: &HeldInputs, series: &Series, 
     let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     for (i, (ball, forcing)) in cradle.balls.iter().zip(*forcings).enumerate() {
         let path = series.displacement(i);
-        let (places, along) = (series.places(i, ball, state.x[i]), series.rate(path));
-        let (x, v) = match ball.on_arc {
-            true => (&places[0][..], series.rate(&places[0])),
-            false => (path, along.clone()),
-        };
+        let ([x, y], along) = (series.places(i, ball, state.x[i]), series.rate(path));
+        let v = series.rate(&x);
         (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
-        (rates.angle[i], rates.y[i]) = (of_order * path[order] / ball.length, of_order * places[1][order]);
+        (rates.angle[i], rates.y[i]) = (of_order * path[order] / ball.length, of_order * y[order]);
         momentum[0] += ball.mass * v[0];
         for k in 0..order {
             momentum[k + 1] += ball.mass * forcing[k] / factorial(k + 1);

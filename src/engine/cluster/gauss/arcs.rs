@@ -26,25 +26,19 @@ pub(crate) struct Course<const N: usize> {
     pub free: [f64; N],
 }
 
-impl<const N: usize> Default for Course<N> {
-    fn default() -> Self {
-        let none = [0.0; N];
-        Self { start: (0.0, 1.0), changes: [none; 2], sin: none, cos: none, u: none, free: none }
-    }
-}
-
 impl Course<1> {
     pub fn at_start((ball, flight): (&BallModel, &Flight)) -> Self {
-        let mut course = Self { start: libm::sincos(flight.x / ball.length), ..Self::default() };
-        course.follow(ball, flight, &[[0.0], [flight.v]], &[0.0]);
+        let (start, none) = (libm::sincos(flight.x / ball.length), [0.0]);
+        let mut course = Self { start, changes: [none; 2], sin: none, cos: none, u: none, free: none };
+        course.follow(ball, flight, &[none, [flight.v]], &none);
         course
     }
 
     /// The same all the time.
     pub fn lasting<const N: usize>(&self) -> Course<N> {
         let all = |[value]: [f64; 1]| [value; N];
-        let &Self { start, sin, cos, u, free, .. } = self;
-        Course { start, sin: all(sin), cos: all(cos), u: all(u), free: all(free), ..Course::default() }
+        let &Self { start, changes, sin, cos, u, free } = self;
+        Course { start, changes: changes.map(all), sin: all(sin), cos: all(cos), u: all(u), free: all(free) }
     }
 
     /// Rate of the overlap of this ball and the next one, m/s.
@@ -87,12 +81,6 @@ pub(crate) struct Direction<const N: usize> {
     pub pull: [f64; N],
 }
 
-impl<const N: usize> Default for Direction<N> {
-    fn default() -> Self {
-        Self { along: [[0.0; N]; 2], outward: [[0.0; N]; 2], pull: [0.0; N] }
-    }
-}
-
 impl Direction<1> {
     /// The same all the time.
     pub fn lasting<const N: usize>(&self) -> Direction<N> {
@@ -104,7 +92,8 @@ impl Direction<1> {
 impl<const N: usize> Direction<N> {
     /// Of balls on pendulums of these lengths, with these horizontal and vertical distances at the start, m.
     pub fn new(l: &Course<N>, r: &Course<N>, lengths: [f64; 2], start: [f64; 2]) -> Self {
-        let (mut direction, [left, right]) = (Self::default(), lengths);
+        let (none, [left, right]) = ([0.0; N], lengths);
+        let mut direction = Self { along: [none; 2], outward: [none; 2], pull: none };
         let (inverse_left, inverse_right) = (1.0 / left, 1.0 / right);
         for m in 0..N {
             let width = start[0] + (right * r.changes[0][m] - left * l.changes[0][m]);
