@@ -22,17 +22,17 @@ impl Engine {
     /// ball. If a fixed amount of work does not reach it, the time up to which there is none, from which the next look
     /// continues.
     pub(crate) fn find_next_onset(&self) -> Next {
-        if let Some((asked_at, answer)) = self.caches.ahead.found.get() {
+        if let Some((asked_at, answer)) = self.caches.found.get() {
             // An onset stays the next one until it comes; "none within the horizon" is valid for now only.
             if asked_at == self.time || answer.found().is_some_and(|onset| onset > self.time) {
                 return answer;
             }
         }
         // Taken out while in use, so that a copy of the run does not copy it.
-        let mut copy = self.caches.ahead.copy.take();
+        let mut copy = self.caches.ahead.take();
         let answer = self.look_ahead(&mut copy);
-        self.caches.ahead.copy.replace(copy);
-        self.caches.ahead.found.set(Some((self.time, answer)));
+        self.caches.ahead.replace(copy);
+        self.caches.found.set(Some((self.time, answer)));
         answer
     }
 
@@ -128,7 +128,7 @@ mod tests {
 
     /// Work of the copy that goes ahead so far.
     fn effort_ahead(engine: &Engine) -> u64 {
-        engine.caches.ahead.copy.borrow().as_ref().map_or(0, |copy| copy.effort)
+        engine.caches.ahead.borrow().as_ref().map_or(0, |copy| copy.effort)
     }
 
     #[test]

@@ -12,7 +12,10 @@ use crate::solver::double_double::DoubleDouble;
 pub(crate) struct Caches<R> {
     /// A ball each: its state when it was last asked for.
     pub states: Vec<Cell<KnownState>>,
-    pub ahead: LookAhead<R>,
+    /// A copy of the run that has gone ahead on the same trajectory until the inputs change, to the next onset at most.
+    pub ahead: RefCell<Option<Box<R>>>,
+    /// The last result of a look ahead, and the time of the request, s.
+    pub found: Cell<Option<(f64, Next)>>,
     /// The last cluster that ended, whose memory is reused.
     pub spare: Option<Box<Cluster>>,
 }
@@ -27,23 +30,11 @@ pub(crate) struct KnownState {
     pub state: (f64, f64),
 }
 
-/// The look ahead, valid until the inputs change. The copy stands at the next onset of the run at most.
-#[derive(Clone, Debug)]
-pub(crate) struct LookAhead<R> {
-    /// A copy of the run that has gone ahead on the same trajectory.
-    pub copy: RefCell<Option<Box<R>>>,
-    /// The last result, and the time of the request, s.
-    pub found: Cell<Option<(f64, Next)>>,
-}
-
 impl<R> Caches<R> {
     pub fn new(balls: usize) -> Self {
         let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0) };
-        Self {
-            states: vec![Cell::new(unknown); balls],
-            ahead: LookAhead { copy: RefCell::default(), found: Cell::default() },
-            spare: None,
-        }
+        let states = vec![Cell::new(unknown); balls];
+        Self { states, ahead: RefCell::default(), found: Cell::default(), spare: None }
     }
 
     /// Empties all caches, because the equations change.
@@ -55,6 +46,6 @@ impl<R> Caches<R> {
 /// A copy keeps the look ahead and recomputes everything else.
 impl<R: Clone> Clone for Caches<R> {
     fn clone(&self) -> Self {
-        Self { ahead: self.ahead.clone(), ..Self::new(self.states.len()) }
+        Self { ahead: self.ahead.clone(), found: self.found.clone(), ..Self::new(self.states.len()) }
     }
 }

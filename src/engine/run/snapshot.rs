@@ -64,8 +64,7 @@ pub(crate) fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> 
 impl Engine {
     /// The run as it is now.
     pub fn snapshot(&self) -> Snapshot {
-        let ahead = &self.caches.ahead;
-        let copy = ahead.copy.borrow();
+        let copy = self.caches.ahead.borrow();
         let state = |copy: &Self| {
             // The time of a copy that looks ahead is that of its last event.
             let (now, mut state) = (copy.totals.last_event.value_up(), copy.run_state());
@@ -73,7 +72,7 @@ impl Engine {
             (state, copy.handled - self.handled)
         };
         // Results that lie in the past are useless.
-        let found = ahead.found.get().filter(|(_, found)| found.time() > self.time);
+        let found = self.caches.found.get().filter(|(_, found)| found.time() > self.time);
         let further = copy.as_deref().filter(|copy| copy.handled > self.handled);
         Snapshot { run: self.run_state(), copy: further.map(state), found }
     }
@@ -112,13 +111,13 @@ impl Engine {
             let sound = last >= now && !missed(&copy, last);
             require(failed || sound, "its look ahead ends in the past")?;
             (copy.step.time, copy.handled) = (NO_STEP, lead);
-            engine.caches.ahead.copy.replace(Some(Box::new(copy)));
+            engine.caches.ahead.replace(Some(Box::new(copy)));
         }
         require(
             failed || found.is_none_or(|(_, found)| found.time() > engine.time),
             "the onset that it found ahead lies in the past",
         )?;
-        engine.caches.ahead.found.set(found);
+        engine.caches.found.set(found);
         Ok(engine)
     }
 
