@@ -14,9 +14,10 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// Contacts in a chain whose damping is less than this times `sqrt(k m)` let the balls oscillate or nearly so.
 const RINGING: f64 = 3.0;
 
-/// A contact of the window at the start of the segment.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+/// A contact at the start of a segment, or between segments.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct WindowContact {
+    /// In m.
     pub overlap: f64,
     pub mode: Mode,
 }

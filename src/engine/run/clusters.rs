@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::contact::{Phase, Unassigned};
+use super::contact::Phase;
 use super::engine::Engine;
-use crate::engine::cluster::{Cluster, StepHistory, Switch, WindowContact};
+use crate::engine::cluster::{Cluster, StepHistory, Switch};
 use crate::engine::error::EngineError;
 use crate::engine::flight::Regime;
 use crate::engine::observer::Observer;
@@ -78,9 +78,9 @@ impl Engine {
         cluster.flights.extend(self.balls[window].iter().map(|ball| ball.flight_at(t)));
         cluster.contacts.extend(contacts.map(|i| {
             self.stop_separation(i, t);
-            let Unassigned { overlap, mode, .. } = self.contacts[i].unassigned();
+            let contact = self.contacts[i].unassigned();
             self.contacts[i].phase = Phase::Window(id as u32);
-            WindowContact { overlap, mode }
+            contact
         }));
         self.follow(id, cluster);
     }
@@ -156,8 +156,8 @@ impl Engine {
         for ball in &mut self.balls[cluster.members.clone()] {
             ball.regime = Regime::Flight;
         }
-        for (i, &WindowContact { overlap, mode }) in cluster.window_contacts().zip(&cluster.contacts) {
-            self.contacts[i].phase = Phase::Unassigned(Unassigned { overlap, mode });
+        for (i, contact) in cluster.window_contacts().zip(&cluster.contacts) {
+            self.contacts[i].phase = Phase::Unassigned(*contact);
         }
         self.caches.spare = Some(cluster);
     }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::cluster::WindowContact;
 use crate::engine::flight::Separation;
 use crate::engine::pair_impact::PairImpact;
 use crate::engine::records::Ledger;
@@ -20,8 +21,8 @@ pub(crate) struct Contact {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum Phase {
-    /// During an event that regroups its balls; never between events.
-    Unassigned(Unassigned),
+    /// During an event that regroups its balls, which are in flight and anchored at its time; never between events.
+    Unassigned(WindowContact),
     /// Open between balls in flight, with the forecast of its onset.
     Open(Separation, Next<DoubleDouble>),
     /// Open beside an impact of known outcome, with the overlap (m) between the anchors of its balls, whose times
@@ -35,17 +36,9 @@ pub(crate) enum Phase {
     Constraint(Constraint, Next<DoubleDouble>),
 }
 
-/// A contact whose balls are in flight and anchored at the same time, the time of an event.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Unassigned {
-    /// In m.
-    pub overlap: f64,
-    pub mode: Mode,
-}
-
 impl Default for Phase {
     fn default() -> Self {
-        Self::Unassigned(Unassigned::default())
+        Self::Unassigned(WindowContact::default())
     }
 }
 
@@ -71,18 +64,18 @@ impl Contact {
     }
 
     /// Its state while it is unassigned; otherwise open without overlap.
-    pub fn unassigned(&self) -> Unassigned {
-        if let Phase::Unassigned(unassigned) = self.phase { unassigned } else { Unassigned::default() }
+    pub fn unassigned(&self) -> WindowContact {
+        if let Phase::Unassigned(unassigned) = self.phase { unassigned } else { WindowContact::default() }
     }
 
     pub fn unassign(&mut self, overlap: f64, mode: Mode) {
-        self.phase = Phase::Unassigned(Unassigned { overlap, mode });
+        self.phase = Phase::Unassigned(WindowContact { overlap, mode });
     }
 
     /// Overlap (m) while it is unassigned, or that between the anchors of its balls beside an impact; 0 else.
     pub fn overlap(&self) -> f64 {
         match self.phase {
-            Phase::Unassigned(Unassigned { overlap, .. }) | Phase::BesideImpact(overlap) => overlap,
+            Phase::Unassigned(WindowContact { overlap, .. }) | Phase::BesideImpact(overlap) => overlap,
             Phase::Open(..) | Phase::Window(_) | Phase::Impact(_) | Phase::Constraint(..) => 0.0,
         }
     }
