@@ -94,14 +94,7 @@ struct Compression {
 #[derive(Clone, Debug)]
 pub(crate) struct PairImpact {
     pub start: DoubleDouble,
-    pub duration: f64,
-    /// Displacements of the left and the right ball over the impact, m: the overlap is 0 at either end.
-    pub displacements: [f64; 2],
-    /// Velocities of the left and the right ball after it, m/s.
-    pub velocities: [f64; 2],
-    /// Impulse, N.s, and largest force, N.
-    pub impulse: f64,
-    pub peak: f64,
+    pub outcome: Outcome,
     /// Running integrals of the left and the right ball.
     pub integrals: [RunningIntegrals; 2],
     /// Its segments, computed on first use.
@@ -154,7 +147,7 @@ impl PairImpact {
         let displacement = centre.displacement(o, &u);
         // Not as a difference of velocities, in whose rounding gravity's effect in a microsecond would drown.
         let speed_up = (centre.forcing[0] - o.omega2() * centre.x) * u[1] - o.omega2() * centre.v * u[2];
-        let velocities = if left.mass == right.mass {
+        let velocities = if left.model.mass == right.model.mass {
             [r.v + speed_up, l.v + speed_up]
         } else {
             [l.v - 2.0 * right_share * rate + speed_up, r.v + 2.0 * left_share * rate + speed_up]
@@ -165,16 +158,15 @@ impl PairImpact {
             drag_loss: 0.0,
             work: ball.mass * ball.flight.forcing[0] * displacement,
         };
-        Some(Self {
-            start: left.anchor,
+        let outcome = Outcome {
             duration: t,
             displacements: [displacement; 2],
             velocities,
             impulse: reduced * (2.0 * rate - pull * t - o.omega2() * compression.overlap_integral),
             peak: law.elastic_force(compression.peak_overlap),
-            integrals: [integrals(left, right_share), integrals(right, -left_share)],
-            interior: OnceCell::new(),
-        })
+        };
+        let integrals = [integrals(left, right_share), integrals(right, -left_share)];
+        Some(Self { start: left.anchor, outcome, integrals, interior: OnceCell::new() })
     }
 
     fn on_arcs(balls: [&Ball; 2], law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
@@ -184,24 +176,24 @@ impl PairImpact {
             return None;
         }
         let shape = coefficients.shape.get_or_init(|| Box::new(Shape::new(law.exponent, power_of_stretching(law))));
-        let Outcome { duration, displacements, velocities, impulse, peak } = outcome(&models, flights, law, shape)?;
+        let outcome = outcome(&models, flights, law, shape)?;
+        let Outcome { duration, displacements, velocities, .. } = outcome;
         let integrals =
             [0, 1].map(|k| integrals_on_arc(&models[k], flights[k], duration, |_| (displacements[k], velocities[k])));
-        let (start, interior) = (balls[0].anchor, OnceCell::new());
-        Some(Self { start, duration, displacements, velocities, impulse, peak, integrals, interior })
+        Some(Self { start: balls[0].anchor, outcome, integrals, interior: OnceCell::new() })
     }
 
     pub fn end(&self) -> DoubleDouble {
-        self.start + self.duration
+        self.start + self.outcome.duration
     }
 
     /// An upper bound of the outward displacement of a ball `tau` (s) after the start, without accelerations other than
     /// by the contact: the contact pushes outwards, so balls lag behind the chord.
     pub fn chord(&self, ball: usize, tau: f64) -> f64 {
-        if tau < self.duration {
-            self.displacements[ball] * tau / self.duration
+        if tau < self.outcome.duration {
+            self.outcome.displacements[ball] * tau / self.outcome.duration
         } else {
-            self.displacements[ball] + self.velocities[ball] * (tau - self.duration)
+            self.outcome.displacements[ball] + self.outcome.velocities[ball] * (tau - self.outcome.duration)
         }
     }
 }

@@ -108,11 +108,13 @@ impl Shape {
     }
 }
 
-/// What an impact has changed.
+/// What an impact of two has changed.
+#[derive(Clone, Debug)]
 pub(crate) struct Outcome {
     /// In s.
     pub duration: f64,
-    /// Displacements along the paths, m, and velocities after it, m/s.
+    /// Displacements of the left and the right ball along their paths, m, and velocities after it, m/s. The overlap is
+    /// 0 at either end.
     pub displacements: [f64; 2],
     pub velocities: [f64; 2],
     /// Impulse, N.s, and largest force, N.

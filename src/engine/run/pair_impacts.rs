@@ -75,7 +75,7 @@ impl Engine {
         let sides = [(j, left), (j + 1, right)].map(|(i, impact)| {
             let (ball, impact) = (&self.balls[i], impact.or_else(|| under_way(i)));
             let age = (t - ball.anchor).value();
-            (ball, age, impact, impact.map_or(0.0, |impact| (impact.duration - age).max(0.0)))
+            (ball, age, impact, impact.map_or(0.0, |impact| (impact.outcome.duration - age).max(0.0)))
         });
         let remaining = sides.map(|(.., rest)| rest);
         let longest = remaining[0].max(remaining[1]);
@@ -86,7 +86,8 @@ impl Engine {
             let (law, pair) = (&self.cradle.contacts[j], self.cradle.pair(j));
             along = parts_along(pair, law, [sides[0].0.flight.x, sides[1].0.flight.x]);
             for ((ball, age, impact, _), model) in sides.iter().zip(pair) {
-                let after = impact.map_or(0.0, |impact| impact.velocities[0].abs().max(impact.velocities[1].abs()));
+                let after = impact
+                    .map_or(0.0, |impact| impact.outcome.velocities[0].abs().max(impact.outcome.velocities[1].abs()));
                 let way = (ball.flight.v.abs() + after) * (age + longest);
                 slack += way * way / model.length;
             }
@@ -108,15 +109,15 @@ impl Engine {
         let in_step = self.impact_peak(i, self.step.time.into(), t);
         self.begin_ledger(i, t);
         let Some(impact) = self.take_impact(i, 0.0, Mode::Open) else { return };
-        self.contacts[i].ledger.add(impact.impulse, impact.peak, in_step);
+        self.contacts[i].ledger.add(impact.outcome.impulse, impact.outcome.peak, in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
-            ball.flight.x += impact.displacements[side];
-            ball.flight.v = impact.velocities[side];
+            ball.flight.x += impact.outcome.displacements[side];
+            ball.flight.v = impact.outcome.velocities[side];
             ball.anchor = t;
             ball.integrals.add(&impact.integrals[side]);
             (ball.regime, ball.flies_on) = (Regime::Flight, false);
         }
-        (0..2).for_each(|side| self.shift_contacts(i + side, impact.displacements[side]));
+        (0..2).for_each(|side| self.shift_contacts(i + side, impact.outcome.displacements[side]));
         self.end_pulse(i, t, observer);
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.reanchor_free(neighbours.clone(), t);
@@ -194,7 +195,7 @@ impl Engine {
 
     /// Step control within an impact, such that the number of segments does not depend on its speed.
     pub(crate) fn control_within(&self, impact: &PairImpact) -> Control {
-        Control { longest: self.control.longest.max(impact.duration), ..self.control }
+        Control { longest: self.control.longest.max(impact.outcome.duration), ..self.control }
     }
 
     /// The balls of the `impact` in contact `i` as a cluster without spectators, from the onset on.
@@ -245,13 +246,14 @@ impl Engine {
     /// force is symmetric in time, and largest half way.
     pub(crate) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
         let Some(impact) = self.contacts[i].impact() else { return 0.0 };
-        let (from, to) = ((from - impact.start).value().max(0.0), (to - impact.start).value().min(impact.duration));
-        let top = 0.5 * impact.duration;
+        let (from, to) =
+            ((from - impact.start).value().max(0.0), (to - impact.start).value().min(impact.outcome.duration));
+        let top = 0.5 * impact.outcome.duration;
         if from > to {
             return 0.0;
         }
         if from <= top && top <= to {
-            return impact.peak;
+            return impact.outcome.peak;
         }
         let nearest = impact.start + if to < top { to } else { from };
         self.interior(i, nearest).map_or(0.0, |interior| {
@@ -285,7 +287,7 @@ mod tests {
                 Parameters { gravity: 0.0, exponent, dead_band: 0.0, x_start, v_start, ..Parameters::default_for(2) };
             let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
             engine.advance(1e-12, &mut Unrecorded).unwrap();
-            let time = engine.contacts[0].impact().map_or(1e-3, |impact| 0.5 * impact.duration);
+            let time = engine.contacts[0].impact().map_or(1e-3, |impact| 0.5 * impact.outcome.duration);
             engine.advance(time, &mut Unrecorded).unwrap();
             let moved = (engine.x(0) + engine.x(1)) / (speed * time);
             assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
