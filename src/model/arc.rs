@@ -165,6 +165,9 @@ pub(crate) fn change_of_overlap(
 /// The place (m) of the right one of two neighbours along its path, for that of the left one and their overlap (m), by
 /// Newton's method; not a number if it has none.
 pub(crate) fn place_beside<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, left: S, overlap: S) -> S {
+    if !balls[0].on_arc {
+        return left - (overlap + law.clearance);
+    }
     let mut place = left * balls[1].length / balls[0].length;
     let (highest, mut settled) = (balls[1].length.value() * std::f64::consts::FRAC_PI_2, false);
     for _ in 0..ITERATIONS {

@@ -32,16 +32,10 @@ impl<S: Scalar> State<S> {
         let (mut place, _) = cradle.balls[0].along_path(y[0], S::default());
         x.push(place);
         for (j, (law, overlap)) in cradle.contacts.iter().zip(&overlaps).enumerate() {
-            place = match cradle.balls[j].on_arc {
-                true => place_beside(cradle.pair(j), law, place, *overlap),
-                false => place - (*overlap + law.clearance),
-            };
+            place = place_beside(cradle.pair(j), law, place, *overlap);
             x.push(place);
         }
-        let along = |((ball, x), v): ((&BallModel<S>, &S), &S)| match ball.on_arc {
-            true => *v / ball.place(*x).cos,
-            false => *v,
-        };
+        let along = |((ball, x), v): ((&BallModel<S>, &S), &S)| *v / ball.place(*x).cos;
         let v = cradle.balls.iter().zip(&x).zip(&v).map(along).collect();
         let mut state = Self { x, v, overlaps, forcings, forces: Vec::new() };
         state.forces = if cradle.restitution.is_some() {
