@@ -18,14 +18,14 @@ use serde::{Deserialize, Serialize};
 use crate::engine::flight::{Ball, Flight, Forcing, degree, forecast, reach, shifted};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
+use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator};
 use crate::solver::root::{Smooth, falling_zero};
 
 /// Roundings of a number that several operations have added to.
 const ROUNDINGS: f64 = 8.0;
 
 /// Swings that are searched one by one for the largest force.
-const MOST_SWINGS: f64 = 8.0;
+const MOST_SWINGS: f64 = 1000.0;
 
 /// A sustained contact, which constrains its balls to move as one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -191,35 +191,12 @@ impl Constraint {
         }
         let o = &self.oscillator;
         let swings = (to - from) * (o.omega() + o.gamma()) / std::f64::consts::TAU;
-        let mut look = |from: f64, to: f64, panels: usize| {
-            peak = peak.max(self.largest_maximum(from, to, panels));
-        };
         if swings <= MOST_SWINGS {
-            look(from, to, (4.0 + 16.0 * swings) as usize);
-        } else if o.gamma() < o.omega()
-            && let Some((steady, amplitude)) = self.swing()
-        {
-            // The highest swing is where the envelope is highest.
-            let envelope_rate = |tau: f64| {
-                let [v, a, ..] = steady.velocity_at(tau);
-                let [_, own_rate, ..] = shifted(&self.load, tau);
-                let left = amplitude * libm::exp(-o.gamma() * tau);
-                own_rate - self.stiffness * v - self.drag * a - o.gamma() * left
-            };
-            let period = std::f64::consts::TAU / o.omega();
-            let mut around = |tau: f64| {
-                look((tau - 1.5 * period).max(from), (tau + 1.5 * period).min(to), 64);
-            };
-            around(from);
-            around(to);
-            for (low, high) in growing(from, to, period) {
-                if envelope_rate(low) > 0.0 && envelope_rate(high) < 0.0 {
-                    around(falling_zero(envelope_rate, low, high));
-                }
-            }
-        } else {
-            // Overdamped: ever slower.
-            growing(from, to, 0.25 / (o.omega() + o.gamma())).for_each(|(low, high)| look(low, high, 1));
+            return peak.max(self.largest_maximum(from, to, (4.0 + 16.0 * swings) as usize));
+        }
+        // Overdamped, or most likely as large at the start: ever slower.
+        for (low, high) in growing(from, to, 0.25 / (o.omega() + o.gamma())) {
+            peak = peak.max(self.largest_maximum(low, high, 1));
         }
         peak
     }
@@ -236,19 +213,6 @@ impl Constraint {
             }
         }
         largest
-    }
-
-    /// The steady part of an underdamped body's motion, and the force amplitude of its free swing at the anchor, N.
-    fn swing(&self) -> Option<(Steady, f64)> {
-        let (o, flight) = (&self.oscillator, &self.flight);
-        let acceleration = flight.acceleration(o, 0.0, 0.0, flight.v);
-        let steady = Steady::new(o, flight.v, acceleration, &flight.forcing)?;
-        let (v, a) = steady.swing;
-        let x = -(a + 2.0 * o.gamma() * v) / o.omega2();
-        let turned = (o.omega2() - o.gamma() * o.gamma()).sqrt();
-        let size = libm::hypot(x, (v + o.gamma() * x) / turned);
-        let response = libm::hypot(self.stiffness - self.drag * o.gamma(), self.drag * turned);
-        Some((steady, size * response))
     }
 
     fn is_constant(&self) -> bool {
