@@ -119,7 +119,7 @@ impl PairImpact {
     /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None`
     /// if there is no closed form.
     pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
-        if left.on_arc {
+        if left.model.on_arc {
             return Self::on_arcs([left, right], law, coefficients);
         }
         let (l, r, o) = (&left.flight, &right.flight, &left.oscillator);
@@ -128,9 +128,9 @@ impl PairImpact {
         if !simple || rate <= 0.0 || degree(&l.forcing) + degree(&r.forcing) > 0 {
             return None;
         }
-        let total = left.mass + right.mass;
-        let (left_share, right_share) = (left.mass / total, right.mass / total);
-        let reduced = left.mass * right_share;
+        let total = left.model.mass + right.model.mass;
+        let (left_share, right_share) = (left.model.mass / total, right.model.mass / total);
+        let reduced = left.model.mass * right_share;
         let pull = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
         let compression = compression(law, coefficients, o.omega2(), reduced, rate, pull)?;
         let t = compression.duration;
@@ -156,7 +156,7 @@ impl PairImpact {
         let integrals = |ball: &Ball, of_overlap: f64| RunningIntegrals {
             x_integral: ball.flight.x * t + common + of_overlap * compression.overlap_integral,
             drag_loss: 0.0,
-            work: ball.mass * ball.flight.forcing[0] * displacement,
+            work: ball.model.mass * ball.flight.forcing[0] * displacement,
         };
         let outcome = Outcome {
             duration: t,
@@ -170,7 +170,7 @@ impl PairImpact {
     }
 
     fn on_arcs(balls: [&Ball; 2], law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
-        let (models, flights) = (balls.map(Ball::model), balls.map(|ball| &ball.flight));
+        let (models, flights) = (balls.map(|ball| ball.model), balls.map(|ball| &ball.flight));
         let steady = |k: usize| models[k].gamma == 0.0 && degree(&flights[k].forcing) == 0;
         if !(law.is_elastic() && law.exponent <= Shape::HIGHEST && steady(0) && steady(1)) {
             return None;

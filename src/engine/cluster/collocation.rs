@@ -151,7 +151,7 @@ impl<'a> Step<'a> {
 
     /// Acceleration of ball `i` by the contacts, m/s2.
     fn pressed(&self, i: usize) -> Stages {
-        (self.force(i.checked_sub(1)) - self.force(Some(i))) / self.window.balls[i].mass
+        (self.force(i.checked_sub(1)) - self.force(Some(i))) / self.window.balls[i].model.mass
     }
 
     /// The response of the overlap of contact `j`, or of its rate, to all accelerations of its balls.
@@ -191,7 +191,9 @@ impl<'a> Step<'a> {
             let mut yielding = Vec::with_capacity(end.saturating_sub(first));
             for j in first..end {
                 let slopes = self.evaluate(j)?;
-                yielding.push([j, j + 1].map(|i| self.responses[i].displacement * slopes / self.window.balls[i].mass));
+                yielding.push(
+                    [j, j + 1].map(|i| self.responses[i].displacement * slopes / self.window.balls[i].model.mass),
+                );
             }
             rows.clear();
             for (j, [left, right]) in (first..end).zip(&yielding) {
@@ -245,17 +247,17 @@ impl<'a> Step<'a> {
     fn velocities_of_group(&self, last: usize, velocities: &mut Vec<Stages>) {
         let (window, first) = (self.window, velocities.len());
         let balls = &window.balls[first..=last];
-        let total: f64 = balls.iter().map(|ball| ball.mass).sum();
+        let total: f64 = balls.iter().map(|ball| ball.model.mass).sum();
         let mut whole = Stages::zeros();
         let alike = balls.iter().all(|ball| ball.oscillator == balls[0].oscillator);
         for (i, ball) in (first..).zip(balls) {
             let pulled = if alike { self.pulls[i] } else { self.pulls[i] + self.pressed(i) };
             let velocities = (self.responses[i].velocity * pulled).add_scalar(window.flights[i].v);
-            whole += ball.mass / total * velocities;
+            whole += ball.model.mass / total * velocities;
         }
         let mut beyond = total;
         for (j, ball) in (first..last).zip(balls) {
-            beyond -= ball.mass;
+            beyond -= ball.model.mass;
             whole += beyond / total * (self.derivative * self.changes[j]);
         }
         velocities.push(whole);
@@ -283,7 +285,7 @@ impl<'a> Step<'a> {
         let (window, tolerance) = (self.window, control.tolerance);
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
-        let lightest = window.balls.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
+        let lightest = window.balls.iter().map(|ball| ball.model.mass).fold(f64::INFINITY, f64::min);
         let rounding = rounding.velocity
             + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
         // No tighter than the Taylor series before.

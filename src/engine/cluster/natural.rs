@@ -84,8 +84,8 @@ impl Group {
         let ball = &balls[first];
         let joints = &laws[first..first + size - 1];
         let (stiffness, damping) = joints.first().map_or((0.0, 0.0), |law| (law.stiffness, law.damping_coefficient()));
-        let (o, mass) = (&ball.oscillator, ball.mass);
-        let masses: Vec<f64> = balls[members.clone()].iter().map(|ball| ball.mass / mass).collect();
+        let (o, mass) = (&ball.oscillator, ball.model.mass);
+        let masses: Vec<f64> = balls[members.clone()].iter().map(|ball| ball.model.mass / mass).collect();
         let stiffnesses: Vec<f64> = joints.iter().map(|law| law.stiffness / stiffness).collect();
         let shapes = Shapes::new(&masses, &stiffnesses)?;
         let mut modes = Vec::with_capacity(size);

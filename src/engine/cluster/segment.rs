@@ -176,18 +176,18 @@ impl Cluster {
         let j = i - self.window.start;
         let flight = &self.flights[j];
         let mut integrals = *integrals;
-        if ball.on_arc {
-            integrals.add(&integrals_on_arc(&ball.model(), flight, tau, |t| self.moved(i, t)));
+        if ball.model.on_arc {
+            integrals.add(&integrals_on_arc(&ball.model, flight, tau, |t| self.moved(i, t)));
             return integrals;
         }
         integrals.x_integral += flight.x * tau + self.description.output().displacement_integral(j, tau);
         if flight.forcing != [0.0; MAX_FORCE_ORDER + 1] {
-            integrals.work += ball.mass * self.description.output().work(j, &flight.forcing, tau);
+            integrals.work += ball.model.mass * self.description.output().work(j, &flight.forcing, tau);
         }
         let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
             integrals.drag_loss +=
-                2.0 * gamma * ball.mass * self.description.output().squared_velocity_integral(j, tau);
+                2.0 * gamma * ball.model.mass * self.description.output().squared_velocity_integral(j, tau);
         }
         integrals
     }
@@ -220,13 +220,13 @@ impl Cluster {
             }
             if first < end {
                 let flights = &mut self.flights[first..=end];
-                let on_arc = balls[first].on_arc;
+                let on_arc = balls[first].model.on_arc;
                 let before: Vec<f64> = flights.iter().filter(|_| on_arc).map(|flight| flight.x).collect();
-                let masses = balls[first..=end].iter().map(|ball| ball.mass);
+                let masses = balls[first..=end].iter().map(|ball| ball.model.mass);
                 let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
                 let distances = contacts.enumerate().map(|(k, (contact, law))| {
                     let Some(&[l, r]) = before.get(k..k + 2) else { return contact.overlap + law.clearance };
-                    let models = [&balls[first + k], &balls[first + k + 1]].map(Ball::model);
+                    let models = [&balls[first + k], &balls[first + k + 1]].map(|ball| ball.model);
                     let known = overlap_between([&models[0], &models[1]], [law.pivots, law.clearance], [l, r]);
                     (l - r) + (contact.overlap - known)
                 });
@@ -275,7 +275,7 @@ impl Cluster {
         let scale = velocity_scale(window);
         let error = control.local_error(scale);
         *evaluations = window.closed() as u64;
-        let on_arcs = window.balls[0].on_arc;
+        let on_arcs = window.balls[0].model.on_arc;
         // Strongly damped linear contacts: closed forms until the next switching, after some segments by series.
         let series_first =
             natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes) && !on_arcs);

@@ -73,7 +73,7 @@ impl Equations<f64> for Window<'_> {
     }
 
     fn ball(&self, i: usize) -> BallModel {
-        self.balls[i].model()
+        self.balls[i].model
     }
 
     fn position(&self, i: usize) -> f64 {

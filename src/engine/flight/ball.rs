@@ -1,7 +1,6 @@
 //! One ball: its state at its anchor, its regime from there on, and its integrals since the start.
 
 use std::cell::RefCell;
-use std::sync::Arc;
 
 use super::free_motion::{Flight, Forcing, degree, shifted};
 use super::integrals::RunningIntegrals;
@@ -26,8 +25,7 @@ pub(crate) enum Regime {
 /// A ball: its state at its anchor, and its motion in closed form from there unless a cluster or an impact governs it.
 #[derive(Clone, Debug)]
 pub(crate) struct Ball {
-    /// In kg.
-    pub mass: f64,
+    pub model: BallModel,
     /// The oscillator of its pendulum or, in a body of rigid balls, of the body.
     pub oscillator: Oscillator,
     /// Time that `flight` and `integrals` refer to.
@@ -36,10 +34,6 @@ pub(crate) struct Ball {
     pub flight: Flight,
     pub integrals: RunningIntegrals,
     pub regime: Regime,
-    /// Length of its pendulum, m, gravity, m/s2, and whether it moves on an arc.
-    length: f64,
-    gravity: f64,
-    pub on_arc: bool,
     /// Whether a flight on an arc that begins at the anchor has no impact before it.
     pub flies_on: bool,
     /// The part of a flight on an arc that was asked for last.
@@ -48,69 +42,51 @@ pub(crate) struct Ball {
 
 impl Ball {
     pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
-        let &BallModel { mass, length, gravity, on_arc, .. } = model;
         let (oscillator, integrals) = (Oscillator::new(model.omega2, model.gamma), RunningIntegrals::default());
-        let piece = RefCell::default();
         Self {
-            mass,
+            model: *model,
             oscillator,
             anchor,
             flight,
             integrals,
             regime: Regime::Flight,
-            length,
-            gravity,
-            on_arc,
             flies_on: false,
-            piece,
+            piece: RefCell::default(),
         }
     }
 
-    pub fn model(&self) -> BallModel {
-        let &Self { mass, length, gravity, on_arc, ref oscillator, .. } = self;
-        BallModel { mass, omega2: oscillator.omega2(), gamma: oscillator.gamma(), length, gravity, on_arc }
-    }
-
     /// What the part of its flight on an arc about the time `t` says, given that and the time since its start (s).
-    fn piece<T>(&self, t: DoubleDouble, say: impl FnOnce(&BallModel, &Piece, f64) -> T) -> T {
-        let (model, mut known) = (self.model(), self.piece.borrow_mut());
-        let piece = known.take().filter(|piece| piece.leads_to((self.anchor, self.flight, self.flies_on), t));
-        let mut piece =
-            piece.unwrap_or_else(|| Box::new(Piece::first(&model, self.anchor, &self.flight, self.flies_on)));
-        piece.go_on(&model, t);
-        let said = say(&model, &piece, (t - piece.start).value());
+    fn piece<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> T {
+        let (mut known, origin) = (self.piece.borrow_mut(), (self.anchor, self.flight, self.flies_on));
+        let piece = known.take().filter(|piece| piece.leads_to(origin, t));
+        let mut piece = piece.unwrap_or_else(|| Box::new(Piece::first(&self.model, origin)));
+        piece.go_on(&self.model, t);
+        let said = say(&piece, (t - piece.start).value());
         *known = Some(piece);
         said
     }
 
-    /// The series of its flight on an arc about the time `t`.
-    pub fn path(&self, t: DoubleDouble) -> Arc<Path> {
-        let (model, flight) = (self.model(), self.flight_at(t));
+    /// What the series of its flight on an arc about the time `t` say.
+    pub fn path<T>(&self, t: DoubleDouble, say: impl FnOnce(&Path) -> T) -> T {
         if t == self.anchor {
-            return self.piece(t, |_, piece, _| piece.path.clone());
+            return self.piece(t, |piece, _| say(&piece.path));
         }
-        Arc::new(Path::new(&model, &flight, false))
-    }
-
-    /// What ends its flight on an arc at its anchor.
-    pub fn fault_now(&self) -> Option<Fault> {
-        let fault = self.path(self.anchor).fault(&self.model(), &self.flight, 0.0);
-        fault.map(|(_, fault)| fault)
+        say(&Path::new(&self.model, &self.flight_at(t), false))
     }
 
     /// What has ended its flight on an arc up to the time `t`, and when.
     pub fn fault(&self, t: DoubleDouble) -> Option<(DoubleDouble, Fault)> {
-        if !self.on_arc || matches!(self.regime, Regime::Cluster(_) | Regime::Impact(_)) {
+        if !self.model.on_arc || matches!(self.regime, Regime::Cluster(_) | Regime::Impact(_)) {
             return None;
         }
-        self.piece(t, |_, piece, _| piece.fault).filter(|(time, _)| *time <= t)
+        self.piece(t, |piece, _| piece.fault).filter(|(time, _)| *time <= t)
     }
 
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
     #[inline]
     pub fn moved(&self, t: DoubleDouble) -> (f64, f64) {
-        if self.on_arc {
-            return self.piece(t, |_, piece, tau| piece.moved(tau));
+        if self.model.on_arc {
+            return self.piece(t, |piece, tau| piece.moved(tau));
         }
         self.flight.at(&self.oscillator, t - self.anchor)
     }
@@ -120,8 +96,8 @@ impl Ball {
         if t == self.anchor {
             return self.flight;
         }
-        if self.on_arc {
-            return self.piece(t, |_, piece, tau| piece.flight_at(tau));
+        if self.model.on_arc {
+            return self.piece(t, |piece, tau| piece.flight_at(tau));
         }
         let (displacement, v) = self.moved(t);
         Flight { x: self.flight.x + displacement, v, forcing: shifted(&self.flight.forcing, (t - self.anchor).value()) }
@@ -143,9 +119,9 @@ impl Ball {
 
     /// The sums at the time `t`, where only the part `inputs` of the forcing is by the inputs.
     pub fn integrals_under(&self, inputs: &Forcing, t: DoubleDouble) -> RunningIntegrals {
-        if self.on_arc {
+        if self.model.on_arc {
             let mut integrals = self.integrals;
-            integrals.add(&self.piece(t, |model, piece, tau| piece.integrals(model, tau)));
+            integrals.add(&self.piece(t, |piece, tau| piece.integrals(&self.model, tau)));
             return integrals;
         }
         let tau = t - self.anchor;
@@ -161,7 +137,7 @@ impl Ball {
         let (o, flight) = (&self.oscillator, &self.flight);
         let mut integrals = self.integrals;
         integrals.x_integral += flight.x * tau + flight.displacement_integral(o, u);
-        integrals.work += self.mass * flight.work(inputs, o, tau, u);
+        integrals.work += self.model.mass * flight.work(inputs, o, tau, u);
         integrals.drag_loss += self.drag_loss(tau, u);
         integrals
     }
@@ -178,18 +154,18 @@ impl Ball {
             let (displacement, v) = (flight.displacement(o, u), flight.velocity(o, u));
             let kinetic = 0.5 * (flight.v - v) * (flight.v + v);
             let potential = o.omega2() * displacement * (flight.x + 0.5 * displacement);
-            return self.mass * (kinetic - potential + flight.work(&flight.forcing, o, tau, u));
+            return self.model.mass * (kinetic - potential + flight.work(&flight.forcing, o, tau, u));
         }
         let (swung, varying) = (o.omega() * tau, degree(&flight.forcing) > 0);
         if swung > if varying { 8.0 } else { 1.0 }
             && let Some(steady) = Steady::new(o, flight.v, flight.acceleration(o, 0.0, 0.0, flight.v), &flight.forcing)
         {
-            return 2.0 * o.gamma() * self.mass * steady.squared_velocity_integral(o, tau);
+            return 2.0 * o.gamma() * self.model.mass * steady.squared_velocity_integral(o, tau);
         }
         // Both of these would cancel.
         let power = |s: f64| {
             let (_, v) = flight.at(o, s.into());
-            2.0 * o.gamma() * self.mass * v * v
+            2.0 * o.gamma() * self.model.mass * v * v
         };
         gauss_legendre(power, 0.0, tau, 1 + swung as usize)
     }
@@ -199,9 +175,9 @@ impl Ball {
         if t == self.anchor {
             return 0.0;
         }
-        if self.on_arc {
+        if self.model.on_arc {
             let (flight, displacement, sums) = self
-                .piece(t, |model, piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(model, tau)));
+                .piece(t, |piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(&self.model, tau)));
             self.integrals.add(&sums);
             (self.flight, self.anchor, self.flies_on) = (flight, t, false);
             return displacement;

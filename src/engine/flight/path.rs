@@ -12,19 +12,16 @@
 //! with the distance D of their centres and `D_c` that at which they touch. Unlike the overlap `2 G / (1 + q)`,
 //! `q = sqrt(1 - 2 G / D_c)`, it has no square root whose branch points would spoil the series.
 
-use std::cell::OnceCell;
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
 use super::free_motion::{Flight, Forcing, degree, forcing_at, integral_of, shifted};
 use super::integrals::RunningIntegrals;
-use crate::model::{BallModel, overlap_between, overlap_of_approach};
+use crate::model::{BallModel, ContactLaw, overlap_of_approach};
 use crate::solver::crossing::first_positive;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::quadrature::gauss_legendre;
-use crate::solver::series::{INVERSES, LANES, bound, product_term, value, value_and_derivatives};
+use crate::solver::series::{INVERSES, LANES, bound, of_derivatives, product_term, value, value_and_derivatives};
 
 /// Number of coefficients: more make longer steps, each of which costs more. After an impact the next one may follow at
 /// once, so a flight begins with a short step of a few.
@@ -78,17 +75,15 @@ impl Path {
         let unit = if pace > 0.0 { 1.0 / pace } else { 1.0 };
         let forcing = scaled(&flight.forcing, unit);
         // Products of series need one of the two backwards.
-        let (mut s, mut sin, mut cos, mut angle) = ([0.0; TERMS], [0.0; TERMS], [0.0; TERMS], [0.0; TERMS]);
-        let (mut sin_back, mut cos_back) = ([0.0; TERMS], [0.0; TERMS]);
+        let [mut s, mut sin, mut cos, mut angle, mut sin_back, mut cos_back] = [[0.0; TERMS]; 6];
         (sin[0], cos[0]) = libm::sincos(flight.x / length);
         (s[0], s[1]) = (flight.x, flight.v * unit);
         let (varies, damping) = (degree(&flight.forcing), 2.0 * gamma / unit);
         for k in 0..terms {
             if k > 0 {
                 angle[k] = k as f64 * s[k] / length;
-                let inverse = INVERSES[k];
-                sin[k] = dot(&angle[1..=k], &cos_back[TERMS - k..]) * inverse;
-                cos[k] = -dot(&angle[1..=k], &sin_back[TERMS - k..]) * inverse;
+                sin[k] = dot(&angle[1..=k], &cos_back[TERMS - k..]) * INVERSES[k];
+                cos[k] = -dot(&angle[1..=k], &sin_back[TERMS - k..]) * INVERSES[k];
             }
             (sin_back[TERMS - 1 - k], cos_back[TERMS - 1 - k]) = (sin[k], cos[k]);
             if k + 2 < terms {
@@ -137,11 +132,9 @@ impl Path {
             };
             first(&std::array::from_fn(pull))
         };
-        let at = |time: Option<f64>, fault| time.map(|time| (time * self.unit, fault));
-        match (at(horizontal, Fault::Horizontal), at(slack, Fault::Slack)) {
-            (Some(a), Some(b)) => Some(if b.0 < a.0 { b } else { a }),
-            (a, b) => a.or(b),
-        }
+        let faults = [(horizontal, Fault::Horizontal), (slack, Fault::Slack)].into_iter();
+        let timed = faults.filter_map(|(time, fault)| Some((time? * self.unit, fault)));
+        timed.reduce(|a, b| if b.0 < a.0 { b } else { a })
     }
 }
 
@@ -158,11 +151,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Coefficients of a forcing as a function of the time over `unit`.
 fn scaled(forcing: &Forcing, unit: f64) -> Forcing {
-    let (mut scaled, mut factor) = (*forcing, 1.0);
-    for (k, f) in scaled.iter_mut().enumerate() {
-        factor *= if k > 0 { unit / k as f64 } else { 1.0 };
-        *f *= factor;
-    }
+    let mut scaled = of_derivatives(*forcing);
+    (1..scaled.len()).for_each(|k| scaled[k..].iter_mut().for_each(|f| *f *= unit));
     scaled
 }
 
@@ -198,38 +188,33 @@ pub(crate) fn integrals(
     sums
 }
 
+/// The anchor and the state that a flight begins with, and whether with a long step.
+pub(super) type Origin = (DoubleDouble, Flight, bool);
+
 /// The part of a flight that one [`Path`] describes.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
-    /// The anchor and the state that the flight began with, and whether with a long step.
-    origin: (DoubleDouble, Flight, bool),
+    origin: Origin,
     pub start: DoubleDouble,
     /// The state at the start of this part, and the integrals up to there.
     pub flight: Flight,
     pub before: RunningIntegrals,
-    pub path: Arc<Path>,
+    pub path: Path,
     /// What ends the flight, here or before, and when.
     pub fault: Option<(DoubleDouble, Fault)>,
 }
 
 impl Piece {
-    /// The first one of a flight, a long one or a short one.
-    pub fn first(ball: &BallModel, anchor: DoubleDouble, flight: &Flight, long: bool) -> Self {
-        let path = Arc::new(Path::new(ball, flight, long));
-        let mut piece = Self {
-            origin: (anchor, *flight, long),
-            start: anchor,
-            flight: *flight,
-            before: RunningIntegrals::default(),
-            path,
-            fault: None,
-        };
+    /// The first one of a flight.
+    pub fn first(ball: &BallModel, origin: Origin) -> Self {
+        let ((start, flight, long), before) = (origin, RunningIntegrals::default());
+        let mut piece = Self { origin, start, flight, before, path: Path::new(ball, &flight, long), fault: None };
         piece.look_for_fault(ball);
         piece
     }
 
     /// Whether it is, or follows, the first one of this flight on the way to the time `t`.
-    pub fn leads_to(&self, origin: (DoubleDouble, Flight, bool), t: DoubleDouble) -> bool {
+    pub fn leads_to(&self, origin: Origin, t: DoubleDouble) -> bool {
         let (anchor, ..) = origin;
         let forwards = anchor <= self.start && self.start <= t;
         let backwards = t <= self.start && self.start <= anchor;
@@ -256,7 +241,7 @@ impl Piece {
             self.before = self.integrals(ball, step);
             self.flight = self.flight_at(step);
             self.start += step;
-            self.path = Arc::new(Path::new(ball, &self.flight, true));
+            self.path = Path::new(ball, &self.flight, true);
             self.look_for_fault(ball);
         }
     }
@@ -281,49 +266,30 @@ impl Piece {
     }
 }
 
-/// Two neighbours in flight from a common start.
+/// G of two neighbours in flight, as a function of the time since a common start over `unit`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Approach {
-    balls: [BallModel; 2],
-    flights: [Flight; 2],
-    /// Whether their paths from the start on are long ones.
-    long: [bool; 2],
-    /// Distance of their pivots, and clearance, m.
-    distances: [f64; 2],
-    /// At the start, m.
-    overlap: f64,
-    #[serde(skip)]
-    series: OnceCell<Box<Series>>,
-}
-
-/// G as a function of the time since the start over `unit`.
-#[derive(Clone, Debug)]
-struct Series {
     terms: usize,
     unit: f64,
     /// How long it holds, s, forwards and backwards.
-    length: f64,
+    pub length: f64,
     /// `D_c`, m.
     touch: f64,
     g: Terms,
 }
 
-impl Series {
-    fn new(
-        [left, right]: &[Arc<Path>; 2],
-        balls: &[BallModel; 2],
-        [pivots, clearance]: [f64; 2],
-        overlap: f64,
-    ) -> Self {
-        let ([l, r], touch) = (balls.each_ref().map(|ball| ball.length), pivots - clearance);
-        let (terms, ratio) = (left.terms.min(right.terms), left.unit / right.unit);
+impl Approach {
+    /// With their lengths (m) and paths, their overlap (m) at the start and its law.
+    pub fn new([l, r]: [f64; 2], [left, right]: [&Path; 2], overlap: f64, law: &ContactLaw) -> Self {
+        let (ratio, touch) = (left.unit / right.unit, law.pivots - law.clearance);
+        let terms = left.terms.min(right.terms);
         let (mut width, mut height, mut factor) = ([0.0; TERMS], [0.0; TERMS], 1.0);
         for k in 0..terms {
             width[k] = factor * r * right.sin[k] - l * left.sin[k];
             height[k] = l * left.cos[k] - factor * r * right.cos[k];
             factor *= ratio;
         }
-        width[0] += pivots;
+        width[0] += law.pivots;
         height[0] += r - l;
         let back = |c: &Terms| -> Terms { std::array::from_fn(|k| c[TERMS - 1 - k]) };
         let (width_back, height_back, factor) = (back(&width), back(&height), -0.5 / touch);
@@ -336,65 +302,31 @@ impl Series {
         Self { terms, unit: left.unit, length: left.length.min(right.length), touch, g }
     }
 
-    fn at(&self, tau: f64) -> [f64; 3] {
+    pub fn is_sound(&self) -> bool {
+        let scales = [self.unit, self.length, self.touch];
+        (FEW..=TERMS).contains(&self.terms)
+            && scales.iter().all(|scale| *scale > 0.0)
+            && scales.iter().chain(&self.g).all(|value| value.is_finite())
+    }
+
+    /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s); beyond the length ever less exact.
+    pub fn at(&self, tau: f64) -> [f64; 3] {
         let [g, slope, bend] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
         overlap_of_approach([g, slope / self.unit, bend / (self.unit * self.unit)], self.touch)
-    }
-}
-
-impl Approach {
-    /// With their paths from the start on.
-    pub fn new(
-        balls: [BallModel; 2],
-        flights: [Flight; 2],
-        (paths, long): ([Arc<Path>; 2], [bool; 2]),
-        distances: [f64; 2],
-        overlap: f64,
-    ) -> Self {
-        let series = OnceCell::from(Box::new(Series::new(&paths, &balls, distances, overlap)));
-        Self { balls, flights, long, distances, overlap, series }
-    }
-
-    fn series(&self) -> &Series {
-        self.series.get_or_init(|| {
-            let paths = [0, 1].map(|k| Arc::new(Path::new(&self.balls[k], &self.flights[k], self.long[k])));
-            Box::new(Series::new(&paths, &self.balls, self.distances, self.overlap))
-        })
-    }
-
-    /// How long its series holds, s.
-    pub fn length(&self) -> f64 {
-        self.series().length
-    }
-
-    /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s).
-    pub fn at(&self, tau: DoubleDouble) -> [f64; 3] {
-        if tau.value().abs() <= self.length() {
-            return self.series().at(tau.value());
-        }
-        let flights = [0, 1].map(|k| {
-            let mut piece = Piece::first(&self.balls[k], DoubleDouble::ZERO, &self.flights[k], self.long[k]);
-            piece.go_on(&self.balls[k], tau);
-            piece.flight_at((tau - piece.start).value())
-        });
-        let overlap = |[l, r]: &[Flight; 2]| overlap_between(self.balls.each_ref(), self.distances, [l.x, r.x]);
-        let overlap = self.overlap + (overlap(&flights) - overlap(&self.flights));
-        let paths = [0, 1].map(|k| Arc::new(Path::new(&self.balls[k], &flights[k], false)));
-        Series::new(&paths, &self.balls, self.distances, overlap).at(0.0)
     }
 
     /// When the overlap rises through 0 by more than `noise` (m), s after the start, while the series holds; a rate
     /// (m/s) and an acceleration (m/s2) of this size are none.
     pub fn onset(&self, noise: f64, [rate, acceleration]: [f64; 2]) -> Option<DoubleDouble> {
-        let (series, mut g) = (self.series(), self.series().g);
-        let (until, g) = (series.length / series.unit, &mut g[..series.terms]);
-        g[1] -= rate * series.unit;
-        g[2] -= 0.5 * acceleration * series.unit * series.unit;
-        let onset = first_positive(g, 1.0, 0.0, until)? * series.unit;
+        let (mut g, unit, until) = (self.g, self.unit, self.length / self.unit);
+        let g = &mut g[..self.terms];
+        g[1] -= rate * unit;
+        g[2] -= 0.5 * acceleration * unit * unit;
+        let onset = first_positive(g, 1.0, 0.0, until)? * unit;
         if value(g, until) <= noise && first_positive(g, 1.0, noise, until).is_none() {
             return None;
         }
-        let [overlap, rate, _] = series.at(onset);
+        let [overlap, rate, _] = self.at(onset);
         let later = if rate > 0.0 && overlap.abs() <= 1e-6 * onset * rate { -overlap / rate } else { 0.0 };
         Some(DoubleDouble::from(onset) + later)
     }

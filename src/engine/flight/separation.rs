@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ball::Ball;
 use super::free_motion::{Flight, degree, time_of_change};
-use super::path::{Approach, LONGEST};
+use super::path::{Approach, LONGEST, Path};
 use crate::model::ContactLaw;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -68,19 +68,16 @@ impl Separation {
     /// (m) and its law.
     pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, law: &ContactLaw) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
-        let (clearance, mut approach) = (law.clearance, None);
-        let (motion, other) = if left.on_arc {
-            let balls = [left, right];
-            let long = balls.map(|ball| ball.flies_on && ball.anchor == anchor);
-            let (models, paths) = (balls.map(Ball::model), balls.map(|ball| ball.path(anchor)));
-            let distances = [law.pivots, clearance];
-            approach = Some(Box::new(Approach::new(models, [l, r], (paths, long), distances, overlap)));
-            ((left.oscillator, l), Some((right.oscillator, r)))
-        } else if left.oscillator == right.oscillator {
+        let approach = left.model.on_arc.then(|| {
+            let lengths = [left, right].map(|ball| ball.model.length);
+            let beside = |l: &Path| right.path(anchor, |r| Approach::new(lengths, [l, r], overlap, law));
+            Box::new(left.path(anchor, beside))
+        });
+        let (motion, other) = if !left.model.on_arc && left.oscillator == right.oscillator {
             let mut forcing = l.forcing;
             forcing.iter_mut().zip(&r.forcing).for_each(|(p, r)| *p -= r);
             // The difference of the positions, which gravity pulls on, without their rounding.
-            ((left.oscillator, Flight { x: overlap + clearance, v: l.v - r.v, forcing }), None)
+            ((left.oscillator, Flight { x: overlap + law.clearance, v: l.v - r.v, forcing }), None)
         } else {
             ((left.oscillator, l), Some((right.oscillator, r)))
         };
@@ -106,12 +103,13 @@ impl Separation {
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let right_oscillator = self.other.as_ref().map_or(self.motion.0, |(o, _)| *o);
         let own = self.other.is_none() || left.oscillator != right.oscillator;
-        let differ = own || self.approach.is_some() && left.on_arc;
+        let differ = own || self.approach.is_some() && left.model.on_arc;
         let pendulums = self.motion.0 == left.oscillator && right_oscillator == right.oscillator && differ;
         let finite = self.motions().all(|(_, flight)| flight.is_finite());
         let numbers =
             [self.overlap, self.noise, self.resolution[0], self.resolution[1]].iter().all(|value| value.is_finite());
-        pendulums && finite && numbers && self.anchor.is_sound() && self.anchor <= now
+        let approach = self.approach.as_ref().is_none_or(|approach| approach.is_sound());
+        pendulums && finite && numbers && approach && self.anchor.is_sound() && self.anchor <= now
     }
 
     /// Overlap (m) and its rate (m/s) at the time `t`.
@@ -148,7 +146,7 @@ impl Separation {
     /// Overlap (m), rate (m/s) and acceleration (m/s2) `tau` after the anchor.
     fn evaluate(&self, tau: DoubleDouble) -> [f64; 3] {
         if let Some(approach) = &self.approach {
-            return approach.at(tau);
+            return approach.at(tau.value());
         }
         let [d, v, a] = self.difference(|o, flight| {
             let (d, v) = flight.at(o, tau);
@@ -159,7 +157,7 @@ impl Separation {
 
     /// Whether the series of balls on arcs will not hold for long after the time `t`.
     pub fn is_worn(&self, t: DoubleDouble) -> bool {
-        self.approach.as_ref().is_some_and(|approach| (t - self.anchor).value() > WORN * approach.length())
+        self.approach.as_ref().is_some_and(|approach| (t - self.anchor).value() > WORN * approach.length)
     }
 
     /// The next closing after `from`, a time at or after the anchor, with at most `allowed` evaluations, which it
@@ -169,7 +167,7 @@ impl Separation {
             *allowed = allowed.saturating_sub(ON_ARCS);
             return match approach.onset(self.noise, self.resolution) {
                 Some(tau) => Next::At(self.anchor + tau),
-                None if approach.length() < LONGEST => Next::NotBefore(self.anchor + approach.length()),
+                None if approach.length < LONGEST => Next::NotBefore(self.anchor + approach.length),
                 None => Next::Never,
             };
         }

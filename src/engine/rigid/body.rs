@@ -72,7 +72,7 @@ impl Body {
                 pull -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
             }
             let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
-            if !ball.on_arc {
+            if !ball.model.on_arc {
                 forcing[0] = pull;
             }
             Coefficients {
@@ -82,16 +82,16 @@ impl Body {
             }
         });
         let differences: Vec<Coefficients> = differences.collect();
-        let total: f64 = balls.iter().map(|ball| ball.mass).sum();
+        let total: f64 = balls.iter().map(|ball| ball.model.mass).sum();
         let mut mean = Coefficients::default();
         for (ball, difference) in balls.iter().zip(&differences) {
-            mean.add(ball.mass / total, difference);
+            mean.add(ball.model.mass / total, difference);
         }
         let omega2 = (o.omega2() + mean.omega2).max(0.0);
         let oscillator = Oscillator::new(omega2, (o.gamma() + mean.gamma).max(0.0));
         let mut forcing: Forcing = std::array::from_fn(|k| first.flight.forcing[k] + mean.forcing[k]);
         // On arcs, gravity pulls them all alike.
-        let shift = if first.on_arc { 0.0 } else { 1.0 };
+        let shift = if first.model.on_arc { 0.0 } else { 1.0 };
         forcing[0] -= shift * o.omega2() * first.flight.x;
         let flight = Flight { x: 0.0, v, forcing };
         let of_ball = |ball: &Ball| {
@@ -103,9 +103,9 @@ impl Body {
         let flights = balls.iter().map(of_ball).collect();
         let (mut force, mut mass) = (Coefficients::default(), 0.0);
         let of_contact = |(ball, difference): (&Ball, &Coefficients)| {
-            mass += ball.mass;
-            force.add(ball.mass, difference);
-            force.add(-ball.mass, &mean);
+            mass += ball.model.mass;
+            force.add(ball.model.mass, difference);
+            force.add(-ball.model.mass, &mean);
             Constraint {
                 anchor,
                 oscillator,

@@ -135,7 +135,7 @@ impl Engine {
             self.suspend();
             self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
             for (i, ball) in self.balls.iter_mut().enumerate() {
-                ball.flight.forcing = self.inputs.forcing(i, ball.mass);
+                ball.flight.forcing = self.inputs.forcing(i, ball.model.mass);
             }
             self.resume();
         }

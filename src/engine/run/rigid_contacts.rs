@@ -76,7 +76,8 @@ impl Engine {
         let approach = row.approach(&v, i - first);
         let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
         let mut outcome = restitution::collide(&row, &mut v, e, unresolved, rounding);
-        let impulse_of_rounding = |j: usize| rounding * self.balls[first + j].mass.min(self.balls[first + j + 1].mass);
+        let impulse_of_rounding =
+            |j: usize| rounding * self.balls[first + j].model.mass.min(self.balls[first + j + 1].model.mass);
         let (mut impacts, traces): (Vec<_>, Vec<_>) =
             outcome.impacts.drain(..).partition(|impact| impact.impulse > impulse_of_rounding(impact.contact));
         for Impact { contact, impulse } in traces {
@@ -111,11 +112,11 @@ impl Engine {
         let distances: Vec<f64> = group.clone().map(distance).collect();
         let places = places(distances.iter().copied());
         let balls = &mut self.balls[group.start..group.end + 1];
-        let start = start_by_centre(balls.iter().map(|ball| (ball.mass, ball.flight.x)).zip(places.clone()));
+        let start = start_by_centre(balls.iter().map(|ball| (ball.model.mass, ball.flight.x)).zip(places.clone()));
         for (ball, x) in balls.iter_mut().zip(places.map(|place| start + place)) {
-            let model = ball.model();
+            let model = ball.model;
             let raised = model.chord(x - ball.flight.x) * model.chord(x + ball.flight.x);
-            self.totals.contact_loss -= 0.5 * ball.mass * model.omega2 * raised;
+            self.totals.contact_loss -= 0.5 * ball.model.mass * model.omega2 * raised;
             ball.flight.x = x;
         }
         for contact in &mut self.contacts[group] {
@@ -214,7 +215,7 @@ impl Engine {
 
     /// Acceleration of ball `i` by the inputs at the time `t`.
     pub(crate) fn own_forcing(&self, i: usize, t: DoubleDouble) -> Forcing {
-        let forcing = self.inputs.forcing(i, self.balls[i].mass);
+        let forcing = self.inputs.forcing(i, self.balls[i].model.mass);
         shifted(&forcing, self.input_age(t))
     }
 
@@ -292,7 +293,7 @@ impl Engine {
     /// other. Enters their constraints in `constraints`.
     fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, constraints: &mut [Option<Constraint>]) {
         let balls = &self.balls[run.start..run.end + 1];
-        let masses: Vec<f64> = balls.iter().map(|ball| ball.mass).collect();
+        let masses: Vec<f64> = balls.iter().map(|ball| ball.model.mass).collect();
         let age = self.input_age(t);
         let rounding = balls.iter().map(|ball| acceleration_rounding(ball, age)).fold(0.0, f64::max);
         let approach: Vec<f64> = run.clone().map(|j| self.separation(j, t, 0.0).at_anchor()[2]).collect();

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use super::arcs::{Arcs, Course, Direction};
 use crate::engine::cluster::window::{Switch, Window};
-use crate::engine::flight::{Ball, Flight, Forcing, Rounding, degree};
+use crate::engine::flight::{Flight, Forcing, Rounding, degree};
 use crate::model::{ContactLaw, Mode, SignOfForce, distances_between};
 use crate::solver::gauss::{NODES, Nodes, Stretching};
 use crate::solver::oscillator::Oscillator;
@@ -162,7 +162,7 @@ impl Motion {
         self.oscillators.clear();
         self.oscillators.extend(balls.iter().map(|ball| ball.oscillator));
         self.arcs.balls.clear();
-        if balls[0].on_arc {
+        if balls[0].model.on_arc {
             return self.start_on_arcs(window);
         }
         self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
@@ -178,7 +178,7 @@ impl Motion {
                 mode: contact.mode,
                 overlap: contact.overlap,
                 rate,
-                inverse_masses: [1.0 / balls[j].mass, 1.0 / balls[j + 1].mass],
+                inverse_masses: [1.0 / balls[j].model.mass, 1.0 / balls[j + 1].model.mass],
                 forcing,
                 mean,
                 unlike,
@@ -218,7 +218,7 @@ impl Motion {
     fn start_on_arcs(&mut self, window: &Window) {
         let Window { flights, balls, contacts, laws } = window;
         let arcs = &mut self.arcs;
-        arcs.balls.extend(balls.iter().map(Ball::model));
+        arcs.balls.extend(balls.iter().map(|ball| ball.model));
         let courses: Vec<Course<1>> = arcs.balls.iter().zip(*flights).map(Course::at_start).collect();
         let lengths = |j: usize| [arcs.balls[j].length, arcs.balls[j + 1].length];
         arcs.starts.clear();

@@ -105,7 +105,7 @@ impl Workspace {
         for (i, (flight, ball)) in flights.iter().zip(*balls).enumerate() {
             let (block, lane) = (&mut self.blocks[i / LANES], i % LANES);
             let o = &ball.oscillator;
-            block.inverse_mass[lane] = unit * unit / ball.mass;
+            block.inverse_mass[lane] = unit * unit / ball.model.mass;
             (block.omega2[lane], block.drag[lane]) = (unit * unit * o.omega2(), 2.0 * unit * o.gamma());
             (block.position[lane], block.velocity[lane]) = (flight.x, unit * flight.v);
             let (Some(contact), Some(law), Some(right)) = (contacts.get(i), laws.get(i), balls.get(i + 1)) else {

@@ -84,7 +84,8 @@ impl Exchange {
         }
         if self.is_rigid() {
             // Velocities of balls that move as one differ by rounding only.
-            let (masses, v): (Vec<f64>, Vec<f64>) = engine.balls.iter().map(|ball| (ball.mass, ball.flight.v)).unzip();
+            let (masses, v): (Vec<f64>, Vec<f64>) =
+                engine.balls.iter().map(|ball| (ball.model.mass, ball.flight.v)).unzip();
             for block in restitution::pool(&masses, &v, |j, _| is_closed(j)) {
                 engine.balls[block.start..block.end].iter_mut().for_each(|ball| ball.flight.v = block.mean);
             }

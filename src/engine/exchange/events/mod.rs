@@ -35,7 +35,7 @@ impl Exchange {
         }
         if self.cradle.on_arcs() {
             let balls = if self.is_rigid() { self.engine_now(&self.closed()).balls } else { self.flights() };
-            if let Some((ball, fault)) = (0..).zip(&balls).find_map(|(i, ball)| Some((i, ball.fault_now()?))) {
+            if let Some((ball, fault)) = (0..).zip(&balls).find_map(|(i, ball)| Some((i, ball.fault(ball.anchor)?.1))) {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
             }
         }
@@ -207,7 +207,7 @@ impl Exchange {
                     self.contacts[j].open_pulse(self.time.into(), impulse);
                     self.y[1 + j] = 0.0;
                     for (i, ball) in (j..).zip(&engine.balls[j..j + 2]) {
-                        self.y[n + i] = ball.flight.v * ball.model().place(ball.flight.x).cos;
+                        self.y[n + i] = ball.flight.v * ball.model.place(ball.flight.x).cos;
                     }
                 }
                 (false, true) => {
