@@ -65,24 +65,25 @@ impl Instance {
         values: &[T],
     ) -> Result<Vec<(Array, usize, T)>, Refusal> {
         let balls = self.balls();
-        let mut arrays = Vec::with_capacity(references.len());
+        let (mut elements, mut wanted, mut first) = (Vec::with_capacity(values.len()), 0, None);
         for reference in references {
             let array = self.array(*reference, asked)?;
             if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
                 return Err(refuse_reference(array, "in the middle of a step, inputs with intermediateUpdate"));
             }
-            arrays.push(array);
+            first.get_or_insert(array);
+            for index in 0..array.len(balls) {
+                elements.extend(values.get(wanted).map(|value| (array, array.index(index), *value)));
+                wanted += 1;
+            }
         }
-        let wanted: usize = arrays.iter().map(|array| array.len(balls)).sum();
         if wanted != values.len() {
-            let first = arrays.first().map(Array::to_string).unwrap_or_default();
+            let first = first.map(|array: Array| array.to_string()).unwrap_or_default();
             let more = if references.len() > 1 { " and others" } else { "" };
             let allowed = format_args!("{wanted}, the elements of {first}{more} with n = {balls}");
             return Err(Refusal::argument("nValues", values.len(), allowed));
         }
-        let indices = |array: Array| (0..array.len(balls)).map(move |index| (array, array.index(index)));
-        let places = arrays.into_iter().flat_map(indices);
-        Ok(places.zip(values).map(|((array, index), value)| (array, index, *value)).collect())
+        Ok(elements)
     }
 
     /// Recomputes values after setters that act at once; to be called before reading.
@@ -180,7 +181,7 @@ impl Instance {
     /// Sets the real variables behind `references` to `values`, element after element: all, or none if any is refused.
     pub fn set_floats(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let balls = self.balls();
-        let (mut set, mut unused) = (Vec::new(), Vec::new());
+        let (mut set, mut unused) = (Vec::with_capacity(values.len()), Vec::new());
         let (mut states, mut place): (Option<Vec<f64>>, _) = (None, None);
         for (array, index, value) in self.elements(references, Type::Real, values)? {
             let variable = array.variable(index);
