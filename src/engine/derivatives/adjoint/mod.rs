@@ -1,10 +1,11 @@
 //! Derivatives of a whole run: along one direction, or of one number by everything at once.
 //!
 //! A [`Tape`] is the chain of the linear maps ([`Map`]) of the parts of a run of elastic contacts, each from the state
-//! at its start and the coefficients to the state at its end: flights of single balls (`flight`), and neighbours that
-//! press on each other (`group`). Forwards, the maps give derivatives along a direction; transposed and backwards,
-//! those of one number by the start state and all coefficients, for the price of some ten runs (reverse mode: Griewank
-//! and Walther, Evaluating Derivatives, 2008, chapter 3).
+//! at its start and the coefficients to the state at its end: flights of single balls and equal pendulums in a linear
+//! contact (`oscillation`), and other neighbours that press on each other (`group`). Forwards, the maps give
+//! derivatives along a direction; transposed and backwards, those of one number by the start state and all
+//! coefficients, for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008, chapter
+//! 3).
 //!
 //! Both directions apply the same maps to double-doubles, so they agree to rounding. Doubles would lose five digits in
 //! each contact, differently in each direction: within a contact, a change of a position causes a change of velocities
@@ -13,9 +14,9 @@
 //! Elastic forces are continuous where a contact closes and opens, so shifts of these times have effects of second
 //! order; the tape uses the times of the run.
 
-mod flight;
 mod group;
 mod map;
+mod oscillation;
 mod readout;
 mod record;
 

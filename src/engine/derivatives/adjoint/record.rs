@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::group::Group;
 use super::map::{Map, numbers_of_coefficients};
-use super::{Tape, Tuning, flight, readout};
+use super::oscillation::Oscillation;
+use super::{Tape, Tuning, readout};
 use crate::engine::derivatives::chain_state::ChainState;
 use crate::engine::flight::{Flight, Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
@@ -152,11 +153,13 @@ impl Recorder {
         let first = (0..ball).rev().take_while(|j| self.overlaps[*j].is_some()).last().unwrap_or(ball);
         let end =
             (ball..self.overlaps.len()).take_while(|j| self.overlaps[*j].is_some()).last().map_or(ball, |j| j + 1) + 1;
+        let contacts = first..end - 1;
         let tuning = Arc::clone(self.tunings.last()?);
-        if end == first + 1 {
-            let parts = flight::parts(&tuning.oscillators[first], length);
-            self.room(parts, Map::numbers_of(1))?;
-            (0..parts as usize).try_for_each(|_| self.fly(first, &tuning, length / parts))?;
+        let (models, laws) = (&tuning.cradle.balls[first..end], &tuning.cradle.contacts[contacts]);
+        if let Some(oscillation) = Oscillation::of(models, laws, tuning.oscillators[first]) {
+            let pieces = oscillation.pieces(length);
+            self.room(pieces, Map::numbers_of(models.len()))?;
+            (0..pieces as usize).try_for_each(|_| self.oscillate(&oscillation, first..end, length / pieces))?;
         } else {
             // The forces of contacts that close at the start or open at the end grow from there with any power of the
             // time.
@@ -188,14 +191,19 @@ impl Recorder {
         shifted(input, (self.time[ball] - self.since.into()).value())
     }
 
-    fn fly(&mut self, ball: usize, tuning: &Tuning, length: f64) -> Option<()> {
-        let [push, support] = [&self.pushes[ball], &self.support].map(|input| self.seen_from(ball, input));
-        let (model, oscillator) = (&tuning.cradle.balls[ball], &tuning.oscillators[ball]);
-        let forcing = std::array::from_fn(|k| push[k] / model.mass - support[k]);
-        let flight = Flight { x: self.x[ball], v: self.v[ball], forcing };
-        let place = (ball, self.tunings.len() - 1);
-        let (part, end) = flight::follow(place, (model, oscillator), (&flight, &push), length);
-        self.enter(ball, length, part, &[end])
+    fn oscillate(&mut self, oscillation: &Oscillation, balls: Range<usize>, length: f64) -> Option<()> {
+        let flight = |ball: usize| {
+            let [push, support] = [&self.pushes[ball], &self.support].map(|input| self.seen_from(ball, input));
+            let mass = oscillation.models[ball - balls.start].mass;
+            let forcing = std::array::from_fn(|k| push[k] / mass - support[k]);
+            (Flight { x: self.x[ball], v: self.v[ball], forcing }, push)
+        };
+        let overlap = self.overlaps.get(balls.start).copied().flatten().unwrap_or_default();
+        let place = (balls.start, self.tunings.len() - 1);
+        let left = flight(balls.start);
+        let right = if balls.len() == 1 { left } else { flight(balls.start + 1) };
+        let (part, ends) = oscillation.follow(place, [left, right], overlap, length);
+        self.enter(balls.start, length, part, &ends[..balls.len()])
     }
 
     /// Advances `balls`, which press on each other, by `length` (s), in as many parts as needed.
