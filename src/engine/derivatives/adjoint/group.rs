@@ -11,7 +11,7 @@
 //! linear equations, `A g = known`, with a block for each ball and its neighbours. The derivatives of a number at the
 //! end, `c g`, by everything known follow from one solution of `A^T z = c^T`.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 use super::map::{
     CLEARANCE, COEFFICIENTS, IMPULSE, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives, numbers_of_state,
@@ -91,7 +91,7 @@ impl Group<'_> {
             let (moved, faster) = (weighted(&table.of_position, &ball.g), weighted(&table.of_rate, &ball.g));
             (length * v + length * length * moved, v + length * faster)
         };
-        Some((self.linearise(&balls)?, balls.iter().zip(self.v).map(end).collect()))
+        Some((self.linearise(&balls), balls.iter().zip(self.v).map(end).collect()))
     }
 
     /// The motion at the nodes, if the iteration converges and they are close enough.
@@ -162,7 +162,7 @@ impl Group<'_> {
     }
 
     /// The map from the state at the start and the coefficients to the state at the end.
-    fn linearise(&self, balls: &[BallNodes]) -> Option<Map> {
+    fn linearise(&self, balls: &[BallNodes]) -> Map {
         let contact = |(j, pair): (usize, &[BallNodes])| self.contact(j, &pair[0], &pair[1]);
         let contacts: Vec<ContactNodes> = balls.windows(2).enumerate().map(contact).collect();
         let mut responses: Vec<Response> = Vec::new();
@@ -171,7 +171,7 @@ impl Group<'_> {
             responses.push(if alike {
                 responses[i - 1].clone()
             } else {
-                Response::new(model, self.length, self.table)?
+                Response::new(model, self.length, self.table)
             });
         }
         let numbers = numbers_of_state(balls.len());
@@ -198,7 +198,7 @@ impl Group<'_> {
                 sums.zip(&contacts[j].by_coefficients).for_each(|(sum, by)| *sum = weighted(by, by_force));
             }
         }
-        Some(map)
+        map
     }
 
     /// The derivatives of a number at the end by the displacements of the balls at the nodes, through the forces of the
@@ -274,13 +274,13 @@ struct Response {
 }
 
 impl Response {
-    fn new(model: &BallModel, h: f64, table: &Table) -> Option<Self> {
+    fn new(model: &BallModel, h: f64, table: &Table) -> Self {
         let [rates, positions] = [table.rates, table.positions].map(|columns| Square::from(columns).transpose());
         let to_force = h * h * positions;
-        let factors = (Square::identity() + 2.0 * model.gamma * h * rates + model.omega2 * to_force).lu();
-        let of_end =
-            SMatrix::<f64, NODES, 2>::from([table.of_position.map(|of| h * h * of), table.of_rate.map(|of| h * of)]);
-        Some(Self { at_end: factors.solve(&of_end)?.into(), to_force: factors.solve(&to_force)?.into() })
+        let matrix = Square::identity() + 2.0 * model.gamma * h * rates + model.omega2 * to_force;
+        let inverse = matrix.try_inverse().unwrap_or_else(|| Square::repeat(f64::NAN));
+        let at_end = [table.of_position.map(|of| h * h * of), table.of_rate.map(|of| h * of)];
+        Self { at_end: at_end.map(|of| (inverse * SVector::from(of)).into()), to_force: (inverse * to_force).into() }
     }
 }
 
