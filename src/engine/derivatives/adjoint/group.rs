@@ -11,8 +11,6 @@
 //! linear equations, `A g = known`, with a block for each ball and its neighbours. The derivatives of a number at the
 //! end, `c g`, by everything known follow from one solution of `A^T z = c^T`.
 
-use nalgebra::{SMatrix, SVector};
-
 use super::map::{
     CLEARANCE, COEFFICIENTS, IMPULSE, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives, numbers_of_state,
 };
@@ -261,8 +259,6 @@ impl Group<'_> {
     }
 }
 
-type Square = SMatrix<f64, NODES, NODES>;
-
 /// The transposed response of a pendulum on a segment.
 #[derive(Clone)]
 struct Response {
@@ -275,12 +271,33 @@ struct Response {
 
 impl Response {
     fn new(model: &BallModel, h: f64, table: &Table) -> Self {
-        let [rates, positions] = [table.rates, table.positions].map(|columns| Square::from(columns).transpose());
-        let to_force = h * h * positions;
-        let matrix = Square::identity() + 2.0 * model.gamma * h * rates + model.omega2 * to_force;
-        let inverse = matrix.try_inverse().unwrap_or_else(|| Square::repeat(f64::NAN));
+        let transposed = |columns: &[Nodes; NODES], factor: f64| -> [Nodes; NODES] {
+            std::array::from_fn(|m| std::array::from_fn(|l| factor * columns[l][m]))
+        };
         let at_end = [table.of_position.map(|of| h * h * of), table.of_rate.map(|of| h * of)];
-        Self { at_end: at_end.map(|of| (inverse * SVector::from(of)).into()), to_force: (inverse * to_force).into() }
+        let to_force = transposed(&table.positions, h * h);
+        let mut pull = transposed(&table.rates, 2.0 * model.gamma * h);
+        for (pull, places) in pull.as_flattened_mut().iter_mut().zip(to_force.as_flattened()) {
+            *pull += model.omega2 * places;
+        }
+        // `E^-T` as a series in powers of the pull, which is small.
+        let (mut response, mut size) = (Self { at_end, to_force }, 1.0);
+        let largest = pull.as_flattened().iter().fold(0.0, |most: f64, pull| most.max(pull.abs())) * NODES as f64;
+        for _ in 0..MOST {
+            size *= largest;
+            if size <= f64::EPSILON {
+                break;
+            }
+            let less = |start: &Nodes, of: &Nodes| -> Nodes {
+                let pulled = combine(&pull, of);
+                std::array::from_fn(|l| start[l] - pulled[l])
+            };
+            response = Self {
+                at_end: std::array::from_fn(|k| less(&at_end[k], &response.at_end[k])),
+                to_force: std::array::from_fn(|m| less(&to_force[m], &response.to_force[m])),
+            };
+        }
+        response
     }
 }
 
