@@ -101,6 +101,21 @@ fn heights_angles_and_forces_on_the_support() {
 }
 
 #[test]
+fn an_overlap_beside_an_impact_follows_the_balls() {
+    let mut p = lifted(3, 2, 30.0);
+    (p.x_start[1], p.v_start) = (-0.3 * p.length, vec![2.0, 0.0, 0.0]);
+    let after = run(&p, 0.2);
+    let (onset, release) = (after.last_onset(0), after.last_release(0));
+    for part in [0.1, 0.5, 0.9] {
+        let engine = run(&p, onset + part * (release - onset));
+        assert!(engine.force(0) > 0.0 && engine.angle(1) < -0.2);
+        let width = p.gap[1] + 2.0 * p.radius + engine.x(2) - engine.x(1);
+        let overlap = 2.0 * p.radius - p.dead_band - width.hypot(engine.y(2) - engine.y(1));
+        assert!((engine.overlap(1) - overlap).abs() < 1e-15, "{} of {overlap}", engine.overlap(1) - overlap);
+    }
+}
+
+#[test]
 fn what_cannot_swing_is_refused_or_ends_the_run() {
     let start = |p: &Parameters| Simulation::new(p, &Inputs::zero(p.balls()), 0.0).unwrap_err().to_string();
     let p = lifted(2, 1, 30.0);
