@@ -50,6 +50,7 @@ def toolchain() -> dict:
             )
         return with_sources(usr) | {
             "CARGO_UNSTABLE_BUILD_STD": "std,panic_abort",
+            "CARGO_UNSTABLE_BUILD_STD_FEATURES": "",  # no backtraces, which a page has no use for
             f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}_LINKER": linker,
             "RUSTFLAGS": " ".join([*flags, f"--remap-path-prefix={usr}=/rust"]),
         }

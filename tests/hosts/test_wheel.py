@@ -54,7 +54,7 @@ def bare(wheel, work, tmp_path_factory):
             f"the packages that it needs cannot be downloaded: {loaded.stderr.strip().splitlines()[-1]}"
         )
     subprocess.run([sys.executable, "-m", "venv", root / "venv"], check=True)
-    offline = ["install", "-q", "--no-index", "--find-links", downloads, wanted]
+    offline = ["install", "-q", "--no-compile", "--no-index", "--find-links", downloads, wanted]
     subprocess.run([programs / "python", "-m", "pip", *offline], check=True)
     environment = {"PATH": str(programs), "HOME": str(work), "LANG": "C.UTF-8"}
     environment |= {name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ}
