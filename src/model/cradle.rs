@@ -1,14 +1,12 @@
 //! The coefficients of the equations, derived from the parameters: masses, oscillators and contact laws.
 
-use serde::{Deserialize, Serialize};
-
 use super::contact::ContactLaw;
 use super::damping::Damping;
 use super::parameters::{ContactModel, Parameters, PendulumModel};
 use crate::solver::dual::Scalar;
 
 /// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`, or the same on an arc.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallModel<S = f64> {
     /// Mass, kg.
     pub mass: S,

@@ -54,21 +54,6 @@ impl ContactLaw {
         }
     }
 
-    /// Whether the relaxation time at the largest overlap of that impact without damping is shorter than this `part` of
-    /// its time scale.
-    pub fn relaxes_within(&self, part: f64, m: f64, rate: f64) -> bool {
-        // There, force times overlap is p + 1 times the energy. Comparing energies takes no power.
-        let (p, energy, reach) = (self.exponent, 0.5 * m * rate * rate, part * DURATION);
-        match self.damping {
-            Damping::None => false,
-            Damping::KelvinVoigt { c, .. } => self.elastic_energy(m * rate / (reach * c)) < energy,
-            Damping::HuntCrossley { alpha } => 0.5 * reach * (p + 1.0) * alpha * rate > 1.0,
-            Damping::Viscoelastic { relaxation } => {
-                self.elastic_energy(0.5 * reach * p * (p + 1.0) * relaxation * rate) > energy
-            }
-        }
-    }
-
     /// Largest overlap of that impact, m.
     pub fn largest_overlap(&self, m: f64, rate: f64) -> f64 {
         let p = self.exponent;

@@ -148,6 +148,23 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
 }
 
 #[test]
+fn a_growing_force_lifts_a_ball_from_rest() {
+    for order in 1..=3 {
+        let host = Host::new();
+        host.give(&[("pendulum.model", 2.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0)]);
+        host.start();
+        assert_eq!(host.set_derivative("F_ext[1]", order, -0.5), fmi2OK);
+        assert_eq!(host.step(0.0, 0.1), fmi2OK, "{}", host.error());
+        let state = host.save();
+        assert_eq!(host.restore(state), fmi2OK);
+        host.free(state);
+        assert_eq!(host.step(0.1, 0.9), fmi2OK, "{}", host.error());
+        assert!(host.get("x[1]") < -1e-5 && host.get("x[2]") == 0.0);
+        assert!(host.get("E_residual").abs() < 1e-15, "{}", host.get("E_residual"));
+    }
+}
+
+#[test]
 fn a_host_sees_the_error_and_the_last_values() {
     let host = Host::new();
     host.give(&[("pendulum.model", 2.0), ("v_start[5]", 20.0)]);

@@ -14,7 +14,7 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// Contacts in a chain whose damping is less than this times `sqrt(k m)` let the balls oscillate or nearly so.
 const RINGING: f64 = 3.0;
 
-/// A contact at the start of a segment, or between segments.
+/// A contact at the start of a segment, or during an event while nothing else governs it.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct WindowContact {
     /// In m.

@@ -35,7 +35,7 @@ impl Exchange {
         let ball = |(i, model)| {
             let forcing = [state.forcings[i], 0.0, 0.0, 0.0];
             let mut ball = Ball::new(model, DoubleDouble::default(), Flight { x: state.x[i], v: state.v[i], forcing });
-            // Hosts may have stepped far over an onset.
+            // Hosts may have stepped far over an onset: series that look back should hold for long.
             ball.flies_on = true;
             ball
         };
@@ -47,10 +47,15 @@ impl Exchange {
         self.engine_at(&self.flights(), &(0..self.balls()), 0.0, closed, &mut Unrecorded)
     }
 
-    /// The motion of the balls of contact `j` relative to each other along the flights of `balls`.
-    pub(super) fn separation(&self, balls: &[Ball], j: usize) -> Separation {
-        let law = &self.cradle.contacts[j];
-        Separation::new(&balls[j], &balls[j + 1], DoubleDouble::ZERO, self.state.overlaps[j], law)
+    /// The motion of the balls of contact `j` relative to each other along the flights of `balls`, `tau` (s) from now.
+    pub(super) fn separation(&self, balls: &[Ball], j: usize, tau: f64) -> Separation {
+        let from =
+            |anchor, overlap| Separation::new(&balls[j], &balls[j + 1], anchor, overlap, &self.cradle.contacts[j]);
+        let mut flight = from(DoubleDouble::ZERO, self.state.overlaps[j]);
+        while let Some(end) = flight.end_before(tau.into()) {
+            flight = from(end, flight.at_time(end).0);
+        }
+        flight
     }
 
     /// When contact `j` closed, relative to now (s), if it is open and due: its balls overlap and approach each other,
@@ -64,7 +69,7 @@ impl Exchange {
             return self.begins_to_press(balls, j).then_some(0.0);
         }
         if overlap > 0.0 {
-            return Some(self.place_of_touch(&self.separation(balls, j), 0.0).unwrap_or(0.0));
+            return Some(self.place_of_touch(balls, j, 0.0).unwrap_or(0.0));
         }
         (-overlap <= rate * self.margin()).then_some(-overlap / rate)
     }
@@ -74,7 +79,7 @@ impl Exchange {
     pub(super) fn begins_to_press(&self, balls: &[Ball], j: usize) -> bool {
         let is_due = matches!(self.next, Next::At(time) if time <= self.time) && self.next_contact == Some(j);
         let (overlap, rate) = self.overlap_and_rate(j);
-        is_due && overlap.abs() <= self.separation(balls, j).noise && rate.abs() <= RESOLVED * self.scales.speed
+        is_due && overlap.abs() <= self.separation(balls, j, 0.0).noise && rate.abs() <= RESOLVED * self.scales.speed
     }
 
     /// Whether an event has followed contact `j` beyond now.
@@ -84,23 +89,27 @@ impl Exchange {
 
     /// When the `flight` of the balls of contact `j` begins, relative to now (s), if not before the time `from`: where
     /// they part, or where an event has followed them to.
-    pub(super) fn parting(&self, flight: &Separation, j: usize, from: f64) -> Option<f64> {
+    pub(super) fn parting(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
         let followed = self.contacts[j].followed_until.map(|until| until - self.time).filter(|until| *until > from);
         let from = followed.unwrap_or(from);
-        let (overlap, rate) = flight.at_time(from.into());
-        let parts = if overlap > 0.0 && rate < 0.0 { self.place_of_touch(flight, from) } else { None };
+        let (overlap, rate) = self.separation(balls, j, from).at_time(from.into());
+        let parts = if overlap > 0.0 && rate < 0.0 { self.place_of_touch(balls, j, from) } else { None };
         parts.filter(|parting| *parting > from).or(followed)
     }
 
     /// When the overlap of a contact, positive at the time `from`, is 0, relative to now (s): before `from` if the
     /// balls approach each other, after it if they part. `None` if that is out of reach.
-    fn place_of_touch(&self, flight: &Separation, from: f64) -> Option<f64> {
+    fn place_of_touch(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
+        let at = |tau: f64| {
+            let flight = self.separation(balls, j, tau);
+            flight.at(tau - flight.anchor.value())
+        };
         let pace = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
         let pace = self.cradle.balls.iter().map(pace).fold(0.0, f64::max);
         let farthest = if pace > 0.0 { FARTHEST / pace } else { FARTHEST };
-        let [overlap, rate, _] = flight.at(from);
+        let [overlap, rate, _] = at(from);
         let mut way = -overlap / rate;
-        while flight.at(from + way.clamp(-farthest, farthest))[0] > 0.0 {
+        while at(from + way.clamp(-farthest, farthest))[0] > 0.0 {
             if way.abs() >= farthest {
                 return None;
             }
@@ -108,7 +117,7 @@ impl Exchange {
         }
         way = way.clamp(-farthest, farthest);
         let gap = |share: f64| {
-            let [overlap, rate, acceleration] = flight.at(from + share * way);
+            let [overlap, rate, acceleration] = at(from + share * way);
             [-overlap, -rate * way, -acceleration * way * way]
         };
         Some(from + way * rising_zero(gap, (0.0, -overlap), (1.0, gap(1.0)[0])))

@@ -34,7 +34,7 @@ pub(crate) struct Ball {
     pub flight: Flight,
     pub integrals: RunningIntegrals,
     pub regime: Regime,
-    /// Whether a flight on an arc that begins at the anchor has no impact before it.
+    /// Whether a flight on an arc begins with a long step: no impact is near.
     pub flies_on: bool,
     /// The part of a flight on an arc that was asked for last.
     piece: RefCell<Option<Box<Piece>>>,
@@ -71,7 +71,7 @@ impl Ball {
         if t == self.anchor {
             return self.piece(t, |piece, _| say(&piece.path));
         }
-        say(&Path::new(&self.model, &self.flight_at(t), false))
+        say(&Path::new(&self.model, &self.flight_at(t), self.flies_on))
     }
 
     /// What has ended its flight on an arc up to the time `t`, and when.

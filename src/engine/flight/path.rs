@@ -2,7 +2,7 @@
 //!
 //! With the state s along the path and its rate u, the pendulum's `s'' = -g sin(s / L) - 2 gamma u + f cos(s / L)`
 //! gives one coefficient after the other, those of sine and cosine by `sin' = angle' cos` and `cos' = -angle' sin`. A
-//! [`Path`] holds as long as its last terms are below rounding, about a sixth of a period; a ball that flies on takes
+//! [`Path`] holds as long as its last terms are below rounding, a third of a period or less; a ball that flies on takes
 //! the next one ([`Piece`]). Of two neighbours, [`Approach`] has the series of
 //!
 //! ```text
@@ -94,7 +94,8 @@ impl Path {
             }
         }
         let size = |k: usize| s[k].abs().max(length * sin[k].abs()).max(length * cos[k].abs());
-        let (scale, last) = (size(1).max(size(2)), size(terms - 2).max(size(terms - 1)));
+        let scale = (1..MAX_FORCE_ORDER + 3).map(size).fold(0.0, f64::max);
+        let last = size(terms - 2).max(size(terms - 1));
         let length = if last > 0.0 {
             let small = NEGLIGIBLE * scale / last;
             unit * libm::pow(small, if small > 1.0 { INVERSES[terms - 1] } else { INVERSES[terms - 2] })
@@ -151,9 +152,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Coefficients of a forcing as a function of the time over `unit`.
 fn scaled(forcing: &Forcing, unit: f64) -> Forcing {
-    let mut scaled = of_derivatives(*forcing);
-    (1..scaled.len()).for_each(|k| scaled[k..].iter_mut().for_each(|f| *f *= unit));
-    scaled
+    let mut factor = 1.0;
+    of_derivatives(*forcing).map(|f| {
+        let scaled = f * factor;
+        factor *= unit;
+        scaled
+    })
 }
 
 /// Integrals over a motion along the path, `moved` from `flight` for `tau` (s), of a ball that is in flight or not:
@@ -266,7 +270,7 @@ impl Piece {
     }
 }
 
-/// G of two neighbours in flight, as a function of the time since a common start over `unit`.
+/// G of two neighbours in flight: so many terms as a function of the time since a common start over `unit`, s.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Approach {
     terms: usize,
@@ -279,7 +283,7 @@ pub(crate) struct Approach {
 }
 
 impl Approach {
-    /// With their lengths (m) and paths, their overlap (m) at the start and its law.
+    /// With the lengths of their pendulums (m), their paths, their overlap (m) at the start and its law.
     pub fn new([l, r]: [f64; 2], [left, right]: [&Path; 2], overlap: f64, law: &ContactLaw) -> Self {
         let (ratio, touch) = (left.unit / right.unit, law.pivots - law.clearance);
         let terms = left.terms.min(right.terms);
@@ -309,7 +313,7 @@ impl Approach {
             && scales.iter().chain(&self.g).all(|value| value.is_finite())
     }
 
-    /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s); beyond the length ever less exact.
+    /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s), while the series holds.
     pub fn at(&self, tau: f64) -> [f64; 3] {
         let [g, slope, bend] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
         overlap_of_approach([g, slope / self.unit, bend / (self.unit * self.unit)], self.touch)

@@ -17,7 +17,7 @@ use crate::solver::root::{Smooth, safe_step, search_within};
 /// release keeps its digits on positions of 1 m.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Separation {
-    anchor: DoubleDouble,
+    pub anchor: DoubleDouble,
     overlap: f64,
     /// The motion of the left ball; of equal pendulums the difference of the two, which is a motion of the same kind.
     motion: Motion,
@@ -153,6 +153,12 @@ impl Separation {
             [d, v, flight.acceleration(o, tau.value(), d, v)]
         });
         [self.overlap + d, v, a]
+    }
+
+    /// Where the series of balls on arcs ends on the way to the time `t`, if it does not hold until then.
+    pub fn end_before(&self, t: DoubleDouble) -> Option<DoubleDouble> {
+        let (length, tau) = (self.approach.as_ref()?.length, (t - self.anchor).value());
+        (tau.abs() > length).then(|| self.anchor + length.copysign(tau))
     }
 
     /// Whether the series of balls on arcs will not hold for long after the time `t`.

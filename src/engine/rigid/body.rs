@@ -24,8 +24,8 @@ use crate::solver::root::{Smooth, falling_zero};
 /// Roundings of a number that several operations have added to.
 const ROUNDINGS: f64 = 8.0;
 
-/// Swings that are searched one by one for the largest force.
-const MOST_SWINGS: f64 = 1000.0;
+/// Panels at most in which the largest force is searched, 16 to a swing: some 60,000 swings.
+const MOST_PANELS: f64 = 1e6;
 
 /// A sustained contact, which constrains its balls to move as one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -191,10 +191,11 @@ impl Constraint {
         }
         let o = &self.oscillator;
         let swings = (to - from) * (o.omega() + o.gamma()) / std::f64::consts::TAU;
-        if swings <= MOST_SWINGS {
-            return peak.max(self.largest_maximum(from, to, (4.0 + 16.0 * swings) as usize));
+        if swings <= 8.0 || o.gamma() < o.omega() {
+            let panels = (4.0 + 16.0 * swings).min(MOST_PANELS);
+            return peak.max(self.largest_maximum(from, to, panels as usize));
         }
-        // Overdamped, or most likely as large at the start: ever slower.
+        // Overdamped: ever slower.
         for (low, high) in growing(from, to, 0.25 / (o.omega() + o.gamma())) {
             peak = peak.max(self.largest_maximum(low, high, 1));
         }
@@ -206,11 +207,13 @@ impl Constraint {
     fn largest_maximum(&self, from: f64, to: f64, panels: usize) -> f64 {
         let rate = |tau: f64| -self.tension(tau)[1];
         let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
-        let mut largest = 0.0_f64;
+        let (mut largest, mut before) = (0.0_f64, rate(from));
         for (low, high) in (0..panels).map(|panel| (node(panel), node(panel + 1))) {
-            if rate(low) > 0.0 && rate(high) < 0.0 {
+            let after = rate(high);
+            if before > 0.0 && after < 0.0 {
                 largest = largest.max(self.force_after(falling_zero(rate, low, high)));
             }
+            before = after;
         }
         largest
     }

@@ -17,9 +17,9 @@ type Polynomial = [f64; MAX_FORCE_ORDER + 1];
 #[derive(Clone, Copy, Debug)]
 pub struct Steady {
     /// Velocity P' of the polynomial part, m/s with powers of the time.
-    pub velocity: Polynomial,
+    velocity: Polynomial,
     /// Velocity (m/s) and acceleration (m/s2) of the free swing at time 0.
-    pub swing: (f64, f64),
+    swing: (f64, f64),
 }
 
 impl Steady {
@@ -46,7 +46,7 @@ impl Steady {
     }
 
     /// The polynomial velocity (m/s) and its derivatives at `t` (s).
-    pub fn velocity_at(&self, t: f64) -> Polynomial {
+    fn velocity_at(&self, t: f64) -> Polynomial {
         let [a, b, c, d] = self.velocity;
         [a + t * (b + t * (c + t * d)), b + t * (2.0 * c + t * 3.0 * d), 2.0 * c + 6.0 * d * t, 6.0 * d]
     }

@@ -78,7 +78,7 @@ impl Exchange {
                 true if self.is_rigid() => contact.unassign(0.0, Mode::Pressing),
                 true => contact.unassign(self.state.overlaps[j], Mode::Pressing),
                 false => {
-                    contact.unassign(self.separation(balls, j).at_time(onset.into()).0.min(0.0), Mode::Open);
+                    contact.unassign(self.separation(balls, j, onset).at_time(onset.into()).0.min(0.0), Mode::Open);
                 }
             }
         }
@@ -102,11 +102,11 @@ impl Exchange {
         engine.form(all.clone(), START);
         for j in all.filter(|j| !is_closed(*j)) {
             // Balls that have yet to part are apart from then on.
-            let flight = self.separation(balls, contacts.start + j);
             if engine.contacts[j].separation().is_some()
-                && let Some(parting) = self.parting(&flight, contacts.start + j, onset)
+                && let Some(parting) = self.parting(balls, contacts.start + j, onset)
             {
                 let anchor = DoubleDouble::from(parting - onset);
+                let flight = self.separation(balls, contacts.start + j, parting);
                 let overlap = flight.at_time(parting.into()).0.min(0.0);
                 let separation = engine.separation(j, anchor, overlap);
                 engine.contacts[j].phase = Phase::Open(separation, Next::Never);
