@@ -203,7 +203,7 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 
 
 def compiled(results: Results) -> None:
-    """What compiles the root package: lints, and its tests."""
+    """Lints and all tests in Rust, which compile the root package."""
     rust_style(results)
     rust_tests(results, "--", "--include-ignored")
 

@@ -76,7 +76,8 @@ pub(crate) unsafe fn free(place: *mut *mut c_void) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Exports the functions of saved states, under the names of a version of the standard.
+/// Exports the functions of saved states, under the names of a version of the standard, by `export!` of the module that
+/// calls this.
 macro_rules! export_states {
     (
         $state:ty, $byte:ty:
@@ -101,7 +102,8 @@ macro_rules! export_states {
                     let allowed = format_args!("{}, as {} says", bytes.len(), stringify!($serialized_size));
                     return Err(crate::variables::Refusal::argument("size", size, allowed));
                 }
-                crate::ffi::write("serializedState", serializedState.cast(), ("size", size), bytes)
+                crate::ffi::fill(crate::ffi::array_mut("serializedState", serializedState.cast(), size)?, bytes);
+                Ok(())
             };
             #[doc = concat!("Makes a state of the bytes that [`", stringify!($serialize), "`] wrote, also in another")]
             /// process. Damaged, foreign and newer bytes are refused, and `*FMUstate` is unchanged; if it is not NULL,

@@ -65,20 +65,20 @@ impl Instance {
         values: &[T],
     ) -> Result<Vec<(Array, usize, T)>, Refusal> {
         let balls = self.balls();
-        let (mut elements, mut wanted, mut first) = (Vec::with_capacity(values.len()), 0, None);
+        let (mut elements, mut wanted) = (Vec::with_capacity(values.len()), 0);
         for reference in references {
             let array = self.array(*reference, asked)?;
             if self.run.phase == Phase::IntermediateUpdate && !array.is_intermediate() {
                 return Err(refuse_reference(array, "in the middle of a step, inputs with intermediateUpdate"));
             }
-            first.get_or_insert(array);
             for index in 0..array.len(balls) {
                 elements.extend(values.get(wanted).map(|value| (array, array.index(index), *value)));
                 wanted += 1;
             }
         }
         if wanted != values.len() {
-            let first = first.map(|array: Array| array.to_string()).unwrap_or_default();
+            let first = references.first().and_then(|first| self.array_at(*first));
+            let first = first.map(|array| array.to_string()).unwrap_or_default();
             let more = if references.len() > 1 { " and others" } else { "" };
             let allowed = format_args!("{wanted}, the elements of {first}{more} with n = {balls}");
             return Err(Refusal::argument("nValues", values.len(), allowed));

@@ -11,7 +11,7 @@ pub struct Start {
     pub purpose: Purpose,
     /// Start values of the description, which a reset returns to.
     pub settings: Settings,
-    /// Whether the host sees scalars, with the value references of FMI 2.0, instead of arrays.
+    /// Whether the host sees scalars, with the value references of FMI 2.0, instead of arrays: always in FMI 2.0.
     pub scalars: bool,
     /// That of the description.
     pub guid: String,

@@ -122,7 +122,7 @@ impl Instance {
         }
         // Only FMI 3.0 hosts with arrays can change the number of balls.
         let Purpose { kind, arrays, .. } = self.run.purpose;
-        let balls = if !self.start.scalars { owner_balls.clamp(MIN_BALLS, MAX_BALLS) } else { self.balls() };
+        let balls = if self.start.scalars { self.balls() } else { owner_balls.clamp(MIN_BALLS, MAX_BALLS) };
         require(run.purpose.arrays == arrays, "it is one of another version of the standard").map_err(unsound)?;
         run.check(balls).map_err(unsound)?;
         self.check_purpose(run.purpose)?;

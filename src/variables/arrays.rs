@@ -1,4 +1,4 @@
-//! The interface of FMI 3.0: the same table, with an array for each row that has an index, and variables of its own.
+//! The variables as FMI 3.0 has them: an array for each row of the table that has an index, and some of its own.
 //!
 //! The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a dimension: the last element
 //! belongs to no contact. A value reference does not depend on `n`. For hosts without arrays, each element is a scalar
@@ -16,7 +16,7 @@ use super::table::row::{Access, Edge, Extra, Row, Variability, enumeration, extr
 use super::table::unit::{FORCE_KN, IMPULSE, LENGTH, TIME, TIME_US, VELOCITY};
 use super::variable::{MAX_BALLS, MIN_BALLS, Variable};
 
-/// A variable of FMI 3.0: a scalar or an array.
+/// A variable: an array, a scalar, or an element of an array as a scalar, which is all that FMI 2.0 has.
 #[derive(Clone, Copy)]
 pub struct Array {
     /// Its row.
@@ -151,6 +151,11 @@ impl Array {
         self.only.is_some()
     }
 
+    /// Whether FMI 2.0 does not have it.
+    pub fn is_extra(self) -> bool {
+        self.position >= TABLE.len()
+    }
+
     /// Its value reference.
     pub fn reference(self) -> u32 {
         if let Some(index) = self.only {
@@ -175,10 +180,11 @@ impl Array {
     pub fn state_place(self, balls: usize) -> Option<usize> {
         let mut before = 0;
         Self::states().find_map(|(state, _)| {
-            let is_at = |i: &usize| state.element(*i, balls).is_some_and(|own| own.scalar() == self);
             let within = match self.only {
                 // In a state that joins two rows, elements of the second come one place later.
-                Some(index) => (index..index + 2).find(is_at),
+                Some(index) => {
+                    (index..index + 2).find(|i| state.element(*i, balls).is_some_and(|own| own.scalar() == self))
+                }
                 None => (state == self).then_some(0),
             };
             let place = within.map(|i| before + i);
@@ -263,7 +269,7 @@ pub fn states(balls: usize) -> impl Iterator<Item = (Variable, Variable)> {
 }
 
 impl Variable {
-    /// The same as a scalar of FMI 3.0.
+    /// The same as an [`Array`] of one element.
     pub fn scalar(self) -> Array {
         Array { row: self.row, position: self.position, only: Some(self.index) }
     }

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::refusal::Refusal;
 use super::settings::Settings;
-use super::table::row::{Access, Type};
+use super::table::row::Access;
+use super::text::Number;
 use super::variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable};
 
 /// Name of the file in `resources/`.
@@ -84,12 +85,12 @@ impl Recipe {
 }
 
 fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Result<(), Refusal> {
+    variable.check_settable(false)?;
     match (value, variable.row.access) {
+        (StartValue::Number(value), Access::Enumeration(enumeration)) => {
+            return Err(Refusal::value(variable, Number(*value), enumeration));
+        }
         (StartValue::Number(value), _) => {
-            if variable.row.access.data_type() != Type::Real {
-                return Err(variable.wrong_type(Type::Real));
-            }
-            variable.check_settable(false)?;
             variable.check_real(*value)?;
             variable.set_real(settings, *value);
         }
@@ -97,7 +98,7 @@ fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Res
             let item = enumeration.named(name).ok_or_else(|| Refusal::value(variable, name, enumeration))?;
             variable.set_item(settings, item.value);
         }
-        (StartValue::Item(_), _) => return Err(variable.wrong_type(Type::Enumeration)),
+        (StartValue::Item(text), _) => return Err(Refusal::value(variable, format_args!("{text:?}"), "a number")),
     }
     Ok(())
 }
@@ -131,7 +132,8 @@ mod tests {
             ("{\"format\":1,\"balls\":5,\"start\":{\"x_start[6]\":1}}", "x_start[6]"),
             ("{\"format\":1,\"balls\":5,\"start\":{\"x[1]\":1}}", "x[1] cannot be set"),
             ("{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":null}}", "not readable"),
-            ("{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":\"heavy\"}}", "ball.mass is of type Real"),
+            ("{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":\"heavy\"}}", "ball.mass = \"heavy\" is refused"),
+            ("{\"format\":1,\"balls\":5,\"start\":{\"contact.model\":2}}", "contact.model = 2 is refused"),
         ];
         for (text, expected) in bad {
             let error =

@@ -97,8 +97,8 @@ pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
     let preset = PRESETS.iter().find(|preset| {
-        let is = |settings| Description::all(&settings, was.is_fmi3()).iter().any(|own| own.guid() == was.guid);
-        preset.settings().is_ok_and(is)
+        let has_guid = |settings| Description::all(&settings, was.is_fmi3()).iter().any(|own| own.guid() == was.guid);
+        preset.settings().is_ok_and(has_guid)
     });
     let what = match preset {
         Some(preset) => format!("preset {}", preset.name),

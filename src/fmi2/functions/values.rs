@@ -36,7 +36,7 @@ export! {
         let integer = |value| match value {
             Value::Count(count) => fmi2Integer::try_from(count).unwrap_or(fmi2Integer::MAX),
             Value::Item(item) => item as fmi2Integer,
-            Value::Float(_) | Value::Flag(_) => 0,
+            Value::Float(_) | Value::Flag(_) => 0, // no integer has these
         };
         get(vr, nvr, value, |reference| instance.value(reference, Type::Integer).map(integer))
     };

@@ -117,8 +117,9 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _unlockPreemption: fmi3UnlockPreemptionCallback,
 ) -> fmi3Instance {
     let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
-    log.error(format_args!("scheduled execution is not offered; allowed: co-simulation or model exchange"));
-    std::ptr::null_mut()
+    let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
+    let refuse = || Err("scheduled execution is not offered; allowed: co-simulation or model exchange".to_owned());
+    ffi::create("fmi3InstantiateScheduledExecution", log, callbacks, refuse, |_| {})
 }
 
 /// Frees an instance in any phase; NULL and an instance within a step are ignored.

@@ -29,6 +29,14 @@ pub const LOG_CATEGORIES: [(LogCategory, &str, &str); 5] = [
     (LogCategory::Error, "logStatusError", "Refused calls and failed steps, with the reason"),
 ];
 
+const _: () = {
+    let mut i = 0;
+    while i < LOG_CATEGORIES.len() {
+        assert!(LOG_CATEGORIES[i].0 as usize == i, "not in the order of the enumeration");
+        i += 1;
+    }
+};
+
 impl LogCategory {
     /// Name in the description and in the host's log.
     pub const fn name(self) -> &'static str {

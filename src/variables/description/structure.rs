@@ -100,7 +100,7 @@ pub(super) fn write_structure(
     let is_indicator =
         |row: &Row| matches!(row.access, Access::Instance(_, Extra::ContactIndicator | Extra::ClipIndicator));
     for array in arrays.filter(|array| fmi3 && is_indicator(array.row)) {
-        write(out, "EventIndicator", array, Some(EVERYTHING).filter(|_| !array.is_single()))?;
+        write(out, "EventIndicator", array, (!array.is_single()).then_some(EVERYTHING))?;
     }
     Ok(())
 }

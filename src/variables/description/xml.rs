@@ -58,9 +58,11 @@ impl<'a> Description<'a> {
 
     /// All with these start values: that of FMI 2.0, or those of FMI 3.0 with or without clocks or arrays.
     pub fn all(start: &'a Settings, fmi3: bool) -> Vec<Self> {
-        let all = || Self::fmi3(start);
+        let full = || Self::fmi3(start);
         match fmi3 {
-            true => vec![all(), all().without_clocks(), all().with_scalars(), all().without_clocks().with_scalars()],
+            true => {
+                vec![full(), full().without_clocks(), full().with_scalars(), full().without_clocks().with_scalars()]
+            }
             false => vec![Self::of(start)],
         }
     }
@@ -76,16 +78,17 @@ impl<'a> Description<'a> {
         self.render(&self.guid(), date)
     }
 
-    /// The variables of FMI 3.0.
+    /// The variables, but for FMI 2.0 only those among them that ModelStructure lists.
     fn arrays(&self) -> impl Iterator<Item = Array> + Clone + use<> {
-        let (clocks, scalars, balls) = (self.clocks, self.scalars, self.start.balls());
-        Array::all().filter(move |array| clocks || !array.needs_clocks()).flat_map(move |array| {
+        let (fmi3, clocks, scalars, balls) = (self.fmi3, self.clocks, self.scalars, self.start.balls());
+        let known = move |array: &Array| (clocks || !array.needs_clocks()) && (fmi3 || !array.is_extra());
+        Array::all().filter(known).flat_map(move |array| {
             let count = if scalars { array.row.shape.len(balls) } else { 1 };
             (0..count).filter_map(move |index| if scalars { array.scalar(index, balls) } else { Some(array) })
         })
     }
 
-    /// The states of FMI 3.0 with their derivatives.
+    /// The states with their derivatives.
     fn states(&self) -> Vec<(Array, Array)> {
         let scalars = states(self.start.balls()).map(|(state, rate)| (state.scalar(), rate.scalar()));
         if self.scalars { scalars.collect() } else { Array::states().collect() }
