@@ -46,8 +46,8 @@ pub(super) struct Followed {
 /// this `speed` (m/s) is not stiff.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
-        let m = window.reduced_mass(j);
-        window.contacts[j].mode != Mode::Open && law.relaxation_time(m, speed) < STIFF * law.time_scale(m, speed)
+        let (m, is_open) = (window.reduced_mass(j), window.contacts[j].mode == Mode::Open);
+        !is_open && !law.is_elastic() && law.relaxation_time(m, speed) < STIFF * law.time_scale(m, speed)
     };
     let on_arcs = window.balls[0].model.on_arc;
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
