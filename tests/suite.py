@@ -37,6 +37,7 @@ OF_PLATFORMS = "tests/hosts/test_platforms.py"
 FEW_CASES = "15"  # of each property in `test` without `--all`
 # Parts of the lines of skips that `--strict` accepts, because installing something does not help.
 EXPECTED_SKIPS = ("advisories: their database cannot be reached",)
+RUST_HOST = ["cargo", "test", "--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", HOSTS]
 LIBCLANG = "libclang is missing: on Debian, `apt install libclang-dev`"
 
 
@@ -203,9 +204,12 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 
 
 def compiled(results: Results) -> None:
-    """Lints and all tests in Rust, which compile the root package."""
+    """Lints and all tests in Rust, which compile the root package; then, while the FMU is compiled on another core, the
+    host in Rust."""
     rust_style(results)
     rust_tests(results, "--", "--include-ignored")
+    if has_libclang():
+        results.step("Rust host compiled", [*RUST_HOST, "--no-run"])
 
 
 def all_platforms(results: Results) -> None:
@@ -277,8 +281,7 @@ def rust_host(results: Results) -> None:
     """The crates `fmi` and `fmi-rs` as hosts: a workspace of its own, because the bindings of `fmi` need libclang."""
     if not has_libclang():
         return results.skip("Rust host", LIBCLANG)
-    command = ["cargo", "test", "--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", HOSTS]
-    return results.step("Rust host", command, env={"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(FMU3)})
+    return results.step("Rust host", RUST_HOST, env={"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(FMU3)})
 
 
 def install_fmi_sim(results: Results) -> None:
