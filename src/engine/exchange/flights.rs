@@ -87,7 +87,7 @@ impl Exchange {
         self.contacts[j].followed_until.is_some_and(|until| until > self.time)
     }
 
-    /// When the `flight` of the balls of contact `j` begins, relative to now (s), if not before the time `from`: where
+    /// When the flight of the balls of contact `j` begins, relative to now (s), if not before the time `from`: where
     /// they part, or where an event has followed them to.
     pub(super) fn parting(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
         let followed = self.contacts[j].followed_until.map(|until| until - self.time).filter(|until| *until > from);
