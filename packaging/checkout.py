@@ -42,7 +42,9 @@ def run(command: list, check: bool = True, watch=None, **options) -> int:
     Raises `Stop` if the command fails and `check` is true."""
     command = [str(part) for part in command]
     (watch or say)("  $ " + " ".join(part.removeprefix(f"{ROOT}{os.sep}") for part in command))
-    environment = os.environ | {"PYTHONUNBUFFERED": "1"} | options.pop("env", {})
+    # Compiled modules are kept even where the environment says that they are not: hundreds of programs import the same.
+    python = {"PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": ""}
+    environment = os.environ | python | options.pop("env", {})
     options = {"cwd": ROOT, "env": environment} | options
     if watch is None:
         code = subprocess.run(command, **options).returncode
