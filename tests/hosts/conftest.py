@@ -109,7 +109,7 @@ def fmu13_path(fmu_path, producer, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def browser():
+def chromium():
     """Chromium, as browser.py starts it."""
     pytest.importorskip("selenium")
     import browser
@@ -117,6 +117,14 @@ def browser():
     started = browser.start()
     yield started
     started.quit()
+
+
+@pytest.fixture(scope="module")
+def browser(chromium):
+    """Chromium for the tests of a file. A page that moves takes a third of a core for as long as it is open, so none
+    stays."""
+    yield chromium
+    chromium.get("about:blank")
 
 
 @pytest.fixture(scope="session")
