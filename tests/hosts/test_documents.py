@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from checkout import FMU, VENV, old_linux
+from checkout import FMU, VENV, host_target, old_linux
 from conftest import ROOT, ended
 from markdown_it import MarkdownIt
 
@@ -66,12 +66,16 @@ def ran() -> set[str]:
 
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory, producer, fmu_path, fmu13_path) -> Path:
-    """A copy of the checkout with its FMUs, whose commands may leave what they like."""
+    """A copy of the checkout with its FMUs, whose commands may leave what they like. It has the packages of others as
+    they are compiled here, so that Cargo compiles what is in the copy and no more."""
     folder = tmp_path_factory.mktemp("documents") / "newtons-cradle"
     shutil.copytree(
         ROOT, folder, ignore=shutil.ignore_patterns("target", "out", ".venv", ".git", "__pycache__")
     )
     (folder / ".venv").symlink_to(Path(sys.prefix), target_is_directory=True)
+    for compiled in (Path("target/release"), Path("target", host_target(), "release")):
+        if (ROOT / compiled).exists():
+            shutil.copytree(ROOT / compiled, folder / compiled, ignore=shutil.ignore_patterns("*cradle*"))
     for path in (fmu_path, fmu13_path):
         (folder / "target/fmu").mkdir(parents=True, exist_ok=True)
         shutil.copy(path, folder / "target/fmu")
