@@ -38,6 +38,7 @@ FEW_CASES = "15"  # of each property in `test` without `--all`
 # Parts of the lines of skips that `--strict` accepts, because installing something does not help.
 EXPECTED_SKIPS = ("advisories: their database cannot be reached",)
 RUST_HOST = ["cargo", "test", "--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", HOSTS]
+CLIPPY = "clippy-driver"
 LIBCLANG = "libclang is missing: on Debian, `apt install libclang-dev`"
 
 
@@ -154,6 +155,7 @@ def what_a_change_needs(results: Results) -> None:
     """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
 
     def rust(part):
+        rust_style(part)
         rust_tests(part, PROPTEST_CASES=FEW_CASES)
 
     results.beside(python=lambda part: python_style(part, TESTS), rust=rust)
@@ -165,12 +167,8 @@ def what_a_change_needs(results: Results) -> None:
     binary = f"--binary={folder}={PRODUCER.parent / 'deps' / library}"
     fmu = FMU.parent / "tested" / FMU.name
     fmu.parent.mkdir(parents=True, exist_ok=True)
-
-    def python(part):
-        if part.step("FMU", [PRODUCER, "build", binary, "--out", fmu]):
-            python_hosts(part, fmu, "-m", "not all")
-
-    results.beside(python=python, rust=rust_style)
+    if results.step("FMU", [PRODUCER, "build", binary, "--out", fmu]):
+        python_hosts(results, fmu, "-m", "not all")
 
 
 def everything(results: Results) -> None:
@@ -191,10 +189,9 @@ def everything(results: Results) -> None:
 
 
 def linting() -> dict:
-    """The environment in which clippy compiles the workspace, and a warning is an error: by itself it would look at all
-    packages once more, which costs a minute of processor time. Where it is missing, `rust_style` says so."""
-    clippy = {"RUSTC_WORKSPACE_WRAPPER": "clippy-driver", "CLIPPY_ARGS": "-Dwarnings"}
-    return clippy if shutil.which("clippy-driver") else {}
+    """The environment in which clippy, where it is there, compiles the workspace, and a warning is an error: by itself it
+    would look at all packages once more, which costs a minute of processor time."""
+    return {"RUSTC_WORKSPACE_WRAPPER": CLIPPY, "CLIPPY_ARGS": "-Dwarnings"} if shutil.which(CLIPPY) else {}
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
@@ -207,16 +204,13 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
     }
     for what, (targets, unoptimised) in kinds.items():
         command = ["cargo", "test", "--workspace", "--no-fail-fast", *targets, *options]
-        results.step(what, command, env=environment | unoptimised)
+        results.step(what, command, env=linting() | environment | unoptimised)
 
 
 def compiled(results: Results) -> None:
-    """Lints and all tests in Rust, which compile the root package; then, while the FMU is compiled on another core, the
-    host in Rust."""
-    rust_style(results, clippy=not linting())
-    rust_tests(results, "--", "--include-ignored", **linting())
-    if has_libclang():
-        results.step("Rust host compiled", [*RUST_HOST, "--no-run"])
+    """Style, and all tests in Rust, which compile the root package."""
+    rust_style(results)
+    rust_tests(results, "--", "--include-ignored")
 
 
 def all_platforms(results: Results) -> None:
@@ -228,21 +222,23 @@ def all_platforms(results: Results) -> None:
 
 
 def apart(results: Results) -> None:
-    """Python's packages and style; what is compiled in folders of its own: a host and the page's engine; what looks at
-    others' packages; and once the tests are compiled, and the producer with them, the benches and the FMU."""
+    """Python's packages and style; the page's engine; what looks at others' packages; once the tests are compiled, and the
+    producer with them, the FMU and the benches; and hosts, of many packages, which leave no core idle at the end."""
     python_style(results, ALL)
-    install_fmi_sim(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
     compile_tests = ["cargo", "test", "--workspace", "--test=*", "--no-run"]
     results.step("Tests compiled", compile_tests, env=linting())
-    # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
-    options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
-    results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     all(results.step("FMU", command, env=environment) for command in commands)
+    # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
+    options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
+    results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
+    install_fmi_sim(results)
+    if has_libclang():
+        results.step("Rust host compiled", [*RUST_HOST, "--no-run"])
 
 
 def deny(results: Results) -> None:
@@ -257,16 +253,14 @@ def deny(results: Results) -> None:
         results.fail("advisories")
 
 
-def rust_style(results: Results, clippy: bool = True) -> None:
-    """rustfmt and, if wanted, clippy, where the toolchain has them."""
-    commands = [("fmt", "--check", "--all"), ("fmt", "--check", "--manifest-path", "fuzz/Cargo.toml")]
-    if clippy:
-        commands.append(("clippy", "--workspace", "--all-targets", "--", "--deny", "warnings"))
-    for tool, *command in commands:
-        if shutil.which(f"cargo-{tool}"):
-            results.step(f"cargo {tool}", ["cargo", tool, *command])
-        else:
-            results.skip(f"cargo {tool}", f"it is missing: `rustup component add {tool}`")
+def rust_style(results: Results) -> None:
+    """rustfmt, where the toolchain has it. clippy lints what the tests compile."""
+    for tool, component in {"rustfmt": "rustfmt", CLIPPY: "clippy"}.items():
+        if not shutil.which(tool):
+            results.skip(component, f"it is missing: `rustup component add {component}`")
+    if shutil.which("rustfmt"):
+        for workspace in ("Cargo.toml", "fuzz/Cargo.toml"):
+            results.step("cargo fmt", ["cargo", "fmt", "--check", "--all", "--manifest-path", workspace])
 
 
 def python_style(results: Results, requirements: Path) -> None:

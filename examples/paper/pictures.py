@@ -30,6 +30,8 @@ from support import ROOT, command_line, nc, opened, shorter
 # Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
 LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
 LESSON += (("beside", 10.05, None), ("faster", None, 1.04))
+# Drawn without a GPU, at the rate of a screen, balls take all of a core.
+FEW_FRAMES = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 50)"
 OPEN = """const [step, opened] = arguments;
 import("#engine/setup.js").then(({LESSON}) => {
   cradle.setTheme(false);
@@ -99,6 +101,7 @@ def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
     for argument in window.split():
         options.add_argument(f"--{argument}")
     browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FEW_FRAMES})
     try:
         with tempfile.TemporaryDirectory() as folder:
             page = Path(folder) / "cradle.html"

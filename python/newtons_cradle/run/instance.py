@@ -103,8 +103,8 @@ class Run:
 
     def get(self, name: str) -> float | int | bool:
         """The value of one variable. Raises UnknownName or FmuError."""
-        self.fmu.variable(name)
-        value: float | int | bool = self[name]
+        variable = self.fmu.variable(name)
+        value: float | int | bool = self._call(self.slave.read, variable.type, [variable.valueReference])[0]
         return value
 
     def __setitem__(self, name: str, value: Value | Sequence[Value] | Array) -> None:
