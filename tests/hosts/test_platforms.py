@@ -67,8 +67,7 @@ def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     def without(*folders):
         return sum(size for name, size in sizes.items() if not name.startswith(folders))
 
-    # Those for other platforms are compiled for size here, that for macOS unoptimised.
-    assert without("binaries/darwin64") < 5_600_000
+    assert without("binaries/darwin64") < 6_200_000  # which is unoptimised here
     assert without(*(f"binaries/{o}/" for o in ("linux32", "win32", "aarch64-linux", "darwin64"))) < 2_600_000
 
 
