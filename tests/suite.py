@@ -172,20 +172,36 @@ def what_a_change_needs(results: Results) -> None:
 
 
 def everything(results: Results) -> None:
-    """All tests of all kinds."""
+    """All tests of all kinds. The binaries for other platforms are compiled by cores that are idle, from when the FMU is
+    there."""
     for path in (FMU, FMU3):
         path.unlink(missing_ok=True)
-    # The Python packages are there long before the FMU is linked by one of them.
-    results.beside(build=compiled, fuzz=fuzz, others=apart)
+    made = threading.Event()
+
+    def here(part):
+        try:
+            # The Python packages are there long before the FMU is linked by one of them.
+            part.beside(build=compiled, fuzz=fuzz, others=lambda lane: apart(lane, made))
+        finally:
+            made.set()
+        if FMU3.exists():
+            part.beside(python=wheel_and_hosts, others=rust_host)
+
+    def elsewhere(part):
+        made.wait()
+        if FMU3.exists():
+            all_platforms(part)
+
+    results.beside(here=here, platforms=elsewhere)
     if not FMU3.exists():
         return results.fail("hosts: without the FMU they cannot run")
-
-    def python(part):
-        part.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
-        python_hosts(part, FMU, "--ignore", OF_PLATFORMS)
-
-    results.beside(python=python, others=rust_host, platforms=all_platforms)
     return python_hosts(results, FMU, files=OF_PLATFORMS)
+
+
+def wheel_and_hosts(results: Results) -> None:
+    """A wheel, and with it all Python hosts but those of other platforms."""
+    results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
+    python_hosts(results, FMU, "--ignore", OF_PLATFORMS)
 
 
 def linting() -> dict:
@@ -214,16 +230,16 @@ def compiled(results: Results) -> None:
 
 
 def all_platforms(results: Results) -> None:
-    """The FMU for all platforms, compiled while the hosts, some of which animate pages, leave a core idle."""
+    """The FMU for all platforms, in the background."""
     _, environment = old_linux()
     idle = ["nice", "-n", "19"] if shutil.which("nice") else []
     command = [*idle, sys.executable, "packaging/platforms.py", PRODUCER, FMU, "--to-test"]
     results.step("FMU for all platforms", command, env=environment)
 
 
-def apart(results: Results) -> None:
+def apart(results: Results, made: threading.Event) -> None:
     """Python's packages and style; the page's engine; what looks at others' packages; once the tests are compiled, and the
-    producer with them, the FMU and the benches; and hosts, of many packages, which leave no core idle at the end."""
+    producer with them, the FMU, which is `made` then; benches and hosts."""
     python_style(results, ALL)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
@@ -233,6 +249,7 @@ def apart(results: Results) -> None:
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     all(results.step("FMU", command, env=environment) for command in commands)
+    made.set()
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
