@@ -172,8 +172,8 @@ def what_a_change_needs(results: Results) -> None:
 
 
 def everything(results: Results) -> None:
-    """All tests of all kinds. The binaries for other platforms are compiled by cores that are idle, from when the FMU is
-    there."""
+    """All tests of all kinds. The binaries for other platforms are compiled by cores that are idle, from when there is
+    an FMU."""
     for path in (FMU, FMU3):
         path.unlink(missing_ok=True)
     made = threading.Event()
@@ -205,8 +205,8 @@ def wheel_and_hosts(results: Results) -> None:
 
 
 def linting() -> dict:
-    """The environment in which clippy, where it is there, compiles the workspace, and a warning is an error: by itself it
-    would look at all packages once more, which costs a minute of processor time."""
+    """The environment in which clippy, where it is there, compiles the workspace, and a warning is an error: by itself
+    it would look at all packages once more, which costs a minute of processor time."""
     return {"RUSTC_WORKSPACE_WRAPPER": CLIPPY, "CLIPPY_ARGS": "-Dwarnings"} if shutil.which(CLIPPY) else {}
 
 
@@ -238,8 +238,8 @@ def all_platforms(results: Results) -> None:
 
 
 def apart(results: Results, made: threading.Event) -> None:
-    """Python's packages and style; the page's engine; what looks at others' packages; once the tests are compiled, and the
-    producer with them, the FMU, which is `made` then; benches and hosts."""
+    """Python's packages and style; the page's engine; what looks at others' packages; once the tests are compiled, and
+    the producer with them, the FMU, which is `made` then; benches and hosts."""
     python_style(results, ALL)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
