@@ -185,7 +185,7 @@ def everything(results: Results) -> None:
         finally:
             made.set()
         if FMU3.exists():
-            part.beside(python=wheel_and_hosts, others=rust_host)
+            wheel_and_hosts(part)
 
     def elsewhere(part):
         made.wait()
@@ -195,7 +195,8 @@ def everything(results: Results) -> None:
     results.beside(here=here, platforms=elsewhere)
     if not FMU3.exists():
         return results.fail("hosts: without the FMU they cannot run")
-    return python_hosts(results, FMU, files=OF_PLATFORMS)
+    # The tests of platforms keep one core busy.
+    return results.beside(python=lambda part: python_hosts(part, FMU, files=OF_PLATFORMS), others=rust_host)
 
 
 def wheel_and_hosts(results: Results) -> None:
@@ -254,8 +255,6 @@ def apart(results: Results, made: threading.Event) -> None:
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
     install_fmi_sim(results)
-    if has_libclang():
-        results.step("Rust host compiled", [*RUST_HOST, "--no-run"])
 
 
 def deny(results: Results) -> None:

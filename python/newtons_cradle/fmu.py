@@ -175,10 +175,8 @@ def build(
     needed("preset", preset, str | None, "a name such as 'desk'")
     needed("set", set, Mapping | None, 'a dict such as {"ball.mass": 0.5}')
     whole("fmi", fmi, 2, 3)
-    folder = Path(tempfile.mkdtemp(prefix="cradle-"))
-    path = Path(out or folder / "NewtonsCradle.fmu").absolute()
     command: list[str | Path] = [files.producer(), "build", "--from", binaries or files.newest(files.FMU)]
-    command += ["--out", path, "--fmi", str(fmi)]
+    command += ["--fmi", str(fmi)]
     command += ["--balls", str(balls)] if balls is not None else []
     command += ["--preset", preset] if preset is not None else []
     for name, value in (set or {}).items():
@@ -189,7 +187,9 @@ def build(
             allowed = "a number in the variable's SI unit, a list of them, or the name of an item"
             raise InvalidValue(f"{name} = {value!r} is refused; allowed: {allowed}") from None
         command += ["--set", f"{name}={text}"]
-    done = subprocess.run(command, capture_output=True, text=True)
+    folder = Path(tempfile.mkdtemp(prefix="cradle-"))
+    path = Path(out or folder / "NewtonsCradle.fmu").absolute()
+    done = subprocess.run([*command, "--out", path], capture_output=True, text=True)
     if done.returncode:
         shutil.rmtree(folder, ignore_errors=True)
         raise FmuError(done.stderr.strip().removeprefix("error: "))

@@ -35,10 +35,12 @@ fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), toleranc
     for i in 0..count {
         let t = start + i as f64 * h;
         assert_eq!(host.step(t, start + (i + 1) as f64 * h - t), fmi2OK);
-        for (j, name) in names.iter().enumerate() {
-            samples[0][j].push(host.get(name));
-            for (order, samples) in (1..=3).zip(&mut samples[1..]) {
-                samples[j].push(host.derivative(name, order));
+        for (samples, name) in samples[0].iter_mut().zip(&names) {
+            samples.push(host.get(name));
+        }
+        for (order, samples) in (1..=3).zip(&mut samples[1..]) {
+            for (samples, derivative) in samples.iter_mut().zip(host.derivatives(&names, order)) {
+                samples.push(derivative);
             }
         }
     }

@@ -212,10 +212,17 @@ impl Host {
 
     /// The derivative of an output by time, of this order.
     pub fn derivative(&self, name: &str, order: i32) -> f64 {
-        let mut value = f64::NAN;
-        let status = unsafe { fmi2GetRealOutputDerivatives(self.c, &self.vr(name), 1, &order, &mut value) };
-        assert_eq!(status, fmi2OK, "{name}: {:?}", self.log());
-        value
+        self.derivatives(&[name], order)[0]
+    }
+
+    /// The derivatives of several outputs by time, of this order.
+    pub fn derivatives(&self, names: &[impl AsRef<str>], order: i32) -> Vec<f64> {
+        let references: Vec<u32> = names.iter().map(|name| self.vr(name.as_ref())).collect();
+        let (orders, mut values) = (vec![order; names.len()], vec![f64::NAN; names.len()]);
+        let (count, into) = (names.len(), values.as_mut_ptr());
+        let status = unsafe { fmi2GetRealOutputDerivatives(self.c, references.as_ptr(), count, orders.as_ptr(), into) };
+        assert_eq!(status, fmi2OK, "{references:?}: {:?}", self.log());
+        values
     }
 
     /// The derivative of `unknown` along `known`.
