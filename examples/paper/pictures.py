@@ -139,20 +139,35 @@ def save_scene(browser, path: Path, width: int = 960) -> None:
 
 def lesson(browser, page: Path, folder: Path) -> None:
     """Opens each step of the lesson, and waits for its moment."""
-    screen = {"width": 960, "height": 600, "deviceScaleFactor": 1.5, "mobile": False}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
     for step, (name, seconds, part) in enumerate(LESSON):
+        # Without a GPU, each pixel takes time: there are few until shortly before the moment.
+        set_screen(browser, 0.25)
         browser.get("about:blank")
         browser.get(page.as_uri() + "#preset=textbook")
-        WebDriverWait(browser, 60).until(lambda _: browser.execute_script("return Boolean(window.cradle)"))
+        wait(browser, "Boolean(window.cradle)")
         browser.execute_async_script(OPEN, step)
-        swung = f"cradle.clock.base === 1 && cradle.sources[0].run?.time > {seconds}"
-        until = f"return {INSIDE if seconds is None else swung}"
-        WebDriverWait(browser, 300, 0.005).until(lambda _, until=until: browser.execute_script(until))
-        if part is not None:
+        if part is None:
+            swung = "cradle.clock.base === 1 && cradle.sources[0].run?.time > {}"
+            wait(browser, swung.format(seconds - 0.4))
+            set_screen(browser, 1.5)
+            wait(browser, swung.format(seconds))
+        else:
+            wait(browser, INSIDE)
+            set_screen(browser, 1.5)
             browser.execute_script(SEEK, part)
         photograph(browser, folder / f"{name}.jpg", wait=0.0 if part is None else 1.0, width=1440)
     browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def set_screen(browser, scale: float) -> None:
+    """The size of the lesson's pictures, with so many pixels for a CSS pixel."""
+    screen = {"width": 960, "height": 600, "deviceScaleFactor": scale, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+
+
+def wait(browser, condition: str) -> None:
+    """Waits until the page meets a condition."""
+    WebDriverWait(browser, 300, 0.005).until(lambda _: browser.execute_script(f"return {condition}"))
 
 
 def photograph(browser, path: Path, wait: float = 1.0, width: int = 1000) -> None:

@@ -38,9 +38,9 @@ def same(theirs, plain) -> None:
 
 def fmi_sim(kind, fmu_path, step, folder) -> list[dict]:
     """The rows of a run by the program of the fmi-rs project."""
-    simulator = shutil.which("fmi-sim", path=ROOT / "target/tools/bin")
+    simulator = shutil.which("fmi-sim", path=ROOT / "target/hosts/debug")
     if not simulator:
-        pytest.skip("fmi-sim is missing: `cargo install --locked --root target/tools fmi-sim@0.7.0`")
+        pytest.skip("fmi-sim is missing: tests/hosts/fmi-rs/Cargo.toml says how to make it")
     options = ["--model", fmu_path, "-o", "out.csv", kind, "-f", STOP, "--output-interval", step]
     ended(simulator, *options, cwd=folder)
     with (folder / "out.csv").open(newline="") as file:

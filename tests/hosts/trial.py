@@ -26,7 +26,7 @@ from newtons_cradle.trial import CASES, judge, write_cases  # noqa: E402
 from newtons_cradle.trial.master import interpolated  # noqa: E402
 from ssp_host import load  # noqa: E402
 
-FMI_SIM = ROOT / "target/tools/bin/fmi-sim"
+FMI_SIM = ROOT / "target/hosts/debug/fmi-sim"
 FMI_RS = ROOT / "target/hosts/debug/examples/run"
 
 
