@@ -73,6 +73,8 @@ def checkout(tmp_path_factory, producer, fmu_path, fmu13_path) -> Path:
         ROOT, folder, ignore=shutil.ignore_patterns("target", "out", ".venv", ".git", "__pycache__")
     )
     (folder / ".venv").symlink_to(Path(sys.prefix), target_is_directory=True)
+    (folder / "target").mkdir()
+    (folder / "target/zig").symlink_to(ROOT / "target/zig", target_is_directory=True)
     for compiled in (Path("target/release"), Path("target", host_target(), "release")):
         if (ROOT / compiled).exists():
             shutil.copytree(ROOT / compiled, folder / compiled, ignore=shutil.ignore_patterns("*cradle*"))
