@@ -144,15 +144,15 @@ def lesson(browser, page: Path, folder: Path) -> None:
         set_screen(browser, 0.25)
         browser.get("about:blank")
         browser.get(page.as_uri() + "#preset=textbook")
-        wait(browser, "Boolean(window.cradle)")
+        wait_until(browser, "Boolean(window.cradle)")
         browser.execute_async_script(OPEN, step)
         if part is None:
             swung = "cradle.clock.base === 1 && cradle.sources[0].run?.time > {}"
-            wait(browser, swung.format(seconds - 0.4))
+            wait_until(browser, swung.format(seconds - 0.4))
             set_screen(browser, 1.5)
-            wait(browser, swung.format(seconds))
+            wait_until(browser, swung.format(seconds))
         else:
-            wait(browser, INSIDE)
+            wait_until(browser, INSIDE)
             set_screen(browser, 1.5)
             browser.execute_script(SEEK, part)
         photograph(browser, folder / f"{name}.jpg", wait=0.0 if part is None else 1.0, width=1440)
@@ -165,7 +165,7 @@ def set_screen(browser, scale: float) -> None:
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
 
 
-def wait(browser, condition: str) -> None:
+def wait_until(browser, condition: str) -> None:
     """Waits until the page meets a condition."""
     WebDriverWait(browser, 300, 0.005).until(lambda _: browser.execute_script(f"return {condition}"))
 
