@@ -2,6 +2,7 @@
 
 import re
 import sys
+import tempfile
 import warnings
 from pathlib import Path
 from textwrap import dedent
@@ -161,6 +162,14 @@ def test_other_cradles_are_built(fmu, tmp_path):
     with nc.build(preset="desk", fmi=3, out=tmp_path / "desk.fmu", binaries=fmu.path) as desk:
         assert desk.path == tmp_path / "desk.fmu" and desk.description.fmiVersion == "3.0"
         assert desk.parameters["ball.radius"].default == repr(nc.preset("desk")["ball.radius"])
+
+
+@pytest.mark.parametrize("mass", [(5, "g"), -1.0])
+def test_a_refused_cradle_leaves_no_folder(fmu, tmp_path, monkeypatch, mass):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with pytest.raises((nc.InvalidValue, nc.FmuError), match="is refused; allowed"):
+        nc.build(set={"ball.mass": mass}, binaries=fmu.path)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_results_are_equal_if_their_contents_are(fmu):
