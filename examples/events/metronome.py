@@ -17,117 +17,77 @@ import time
 from pathlib import Path
 
 import numpy as np
-from fmpy import extract, read_model_description
-from fmpy.fmi3 import FMU3Slave
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from plots import diagrams
-from support import command_line, parsed, write_rows
+from support import command_line, nc, parsed, write_rows
 
-RIGID, BALLS = 3, 5
+BALLS = 5
 MASS, GRAVITY, LENGTH = 1.0, 9.81, 1.962  # kg, m/s2, m
 AMPLITUDE, FORCE = 0.1, 0.1  # m, N
 STEPS = [1e-2, 1e-3, 1e-4]  # s, of the fixed grids
 VALUES = {
-    "contact.model": RIGID,
+    "contact.model": "rigid",
     "contact.restitution": 1.0,
     "contact.deadBand": 0.0,
     "ball.mass": MASS,
     "gravity": GRAVITY,
     "pendulum.length": LENGTH,
     "x_start": [-AMPLITUDE, 0.0, 0.0, 0.0, 0.0],
+    "F_ext[1]": FORCE,  # which drives ball 1 back from the start
 }
 COLUMNS = ["way", "step", "calls", "seconds", "clicks", "energy_error", "time_error"]
 
 
-class Cradle(FMU3Slave):
-    """One instance, with its variables by name."""
-
-    def __init__(self, folder: str, description, **options) -> None:
-        super().__init__(
-            guid=description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="metronome",
-        )
-        self.places = {variable.name: variable.valueReference for variable in description.modelVariables}
-        self.calls = 0  # of fmi3DoStep and fmi3UpdateDiscreteStates
-        self.instantiate(**options)
-        for name, value in VALUES.items():
-            if name == "contact.model":
-                self.setInt64([self.places[name]], [value])
-            else:
-                self.setFloat64([self.places[name]], np.atleast_1d(value).tolist())
-
-    def get(self, name: str, count: int = 1) -> list[float]:
-        """Elements of a Float64 variable."""
-        return self.getFloat64([self.places[name]], count)
-
-    def step(self, begin: float, end: float) -> tuple[bool, float]:
-        """A step: whether there is an event, and the time reached."""
-        self.calls += 1
-        event, _, _, reached = self.doStep(begin, end - begin)
-        return event, reached
-
-    def update(self) -> bool:
-        """Goes on to the next tick: whether there is one now."""
-        self.calls += 1
-        return self.updateDiscreteStates()[0]
-
-    def control(self) -> None:
-        """The controller, after a click: the ball that leaves is driven back, the other one is let go."""
-        v = self.get("v", BALLS)
-        forces = [0.0] * BALLS
-        forces[0] = FORCE if v[0] < -1e-9 else 0.0
-        forces[-1] = -FORCE if v[-1] > 1e-9 else 0.0
-        self.setFloat64([self.places["F_ext"]], forces)
-
-    def begin(self) -> None:
-        """Through initialization, with ball 1 driven back from the start."""
-        self.enterInitializationMode(startTime=0.0)
-        self.setFloat64([self.places["F_ext"]], [FORCE, *[0.0] * (BALLS - 1)])
-        self.exitInitializationMode()
+def control(run: nc.Run) -> None:
+    """The controller, after a click: the ball that leaves is driven back, the other one is let go."""
+    v, forces = run["v"], [0.0] * BALLS
+    forces[0] = FORCE if v[0] < -1e-9 else 0.0
+    forces[-1] = -FORCE if v[-1] > 1e-9 else 0.0
+    run["F_ext"] = forces
 
 
-def by_events(cradle: Cradle, stop: float) -> list[float]:
-    """A master with event mode: a step ends at the click, where the controller acts. The times of the clicks, s."""
-    clicks, now = [], 0.0
-
-    def events() -> None:
-        again = True
-        while again:
-            if cradle.getClock([cradle.places["onset.clock"]])[0] and clicks[-1:] != [now]:
-                clicks.append(now)
-            again = cradle.update()
-        if clicks:
-            cradle.control()
-            cradle.update()
-        cradle.enterStepMode()
-
-    cradle.begin()
-    events()
-    while now < stop:
-        event, now = cradle.step(now, stop)
+def by_events(run: nc.Run, stop: float) -> tuple[list[float], int]:
+    """A master with event mode: a step ends at the click, where the controller acts. The times of the clicks, s, and
+    the number of calls of fmi3DoStep and fmi3UpdateDiscreteStates."""
+    cradle, clicks, calls, now = run.slave, [], 0, 0.0
+    event = True  # initialization ends in event mode
+    clock = [v.valueReference for v in run.fmu.description.modelVariables if v.name == "onset.clock"]
+    while event or now < stop:
         if event:
-            cradle.enterEventMode()
-            events()
-    return clicks
+            again = True
+            while again:
+                if cradle.getClock(clock)[0] and clicks[-1:] != [now]:
+                    clicks.append(now)
+                again, *_ = cradle.updateDiscreteStates()
+                calls += 1
+            if clicks:
+                control(run)
+                cradle.updateDiscreteStates()
+                calls += 1
+            cradle.enterStepMode()
+            event = False
+        else:
+            event, _, _, now = cradle.doStep(now, stop - now)
+            calls += 1
+            if event:
+                cradle.enterEventMode()
+    return clicks, calls
 
 
-def by_grid(cradle: Cradle, stop: float, step: float) -> list[float]:
+def by_grid(run: nc.Run, stop: float, step: float) -> tuple[list[float], int]:
     """A master with steps of one length: it sees at the end of a step that there was a click, and acts from then on."""
-    clicks, seen = [], 0
-    cradle.begin()
-    for i in range(round(stop / step)):
+    clicks, seen, steps = [], 0, round(stop / step)
+    pulses, _ = run.fmu.variables["pulses[1]"].valueReference  # the array of which this is an element
+    for i in range(steps):
         now = (i + 1) * step
-        cradle.step(i * step, now)
-        count = sum(cradle.getUInt64([cradle.places["pulses"]], BALLS))
-        if count > seen:
+        run.slave.doStep(i * step, now - i * step)
+        if (count := sum(run.slave.getUInt64([pulses.reference], BALLS))) > seen:
             clicks.append(now)
             seen = count
-            cradle.control()
-    return clicks
+            control(run)
+    return clicks, steps
 
 
 def exact() -> tuple[float, float, float]:
@@ -143,33 +103,30 @@ def exact() -> tuple[float, float, float]:
 
 def compare(path: Path, stop: float) -> list[dict]:
     """All runs, each with its energy error and how far off each click is."""
-    folder = extract(str(path))
-    description = read_model_description(folder, validate=False)
     first, period, energy = exact()
     rows = []
-    for step in [None, *STEPS]:
-        options = {"eventModeUsed": True, "earlyReturnAllowed": True} if step is None else {}
-        cradle = Cradle(folder, description, **options)
-        started = time.perf_counter()
-        clicks = by_events(cradle, stop) if step is None else by_grid(cradle, stop, step)
-        seconds = time.perf_counter() - started
-        # All that moves beside the force is one ball: its energy in a click is the total less what it has stored
-        # against the force.
-        total = cradle.get("E_total")[0] + FORCE * abs(sum(cradle.get("x", BALLS)))
-        late = [told - (first + i * period) for i, told in enumerate(clicks)]
-        row = {
-            "way": "event mode" if step is None else f"grid of {step:g} s",
-            "step": step,
-            "calls": cradle.calls,
-            "seconds": seconds,
-            "clicks": len(clicks),
-            "energy_error": abs(total / energy - 1),
-            "time_error": max(map(abs, late)),
-            "late": late,
-        }
-        rows.append(row)
-        cradle.terminate()
-        cradle.freeInstance()
+    with nc.Fmu(path) as fmu:
+        for step in [None, *STEPS]:
+            options = {"eventModeUsed": True, "earlyReturnAllowed": True} if step is None else {}
+            with fmu.start(VALUES, **options) as run:
+                started = time.perf_counter()
+                clicks, calls = by_events(run, stop) if step is None else by_grid(run, stop, step)
+                seconds = time.perf_counter() - started
+                # All that moves beside the force is one ball: its energy in a click is the total less what it has
+                # stored against the force.
+                total = run["E_total"] + FORCE * abs(sum(run["x"]))
+            late = [told - (first + i * period) for i, told in enumerate(clicks)]
+            row = {
+                "way": "event mode" if step is None else f"grid of {step:g} s",
+                "step": step,
+                "calls": calls,
+                "seconds": seconds,
+                "clicks": len(clicks),
+                "energy_error": abs(total / energy - 1),
+                "time_error": max(map(abs, late)),
+                "late": late,
+            }
+            rows.append(row)
     return rows
 
 
@@ -185,7 +142,7 @@ def save_plot(path: Path, rows: list[dict]) -> None:
         left.legend(fontsize=8)
 
 
-def main() -> int:
+def main() -> None:
     """Runs all of it."""
     parser = command_line(__doc__.splitlines()[0], "events", fmu="NewtonsCradle.fmi3.fmu")
     parser.add_argument("--stop", type=float, default=10.0, help="s")
@@ -200,8 +157,7 @@ def main() -> int:
         )
     save_plot(options.out / "metronome.png", rows)
     print(f"wrote {options.out / 'metronome.png'}")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -108,11 +108,12 @@ class Fmu(Model):
             **{name: metadata.version(name) for name in ("fmpy", "numpy")},
         }
 
-    def start(self, values: Values | None = None, *, initialize: bool = True) -> Run:
-        """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance."""
+    def start(self, values: Values | None = None, *, initialize: bool = True, **options: bool) -> Run:
+        """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance. `options`: of the
+        instantiation in FMI 3.0, such as `eventModeUsed=True` for a master that steps `run.slave` itself."""
         if not self._remove.alive:
             raise FmuError(f"{self.path.name} is closed: its `with` block has ended, or `close` was called")
-        return Run(self, values, initialize=initialize)
+        return Run(self, values, initialize=initialize, **options)
 
     def simulate(
         self,

@@ -33,7 +33,7 @@ class Run:
     instance is only instantiated, and the caller must call `initialize()`.
     """
 
-    def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True):
+    def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True, **options: bool):
         self.fmu, self.time = fmu, 0.0
         self.log = Log()
         self._closed = self._initialized = False
@@ -41,7 +41,7 @@ class Run:
         version = FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance
         self.slave = version(fmu)
         try:
-            self._call(self.slave.create, self.log)
+            self._call(self.slave.create, self.log, **options)
             self.set({} if values is None else values)
             if initialize:
                 self.initialize()

@@ -108,9 +108,9 @@ class FMU2Instance(Instance, FMU2Slave):  # type: ignore[misc]  # FMPy goes by t
 class FMU3Instance(Instance, FMU3Slave):  # type: ignore[misc]
     """An instance of FMI 3.0, read and set by elements, stepped without event mode."""
 
-    def create(self, log: Log) -> None:
+    def create(self, log: Log, **options: bool) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
-        self.instantiate(loggingOn=True, logMessage=lambda _, *said: log.take(*said))
+        self.instantiate(loggingOn=True, logMessage=lambda _, *said: log.take(*said), **options)
         self.setDebugLogging(False, ["logSolver"])
 
     def read(self, _kind: str, places: list[Place]) -> list[Any]:
