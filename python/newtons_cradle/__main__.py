@@ -24,20 +24,6 @@ def setting(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def positive(text: str) -> float:
-    value = float(text)
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
-    return value
-
-
-def whole(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not a number of balls")
-    return value
-
-
 def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
@@ -54,7 +40,7 @@ def arguments() -> argparse.ArgumentParser:
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
     page.set_defaults(function=make_page)
     run = page.add_argument_group("for an FMU").add_argument
-    run("--stop", type=positive, default=10.0, metavar="SECONDS", help="how long to run (default 10)")
+    run("--stop", type=float, default=10.0, metavar="SECONDS", help="how long to run (default 10)")
     help = f"run longer than {LONGEST:g} s, which takes minutes and makes huge pages"
     run("--force", action="store_true", help=help)
     help = "a start value, such as contact.model=hertz; may be repeated"
@@ -62,10 +48,10 @@ def arguments() -> argparse.ArgumentParser:
     result = page.add_argument_group("for a CSV file").add_argument
     result("--pulses", type=Path, metavar="FILE.csv", help="the run's table of pulses")
     help = "number of balls; needed if it is 1 (default: as in the file)"
-    result("--balls", type=whole, metavar="N", help=help)
+    result("--balls", type=int, metavar="N", help=help)
     for name, default, meaning in (("length", LENGTH, "pendulum length"), ("radius", RADIUS, "ball radius")):
         help = f"{meaning} in m, for the drawing (default {default})"
-        result(f"--{name}", type=positive, default=default, help=help)
+        result(f"--{name}", type=float, default=default, help=help)
     what = "the page of the live cradle: one HTML file for a browser, no network needed"
     live = commands.add_parser("live", help=f"write {what}", description=f"Writes {what}.")
     place = live.add_mutually_exclusive_group().add_argument

@@ -16,11 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from .errors import InvalidValue, number, whole
+from .errors import MOST_BALLS, InvalidValue, number, whole
 from .fmu import Fmu
 from .pulses import Array
 from .run.model import Values
-from .setups import MOST_BALLS
 
 HALVINGS = 20  # of the interval that the damping lies in
 SAMPLES = 301  # around the highest point

@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
+MOST_BALLS = 10_000  # of a cradle
+
 
 class CradleError(Exception):
     """Something was refused, or is missing."""

@@ -19,10 +19,9 @@ import numpy as np
 from fmpy import extract, read_model_description
 
 from . import files
-from .errors import FileMissing, FmuError, InvalidValue, doubt, needed, number, whole
+from .errors import MOST_BALLS, FileMissing, FmuError, InvalidValue, doubt, needed, number, whole
 from .run import Model, Result, Run
 from .run.model import Values, meant
-from .setups import MOST_BALLS
 
 MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 

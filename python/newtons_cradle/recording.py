@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import CradleError
+from .errors import MOST_BALLS, CradleError, number, whole
 from .files import MODEL
 from .pulses import FIELDS, PULSE, Array
 
@@ -63,8 +63,13 @@ def from_csv(
     """Reads a result as FMPy writes it: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there.
 
     `pulses`: CSV file of the pulse table; without it, they are taken from F_peak, else from F. `balls`: how many there
-    are, None for as many as are named. `length`, `radius` (m): for the drawing. Raises RecordingError, OSError.
+    are, None for as many as are named. `length`, `radius` (m): for the drawing. Raises RecordingError, InvalidValue,
+    OSError.
     """
+    number("length", length, "m", positive=True)
+    number("radius", radius, "m", positive=True)
+    if balls is not None:
+        whole("balls", balls, 1, MOST_BALLS)
     path = Path(path)
     columns = _read_columns(path)
     run = replace(_checked(path, columns, balls, length=length, radius=radius), title=path.stem)

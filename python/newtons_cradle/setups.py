@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from . import files
-from .errors import InvalidValue, did_you_mean, number, whole
+from .errors import MOST_BALLS, InvalidValue, did_you_mean, number, whole
 from .run.model import Preset
 
 Start = dict[str, Any]
-
-MOST_BALLS = 10_000
 
 
 def presets() -> list[str]:

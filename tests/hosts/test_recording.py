@@ -139,7 +139,7 @@ def test_pulses_of_another_cradle_are_refused(fine, tmp_path):
         from_csv(saved(tmp_path, fine), pulses)
 
 
-def test_one_ball_is_drawn_if_said_so(page, tmp_path, capsys):
+def test_one_ball_is_drawn_if_said_so(page, tmp_path):
     time = np.linspace(0.0, 3.0, 301)
     path = tmp_path / "one.csv"
     table = np.column_stack([time, np.cos(2 * time), -2 * np.sin(2 * time)])
@@ -147,9 +147,8 @@ def test_one_ball_is_drawn_if_said_so(page, tmp_path, capsys):
     page(path, "--balls", 2, refused="missing: x[2], v[2], F[1]")
     page(path, "--balls", 1)
     assert from_csv(path, balls=1).F.shape == (301, 0)
-    with pytest.raises(SystemExit):
-        page(path, "--balls", 0)
-    assert "is not a number of balls" in capsys.readouterr().err
+    page(path, "--balls", 0, refused="balls = 0 is refused; allowed: a whole number from 1 to 10000")
+    page(path, "--balls", 1, "--radius", 0, refused="radius = 0.0 is refused; allowed: a positive number (m)")
 
 
 def test_names_do_not_become_markup(fine, tmp_path):
