@@ -7,19 +7,15 @@ writes out/arcs/lifts.csv, one row for each run, and out/arcs/lifts.png. A run i
 has no row.
 """
 
-import argparse
 import contextlib
-import csv
 import math
-import warnings
+import sys
 from pathlib import Path
 
-import matplotlib
-import newtons_cradle as nc
-from newtons_cradle.look import SERIES
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+from plots import COLOURS, plt
+from support import command_line, nc, parsed, write_rows
 
 STEEL = nc.preset("steel")
 LENGTH = STEEL["pendulum.length"]
@@ -60,7 +56,7 @@ def draw(rows: list[dict], path: Path) -> None:
             for model, style in (("linear", "--"), ("circular", "-")):
                 points = [row for row in rows if (row["lifted"], row["model"]) == (lifted, model)]
                 x, y = ([row[key] for row in points] for key in ("degrees", quantity))
-                axis.plot(x, y, style, color=SERIES[lifted - 1], label=f"{lifted} lifted, {model}")
+                axis.plot(x, y, style, color=COLOURS[lifted - 1], label=f"{lifted} lifted, {model}")
         axis.set(xlabel="lift (degrees)", ylabel=label)
         axis.grid(alpha=0.3)
     axes[0].legend(fontsize=8)
@@ -68,24 +64,20 @@ def draw(rows: list[dict], path: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Linear pendulums beside arcs, over the lift.")
+    parser = command_line("Linear pendulums beside arcs, over the lift.", "arcs")
     parser.add_argument("--step", type=float, default=2.0, help="between lifts, degrees (default: 2)")
-    options = parser.parse_args()
-    folder = Path(__file__).resolve().parents[2] / "out/arcs"
-    folder.mkdir(parents=True, exist_ok=True)
+    options = parsed(parser)
     lifts = [options.step * (i + 1) for i in range(int(80 / options.step))]
-    with nc.Fmu() as fmu:
-        cases = [(k, lift, model) for k in (1, 2, 3) for model in ("linear", "circular") for lift in lifts]
-        rows = []
+    cases = [(k, lift, model) for k in (1, 2, 3) for model in ("linear", "circular") for lift in lifts]
+    rows = []
+    with nc.Fmu(options.fmu) as fmu:
         for case in cases:
-            with contextlib.suppress(nc.FmuError), warnings.catch_warnings(action="ignore"):
+            with contextlib.suppress(nc.FmuError):
                 rows.append(one_run(fmu, *case))
-    with (folder / "lifts.csv").open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, rows[0])
-        table.writeheader()
-        table.writerows(rows)
-    draw(rows, folder / "lifts.png")
-    print(f"{len(rows)} runs: {folder / 'lifts.csv'}, {folder / 'lifts.png'}")
+    table, picture = options.out / "lifts.csv", options.out / "lifts.png"
+    write_rows(table, [list(rows[0]), *(row.values() for row in rows)])
+    draw(rows, picture)
+    print(f"{len(rows)} runs: {table}, {picture}")
 
 
 if __name__ == "__main__":

@@ -19,38 +19,32 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 from plots import diagrams
 from support import command_line, nc, parsed, write_rows
 
-CONTACTS = {"resolved": 1, "mapped": 2}  # exchange.contacts, by way of model exchange
-TOLERANCES = {
+TOLERANCES = {  # by way: exchange.contacts of model exchange, or co-simulation
     "resolved": [10.0**-k for k in range(4, 13)],
     "mapped": [10.0**-k for k in range(4, 14)],
     "co-simulation": [10.0**-k for k in (6, 8, 10, 12)],
 }
 PULSES = [f"pulses[{i}]" for i in range(1, 5)]
-FIGURES = {  # start values as FMPy takes them: without names of items, all of which are defaults here
-    name: {key: value for key, value in values.items() if not isinstance(value, str)}
-    for name, values in {"Figure 5": nc.figure5(), "Figure 6": nc.preset("figure6")}.items()
-}
+FIGURES = {"Figure 5": nc.figure5(), "Figure 6": nc.preset("figure6")}
 COLUMNS = ["figure", "way", "tolerance", "error", "evaluations", "seconds", "pulses"]
 
 
 def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> dict:
     """One run: its relative energy error, its cost, and its pulses."""
-    exchange = way in CONTACTS
+    exchange = way != "co-simulation"
     kind = "ModelExchange" if exchange else "CoSimulation"
     instance = instantiate_fmu(fmu.folder, fmu.description, kind)
     evaluations = 0
     if exchange:
-        own = instance.getDerivatives
+        derivatives = instance.getDerivatives
 
         def counted(*arguments):
             nonlocal evaluations
             evaluations += 1
-            return own(*arguments)
+            return derivatives(*arguments)
 
         instance.getDerivatives = counted
-        values = values | {"exchange.contacts": CONTACTS[way]}
-    else:
-        values = values | {"solver.tolerance": tolerance}
+    own = {"exchange.contacts": way} if exchange else {"solver.tolerance": tolerance}
     begin = time.perf_counter()
     try:
         result = fmpy.simulate_fmu(
@@ -58,7 +52,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> d
             model_description=fmu.description,
             fmu_instance=instance,
             fmi_type=kind,
-            start_values=values,
+            start_values=fmu.settings(values | own),
             stop_time=stop,
             output_interval=0.01,
             relative_tolerance=tolerance if exchange else None,
@@ -113,7 +107,7 @@ def draw(axis, rows: list[dict], style: str, colour: str, **options) -> None:
         axis.loglog(cost, error, style, color=colour, linewidth=1, **options)
 
 
-def main() -> int:
+def main() -> None:
     """Runs all of it."""
     parser = command_line(__doc__.splitlines()[0], "exchange")
     parser.add_argument("--stop", type=float, default=10.0, help="s")
@@ -129,8 +123,7 @@ def main() -> int:
             f"{row['seconds']:6.2f}  {pulses}{mark}"
         )
     save_plot(options.out / "exchange.png", rows)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -11,7 +11,6 @@ examples/events/metronome.py and examples/fit/contacts.py.
 import base64
 import io
 import re
-import shutil
 import sys
 import tempfile
 import time
@@ -22,16 +21,16 @@ from newtons_cradle.page import save_page
 from newtons_cradle.views import from_fmu
 from PIL import Image
 from plots import Column, Plot, Strip, Trace, family, forces, save_picture
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.wait import WebDriverWait
 from support import ROOT, command_line, nc, opened, shorter
+
+sys.path.append(str(ROOT / "tests/hosts"))
+
+import browser as chromium
 
 # Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
 LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
 LESSON += (("beside", 10.05, None), ("faster", None, 1.04))
-# Drawn without a GPU, at the rate of a screen, balls take all of a core.
-FEW_FRAMES = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 50)"
 OPEN = """const [step, opened] = arguments;
 import("#engine/setup.js").then(({LESSON}) => {
   cradle.setTheme(false);
@@ -96,12 +95,7 @@ def svg(plot: Plot, path: Path) -> None:
 
 def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
     """The cradle in a click, for `docs` and, without what is around it, as `scene`; the lesson; the report's top."""
-    options = webdriver.ChromeOptions()
-    window = "headless=new no-sandbox hide-scrollbars window-size=1280,860 use-angle=swiftshader"
-    for argument in window.split():
-        options.add_argument(f"--{argument}")
-    browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
-    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FEW_FRAMES})
+    browser = chromium.start("hide-scrollbars")
     try:
         with tempfile.TemporaryDirectory() as folder:
             page = Path(folder) / "cradle.html"
@@ -142,9 +136,7 @@ def lesson(browser, page: Path, folder: Path) -> None:
     for step, (name, seconds, part) in enumerate(LESSON):
         # Without a GPU, each pixel takes time: there are few until shortly before the moment.
         set_screen(browser, 0.25)
-        browser.get("about:blank")
-        browser.get(page.as_uri() + "#preset=textbook")
-        wait_until(browser, "Boolean(window.cradle)")
+        chromium.visit(browser, page, "#preset=textbook")
         browser.execute_async_script(OPEN, step)
         if part is None:
             swung = "cradle.clock.base === 1 && cradle.sources[0].run?.time > {}"

@@ -18,14 +18,15 @@ SIZES = {"desktop": (1280, 800), "phone": (390, 844), "landscape": (844, 390)}
 FEW_FRAMES = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 50)"
 
 
-def start():
-    """Chromium without a GPU and without a window; skips where it is not installed."""
+def start(*more: str):
+    """Chromium without a GPU and without a window, with `more` options; skips where it is not installed."""
     program, driver = shutil.which("chromium") or shutil.which("google-chrome"), shutil.which("chromedriver")
     if program is None or driver is None:
         pytest.skip("chromium or chromedriver is missing: on Debian, `apt install chromium chromium-driver`")
     options = webdriver.ChromeOptions()
     options.binary_location = program
-    for argument in ("headless=new", "no-sandbox", "window-size=1280,860", "enable-unsafe-swiftshader"):
+    usual = "headless=new", "no-sandbox", "window-size=1280,860", "enable-unsafe-swiftshader"
+    for argument in usual + more:
         options.add_argument(f"--{argument}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     browser = webdriver.Chrome(options=options, service=Service(driver))
