@@ -3,7 +3,9 @@
 import argparse
 import sys
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from .errors import CradleError, InvalidValue
 from .files import in_folder
@@ -28,17 +30,21 @@ def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
     )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{page,live,cases,judge}")
-    what = "the page of a run: one HTML file for a browser that needs no network"
-    page = commands.add_parser(
-        "page",
-        help=f"make {what}",
-        description=f"Makes {what}. FILE is an FMU, which this runs with samples in every pulse, or the CSV file of "
-        "a result as FMPy writes it, with time, x[i] and v[i] of every ball, and F[i] and F_peak[i] of every contact.",
+    commands = parser.add_subparsers(required=True, metavar="{page,live,cases,judge}")
+
+    def command(name: str, function: Callable[[argparse.Namespace], None]) -> Any:
+        """A command that does what the function's documentation says."""
+        made = commands.add_parser(name, help=function.__doc__, description=function.__doc__)
+        made.set_defaults(function=function)
+        return made
+
+    page = command("page", make_page)
+    help = (
+        "an .fmu file, which this runs with samples in every pulse, or the .csv file of a result as FMPy writes it, "
+        "with time, x[i] and v[i] of every ball, and F[i] and F_peak[i] of every contact"
     )
-    page.add_argument("file", type=Path, metavar="FILE", help="an .fmu or .csv file")
+    page.add_argument("file", type=Path, metavar="FILE", help=help)
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
-    page.set_defaults(function=make_page)
     run = page.add_argument_group("for an FMU").add_argument
     run("--stop", type=float, default=10.0, metavar="SECONDS", help="how long to run (default 10)")
     help = f"run longer than {LONGEST:g} s, which takes minutes and makes huge pages"
@@ -52,34 +58,25 @@ def arguments() -> argparse.ArgumentParser:
     for name, default, meaning in (("length", LENGTH, "pendulum length"), ("radius", RADIUS, "ball radius")):
         help = f"{meaning} in m, for the drawing (default {default})"
         result(f"--{name}", type=float, default=default, help=help)
-    what = "the page of the live cradle: one HTML file for a browser, no network needed"
-    live = commands.add_parser("live", help=f"write {what}", description=f"Writes {what}.")
-    place = live.add_mutually_exclusive_group().add_argument
+    place = command("live", make_live).add_mutually_exclusive_group().add_argument
     help = "default: %(default)s"
     place("-o", "--out", type=Path, default=Path("cradle.html"), metavar="FILE.html", help=help)
     help = (
         "as index.html in a folder for a web server: browsers can install it, and keep it without a network"
     )
     place("--site", type=Path, metavar="FOLDER", help=help)
-    live.set_defaults(function=make_live)
-    what = "small FMUs with known answers, to try out a tool that imports FMUs"
-    cases = commands.add_parser(
-        "cases", help=f"write {what}", description=f"Writes {what}, each into a folder."
-    )
+    cases = command("cases", make_cases)
     cases.add_argument("-o", "--out", type=Path, required=True, metavar="FOLDER", help="where to put them")
     help = "an FMU whose binaries they get (default: the one of this package)"
     cases.add_argument("--from", type=Path, dest="binaries", metavar="FILE.fmu", help=help)
-    cases.set_defaults(function=make_cases)
-    what = "what a tool did right or wrong in one of the cases"
-    judged = commands.add_parser("judge", help=f"say {what}", description=f"Says {what}, one verdict a line.")
+    judged = command("judge", make_judgement)
     judged.add_argument("folder", type=Path, metavar="CASE", help="the folder of the case")
     judged.add_argument("result", type=Path, metavar="RESULT.csv", help="what the tool has recorded")
-    judged.set_defaults(function=make_judgement)
     return parser
 
 
 def make_page(options: argparse.Namespace) -> None:
-    """Makes the page that the command line asks for."""
+    """Makes the page of a run: one HTML file for a browser that needs no network."""
     kind = options.file.suffix.lower()
     out = in_folder(options.out or options.file.with_suffix(".html"), "--out")  # before the work is done
     if kind == ".fmu":
@@ -100,7 +97,7 @@ def make_page(options: argparse.Namespace) -> None:
 
 
 def make_live(options: argparse.Namespace) -> None:
-    """Makes the page without a recording."""
+    """Writes the page of the live cradle: one HTML file for a browser, no network needed."""
     if options.site:
         if options.site.is_file():
             raise InvalidValue(f"--site: {options.site} is a file; name a folder for a web server")
@@ -110,13 +107,13 @@ def make_live(options: argparse.Namespace) -> None:
 
 
 def make_cases(options: argparse.Namespace) -> None:
-    """Writes the cases."""
+    """Writes small FMUs with known answers, to try out a tool that imports FMUs, each into a folder."""
     for folder in write_cases(options.out, options.binaries):
         print(f"{folder}: {CASES[folder.name].title}")
 
 
 def make_judgement(options: argparse.Namespace) -> None:
-    """Judges a result."""
+    """Says what a tool did right or wrong in one of the cases, one verdict a line."""
     print("\n".join(judge(options.folder, options.result)))
 
 
