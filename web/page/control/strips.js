@@ -1,9 +1,9 @@
 // What runs along below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
 
 import { History } from "#engine/history.js";
-import { placeIn, roundStep, withPrefix } from "#view/common.js";
+import { linear, placeIn, roundStep, withPrefix } from "#view/common.js";
 import { aria, element } from "#view/elements.js";
-import { colourOf, FINE, Graph, SECONDS, UNITS, valueAt } from "#view/graph.js";
+import { colourOf, FINE, Graph, SECONDS, UNITS } from "#view/graph.js";
 import { rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
@@ -54,7 +54,7 @@ export class Strips {
   draw(click, theme) {
     const { stage: { source }, app, graph, canvas } = this, known = click?.sampled && click.length > 0 ? click : null;
     const track = known?.samples ?? this.track, { origin, [known ? "now" : "time"]: now } = source; // in its run
-    const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.counts[kind]
+    const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.curves[kind].length
       && (app.shows[kind] || (kind === "force" && click)) && !(kind === "force" && source.drawing.rigid));
     this.box.style.setProperty("--rows", kinds.length);
     this.box.hidden = !kinds.length;
@@ -83,8 +83,8 @@ export class Strips {
 
   /** The text of a row, with its values at this time. */
   title(kind, track, at, theme) {
-    const count = track.times.length > 1 ? track.counts[kind] : 0, place = placeIn(track.times, at);
-    const several = Array.from({ length: count }, (_, i) => valueAt(track, kind, i, place))
+    const curves = track.times.length > 1 ? track.curves[kind] : [], place = placeIn(track.times, at);
+    const several = curves.map((curve) => linear(curve, place))
       .map((value) => (Math.abs(value) < TIDY * track.most[kind] ? 0 : value));
     const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
       energy: (i) => say(`energies.${track.parts[i]}`) }[kind];

@@ -10,10 +10,7 @@ export class Track {
   /** `times` (s) rise; `curves`: by kind, a column of samples for each; `parts`: what its curves of energy are. */
   constructor(balls, times, curves, parts) {
     Object.assign(this, { balls, times, curves, parts, pulses: [], most: { ...LEAST, overlap: 1e-9 } });
-    this.counts = Object.fromEntries(Object.entries(curves).map(([kind, { length }]) => [kind, length]));
   }
-
-  value(kind, i, k) { return this.curves[kind][i][k]; }
 
   pulsesIn(left, right) { return this.pulses.filter(({ onset, release }) => release >= left && onset <= right); }
 

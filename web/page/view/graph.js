@@ -1,6 +1,6 @@
 // Strips: velocities, forces, energy and momentum by time, with axes, as far as a track knows them; see history.js.
 
-import { countUpTo, linear, prepared, roundStep, through, withPrefix } from "#view/common.js";
+import { countUpTo, prepared, roundStep, through, withPrefix } from "#view/common.js";
 import { ballColour } from "#view/scene.js";
 import { FONT } from "#view/texts.js";
 
@@ -54,7 +54,7 @@ export class Graph {
     c.beginPath();
     c.rect(GUTTER, 0, width - GUTTER, foot + 1);
     c.clip();
-    const curves = [...Array(track.counts[kind]).keys()], filled = stacked ? 1 : click && kind === "force" ? 0.16 : 0;
+    const curves = [...track.curves[kind].keys()], filled = stacked ? 1 : click && kind === "force" ? 0.16 : 0;
     for (const i of stacked ? curves.reverse() : curves)
       this.line(this.points(kind, i, { ...view, level }), colourOf(kind, i, track, theme), 1.6, filled, foot);
     if (kind !== "force") return;
@@ -149,14 +149,9 @@ export function colourOf(kind, i, { balls }, theme) {
   return kind === "momentum" ? theme.ink : kind === "energy" ? theme.energies[i] : ballColour(i, balls, theme.dark);
 }
 
-/** A track's curve at a place between its samples. */
-export function valueAt(track, kind, i, { i: k, part }) {
-  return linear([track.value(kind, i, k), track.value(kind, i, k + 1)], { i: 0, part });
-}
-
 /** A curve as it is drawn: its value at sample `k`. Energies lie on top of one another. */
-function curveOf(track, kind, i) {
-  const parts = [...Array(i + 1).keys()];
-  if (kind !== "energy") return (k) => track.value(kind, i, k);
-  return (k) => parts.reduce((sum, part) => sum + Math.max(0, track.value(kind, part, k)), 0);
+function curveOf({ curves }, kind, i) {
+  if (kind !== "energy") return (k) => curves[kind][i][k];
+  const below = curves.energy.slice(0, i + 1);
+  return (k) => below.reduce((sum, part) => sum + Math.max(0, part[k]), 0);
 }
