@@ -11,6 +11,7 @@ by then, fall as exp(-delta t) with delta = b/(2 m), which gives the drag b.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,19 +72,24 @@ def _rise(fmu: Fmu, values: Values) -> float:
     return float(fmu.simulate(values, times=times, record=[last])[last].max())
 
 
+def runge_kutta(f: Callable[[float, Any], Any], time: float, x: Any, h: float) -> Any:
+    """A step of length h (s) of the classical method of order 4."""
+    k1 = f(time, x)
+    k2 = f(time + h / 2, x + h / 2 * k1)
+    k3 = f(time + h / 2, x + h / 2 * k2)
+    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(time + h, x + h * k3))
+
+
 def _arrival(angle: float, delta: float, rate: float) -> float:
     """The rate (rad/s) at which a pendulum that is let go at `angle` (rad) arrives below its pivot; with `-delta`,
-    that with which it leaves there to get so far. `rate`: g/L, 1/s2. By steps of a Runge-Kutta method of order 4."""
+    that with which it leaves there to get so far. `rate`: g/L, 1/s2."""
 
-    def slopes(state: Array) -> Array:
+    def slopes(_time: float, state: Array) -> Array:
         return np.array([state[1], -2.0 * delta * state[1] - rate * math.sin(state[0])])
 
     state, h = np.array([angle, 0.0]), 5e-3 / math.sqrt(rate)
     while True:
-        a = slopes(state)
-        b = slopes(state + 0.5 * h * a)
-        c = slopes(state + 0.5 * h * b)
-        after = state + h / 6.0 * (a + 2.0 * b + 2.0 * c + slopes(state + h * c))
+        after = runge_kutta(slopes, 0.0, state, h)
         if after[0] <= 0.0:
             # Near the lowest point the rate hardly changes.
             return float(-np.interp(0.0, [after[0], state[0]], [after[1], state[1]]))

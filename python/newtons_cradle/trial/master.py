@@ -13,6 +13,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
+from ..calibration import runge_kutta
 from ..fmu import Fmu
 from ..run.slaves import Instance, Log, callbacks
 from ..run.table import split
@@ -324,14 +325,6 @@ def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest
             elif wrong != "late" or time == end:
                 z, fresh = now, False
         record(time)
-
-
-def runge_kutta(f: Callable[[float, Any], Any], time: float, x: Any, h: float) -> Any:
-    """A step of length h (s) of the classical method of order 4."""
-    k1 = f(time, x)
-    k2 = f(time + h / 2, x + h / 2 * k1)
-    k3 = f(time + h / 2, x + h / 2 * k2)
-    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(time + h, x + h * k3))
 
 
 def controlled(f: Callable[[float, Any], Any], time: float, x: Any, h: float, allowed: Any) -> float:
