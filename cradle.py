@@ -35,23 +35,13 @@ def paper(_options) -> int:
             run(command, env=environment)
     with stage("3/3 the paper's experiments"):
         code = run([PYTHON, "examples/paper/run_all.py"], check=False)
-    show_live_page()
-    say(f"\nTotal: {time.perf_counter() - begin:.0f} s.")
-    return code
-
-
-def show_live_page() -> None:
-    """Puts the page in which the cradle runs live beside the report, where its engine has been built."""
-    if ENGINE.exists():
+    if ENGINE.exists():  # as a part of a page: the live one goes beside the report
         say("\nThe cradle live, in a browser:")
         run([PYTHON, "-m", "newtons_cradle", "live", "--out", "out/cradle.html"])
     else:
         say("\nThe cradle live, in a browser: `python3 web/build.py` makes target/web/cradle.html.")
-
-
-def wheel(options) -> int:
-    """Makes a wheel for pip: FMU, cradle-fmu and the Python package, in target/wheel."""
-    return make_wheel(options.fmu)
+    say(f"\nTotal: {time.perf_counter() - begin:.0f} s.")
+    return code
 
 
 def main() -> int:
@@ -69,14 +59,14 @@ def main() -> int:
         help="fail if anything is skipped that a machine with everything installed can run, as CI does",
     )
     tests.set_defaults(function=test)
-    wheels = commands.add_parser("wheel", help=wheel.__doc__)
+    wheels = commands.add_parser("wheel", help=make_wheel.__doc__)
     wheels.add_argument(
         "--fmu",
         type=Path,
         metavar="FILE",
         help="the FMU to include [default: one with this platform's binary only]",
     )
-    wheels.set_defaults(function=wheel)
+    wheels.set_defaults(function=lambda options: make_wheel(options.fmu))
     options = parser.parse_args()
     try:
         check_machine()

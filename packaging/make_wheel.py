@@ -11,8 +11,7 @@ FOLDER = ROOT / "target/wheel"
 
 
 def make_wheel(fmu: Path | None) -> int:
-    """Makes a wheel in target/wheel with cradle-fmu, the Python package and this FMU, by default one for this
-    platform."""
+    """Makes a wheel for pip: FMU, cradle-fmu and the Python package, in target/wheel."""
     if fmu is not None and not fmu.is_file():
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
     contents = None if fmu is None else fmu.read_bytes()
