@@ -10,7 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import fmpy
 import newtons_cradle as nc
 import pytest
 from newtons_cradle import files
@@ -86,16 +85,15 @@ def fmu3(fmu3_path) -> nc.Fmu:
 
 
 @pytest.fixture
-def make3(fmu3_path, tmp_path):
+def make3(fmu3):
     """Makes instances of the FMU of FMI 3.0."""
     from fmi3_host import Cradle
 
     def make(version=Cradle):
-        made.append(version(folder, description))
+        made.append(version(fmu3))
         return made[-1]
 
-    folder, made = fmpy.extract(str(fmu3_path), unzipdir=str(tmp_path)), []
-    description = fmpy.read_model_description(folder, validate=False)
+    made = []
     yield make
     for cradle in made:
         if cradle.component:

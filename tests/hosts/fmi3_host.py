@@ -2,41 +2,24 @@
 
 import numpy as np
 from fmpy.fmi3 import FMU3Model, FMU3Slave
+from newtons_cradle.run.slaves import Named
 
 BOTH = {"eventModeUsed": True, "earlyReturnAllowed": True}
 RESOLVED, MAPPED = 1, 2  # exchange.contacts
 
 
-class Named:
-    """Variables are read and set by name, arrays as NumPy arrays. `start` makes an instance that logs into `lines`."""
-
-    def __init__(self, folder, description):
-        identifier = description.coSimulation.modelIdentifier
-        super().__init__(
-            guid=description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=identifier,
-            instanceName="cradle",
-        )
-        self.variables = {variable.name: variable for variable in description.modelVariables}
-        self.n = int(self.variables["n"].start)
-        self.lines = []
+class Host(Named):
+    """`make`, or `start`, instantiates."""
 
     def make(self, **options):
-        """Instantiates with logging; the lines are kept."""
+        """Instantiates with logging into `lines`."""
+        self.lines = []
 
         def log(_environment, status, category, message):
             self.lines.append((status, category.decode(), message.decode()))
 
         self.instantiate(**{"loggingOn": True, "logMessage": log} | options)
         return self
-
-    def resize(self, balls):
-        """Makes it a cradle of so many balls."""
-        self.enterConfigurationMode()
-        self.set("n", balls)
-        self.exitConfigurationMode()
-        self.n = balls
 
     def start(self, parameters=None, balls=None, **options):
         """Instantiates and goes through initialization with these parameters, elements of arrays by names with an
@@ -46,12 +29,7 @@ class Named:
         if balls is not None:
             self.resize(balls)
         for name, value in (parameters or {}).items():
-            array, _, index = name.removesuffix("]").partition("[")
-            if index:
-                elements = self.get(array)
-                elements[int(index) - 1] = value
-                value = elements
-            self.set(array, value)
+            self.set(name, value)
         self.enterInitializationMode()
         self.exitInitializationMode()
         if options.get("eventModeUsed"):
@@ -62,50 +40,17 @@ class Named:
         """Value references."""
         return [self.variables[name].valueReference for name in names]
 
-    def _access(self, prefix, name, *arguments):
-        kind = self.variables[name].type
-        call = getattr(self, prefix + ("Int64" if kind == "Enumeration" else kind))
-        return call(self.reference(name), *arguments)
-
-    def get(self, name):
-        """The value of a scalar, or the elements of an array."""
-        array = bool(self.variables[name].dimensions)
-        if self.variables[name].type == "Clock":
-            return bool(self._access("get", name)[0])
-        values = self._access("get", name, self.n if array else 1)
-        return np.array(values) if array else values[0]
-
-    def set(self, name, value):
-        """Sets a scalar, or all elements of an array; an enumeration also by the name of its item."""
-        if isinstance(value, str):
-            value = next(item.value for item in self.variables[name].declaredType.items if item.name == value)
-        values = np.atleast_1d(int(value) if self.variables[name].type == "Enumeration" else value)
-        self._access("set", name, values.tolist())
-
     def derivative(self, kind, unknowns, knowns, seed, length):
         """The directional or adjoint derivative, by names."""
         call = getattr(self, f"get{kind}Derivative")
         return np.array(call(self.reference(*unknowns), self.reference(*knowns), list(seed), length))
 
-    def state(self):
-        """The state as bytes."""
-        state = self.getFMUState()
-        data = self.serializeFMUState(state)
-        self.freeFMUState(state)
-        return data
 
-    def go_back(self, data):
-        """Back to a state given as bytes."""
-        state = self.deserializeFMUState(data)
-        self.setFMUState(state)
-        self.freeFMUState(state)
-
-
-class Exchange(Named, FMU3Model):
+class Exchange(Host, FMU3Model):
     """An instance of model exchange."""
 
 
-class Cradle(Named, FMU3Slave):
+class Cradle(Host, FMU3Slave):
     """An instance of co-simulation."""
 
     def csv(self):

@@ -46,7 +46,7 @@ def test_the_pulses_as_bytes_are_those_of_the_log(make3, options):
     log = pulses(cradle.lines)
     assert cradle.csv() == log and len(log) > 100
     other = make3().start(nc.preset("figure6"), **options)
-    other.go_back(cradle.state())
+    other.go_to(cradle.to_bytes())
     assert other.csv() == log
     # The last ones, as far as there is room.
     cradle.walk(30.0, 300.0)

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import fmi3_host
 import pytest
-from fmpy import extract, read_model_description
 
 pytestmark = pytest.mark.all
 
@@ -31,22 +30,20 @@ def grown(once, times: int) -> float:
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_instances_of_fmi_3_leave_no_memory_behind(fmu3_path, tmp_path):
+def test_instances_of_fmi_3_leave_no_memory_behind(fmu3):
     """FMPy loads the library for each and unloads it afterwards: what it keeps in statics is lost. What FMI 2.0 might
     keep besides, AddressSanitizer finds in tests/rust/ffi."""
-    folder = extract(str(fmu3_path), unzipdir=str(tmp_path))
-    description = read_model_description(folder, validate=False)
 
     def once() -> None:
-        exchange = fmi3_host.Exchange(folder, description).start(balls=7)
+        exchange = fmi3_host.Exchange(fmu3).start(balls=7)
         exchange.updateDiscreteStates()
         exchange.enterContinuousTimeMode()
         exchange.setTime(0.1)
-        exchange.go_back(exchange.state())
+        exchange.go_to(exchange.to_bytes())
         exchange.freeInstance()
-        cradle = fmi3_host.Cradle(folder, description).start(balls=7, eventModeUsed=True)
+        cradle = fmi3_host.Cradle(fmu3).start(balls=7, eventModeUsed=True)
         cradle.walk(0.0, 1.0)
-        cradle.go_back(cradle.state())
+        cradle.go_to(cradle.to_bytes())
         cradle.terminate()
         cradle.freeInstance()
 

@@ -104,18 +104,16 @@ def by_hand(name, folder):
         def act(_environment, time, *_):
             if case.act and not acted:
                 acted.append(time)
-                cradle.set("F_ext", [case.act[1]] + [0.0] * (case.balls - 1))
+                cradle.set(*case.act)
 
         acted, parameters = [], {key: value for key, value in case.settings.items() if key != "n"}
-        cradle = Cradle(
-            fmpy.extract(str(folder / "cradle.fmu")), fmpy.read_model_description(str(folder / "cradle.fmu"))
-        )
-        cradle.start(parameters, case.settings.get("n"), intermediateUpdate=act)
-        rows = [[0.0, *(cradle.get(key[0])[int(key[2]) - 1] for key in case.record)]]
-        for k in range(count):
-            cradle.step(k * case.step, case.step)
-            rows.append([(k + 1) * case.step, *(cradle.get(key[0])[int(key[2]) - 1] for key in case.record)])
-        cradle.freeInstance()
+        with Fmu(folder / "cradle.fmu") as fmu:
+            cradle = Cradle(fmu).start(parameters, case.settings.get("n"), intermediateUpdate=act)
+            rows = [[0.0, *map(cradle.get, case.record)]]
+            for k in range(count):
+                cradle.step(k * case.step, case.step)
+                rows.append([(k + 1) * case.step, *map(cradle.get, case.record)])
+            cradle.freeInstance()
         return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
     with Fmu(folder / "cradle.fmu") as fmu, fmu.start() as run:
 

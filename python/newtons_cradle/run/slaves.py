@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
 
+import numpy as np
 from fmpy import platform, platform_tuple, sharedLibraryExtension
 from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Slave
@@ -13,6 +14,7 @@ from fmpy.logging import addLoggerProxy
 
 from ..errors import FmuError
 from .model import Model, Place, Whole
+from .table import split
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,49 @@ class Instance:
         state = self.deserializeFMUState(data)
         self.setFMUState(state)
         self.freeFMUState(state)
+
+
+class Named(Instance):
+    """Variables are read and set by name: elements of FMI 3.0's arrays as `x[1]`, or all of an array at once."""
+
+    def __init__(self, fmu: Model):
+        super().__init__(fmu)
+        self.variables = {variable.name: variable for variable in fmu.description.modelVariables}
+        self.balls = fmu.balls
+        self.whole = "Integer" if fmu.description.fmiVersion.startswith("2.") else "Int64"  # of enumerations
+
+    def resize(self: Any, balls: int) -> None:
+        """Makes it a cradle of so many balls (FMI 3.0)."""
+        self.enterConfigurationMode()
+        self.set("n", balls)
+        self.exitConfigurationMode()
+        self.balls = balls
+
+    def get(self, name: str) -> Any:
+        """The value of a variable; of an array, a NumPy array."""
+        variable, index = self._variable(name)
+        length = [self.balls] if variable.dimensions else []
+        values = self._access("get", variable, *length)
+        return np.array(values) if length and index is None else values[(index or 1) - 1]
+
+    def set(self, name: str, value: Any) -> None:
+        """Sets a variable, an enumeration also by the name of its item; of an array all elements, or one."""
+        variable, index = self._variable(name)
+        if isinstance(value, str):
+            value = next(int(item.value) for item in variable.declaredType.items if item.name == value)
+        if index is not None:  # the other elements keep their values
+            values = self.get(variable.name)
+            values[index - 1] = value
+            value = values
+        self._access("set", variable, np.atleast_1d(value).tolist())
+
+    def _variable(self, name: str) -> tuple[Any, int | None]:
+        array, index = (name, None) if name in self.variables else split(name)
+        return self.variables[array], index
+
+    def _access(self, prefix: str, variable: Any, *arguments: Any) -> Any:
+        kind = self.whole if variable.type == "Enumeration" else variable.type
+        return getattr(self, prefix + kind)([variable.valueReference], *arguments)
 
 
 class FMU2Instance(Instance, FMU2Slave):  # type: ignore[misc]  # FMPy goes by the first letters

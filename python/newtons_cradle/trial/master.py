@@ -15,8 +15,7 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from ..calibration import runge_kutta
 from ..fmu import Fmu
-from ..run.slaves import Instance, Log, callbacks
-from ..run.table import split
+from ..run.slaves import Log, Named, callbacks
 from .cases import Case, Points
 
 Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.
@@ -27,16 +26,14 @@ SOON = 1e-6  # s after an event, for the mistake of seeing nothing then
 
 
 class Unit:
-    """An instance with its variables by name, elements of arrays as `x[1]`. With clocks, it keeps what belongs to them
-    as it was at their last ticks."""
+    """An instance with what the master needs of it. With clocks, it keeps what belongs to them as it was at their last
+    ticks."""
 
     def __init__(self, fmu: Fmu, case: Case, update: Callable[..., None] | None = None):
-        description, self.fmi3 = fmu.description, case.fmi == 3
-        self.variables = {variable.name: variable for variable in description.modelVariables}
+        self.fmi3 = case.fmi == 3
         kind = ((FMU2Slave, FMU2Model), (FMU3Slave, FMU3Model))[self.fmi3][case.exchange]
-        names = {"modelIdentifier": description.coSimulation.modelIdentifier, "instanceName": "trial"}
-        self.fmu = kind(guid=description.guid, unzipDirectory=fmu.folder, **names)
-        self.log, self.balls = Log(), fmu.balls
+        self.fmu: Any = type(kind.__name__, (Named, kind), {})(fmu)
+        self.get, self.set, self.log = self.fmu.get, self.fmu.set, Log()
         self.clocked = [name for name in case.record if name.startswith(("onset.", "release."))]
         self.seen: dict[str, Any] = {}
         modes = {"eventModeUsed": case.events, "earlyReturnAllowed": case.early, "intermediateUpdate": update}
@@ -44,7 +41,7 @@ class Unit:
             self.fmu.instantiate(**({} if case.exchange else modes))
         else:
             self.fmu.instantiate(callbacks=callbacks(self.log))
-        self.sizes = description.numberOfContinuousStates, description.numberOfEventIndicators
+        self.sizes = fmu.description.numberOfContinuousStates, fmu.description.numberOfEventIndicators
 
     def start(self, time: float = 0.0) -> None:
         """Goes through initialization, and stays in Event Mode if there is one."""
@@ -55,38 +52,16 @@ class Unit:
             self.fmu.enterInitializationMode()
         self.fmu.exitInitializationMode()
 
-    def _place(self, name: str) -> tuple[str, tuple[Any, ...], int]:
-        """Type of a variable's accessors, what getters take (reference, number of elements in an array), and index."""
-        array, index = (name, None) if name in self.variables else split(name)
-        variable = self.variables[array]
-        kind = ("Integer", "Int64")[self.fmi3] if variable.type == "Enumeration" else variable.type
-        length = [self.balls] if variable.dimensions else []
-        return kind, ([variable.valueReference], *length), (index or 1) - 1
-
-    def get(self, name: str) -> Any:
-        """The value of a variable; bytes as hexadecimal digits."""
-        kind, place, index = self._place(name)
-        value = getattr(self.fmu, f"get{kind}")(*place)[index]
-        return value.hex() if isinstance(value, bytes) else value
-
-    def set(self, name: str, value: Any) -> None:
-        """Sets a variable; of an array all elements, or one."""
-        kind, place, index = self._place(name)
-        if isinstance(value, list):
-            values = value
-        else:  # the other elements of an array keep their values
-            values = getattr(self.fmu, f"get{kind}")(*place) if len(place) > 1 else [None]
-            values[index] = value
-        getattr(self.fmu, f"set{kind}")(place[0], values)
-
     def recorded(self, name: str, wrong: str | None) -> Any:
-        """What the master records of a variable: for `der(x[1])` and so on a time derivative."""
+        """What the master records of a variable: for `der(x[1])` and so on a time derivative; hexadecimal digits of
+        bytes."""
         order = name.count("der(")
-        if order and name not in self.variables:
+        if order and name not in self.fmu.variables:
             order = {"order": order - 1}.get(wrong or "", order) or 1
-            places = [self.variables[name.replace("der(", "").rstrip(")")].valueReference]
+            places = [self.fmu.variables[name.replace("der(", "").rstrip(")")].valueReference]
             return self.fmu.getRealOutputDerivatives(places, [order])[0]
-        return self.seen[name] if name in self.seen else self.get(name)
+        value = self.seen[name] if name in self.seen else self.get(name)
+        return value.hex() if isinstance(value, bytes) else value
 
     def _look(self, wrong: str | None) -> None:
         """Keeps what belongs to the clocks that are active."""
@@ -191,10 +166,7 @@ def settings(unit: Unit, case: Case, wrong: str | None) -> None:
     """Sets what the host is to set before initialization, the number of balls in Configuration Mode."""
     arrays = {name: value for name, value in case.settings.items() if name != "n"}
     if "n" in case.settings:
-        unit.fmu.enterConfigurationMode()
-        unit.set("n", case.settings["n"])
-        unit.fmu.exitConfigurationMode()
-        unit.balls = case.settings["n"]
+        unit.fmu.resize(case.settings["n"])
     for name, value in arrays.items() if wrong != "reset" else ():
         unit.set(*((f"{name}[1]", value[0]) if wrong == "first" else (name, value)))
 
@@ -220,7 +192,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
             if case.slopes and wrong not in ("held", "first"):
                 of = (time - 1e-3, time) if wrong == "left" else (time, end)
                 slope = (interpolated(values, of[1]) - interpolated(values, of[0])) / (of[1] - of[0])
-                unit.fmu.setRealInputDerivatives([unit.variables[name].valueReference], [1], [slope])
+                unit.fmu.setRealInputDerivatives([unit.fmu.variables[name].valueReference], [1], [slope])
 
     def step(time: float, end: float) -> None:
         begin = time
@@ -243,14 +215,14 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
     record(points[0])
     for time, end in pairwise(points):
         if case.trial and abs(time - case.trial[0]) < case.step / 2:
-            saved = Instance.to_bytes(unit.fmu)
+            saved = unit.fmu.to_bytes()
             unit.set(*case.trial[1:])
             step(time, end)
             if wrong == "anew":
                 unit.fmu.reset()
                 unit.start(time)
             elif wrong != "twice":
-                Instance.go_to(unit.fmu, saved)
+                unit.fmu.go_to(saved)
             if wrong == "kept":
                 unit.set(*case.trial[1:])
             step(time, (time + end) / 2)
