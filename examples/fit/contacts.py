@@ -32,10 +32,6 @@ MOST_ITERATIONS, MOST_HALVINGS = 20, 10
 CLOSE = 1e-6  # relative change of the parameters at which the fit ends
 
 
-class Refused(Exception):
-    """An FMU or a course that the fit cannot use, with the reason."""
-
-
 class Camera:
     """The FMU, and what a camera sees of its runs."""
 
@@ -44,9 +40,9 @@ class Camera:
         model, version = self.fmu.description.modelName, self.fmu.description.fmiVersion
         if not version.startswith("3."):
             what = f"the model {model} of FMI {version}"
-            raise Refused(f"{path} is {what}; needed: NewtonsCradle of FMI 3.0 for co-simulation")
+            raise RuntimeError(f"{path} is {what}; needed: NewtonsCradle of FMI 3.0 for co-simulation")
         if self.fmu.balls < 2:
-            raise Refused(f"{path} has one ball, which touches no other; needed: two or more")
+            raise RuntimeError(f"{path} has one ball, which touches no other; needed: two or more")
         self.runs = 0
 
     def film(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +66,7 @@ class Camera:
 
 
 def fit(camera: Camera, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
-    """The parameters after each iteration, and their relative standard errors. Raises Refused.
+    """The parameters after each iteration, and their relative standard errors. Raises RuntimeError.
 
     Gauss and Newton in the logarithms of the parameters, which keeps them positive. A step that makes the sum of
     squares larger is halved.
@@ -84,7 +80,7 @@ def fit(camera: Camera, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.
     misfit, slopes = linearized(guess)
     for _ in range(MOST_ITERATIONS):
         if np.linalg.matrix_rank(slopes) < len(FITTED):
-            raise Refused(
+            raise RuntimeError(
                 "the positions do not tell these parameters apart: no contact has closed, or none is damped"
             )
         step = np.linalg.lstsq(slopes, misfit, rcond=None)[0]
@@ -97,11 +93,11 @@ def fit(camera: Camera, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.
                 break
             step = step / 2
         else:
-            raise Refused("no step along the derivatives makes the sum of squares smaller")
+            raise RuntimeError("no step along the derivatives makes the sum of squares smaller")
         course.append(trial)
         misfit, slopes = new_misfit, new_slopes
     else:
-        raise Refused(f"the fit has not ended after {MOST_ITERATIONS} iterations")
+        raise RuntimeError(f"the fit has not ended after {MOST_ITERATIONS} iterations")
     variance = misfit @ misfit / (len(misfit) - len(FITTED))
     return course, np.sqrt(variance * np.diag(np.linalg.inv(slopes.T @ slopes)))
 
@@ -127,7 +123,7 @@ def save_plot(path: Path, camera: Camera, filmed: np.ndarray, course: list, erro
         right.legend(fontsize=7)
 
 
-def main() -> int:
+def main() -> None:
     """Films, fits and shows."""
     options = parsed(command_line(__doc__.splitlines()[0], "fit", fmu="NewtonsCradle.fmi3.fmu"))
     try:
@@ -136,7 +132,7 @@ def main() -> int:
         filmed = exact + np.random.default_rng(SEED).normal(0.0, NOISE, exact.shape)
         camera.runs = 0
         course, relative = fit(camera, filmed, GUESS)
-    except (Refused, nc.FmuError) as reason:
+    except RuntimeError as reason:
         sys.exit(str(reason))
     print(f"{filmed.size} positions, {len(course) - 1} iterations, {camera.runs} runs")
     print(f"{'parameter':20} {'unit':6} {'true':>8} {'guess':>8} {'fitted':>10} {'error':>8} {'off by':>12}")
@@ -148,8 +144,7 @@ def main() -> int:
     write_rows(options.out / "contacts.csv", [head, *rows])
     save_plot(options.out / "contacts.png", camera, filmed, course, relative)
     print(f"wrote {options.out / 'contacts.png'}")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -53,7 +53,13 @@ def save_machine(path: Path, fmus: Fmus) -> None:
     cradle = [connector(fmus.cradle, name) for name in [*TO_PLANT, *TO_CRADLE.values(), *SHOWN]]
     plant = [connector(fmus.plant, name) for name in [*TO_PLANT.values(), *TO_CRADLE, *SHOWN_PLANT]]
     elements = [component("cradle", fmus.cradle, cradle, "start"), component("plant", fmus.plant, plant)]
-    files = {"SystemStructure.ssd": system("Machine", fmus, elements, "start", STOP, connections())}
+    lines = [
+        SSD.Connection(startElement=of, startConnector=start, endElement=to, endConnector=end)
+        for of, to, names in (("cradle", "plant", TO_PLANT), ("plant", "cradle", TO_CRADLE))
+        for start, end in names.items()
+    ]
+    connections = SSD.Connections(*lines)
+    files = {"SystemStructure.ssd": system("Machine", fmus, elements, "start", STOP, connections)}
     files |= parameter_sets("start", CRADLE, fmus.cradle)
     write(path, files, [fmus.cradle.path, fmus.plant.path])
 
@@ -107,17 +113,6 @@ def bindings(parameter_set: str):
     """The binding of a parameter set in the folder resources."""
     source = f"resources/{parameter_set}.ssv"
     return SSD.ParameterBindings(SSD.ParameterBinding(type="application/x-ssp-parameter-set", source=source))
-
-
-def connections():
-    """The lines between cradle and plant."""
-    ways = (("cradle", "plant", TO_PLANT), ("plant", "cradle", TO_CRADLE))
-    lines = [
-        SSD.Connection(startElement=of, startConnector=start, endElement=to, endConnector=end)
-        for of, to, names in ways
-        for start, end in names.items()
-    ]
-    return SSD.Connections(*lines)
 
 
 def system(name: str, fmus: Fmus, components: list, parameter_set: str, stop: float, *lines):

@@ -41,7 +41,7 @@ INSIDE = "cradle.sources[0].shownClick?.sampled && cradle.clock.rate < 1e-3 && c
 SEEK = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + arguments[0] * click.length)"
 
 
-def main() -> int:
+def main() -> None:
     """Makes all pictures."""
     options = command_line(__doc__.splitlines()[0], "paper", fmu13="NewtonsCradle13.fmu").parse_args()
     docs, assets = ROOT / "docs", ROOT / "packaging/assets"
@@ -58,7 +58,6 @@ def main() -> int:
     pictures = [options.out / "figure3.png", options.out / "figure5.png"]
     for path in [*pictures, *(ROOT / f"out/{name}.png" for name in of_others)]:
         small(Image.open(path), docs / path.name)
-    return 0
 
 
 def default_run(fmu: nc.Fmu) -> Plot:
@@ -180,4 +179,4 @@ def small(picture: Image.Image, path: Path, width: int = 1000) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -5,7 +5,7 @@ import csv
 import sys
 import warnings
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -104,19 +104,15 @@ class Found:
 
     def conclude(self) -> bool:
         """Prints the table of checks, and writes it as checks.csv; returns True if all pass."""
-        head = ("figure", "what", "measured", "required")
-        rows = [(c.figure, c.what, c.measured, c.required) for c in self.checks]
-        holds = [c.holds for c in self.checks]
-        marks = ["agrees" if held else "DIFFERS" for held in holds]
-        table = [(*head, ""), *((*row, mark) for row, mark in zip(rows, marks, strict=True))]
+        head, rows = ("figure", "what", "measured", "required"), list(map(astuple, self.checks))
+        table = [(*head, ""), *((*texts, "agrees" if holds else "DIFFERS") for *texts, holds in rows)]
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         table.insert(1, tuple("-" * width for width in widths))
         for row in table:
             line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
             print(f"  {line}".rstrip())
-        lines = [(*row, int(held)) for row, held in zip(rows, holds, strict=True)]
-        self.save_rows("checks.csv", [(*head, "holds"), *lines])
-        return all(holds)
+        self.save_rows("checks.csv", [(*head, "holds"), *((*texts, int(holds)) for *texts, holds in rows)])
+        return all(check.holds for check in self.checks)
 
 
 def write_rows(path: Path, rows) -> None:

@@ -82,7 +82,7 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3_path, monkeypatch):
             return [wrong * value for value in true(*arguments)]
 
         monkeypatch.setattr(FMU3Slave, "getDirectionalDerivative", scaled)
-        with pytest.raises(contacts.Refused, match=message):
+        with pytest.raises(RuntimeError, match=message):
             contacts.fit(camera, seen, contacts.GUESS)
 
 
