@@ -17,6 +17,7 @@ def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path
     """Writes the report; `cradle`: the page beside it that it links."""
     places: dict[tuple[str, str], int] = {}  # of arrays, by their kind and data: each is kept once
     figures = [figure(plot, places) for plot in plots]
+    contents = [f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>' for plot in plots]
     arrays = [{"kind": kind, "data": data} for kind, data in places]
     parts = {
         "{{style}}": nc.look.STYLE + asset("report.css"),
@@ -24,7 +25,7 @@ def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path
         "{{cradle}}": escape(cradle.name),
         "{{holding}}": str(sum(check.holds for check in checks)),
         "{{checks}}": str(len(checks)),
-        "{{contents}}": "\n".join(map(entry, plots)),
+        "{{contents}}": "\n".join(contents),
         "{{figures}}": "\n".join(map(section, plots)),
         "{{rows}}": "\n".join(map(row, checks)),
         "{{data}}": json.dumps({"figures": figures, "arrays": arrays}).replace("<", "\\u003c"),
@@ -51,7 +52,9 @@ def figure(plot: Plot, places: dict) -> dict:
 
     def trace(trace) -> dict:
         points = {"x": place(trace.x, "f8", places), "y": place(trace.y, "f4", places)}
-        return vars(trace) | points | {"colour": themed(trace.colour)}
+        # The name of a colour that dark pages have another one for, else the colour.
+        series = COLOURS.index(trace.colour) + 1 if trace.colour in COLOURS else None
+        return vars(trace) | points | {"colour": f"--series-{series}" if series else trace.colour}
 
     def strip(strip) -> dict:
         return vars(strip) | {"traces": list(map(trace, strip.traces))}
@@ -61,16 +64,6 @@ def figure(plot: Plot, places: dict) -> dict:
         return vars(column) | {"views": views, "strips": list(map(strip, column.strips))}
 
     return {"name": plot.name, "height": round(plot.height * 80), "columns": list(map(column, plot.columns))}
-
-
-def themed(colour: str) -> str:
-    """The name of a colour that dark pages have another one for, else the colour."""
-    return f"--series-{COLOURS.index(colour) + 1}" if colour in COLOURS else colour
-
-
-def entry(plot: Plot) -> str:
-    """A line of the table of contents."""
-    return f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>'
 
 
 def section(plot: Plot) -> str:

@@ -152,7 +152,7 @@ def test_two_fingers_hold_two_balls(page):
 def test_any_number_of_balls(page):
     """They are heard, too: sounds are counted, as nobody listens."""
     page.find_element(By.ID, "rest").click()  # browsers let a page sound after it was touched
-    js(page, "cradle.setOther('sound', true)")
+    js(page, "cradle.set('sound', true)")
     for balls in (1, 2, 20):
         js(page, "cradle.resize(arguments[0]); cradle.lift(1)", balls)
         wait(page, "source.run.time > 1")

@@ -27,7 +27,7 @@ requestAnimationFrame(() => requestAnimationFrame(() => {
 def space(page):
     """The page in 3D, without gentle motion."""
     set_screen(page, dark=True, still=True)
-    js(page, "cradle.still = true; cradle.setOther('space', true)")
+    js(page, "cradle.still = true; cradle.set('space', true)")
     return page
 
 
@@ -118,9 +118,9 @@ def test_without_webgl_it_is_flat(space):
     wait(space, "!cradle.space && cradle.controls.status.textContent.includes('WebGL')")
     flat = "return [cradle.space, cradle.controls.view.hidden, document.querySelectorAll('.space').length]"
     assert js(space, flat) == [False, True, 0]
-    js(space, "cradle.setOther('space', true)")
+    js(space, "cradle.set('space', true)")
     assert js(space, flat) == [True, False, 2]
-    js(space, """cradle.compare('stop'); cradle.setOther('space', false); cradle.tell('');
+    js(space, """cradle.compare('stop'); cradle.set('space', false); cradle.tell('');
       const {getContext} = HTMLCanvasElement.prototype;
       HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
         return kind.startsWith("webgl") ? null : getContext.call(this, kind, ...more); }""")  # fmt: skip

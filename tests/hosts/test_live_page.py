@@ -42,10 +42,10 @@ def test_the_keyboard_does_everything(page):
     press(page, "again")
     keys(page, Keys.SPACE)  # pauses, whatever was clicked before
     assert js(page, shown) == [False, None]
-    js(page, "cradle.setOther('keys', false)")
+    js(page, "cradle.set('keys', false)")
     keys(page, "s", Keys.SPACE)
     assert js(page, shown) == [False, None]
-    js(page, "cradle.setOther('keys', true)")
+    js(page, "cradle.set('keys', true)")
     keys(page, "s")
     assert js(page, shown) == [False, "show"]
 
@@ -78,7 +78,7 @@ def test_a_link_carries_the_set_up(page, live_path):
     js(page, "cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.compare('hertz')")
     js(page, "cradle.change({'contact.model': 'powerLaw', 'contact.exponent': 3})")
     wait(page, "cradle.sources.every(({pending}) => !pending)")
-    js(page, "cradle.lift(2); cradle.setOther('space', true)")
+    js(page, "cradle.lift(2); cradle.set('space', true)")
     shown = "return [cradle.space, cradle.side, cradle.sources.map(({setup}) => setup.recipe())]"
     wanted, link = js(page, shown), js(page, "return linkTo(cradle)")
     assert link.startswith(live_path.as_uri() + "#")
@@ -154,7 +154,7 @@ savePicture(cradle)"""
 def test_a_picture_is_kept(page):
     """Twice as large as the stage, flat and in 3D, with the balls."""
     for space in (False, True):
-        js(page, "cradle.setOther('space', arguments[0])", space)
+        js(page, "cradle.set('space', arguments[0])", space)
         wait(page, "cradle.stages[0].scene.painter?.drawn ?? true")
         kind, large, colours = page.execute_async_script(PICTURE)
         assert (kind, large) == ("image/png", 2) and colours > 300, space
@@ -163,7 +163,7 @@ def test_a_picture_is_kept(page):
 def test_axe_finds_nothing_serious(page, axe):
     """The page and each of its panels, dark and light; in 3D; and inside a click, on a phone."""
     page.execute_script(axe)
-    js(page, "cradle.choose('steel'); cradle.lift(2); cradle.setShow('energy', true)")
+    js(page, "cradle.choose('steel'); cradle.lift(2); cradle.set('energy', true)")
     for light in (False, True):
         js(page, "cradle.setTheme(arguments[0])", light)
         assert serious(page) == [], light
@@ -231,7 +231,7 @@ GUESSES = [
 
 def test_a_class_says_what_will_fly_out(page):
     """Time stands still until it has; then it is told what did."""
-    js(page, "cradle.setOther('ask', true)")
+    js(page, "cradle.set('ask', true)")
     for preset, lifted, guessed, said in GUESSES:
         js(page, f"cradle.choose('{preset}'); cradle.lift({lifted})")
         wait(page, f"{SENTENCE} === 'How many balls will fly out on the other side?'")
@@ -281,7 +281,7 @@ def test_keys_that_are_listed_do_something(page, live_path, recorded_path):
 
 
 def test_a_hand_is_asked_as_well_and_may_go_on_without_an_answer(page):
-    js(page, "cradle.setOther('ask', true)")
+    js(page, "cradle.set('ask', true)")
     drag(page, 1, -80)
     shown = js(page, "return [cradle.lesson.phase, cradle.clock.running, source.holds.size]")
     assert shown == ["asks", False, 0]

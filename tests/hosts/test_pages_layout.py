@@ -12,8 +12,8 @@ pytestmark = pytest.mark.all
 #: What is done with a recording, one after the other: it stands still in a click, with strips, and with its parameters.
 ACTIONS = (
     "cradle.setRunning(false); cradle.clock.slowAt('always'); cradle.seek(cradle.sources[0].clicks[0].begin + 3e-5)",
-    "for (const kind of ['force', 'energy']) cradle.setShow(kind, true)",
-    "for (const kind of ['force', 'energy']) cradle.setShow(kind, false); cradle.panels.toggle('details')",
+    "for (const kind of ['force', 'energy']) cradle.set(kind, true)",
+    "for (const kind of ['force', 'energy']) cradle.set(kind, false); cradle.panels.toggle('details')",
 )
 
 #: Each text of the page as [text, left, top, right, bottom, whether it may scroll away sideways], CSS pixels.
@@ -126,7 +126,7 @@ def test_the_cradle_has_room(page, size):
         return [(last - x + 2 * unit) / canvas.clientWidth, unit * (long - floor + 0.42) / canvas.clientHeight]""",
     )
     assert 0.85 < max(across, up) < 1
-    js(page, "for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.setShow(kind, true)")
+    js(page, "for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.set(kind, true)")
     wait(page, "cradle.stages[0].strips.box.scrollHeight > 1.5 * cradle.stages[0].strips.box.clientHeight")
     [beside] = boxes(page)
     assert beside["bottom"] - beside["top"] > 0.6 * (alone["bottom"] - alone["top"])

@@ -65,7 +65,7 @@ def test_the_right_balls_move(player):
 def test_it_is_drawn(player):
     """Picture, strips and slider: not blank, other after scrubbing, and playing moves on. Values of forces and energies
     are those of the time shown, or below the pointer."""
-    js(player, "for (const kind of ['force', 'energy']) cradle.setShow(kind, true); cradle.setPace(1)")
+    js(player, "for (const kind of ['force', 'energy']) cradle.set(kind, true); cradle.setPace(1)")
     cradle, strips = (player.find_element(By.CSS_SELECTOR, name) for name in (".cradle", ".graph"))
     assert colours(player, cradle) > 500 and colours(player, strips) > 20
     js(player, "cradle.clock.slowAt('always')")
@@ -96,7 +96,7 @@ def test_it_is_drawn(player):
     wait(player, "!cradle.clock.running && source.now === source.end")
     press(player, "play")
     wait(player, "source.now > 0 && source.now < 5")
-    js(player, "cradle.setOther('sound', true); cradle.seek(0.6)")
+    js(player, "cradle.set('sound', true); cradle.seek(0.6)")
     wait(player, "cradle.sound.played > 0")
 
 
@@ -157,7 +157,7 @@ def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
 
 
 #: The points of ball 1's curve, and the texts beside it.
-CURVE = """cradle.setShow("velocity", true);
+CURVE = """cradle.set("velocity", true);
 const [stage] = cradle.stages, {graph} = stage.strips, {prototype} = CanvasRenderingContext2D, curves = [], texts = [];
 const {points} = graph, {fillText} = prototype;
 prototype.fillText = (text) => texts.push(text);
@@ -361,7 +361,7 @@ def test_hours_are_gone_through(browser, tmp_path):
     path = tmp_path / "hours.html"
     save_page(path, nc.recording.Recording("hours", time, x, v, 0 * x[:, :1], pulses))
     open_page(browser, path, "")
-    js(browser, "cradle.setShow('force', true); cradle.setShow('velocity', true); cradle.seek(source.end)")
+    js(browser, "cradle.set('force', true); cradle.set('velocity', true); cradle.seek(source.end)")
     press(browser, "previous")
     assert state(browser)[0] == pytest.approx(time[-1] - 1)
     assert text(browser, ".sentence").startswith("Click 20000 of 20000.")

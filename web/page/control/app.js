@@ -269,12 +269,9 @@ class App {
     return running ? { text: hint && say(hint) } : { text: inside ? "" : say("hintPaused") };
   }
 
-  setShow(kind, on) {
-    this.shows[kind] = on;
-    showLink(this);
-  }
-
-  setOther(kind, on) {
+  /** Switches something that is shown, or another option. */
+  set(kind, on) {
+    if (kind in this.shows) this.shows[kind] = on;
     if (kind === "every") this.clock.slowAt(on ? "always" : "no");
     if (kind === "space") this.setSpace(on);
     if (kind === "sound") this.sound.switchOn(on);

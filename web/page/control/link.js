@@ -48,6 +48,6 @@ export function openLink(app, hash) {
   const known = Object.keys(textsOf("besides")).find((name) => name === options.beside && name !== "stop");
   if (options.right || known) app.compare(known ?? "usual", options.right);
   if (options.view === "3d") app.setSpace(true);
-  if (options.slow === "always") app.setOther("every", true);
+  if (options.slow === "always") app.set("every", true);
   if (options.slow === "next") app.clock.slowAt("next");
 }

@@ -109,8 +109,8 @@ export class Panels {
     const { app } = this, { space, clock, sound, theme, keys, lesson } = app, [names, spoken] = languages();
     const on = { space, every: clock.slow === "always", sound: sound.on, light: !theme.dark, keys, ask: lesson.asks };
     const others = Object.entries(textsOf("others")).filter(([kind]) => offers(app, kind));
-    this.chips("showWhat", textsOf("shows"), (kind) => app.shows[kind], (kind, on) => app.setShow(kind, on));
-    this.chips("othersWhat", Object.fromEntries(others), (kind) => on[kind], (kind, on) => app.setOther(kind, on));
+    this.chips("showWhat", textsOf("shows"), (kind) => app.shows[kind], (kind, on) => app.set(kind, on));
+    this.chips("othersWhat", Object.fromEntries(others), (kind) => on[kind], (kind, on) => app.set(kind, on));
     this.slider("pace", { min: -6, max: 0, step: 0.25, value: Math.log10(clock.base), show: (p) => paceText(10 ** p),
       choose: (p) => app.setPace(10 ** p) });
     this.chips("languages", names, spoken, (code) => app.setLanguage(code));
