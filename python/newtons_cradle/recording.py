@@ -3,6 +3,7 @@
 import csv
 import re
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,24 +94,19 @@ def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
     """Further fields of a `Recording` of this model with these parameters and inputs."""
     if model is None or not given:
         return {}
-    texts: dict[str, list[str]] = {}
-    start: dict[str, Any] = {}
-    parameters = [name for name in given if name in model.parameters]
-    for name in parameters:
-        base, bracket, _ = name.partition("[")
-        text = model.written(name, given[name])
-        exact = text if model.variables[name].type == "Enumeration" else given[name]
-        texts.setdefault(base, []).append(text)
+    rows, start = [], {}
+    parameters = (name for name in given if name in model.parameters)
+    for base, group in groupby(parameters, key=lambda name: name.partition("[")[0]):
+        names, vector = list(group), base in model.arrays
+        texts = [model.written(name, given[name]) for name in names]
+        value = texts[0] if len(set(texts)) == 1 else ", ".join(texts)
+        first = model.parameters[names[0]]
+        rows.append((f"{base}[i]" if vector else base, value, first.unit, "" if vector else first.text))
+        exact = texts if model.variables[names[0]].type == "Enumeration" else [given[name] for name in names]
         if base != DERIVATIVES:
-            start[base] = [*start.get(base, []), exact] if bracket else exact
-    rows = []
-    for name, each in texts.items():
-        vector = name in model.arrays
-        first = model.parameters[f"{name}[1]" if vector else name]
-        value = each[0] if len(set(each)) == 1 else ", ".join(each)
-        rows.append((f"{name}[i]" if vector else name, value, first.unit, "" if vector else first.text))
+            start[base] = exact if vector else exact[0]
     own = model.description.modelName == MODEL
-    free = not any(given[name] for name in given if name not in parameters)
+    free = not any(given[name] for name in given if name not in model.parameters)
     drawing = {"length": start["pendulum.length"], "radius": start["ball.radius"]} if own else {}
     return {"parameters": rows, "start": start if own and free else None, **drawing}
 
