@@ -80,13 +80,9 @@ class Found:
 
         The layout is the one FMPy's `read_csv` and the FMI cross-check use.
         """
-        with (self.out / name).open("w", newline="", encoding="ascii") as file:
-            file.write(",".join(f'"{column}"' for column in table.dtype.names) + "\n")
-            for row in table:
-                cells = (
-                    f"{value:.17g}" if isinstance(value, float) else f"{value:d}" for value in row.item()
-                )
-                file.write(",".join(cells) + "\n")
+        forms = ["%.17g" if table.dtype[column].kind == "f" else "%d" for column in table.dtype.names]
+        head = ",".join(f'"{column}"' for column in table.dtype.names)
+        np.savetxt(self.out / name, table, forms, ",", header=head, comments="", encoding="ascii")
         self._files.append(name)
 
     def save_rows(self, name: str, rows) -> None:
