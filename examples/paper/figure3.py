@@ -1,7 +1,7 @@
 """Figure 3: 13 balls struck from both sides. The two waves of pulses cross and interfere."""
 
 import numpy as np
-from plots import COLOURS, Column, Strip, Trace, forces
+from plots import COLOURS, Column, Strip, Trace, family
 from support import Fmus, Found, nc
 
 OMEGA = np.sqrt(9.81)  # 1/s, sqrt(g/L)
@@ -41,7 +41,7 @@ def run(fmus: Fmus, found: Found) -> None:
     found.at_most("3, rigid", "longest pulse", times.max(initial=0.0), 0.0, "s")
     found.at_most("3, rigid", "energy error", nc.energy_error(rigid), 1e-10)
 
-    strips = forces(both, colours=nc.look.series(12), limits=(0, 900))
+    strips = family(both, "F", colours=nc.look.series(12), limits=(0, 900))
     for strip in strips:
         strip.traces.extend(Trace(one["time"], one[strip.label], "#555555", "dashed") for one in alone)
     views = {"impacts": (0.5, 0.58), "whole run": (0.0, STOP), "crossing": (0.512, 0.536)}

@@ -2,7 +2,7 @@
 
 import numpy as np
 from figure5 import SPEED, STOP
-from plots import Column, forces
+from plots import Column, family
 from support import Fmus, Found, nc
 
 
@@ -36,5 +36,5 @@ def run(fmus: Fmus, found: Found) -> None:
         "Five balls, two lifted by 1 m, dead band 0.26 µm. Each click of the cradle is a spike in every contact, "
         "all at once at this scale. Zoom into one, as Figure 5 does, and it comes apart: six pulses, one after the "
         "other, within a microsecond.",
-        [Column(forces(resolved, limits=(0, 1.8e7)), views)],
+        [Column(family(resolved, "F", limits=(0, 1.8e7)), views)],
     )

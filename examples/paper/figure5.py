@@ -1,7 +1,7 @@
 """Figure 5 and Table 1: the microsecond of the first impact, without and with a dead band."""
 
 import numpy as np
-from plots import Column, forces
+from plots import Column, family
 from support import Fmus, Found, nc
 
 DEAD_BAND = 2.6e-7  # m
@@ -58,7 +58,7 @@ def case(fmu: nc.Fmu, found: Found, label: str, dead_band: float, title: str) ->
     found.save(f"{stem}_pulses.csv", macro.pulses)
     found.save(f"{stem}_micro.csv", micro.samples)
     views = {"impact": (-5e-8, 1.1e-6), "onset": (-2e-9, 4e-8)}
-    strips = forces(micro, origin=onset, limits=(0, 1.8e7))
+    strips = family(micro, "F", origin=onset, limits=(0, 1.8e7))
     return onset, macro, micro, Column(strips, views, title, f"time after the first onset at {onset:.12f} s")
 
 

@@ -48,7 +48,7 @@ def run(fmus: Fmus, found: Found) -> None:
     found.at_most("6", "growth - 2 N (deadBand + v t_c/2), relative", linear, 1e-3)
 
     envelope = Trace(time, swings(result)[:, 2], COLOURS[5], "dashed")
-    strips = family(result, "x", "m", limits=(-1.15, 1.15))
+    strips = family(result, "x", limits=(-1.15, 1.15))
     strips.append(Strip("x[3]", [Trace(time, x3, COLOURS[2]), envelope], "m", (-1.5e-5, 1.5e-5)))
     found.plot(
         "figure6",

@@ -1,7 +1,7 @@
 """Hertz: steel balls that touch at rest move apart at the first impact, as experiments show."""
 
 import numpy as np
-from plots import Column, family, forces
+from plots import Column, family
 from support import Fmus, Found, nc
 
 AMPLITUDE = 0.05  # m
@@ -33,9 +33,9 @@ def run(fmus: Fmus, found: Found) -> None:
             found.save("hertz_pulses.csv", macro.pulses)
             found.conserved("Hertz", macro, SPEED)
         views = {"impact": (-5e-5, 1.6e-3), "onset": (-5e-6, 1e-4)}
-        impacts.append(Column(forces(micro, origin=onset), views, title, "time after the first onset"))
+        impacts.append(Column(family(micro, "F", origin=onset), views, title, "time after the first onset"))
         views = {"8 s": (0.0, STOP), "two clicks": (0.5, 3.0)}
-        swings.append(Column(family(macro, "x", "m", limits=(-0.06, 0.06)), views, of_swings))
+        swings.append(Column(family(macro, "x", limits=(-0.06, 0.06)), views, of_swings))
 
     touching, apart = outcomes
     for i, (v, wanted) in enumerate(zip(free, OUTCOME, strict=True), start=1):

@@ -20,7 +20,7 @@ import matplotlib.pyplot as plt
 from newtons_cradle.page import save_page
 from newtons_cradle.views import from_fmu
 from PIL import Image
-from plots import Column, Plot, Strip, Trace, family, forces, save_picture
+from plots import Column, Plot, Strip, Trace, family, save_picture
 from selenium.webdriver.support.wait import WebDriverWait
 from support import ROOT, command_line, nc, opened, shorter
 
@@ -67,9 +67,9 @@ def default_run(fmu: nc.Fmu) -> Plot:
         onset, micro = run.zoom(span=1e-4, step=1e-6, record=["F", "E_contact"], before=5e-6)
     energy = micro.stack("E_contact").sum(axis=1)
     stored = Trace(micro["time"] - onset, energy, nc.look.COLOURS["contact"], "area")
-    pulses = [*forces(micro, origin=onset), Strip("stored", [stored], "J")]
+    pulses = [*family(micro, "F", origin=onset), Strip("stored", [stored], "J")]
     columns = [
-        Column(family(macro, "x", "m", limits=(-0.12, 0.12)), {"": (0.0, 10.0)}, "ten seconds"),
+        Column(family(macro, "x", limits=(-0.12, 0.12)), {"": (0.0, 10.0)}, "ten seconds"),
         Column(pulses, {"": (-5e-6, 1e-4)}, "the first click", "time after the first onset"),
     ]
     return Plot("run", "", "", columns, height=0.8)

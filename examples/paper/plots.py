@@ -69,19 +69,14 @@ class Plot:
     files: tuple[str, ...] = ()
 
 
-def family(result, name: str, unit: str, *, origin=0.0, limits=None, style="line", colours=COLOURS):
-    """A strip for each element of an array of a run; time counted from `origin` (s)."""
-    time, count = result["time"] - origin, result.stack(name).shape[1]
-    elements = [f"{name}[{i}]" for i in range(1, count + 1)]
+def family(result, name: str, *, origin=0.0, limits=None, colours=COLOURS) -> list[Strip]:
+    """A strip for each element of an array of a run, forces as areas; time counted from `origin` (s)."""
+    time, style = result["time"] - origin, "area" if name == "F" else "line"
+    elements = [f"{name}[{i}]" for i in range(1, result.stack(name).shape[1] + 1)]
     return [
-        Strip(element, [Trace(time, result[element], colour, style)], unit, limits)
+        Strip(element, [Trace(time, result[element], colour, style)], result.units[element], limits)
         for element, colour in zip(elements, colours, strict=False)
     ]
-
-
-def forces(result, unit: str = "N", **options) -> list[Strip]:
-    """A strip for each contact force of a run, as `family`."""
-    return family(result, "F", unit, style="area", **options)
 
 
 STYLE = {
