@@ -390,6 +390,13 @@ def test_an_impossible_film_is_refused(wrong, complaint):
     assert complaint in str(caught.value)
 
 
+def test_event_mode_needs_fmi_3(fmu, fmu3):
+    with pytest.raises(nc.FmuError, match="eventModeUsed is refused: only FMUs of FMI"):
+        fmu.start(eventModeUsed=True)
+    with fmu3.start(eventModeUsed=True) as run:
+        run.slave.enterStepMode()
+
+
 @pytest.mark.all
 def test_types():
     """mypy --strict finds nothing in the package."""

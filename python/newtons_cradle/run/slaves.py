@@ -133,8 +133,10 @@ class FMU2Instance(Instance, FMU2Slave):  # type: ignore[misc]  # FMPy goes by t
 
     getEnumeration, setEnumeration = FMU2Slave.getInteger, FMU2Slave.setInteger
 
-    def create(self, log: Log) -> None:
+    def create(self, log: Log, **options: bool) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
+        if options:
+            raise FmuError(f"{', '.join(options)} is refused: only FMUs of FMI 3.0 have such options")
         self.instantiate(callbacks=callbacks(log))
         self.setDebugLogging(True, ["logEvents", "logStatusWarning"])
 
