@@ -21,8 +21,8 @@ using Q = __float128;
 using List = std::vector<Q>;
 using Rows = std::vector<List>;
 const Q NOISE = 1e-30Q, GRAVITY = 9.81, RADIUS = 0.0313, LENGTH = 1.962;
-enum Law { elastic, kelvinVoigt, kelvinVoigtNoPull, huntCrossley, viscoelastic };
-const char* const LAWS[] = {"none", "kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic"};
+enum Law { elastic, kelvinVoigt, kelvinVoigtNoPull, huntCrossley, viscoelastic, rigid };
+const char* const LAWS[] = {"none", "kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic", "rigid"};
 enum Map { plain, begins, ends };
 enum Mode { open, pressing, clipped };
 
@@ -32,6 +32,7 @@ struct Case {
     double p, k, coefficient, deadBand;
     std::vector<double> lengths, masses;  // ratios to 1.962 m and 1 kg; empty: 1
     double drag, support;                 // N.s/m, m/s2
+    std::vector<double> gaps = {};        // m; empty: 0
 };
 const double STEEL = 1.925e10, FIGURE6 = 2.9e14;
 const std::vector<double> UNEQUAL = {1, 1.25, 0.875, 1.125, 1}, MASSES = {1, 1.5, 0.75, 1.25, 2};
@@ -53,6 +54,10 @@ const Case CASES[] = {
     {{-45, -45, 0, 0, 0}, huntCrossley, 1.5, STEEL, 0.01, 2.6e-5, UNEQUAL, MASSES, 0.01, 0},
     {{-30, -30, 0, 0, 0}, viscoelastic, 1.5, STEEL, 4e-7, 0, {}, {}, 0, 0},
     {{-45, 0, 0}, viscoelastic, 1.5, STEEL, 4e-7, 2.6e-5, {1, 1.25, 0.875}, {1, 1.5, 0.75}, 0, 0},
+    {{-60, 0}, rigid, 1, 0, 1, 0, {}, {1, 1.7}, 0, 0},
+    {{-60, 0}, rigid, 1, 0, 0.9, 0, {1, 0.8}, {1, 1.7}, 0, 0, {0.1}},
+    {{-60, 0, 0}, rigid, 1, 0, 0.9, 0, {}, {1, 1.7, 0.6}, 0, 0},
+    {{-60, 0, 0}, rigid, 1, 0, 1, 0, {1, 0.8, 0.9}, {1, 1.7, 0.6}, 0, 0, {0.2, 0.1}},
 };
 
 struct Nodes {  // on 0 .. 1; `integral` of what is known at the nodes from 0 to each of them
@@ -118,7 +123,8 @@ struct Run {
     Contact contact(int j, const State& state) const {
         Q s[2], c[2], v[2];
         for (int i = 0; i < 2; i++) sincosq(state.angle[j + i], s + i, c + i), v[i] = L[j + i] * state.rate[j + i];
-        Q x = 2 * RADIUS + L[j + 1] * s[1] - L[j] * s[0], y = L[j + 1] * (1 - c[1]) - L[j] * (1 - c[0]);
+        Q x = 2 * RADIUS + (given.gaps.empty() ? 0 : given.gaps[j]) + L[j + 1] * s[1] - L[j] * s[0];
+        Q y = L[j + 1] * (1 - c[1]) - L[j] * (1 - c[0]);
         Q D = sqrtq(x * x + y * y), d = 2 * RADIUS - given.deadBand - D, closed = std::max(d, Q(0));
         Q r = -(x * (v[1] * c[1] - v[0] * c[0]) + y * (v[1] * s[1] - v[0] * s[0])) / D;
         Q root = given.p == 1 ? 1 : sqrtq(closed), spring = given.k * closed * root, force = spring, sign = 1;
@@ -236,6 +242,32 @@ struct Run {
         }
         return error < tolerance && fabsq(value(s, then)) < NOISE;
     }
+    // Impacts of two rigid balls that touch, the fastest first, until none approach each other.
+    void collide() {
+        const Q e = given.coefficient;
+        while (true) {
+            Contact of{};
+            int i = 0;
+            for (int j = 0; j < n - 1; j++) {
+                Contact other = contact(j, now);
+                if (fabsq(other.d) < NOISE && other.r > of.r) of = other, i = j;
+            }
+            if (of.r < 1e-27Q) return;
+            Q way[2], mobility = 0;
+            for (int k : {0, 1}) {
+                way[k] = of.x * cosq(now.angle[i + k]) + of.y * sinq(now.angle[i + k]);
+                mobility += way[k] * way[k] / m[i + k];
+            }
+            for (int k : {0, 1})
+                now.rate[i + k] += (k ? 1 : -1) * (1 + e) * of.r / mobility * way[k] / (m[i + k] * L[i + k]);
+            now.loss += (1 - e * e) * of.r * of.r / mobility / 2;
+            onsets++;
+        }
+    }
+    void turn(Switch s) {
+        if (given.law == rigid) collide();
+        else mode[s.j] = s.to;
+    }
     void go(Q end) {
         const Q flight = 0.02Q * sqrtq(LENGTH / GRAVITY);
         Q h = flight, contact_step = 1e-6Q;
@@ -251,7 +283,7 @@ struct Run {
             Q share = first(length, map, s);
             bool meets = share < 2;
             if (share == 0) {
-                mode[s.j] = s.to;
+                turn(s);
                 continue;
             }
             if (meets) {
@@ -272,9 +304,9 @@ struct Run {
             Q grown = length * std::min(Q(3), 0.9Q * powq(tolerance / (error + 1e-60Q), Q(1) / nodes.count));
             h = meets ? std::max(h, grown) : grown, fresh = false;
             if (!meets) continue;
-            mode[s.j] = s.to;
-            if (s.to == pressing) fresh = true, onsets++;
-            for (int j = 0; j < n - 1; j++) {  // others at the same time, and balls in touch
+            turn(s);
+            if (mode[s.j] == pressing) fresh = true, onsets++;
+            for (int j = 0; j < n - 1 && given.law != rigid; j++) {  // others at the same time, and balls in touch
                 Contact of = contact(j, now);
                 if (fabsq(of.d) < NOISE && mode[j] == open && of.r > -1e-27Q) mode[j] = pressing, fresh = true;
                 if (fabsq(of.d) < NOISE && mode[j] != open && of.r < -1e-27Q) mode[j] = open;
@@ -351,7 +383,7 @@ int main(int count, char** words) {
                "\"a_support\": %g,\n   ", comma, LAWS[given.law], given.p, given.k, given.coefficient, given.deadBand,
                given.drag, given.support);
         show("start", x, ",\n   "), show("lengths", given.lengths, ", ");
-        show("masses", given.masses, ",\n   \"states\": [");
+        show("masses", given.masses, ", "), show("gaps", given.gaps, ",\n   \"states\": [");
         comma = "";
         const Q whole = runs[0].energy();
         for (int halves : {1, 10}) {  // periods of the first ball: after as many clicks

@@ -1,10 +1,10 @@
 //! The engine and the other methods against results computed independently, in quadruple precision
-//! (`tests/data/reference.json`) and in 35 digits and more: damped or pressed linear contacts by matrix exponentials
-//! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.py`); and
+//! (`tests/data/reference.json`) and in 40 digits: damped or pressed linear contacts by matrix exponentials
+//! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.json`); and
 //! balls on arcs in quadruple precision (`tests/data/arcs.cpp`).
 
 use newtons_cradle::engine::{Engine, Results, Simulation};
-use newtons_cradle::model::{DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
+use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
 use serde_json::Value;
 
 fn reference() -> Value {
@@ -18,6 +18,20 @@ fn number(value: &Value) -> f64 {
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(number).collect()
+}
+
+/// Gives contacts the law of a case.
+fn damp(p: &mut Parameters, case: &Value) {
+    let coefficient = number(&case["coefficient"]);
+    match case["law"].as_str().unwrap() {
+        "none" => {}
+        "kelvinVoigt" => p.damping = coefficient,
+        "kelvinVoigtNoPull" => (p.damping_law, p.damping) = (DampingLaw::KelvinVoigtNoPull, coefficient),
+        "huntCrossley" => (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, coefficient),
+        "viscoelastic" => (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, coefficient),
+        "rigid" => (p.contact_model, p.restitution, p.stiffness) = (ContactModel::Rigid, coefficient, 1.0),
+        law => panic!("{law}"),
+    }
 }
 
 /// A chain in the reference's units: m = k = 1, strikers at velocity 1, all contacts exactly in touch, no gravity.
@@ -43,11 +57,11 @@ fn chain(case: &Value) -> Parameters {
     p
 }
 
-/// Velocities and the time of the last release after everything has come apart.
-fn run_chain(p: &Parameters) -> (Vec<f64>, f64, Simulation) {
+/// Velocities and the time of the last release after everything has come apart, soon after the `duration`.
+fn run_chain(case: &Value, p: &Parameters) -> (Vec<f64>, f64, Simulation) {
     let n = p.balls();
     let mut engine = Simulation::new(p, &Inputs::zero(n), 0.0).unwrap();
-    engine.advance(1000.0, &mut Vec::new()).unwrap();
+    engine.advance(number(&case["duration"]) + 1.0, &mut Vec::new()).unwrap();
     let velocities = (0..n).map(|i| engine.v(i)).collect();
     let last = (0..n - 1).map(|i| engine.last_release(i)).fold(0.0, f64::max);
     (velocities, last, engine)
@@ -63,7 +77,7 @@ fn assert_close(what: &str, got: &[f64], expected: &[f64], tolerance: f64) {
 fn free_chains() {
     for case in reference()["free_chain"].as_array().unwrap() {
         let id = case["id"].as_str().unwrap();
-        let (velocities, last, engine) = run_chain(&chain(case));
+        let (velocities, last, engine) = run_chain(case, &chain(case));
         let impulses: Vec<f64> = (0..velocities.len() - 1).map(|i| engine.impulse(i)).collect();
         assert_close(id, &velocities, &numbers(&case["v_final"]), 1e-11);
         assert_close(id, &[last], &[number(&case["duration"])], 1e-10);
@@ -77,7 +91,7 @@ fn damped_chains() {
     for case in reference()["damped_chain"].as_array().unwrap() {
         let id = format!("{} N={} p={}", case["model"], case["N"], case["p"]);
         let p = chain(case);
-        let (velocities, last, engine) = run_chain(&p);
+        let (velocities, last, engine) = run_chain(case, &p);
         assert_close(&id, &velocities, &numbers(&case["v_final"]), 1e-11);
         assert_close(&id, &[last], &[number(&case["duration"])], 1e-10);
         assert!(engine.energy_residual().abs() < 1e-13, "{id}: {:e}", engine.energy_residual());
@@ -91,23 +105,13 @@ fn damped_chains() {
 fn unequal_free_chains() {
     let cases: Value = serde_json::from_str(include_str!("../data/free_chains.json")).unwrap();
     for case in cases.as_array().unwrap() {
-        let masses = numbers(&case["masses"]);
-        let mut p = Parameters::default_for(masses.len());
-        (p.gravity, p.stiffness, p.overlap_ref, p.dead_band) = (0.0, 1.0, 1.0, 0.0);
-        (p.exponent, p.mass_ratio, p.gap) = (number(&case["p"]), masses, numbers(&case["gaps"]));
-        (p.x_start, p.v_start) = (vec![0.0; p.balls()], numbers(&case["v"]));
-        let coefficient = number(&case["coefficient"]);
-        match case["law"].as_str().unwrap() {
-            "none" => p.damping = 0.0,
-            "huntCrossley" => (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, coefficient),
-            "viscoelastic" => (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, coefficient),
-            law => panic!("{law}"),
-        }
+        let mut p = Parameters { gap: numbers(&case["gaps"]), v_start: numbers(&case["v"]), ..chain(case) };
+        damp(&mut p, case);
         let expected = (numbers(&case["v_final"]), [number(&case["duration"])]);
         for (method, tolerance, within) in
             [(SolverMethod::EventDriven, 1e-12, 1e-14), (SolverMethod::Adams, 1e-13, 1e-11)]
         {
-            let (velocities, last, run) = run_chain(&Parameters { method, tolerance, ..p.clone() });
+            let (velocities, last, run) = run_chain(case, &Parameters { method, tolerance, ..p.clone() });
             let id = format!("{method:?}, {case}");
             assert_close(&id, &velocities, &expected.0, within);
             assert_close(&id, &[last], &expected.1, 100.0 * within);
@@ -188,27 +192,18 @@ fn arcs() -> Value {
 fn cradles_on_arcs() {
     for case in arcs()["cradles"].as_array().unwrap() {
         let mut p = on_arcs(numbers(&case["start"]));
-        let (n, amplitude, coefficient) = (p.balls(), -p.x_start[0], number(&case["coefficient"]));
-        (p.exponent, p.stiffness, p.overlap_ref) = (number(&case["p"]), number(&case["k"]), 1.0);
-        (p.dead_band, p.drag) = (number(&case["dead_band"]), number(&case["drag"]));
+        let (n, amplitude) = (p.balls(), -p.x_start[0]);
+        (p.exponent, p.overlap_ref, p.dead_band) = (number(&case["p"]), 1.0, number(&case["dead_band"]));
+        (p.stiffness, p.drag) = (number(&case["k"]), number(&case["drag"]));
         // With the default of 1e-12, a wave with damping in balls that touch is no more exact than that.
         p.tolerance = 1e-13;
-        for (ratios, key) in [(&mut p.length_ratio, "lengths"), (&mut p.mass_ratio, "masses")] {
-            let given = numbers(&case[key]);
-            if !given.is_empty() {
-                *ratios = given[..n].to_vec();
-            }
+        for (values, key) in [(&mut p.length_ratio, "lengths"), (&mut p.mass_ratio, "masses"), (&mut p.gap, "gaps")] {
+            values.iter_mut().zip(numbers(&case[key])).for_each(|(value, given)| *value = given);
         }
-        match case["law"].as_str().unwrap() {
-            "none" => p.damping = 0.0,
-            "kelvinVoigt" => p.damping = coefficient,
-            "kelvinVoigtNoPull" => (p.damping_law, p.damping) = (DampingLaw::KelvinVoigtNoPull, coefficient),
-            "huntCrossley" => (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, coefficient),
-            "viscoelastic" => (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, coefficient),
-            law => panic!("{law}"),
-        }
+        damp(&mut p, case);
         let inputs = Inputs { support_acceleration: number(&case["a_support"]), ..Inputs::zero(n) };
         let mut run = Engine::new(&p, &inputs, 0.0).unwrap();
+        let energy = run.total_energy();
         for (state, most) in case["states"].as_array().unwrap().iter().zip([1e-14, 1e-13]) {
             run.advance(number(&state["time"]), &mut Vec::new()).unwrap();
             let within = most * amplitude * number(&state["sensitivity"]);
@@ -219,7 +214,9 @@ fn cradles_on_arcs() {
                 let values: Vec<f64> = (0..n).map(|i| value(&run, i)).collect();
                 assert_close(&id, &values, &numbers(&state[key]), within);
             }
+            assert!(run.energy_residual().abs() <= 1e-13 * energy, "{id}: {:e}", run.energy_residual());
         }
+        assert!((0..n - 1).map(|j| run.pulses(j)).sum::<u64>() > 8, "{case}");
     }
 }
 
@@ -247,7 +244,7 @@ fn periods_on_arcs() {
 
 /// The largest errors of velocities, impulses and energy of a chain, and that of its duration.
 fn errors_of_chain(case: &Value, p: &Parameters) -> (f64, f64) {
-    let (velocities, last, run) = run_chain(p);
+    let (velocities, last, run) = run_chain(case, p);
     let off = |got: Vec<f64>, expected: &Value| match expected.is_array() {
         true => got.iter().zip(numbers(expected)).map(|(g, e)| (g - e).abs()).fold(0.0, f64::max),
         false => 0.0,
