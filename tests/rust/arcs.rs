@@ -4,6 +4,8 @@ use cradle_host::{Host, fmi2Error, fmi2OK};
 use newtons_cradle::engine::{Engine, EngineError, Fault, Results, Simulation, Unrecorded};
 use newtons_cradle::model::{ContactModel, Inputs, Parameters, PendulumModel, SolverMethod};
 
+use crate::runs::{assert_energy, run};
+
 /// So many of five balls lifted by an angle (degrees).
 fn lifted(balls: usize, count: usize, degrees: f64) -> Parameters {
     let mut p = Parameters { pendulum: PendulumModel::Circular, ..Parameters::default_for(balls) };
@@ -11,35 +13,13 @@ fn lifted(balls: usize, count: usize, degrees: f64) -> Parameters {
     p
 }
 
-fn run(p: &Parameters, time: f64) -> Engine {
-    let mut engine = Engine::new(p, &Inputs::zero(p.balls()), 0.0).unwrap();
-    engine.advance(time, &mut Unrecorded).unwrap();
-    engine
-}
-
-/// `2 pi / (omega M(1, cos(angle / 2)))`, with the arithmetic-geometric mean M (Gauss).
-fn period(p: &Parameters, angle: f64) -> f64 {
+/// Of a pendulum on an arc: `2 pi / (omega M(1, cos(angle / 2)))`, with the arithmetic-geometric mean M (Gauss).
+pub fn period(p: &Parameters, angle: f64) -> f64 {
     let (mut a, mut b) = (1.0, (0.5 * angle).cos());
     while f64::abs(a - b) > 1e-15 {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
     }
     2.0 * std::f64::consts::PI / ((p.gravity / p.length).sqrt() * a)
-}
-
-#[test]
-fn the_period_is_that_of_the_pendulum() {
-    for degrees in [1.0, 30.0, 80.0, 89.9] {
-        let p = lifted(1, 1, degrees);
-        // That of the rounded start.
-        let angle = run(&p, 1e-300).angle(0);
-        for swings in [0.25, 10.25, 100.25] {
-            let time = swings * period(&p, angle);
-            let engine = run(&p, time);
-            let late = engine.x(0) / engine.v(0);
-            assert!(late.abs() < 1e-15 * time, "{degrees} degrees: late by {late:e} after {swings} swings");
-            assert!(engine.energy_residual().abs() < 2e-14 * engine.total_energy());
-        }
-    }
 }
 
 #[test]
@@ -74,8 +54,7 @@ fn long_runs_keep_their_energy() {
     {
         let p = Parameters { contact_model, dead_band: 1e-3, ..lifted(5, count, degrees) };
         let engine = run(&p, 600.0);
-        let residual = engine.energy_residual() / engine.total_energy();
-        assert!(residual.abs() < allowed, "{contact_model:?}, {count} lifted by {degrees} degrees: {residual:e}");
+        assert_energy(&engine, allowed, &format!("{contact_model:?}, {count} lifted by {degrees} degrees"));
         assert!((0..4).all(|i| engine.pulses(i) > 300));
     }
 }
@@ -180,28 +159,6 @@ fn rigid(balls: usize, count: usize, degrees: f64, restitution: f64) -> Paramete
     Parameters { contact_model, restitution, dead_band: 0.0, ..lifted(balls, count, degrees) }
 }
 
-/// As many leave on one side as were lifted on the other, and those that fly side by side never touch.
-#[test]
-fn rigid_balls_pass_their_speeds_on() {
-    for (n, count) in [(2, 1), (5, 1), (5, 2), (5, 4), (13, 3)] {
-        let p = rigid(n, count, 60.0, 1.0);
-        let (mut engine, mut pulses) = (run(&p, 1e-300), Vec::new());
-        let (amplitude, half) = (-p.x_start[0], 0.5 * period(&p, engine.angle(0)));
-        for click in 1..=100 {
-            engine.advance(f64::from(click) * half, &mut pulses).unwrap();
-            for i in 0..n {
-                let away = if click % 2 == 1 { i >= n - count } else { i < count };
-                let expected =
-                    if !away { 0.0 } else { amplitude.copysign(if i < count && click % 2 == 0 { -1.0 } else { 1.0 }) };
-                assert!((engine.x(i) - expected).abs() < 1e-12, "{n} {count} {click} {i}: {}", engine.x(i));
-            }
-            assert_eq!(pulses.len(), click as usize * count * (n - count));
-        }
-        assert!(pulses.iter().all(|pulse| pulse.release == pulse.onset && pulse.peak == 0.0));
-        assert!(engine.energy_residual().abs() < 1e-13 * engine.total_energy(), "{:e}", engine.energy_residual());
-    }
-}
-
 /// Unequal balls, which meet off the level; impacts are the limit of ever stiffer contacts.
 #[test]
 fn rigid_impacts_are_the_limit_of_stiff_ones() {
@@ -272,7 +229,7 @@ fn pressed_rigid_balls_swing_as_one() {
         let (of_body, of_single) = (body.time_derivative(2), single.time_derivative(2));
         close(of_body.support_force, of_single.support_force);
         close(of_body.energy, of_single.energy);
-        assert!(body.energy_residual().abs() < 1e-13 * body.total_energy());
+        assert_energy(&body, 1e-13, "pressed");
     }
     assert_eq!(body.pulses(1), 1);
     inputs.force = vec![-1.0, 0.0, 0.0];

@@ -20,6 +20,7 @@ mod reference;
 mod rigid;
 mod run_derivatives;
 mod running;
+mod runs;
 mod stiff;
 mod viscoelastic;
 mod waves;

@@ -4,6 +4,8 @@
 use newtons_cradle::engine::{Engine, Results, WorkCounters};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
 
+use crate::runs::{assert_energy, run, run_under, started};
+
 /// Damping at which two balls of 1 kg on a linear contact of the default stiffness just do not oscillate, N.s/m.
 fn critical() -> f64 {
     2.0 * (1e10f64 / 2.0).sqrt()
@@ -17,12 +19,6 @@ fn pressed(press: f64) -> (Parameters, Inputs) {
     let mut inputs = Inputs::zero(5);
     (inputs.force[0], inputs.force[4]) = (press, -press);
     (parameters, inputs)
-}
-
-fn advanced(parameters: &Parameters, inputs: &Inputs, time: f64) -> Engine {
-    let mut engine = Engine::new(parameters, inputs, 0.0).unwrap();
-    engine.advance(time, &mut Vec::new()).unwrap();
-    engine
 }
 
 /// A run under inputs with these derivatives at its start, by explicit steps only: inputs that are set anew time and
@@ -111,7 +107,7 @@ fn implicit_steps_give_the_results_of_explicit_ones() {
 #[test]
 fn pressed_chains_swing_as_one() {
     for (name, parameters, inputs) in chains().into_iter().filter(|(name, ..)| *name != "unequal pendulums") {
-        let engine = advanced(&parameters, &inputs, 100.0);
+        let engine = run_under(&parameters, &inputs, 100.0);
         let swing = -0.02 * libm::cos((9.81f64 / 1.962).sqrt() * 100.0);
         for i in 0..5 {
             // But for the dead bands, which the forces close.
@@ -125,18 +121,17 @@ fn pressed_chains_swing_as_one() {
             let off = engine.force(i) / force - 1.0;
             assert!(off.abs() < 1e-11, "{name}, contact {}: {off:e}", i + 1);
         }
-        let scale = engine.dissipated_energy() + engine.total_energy();
-        assert!(engine.energy_residual().abs() < 1e-12 * scale, "{name}: {:e}", engine.energy_residual());
+        assert_energy(&engine, 1e-12, name);
         assert!(engine.work().steps < 5000, "{name}: {} steps", engine.work().steps);
     }
 }
 
 #[test]
 fn strong_damping_costs_little() {
-    let run = |balls: usize, damping: f64, law: DampingLaw, dead_band: f64| -> WorkCounters {
+    let work = |balls: usize, damping: f64, law: DampingLaw, dead_band: f64| -> WorkCounters {
         let mut parameters = Parameters::default_for(balls);
         (parameters.damping, parameters.damping_law, parameters.dead_band) = (damping * critical(), law, dead_band);
-        advanced(&parameters, &Inputs::zero(balls), 10.0).work()
+        run(&parameters, 10.0).work()
     };
     // Contacts that cannot pull let the balls part again and again.
     for (balls, law, often) in [
@@ -146,9 +141,9 @@ fn strong_damping_costs_little() {
         (13, DampingLaw::KelvinVoigtNoPull, 40),
     ] {
         for dead_band in [0.0, 2.6e-6] {
-            let undamped = run(balls, 0.0, law, dead_band);
+            let undamped = work(balls, 0.0, law, dead_band);
             for factor in [1.0, 10.0, 100.0, 1000.0, 1e4, 1e6, 1e9] {
-                let damped = run(balls, factor, law, dead_band);
+                let damped = work(balls, factor, law, dead_band);
                 // Of a series each contact is counted, of an impact of two and of natural modes one evaluation.
                 let cheap =
                     damped.evaluations <= 2 * often * undamped.evaluations && damped.steps <= often * undamped.steps;
@@ -163,7 +158,7 @@ fn damping_beyond_measure_makes_the_balls_swing_as_one() {
     for damping in [1e14, 1e16, 1e18, 1e20, 1e25] {
         for law in [DampingLaw::KelvinVoigt, DampingLaw::KelvinVoigtNoPull] {
             let parameters = Parameters { damping, damping_law: law, ..Parameters::default_for(5) };
-            let engine = advanced(&parameters, &Inputs::zero(5), 3.0);
+            let engine = run(&parameters, 3.0);
             // All momentum is kept; the balls are apart by no more than the dead bands that they have closed.
             let together = -0.04 * libm::cos(3.0 * (9.81 / 1.962_f64).sqrt());
             let apart = (0..5).map(|i| (engine.x(i) - together).abs()).fold(0.0, f64::max);
@@ -180,7 +175,7 @@ fn balls_at_rest_against_each_other_cause_no_events() {
         for factor in [3.0, 10.0, 100.0, 1000.0] {
             let mut parameters = Parameters::default_for(5);
             (parameters.damping, parameters.damping_law, parameters.dead_band) = (factor * critical(), law, 0.0);
-            let engine = advanced(&parameters, &Inputs::zero(5), 100.0);
+            let engine = run(&parameters, 100.0);
             assert!(engine.work().events < 500, "{law:?}, {factor} times critical: {:?}", engine.work());
         }
     }
@@ -192,7 +187,7 @@ fn a_settled_cradle_costs_no_more_than_a_swinging_one() {
     let mut parameters = Parameters::default_for(5);
     parameters.x_start[1] = -0.1;
     (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 0.352_970_509);
-    let mut engine = Engine::new(&parameters, &Inputs::zero(5), 0.0).unwrap();
+    let mut engine = started(&parameters);
     let work = [100.0, 500.0, 600.0].map(|time| {
         engine.advance(time, &mut Vec::new()).unwrap();
         engine.work()
@@ -224,7 +219,7 @@ fn what_hardly_moves_costs_little() {
         [("together", together), ("settled", settled), ("creeping", creeping), ("unequal", unequal)]
     {
         parameters.damping_law = DampingLaw::KelvinVoigtNoPull;
-        let engine = advanced(&parameters, &Inputs::zero(parameters.balls()), 20.0);
+        let engine = run(&parameters, 20.0);
         let work = engine.work();
         assert!(work.steps < 5000 && work.events < 500, "{name}: {work:?}");
         let residual = engine.energy_residual();
@@ -247,7 +242,7 @@ fn energy_of_fast_damping_on_slow_springs() {
     (relaxing.damping_law, relaxing.relaxation_time) = (DampingLaw::Viscoelastic, 1e3);
     let all = [("Hunt-Crossley", lossy), ("steep", steep), ("unequal", unequal), ("viscoelastic", relaxing)];
     for (name, parameters) in all {
-        let engine = advanced(&parameters, &Inputs::zero(parameters.balls()), 5.0);
+        let engine = run(&parameters, 5.0);
         let residual = engine.energy_residual();
         assert!(residual.abs() < 1e-14, "{name}: energy off by {residual:e} J, {:?}", engine.work());
     }
@@ -267,7 +262,7 @@ fn balls_that_rattle() {
             if unequal {
                 (parameters.mass_ratio[3], parameters.length_ratio[5]) = (2.0, 0.9);
             }
-            let engine = advanced(&parameters, &inputs, time);
+            let engine = run_under(&parameters, &inputs, time);
             let work = engine.work();
             assert!((work.steps as f64) < most * work.events as f64, "p = {exponent}, {unequal}: {work:?}");
             let residual = engine.energy_residual() / engine.external_work();
@@ -284,7 +279,7 @@ fn deep_overlaps_at_the_start_of_lossy_contacts() {
     (parameters.exponent, parameters.stiffness) = (2.5, 1e6);
     (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 0.9883612259175566);
     parameters.x_start = vec![-0.1415917421525615, -0.1, -0.1, -0.11378582961873326, 0.0, 0.07];
-    let engine = advanced(&parameters, &Inputs::zero(6), 0.71);
+    let engine = run(&parameters, 0.71);
     let residual = engine.energy_residual() / engine.dissipated_energy();
     let work = engine.work();
     assert!(residual.abs() < 1e-12 && work.events < 3000, "{residual:e} {work:?}");
@@ -295,7 +290,7 @@ fn deep_overlaps_at_the_start_of_lossy_contacts() {
 fn a_wave_through_many_balls_is_not_hopeless() {
     let mut parameters = cradle(5000, 0, 1.0, 1e12, 0.0);
     (parameters.gravity, parameters.v_start[0]) = (0.0, 1.0);
-    let engine = advanced(&parameters, &Inputs::zero(5000), 1000.0);
+    let engine = run(&parameters, 1000.0);
     assert!(engine.pulses(4998) > 0 && engine.work().events < 100_000, "{:?}", engine.work());
 }
 
@@ -303,7 +298,7 @@ fn a_wave_through_many_balls_is_not_hopeless() {
 fn a_hopeless_step_ends_in_an_error() {
     let mut parameters = Parameters::default_for(2);
     parameters.gravity = 1e308;
-    let mut engine = Engine::new(&parameters, &Inputs::zero(2), 0.0).unwrap();
+    let mut engine = started(&parameters);
     let error = engine.advance(1.0, &mut Vec::new()).unwrap_err();
     assert!(error.to_string().contains("too busy to reach the end of the step"), "{error}");
 }
@@ -317,7 +312,7 @@ fn drag_beyond_all_measure_costs_little() {
     let short = Parameters { drag: 1e12, length_ratio, x_start, ..Parameters::default_for(2) };
     for (parameters, time) in [(free, 1e-5), (short, 1e4)] {
         let (inputs, mut rate) = (Inputs::zero(parameters.balls()), Inputs::zero(parameters.balls()));
-        let mut engine = advanced(&parameters, &inputs, 1e-5);
+        let mut engine = run_under(&parameters, &inputs, 1e-5);
         rate.force[0] = 1e-3 / time;
         engine.hold(&inputs, &[rate]).unwrap();
         engine.advance_within(2.0 * time, 1_000_000, &mut Vec::new()).unwrap();
@@ -353,7 +348,7 @@ fn strong_dashpots_between_balls_that_hardly_touch() {
             parameters
         });
         for parameters in meeting.iter().chain(&together) {
-            let residual = advanced(parameters, &Inputs::zero(9), 0.05).energy_residual();
+            let residual = run(parameters, 0.05).energy_residual();
             assert!(residual.abs() < 1e-13, "{residual:e} J with {parameters:?}");
         }
     }
@@ -378,7 +373,7 @@ fn a_ball_swings_against_balls_in_equilibrium() {
         (parameters.gravity, parameters.length, parameters.overlap_ref) = (20.0, 0.2, 1e-3);
         parameters.gap = vec![-press, press];
         (parameters.x_start, parameters.v_start) = (vec![-low, low + off, 0.05], vec![0.0; 3]);
-        let cradle = advanced(&parameters, &Inputs::zero(3), 0.6);
+        let cradle = run(&parameters, 0.6);
         let residual = cradle.energy_residual() / cradle.total_energy();
         assert!(residual.abs() < 2e-14, "{off}: {residual}");
     }

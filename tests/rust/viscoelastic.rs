@@ -1,8 +1,10 @@
 //! Impacts of two viscoelastic balls against what is known of them in closed form.
 
 use nalgebra::{SMatrix, SVector};
-use newtons_cradle::engine::{Engine, Results, Simulation};
+use newtons_cradle::engine::{Results, Simulation};
 use newtons_cradle::model::{ContactModel, Cradle, DampingLaw, Inputs, Parameters, SolverMethod};
+
+use crate::runs::{assert_energy, run};
 
 /// Reduced mass of two balls of 1 kg, kg.
 const MU: f64 = 0.5;
@@ -17,9 +19,8 @@ fn pair(model: ContactModel, relaxation_time: f64, v: f64) -> Parameters {
 
 /// The coefficient of restitution, and the energy error over `mu v^2`.
 fn outcome(p: &Parameters) -> [f64; 2] {
-    let mut engine = Engine::new(p, &Inputs::zero(2), 0.0).unwrap();
     let v = p.v_start[0];
-    engine.advance(100.0 / v, &mut Vec::new()).unwrap();
+    let engine = run(p, 100.0 / v);
     assert_eq!((engine.pulses(0), engine.in_contact(0)), (1, false), "{p:?}");
     [(engine.v(1) - engine.v(0)) / v, engine.energy_residual() / (MU * v * v)]
 }
@@ -118,10 +119,7 @@ fn overdamped_cradles_go_on() {
         let mut p = Parameters { damping_law: law, exponent, stiffness, dead_band: 1e-6, ..Parameters::default_for(5) };
         (p.relaxation_time, p.hunt_crossley) = (coefficient, coefficient);
         p.x_start = vec![-0.01, 0.0, 0.0, 0.0, 0.0];
-        let mut engine = Engine::new(&p, &Inputs::zero(5), 0.0).unwrap();
-        let start = engine.total_energy();
-        engine.advance(2.0, &mut Vec::new()).unwrap();
-        assert!(engine.energy_residual().abs() < 1e-12 * start, "{p:?}: {:e}", engine.energy_residual());
+        assert_energy(&run(&p, 2.0), 1e-12, &format!("{p:?}"));
     }
 }
 

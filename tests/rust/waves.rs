@@ -3,6 +3,8 @@
 use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
 
+use crate::runs::{assert_energy, run};
+
 /// The next contact of a wave overlaps by less than rounding, and its balls move by less than that: nothing tells when
 /// it closes.
 #[test]
@@ -11,10 +13,8 @@ fn balls_at_rest_but_for_rounding_do_not_stall_a_wave() {
     let mut parameters = Parameters { exponent, stiffness, mass, dead_band: 0.0, ..Parameters::default_for(9) };
     parameters.x_start.fill(0.0);
     parameters.v_start[0] = 0.59288;
-    let mut engine = Engine::new(&parameters, &Inputs::zero(9), 0.0).unwrap();
-    let energy = engine.total_energy();
-    engine.advance(1.73e-4, &mut Vec::new()).unwrap();
-    assert!(engine.energy_residual().abs() < 2e-14 * energy, "{:e}", engine.energy_residual() / energy);
+    let engine = run(&parameters, 1.73e-4);
+    assert_energy(&engine, 2e-14, "a wave");
     assert!(engine.work().steps < 150, "{:?}", engine.work());
 }
 
@@ -32,9 +32,7 @@ fn complete_under(parameters: &Parameters, forces: Vec<Vec<f64>>, time: f64, all
     let mut engine = Engine::new(parameters, &inputs[0], 0.0).unwrap();
     engine.hold(&inputs[0], &inputs[1..]).unwrap();
     engine.advance(time, &mut Vec::new()).unwrap();
-    let scale = engine.total_energy() + engine.external_work().abs() + engine.dissipated_energy();
-    let residual = engine.energy_residual().abs();
-    assert!(residual <= allowed * scale, "{residual:e} of {scale:e} J with {parameters:?}");
+    assert_energy(&engine, allowed, &format!("{parameters:?}"));
     engine
 }
 
@@ -125,8 +123,7 @@ fn forces_vary_while_contacts_have_stopped_to_press() {
             let held = if point % 4 == 0 { zero.clone() } else { derivative(0) };
             engine.hold(&held, &[derivative(1), derivative(2), derivative(3)]).unwrap();
             engine.advance(span * (point - start + 1) as f64, &mut Vec::new()).unwrap();
-            let scale = engine.total_energy() + engine.external_work().abs() + engine.dissipated_energy();
-            assert!(engine.energy_residual().abs() < 1e-13 * scale, "{point}: {:e}", engine.energy_residual());
+            assert_energy(&engine, 1e-13, &point.to_string());
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Chains of equal free balls that touch, struck at one end: laws of their outcome, for any exponent.
 
-use newtons_cradle::engine::{Engine, Results};
-use newtons_cradle::model::{Inputs, Parameters};
+use newtons_cradle::engine::Results;
+use newtons_cradle::model::Parameters;
 use proptest::prelude::*;
 
 use super::config;
 use super::cradles::{decades, distance, exponents};
+use crate::runs::{run, state};
 
 /// `n` balls of 1 kg in touch, the first `strikers` of them at 1 m/s; F = overlap^p in SI units.
 fn chain(n: usize, strikers: usize, exponent: f64) -> Parameters {
@@ -25,10 +26,9 @@ struct Outcome {
 
 fn outcome(p: &Parameters, time: f64) -> Outcome {
     let n = p.balls();
-    let mut engine = Engine::new(p, &Inputs::zero(n), 0.0).unwrap();
-    engine.advance(time, &mut Vec::new()).unwrap();
+    let engine = run(p, time);
     Outcome {
-        velocities: (0..n).map(|i| engine.v(i)).collect(),
+        velocities: state(&engine, n).1,
         impulses: (0..n - 1).map(|i| engine.impulse(i)).collect(),
         last_release: (0..n - 1).map(|i| engine.last_release(i)).fold(0.0, f64::max),
     }

@@ -5,7 +5,8 @@ use newtons_cradle::model::{ContactModel, Inputs, PendulumModel};
 use proptest::prelude::*;
 
 use super::config;
-use super::cradles::{ANY, ARCS, Case, Family, cradles, ended_early, rigid, state};
+use super::cradles::{ANY, ARCS, Case, Family, cradles, ended_early, rigid};
+use crate::runs::{energy, state};
 
 /// Communication points in a run of a property.
 const POINTS: usize = 20;
@@ -13,7 +14,7 @@ const POINTS: usize = 20;
 /// The largest energies in a run so far, J, as the scale of errors.
 pub fn energy_scale(engine: &Engine, n: usize) -> f64 {
     let contacts: f64 = (0..n - 1).map(|i| engine.contact_energy(i)).sum();
-    engine.total_energy() + engine.dissipated_energy() + engine.external_work().abs() + contacts
+    energy(engine) + contacts
 }
 
 /// Runs a case in `POINTS` steps, with `check(engine, scale of the energy)` at the end of each.

@@ -1,9 +1,11 @@
 //! Random cradles, and the runs of the properties.
 
-use newtons_cradle::engine::{Engine, EngineError, Pulse, Results};
+use newtons_cradle::engine::{Engine, EngineError, Pulse};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel};
 use proptest::collection::vec;
 use proptest::prelude::*;
+
+use crate::runs::state;
 
 /// The most balls of a random cradle.
 const MOST: usize = 6;
@@ -236,11 +238,6 @@ impl Case {
     pub fn mass(&self) -> f64 {
         self.p.mass_ratio.iter().sum::<f64>() * self.p.mass
     }
-}
-
-/// Positions and velocities of the balls of an engine.
-pub fn state(engine: &Engine, n: usize) -> (Vec<f64>, Vec<f64>) {
-    ((0..n).map(|i| engine.x(i)).collect(), (0..n).map(|i| engine.v(i)).collect())
 }
 
 /// Largest difference of two vectors.

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::config;
 use super::cradles::{ANY, Case, Family, cradles, distance, ended_early};
+use crate::runs::{energy, state};
 
 /// Errors grow with every click; after this many a comparison is still meaningful.
 const CLICKS: usize = 10;
@@ -30,7 +31,7 @@ pub fn agrees_with_adams(mut case: Case) -> Result<(), TestCaseError> {
         let (mut x, mut v, mut most, before) = (Vec::new(), Vec::new(), [0.0; 2], run.total_energy());
         for point in 1..=POINTS {
             run.advance(case.time * point as f64 / POINTS as f64, &mut Vec::new()).map_err(ended_early)?;
-            (x, v) = (0..n).map(|i| (run.x(i), run.v(i))).unzip();
+            (x, v) = state(&*run, n);
             most = [largest(&x).max(most[0]), largest(&v).max(most[1])];
         }
         for (truth, own, most, spread, part) in
@@ -39,8 +40,7 @@ pub fn agrees_with_adams(mut case: Case) -> Result<(), TestCaseError> {
             let (off, allowed) = (distance(own, &truth), part * (most + spread / f64::EPSILON));
             prop_assert!(off <= allowed, "{own:?}, not {truth:?}: {method:?} off by {off:e}, {allowed:e} allowed");
         }
-        let scale = before.max(run.total_energy()) + run.dissipated_energy() + run.external_work().abs();
-        let residual = run.energy_residual().abs() / scale;
+        let residual = run.energy_residual().abs() / energy(&*run).max(before);
         prop_assert!(residual <= 1e5 * tolerance, "{method:?}: energy off by {residual:e}");
     }
     Ok(())

@@ -1,11 +1,12 @@
 //! No onset is missed or invented: grazing contacts, contacts that are closed or about to close at the start.
 
-use newtons_cradle::engine::{Engine, NEVER, Next, Results};
+use newtons_cradle::engine::{NEVER, Next, Results};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::prelude::*;
 
 use super::config;
 use super::cradles::{ANY, Case, Family, cradles, decades, ended_early, exponents};
+use crate::runs::{assert_energy, energy, run_under, started};
 
 /// Position of ball `i` at `t` as long as it touches nothing: undamped, under constant inputs.
 fn flight(case: &Case, i: usize, t: f64) -> f64 {
@@ -70,7 +71,7 @@ proptest! {
         p.x_start = vec![-amplitude, 0.0];
         let reach = amplitude * if touches { 1.0 - depth } else { 1.0 + depth };
         p.dead_band = reach;
-        let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+        let mut engine = started(&p);
         let omega = (p.gravity / p.length).sqrt();
         let onset = libm::acos(-reach / amplitude) / omega;
         let foretold = engine.next_onset();
@@ -114,7 +115,7 @@ proptest! {
             prop_assert_eq!((engine.pulses(i), engine.last_onset(i)), (1, 0.0), "contact {}", i);
         }
         engine.advance(case.time, &mut Vec::new()).map_err(ended_early)?;
-        let scale = start + engine.total_energy() + engine.dissipated_energy() + engine.external_work().abs();
+        let scale = start + energy(&engine);
         prop_assert!(engine.energy_residual().abs() <= 1e-12 * scale, "{:e}", engine.energy_residual() / scale);
     }
 }
@@ -128,8 +129,7 @@ fn what_rounding_parts_does_not_stall() {
     (p.stiffness, p.exponent, p.dead_band) = (1e5, 1.5, 0.0);
     p.x_start = vec![1.865174681370263e-17, 1.865174681370263e-17, -1.865174681370263e-17, 0.0019207991338309033];
     let inputs = Inputs { support_acceleration: -0.4507034507614346, ..Inputs::zero(4) };
-    let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
-    engine.advance(2.0, &mut Vec::new()).unwrap();
-    let scale = engine.total_energy() + engine.external_work().abs();
-    assert!(engine.pulses(2) > 2 && engine.energy_residual().abs() < 1e-13 * scale);
+    let engine = run_under(&p, &inputs, 2.0);
+    assert_energy(&engine, 1e-13, "four balls");
+    assert!(engine.pulses(2) > 2);
 }

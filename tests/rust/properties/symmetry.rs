@@ -4,7 +4,8 @@ use newtons_cradle::engine::{Engine, Results};
 use proptest::prelude::*;
 
 use super::config;
-use super::cradles::{ANY, Case, cradles, distance, ended_early, rigid, state};
+use super::cradles::{ANY, Case, cradles, distance, ended_early, rigid};
+use crate::runs::state;
 
 /// The same cradle seen from behind.
 fn mirrored(case: &Case) -> Case {

@@ -10,6 +10,7 @@ use super::config;
 use super::conservation::energy_scale;
 use super::cradles::{Case, decades, ended_early, laws, lose};
 use super::methods::agrees_with_adams;
+use crate::runs::{assert_energy, run_under, started};
 
 /// The most balls of a cradle, and how many most of them have.
 const MOST: usize = 40;
@@ -239,8 +240,7 @@ fn what_drag_takes_from_balls_side_by_side() {
     p.x_start = Row::Multiples(0).positions(4, gap);
     p.v_start = vec![1e-17; 4];
     let inputs = Inputs { support_acceleration: acceleration, ..Inputs::zero(4) };
-    let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
-    engine.advance(time, &mut Vec::new()).unwrap();
+    let engine = run_under(&p, &inputs, time);
     // `drag v^2`, with `v = (1 - exp(-rate t)) a / rate` by its series.
     let rate = drag / p.mass;
     let expected = 4.0 * drag * acceleration.powi(2) * time.powi(3) / 3.0
@@ -257,12 +257,10 @@ fn lossy_balls_that_touch_at_the_start_keep_their_energy() {
         (p.stiffness, p.x_start) = (1876871.5348316086, vec![0.0; n]);
         p.x_start[1..4].copy_from_slice(&[1e-22, 1e-12, 1e-22]);
         p.v_start[2..4].copy_from_slice(&[1e-9, -1.6527422435455263]);
-        let mut engine = Engine::new(&p, &Inputs::zero(n), 0.0).unwrap();
-        let energy = engine.total_energy();
+        let mut engine = started(&p);
         for point in 1..=30 {
             engine.advance(1e-4 * f64::from(point), &mut Vec::new()).unwrap();
-            let off = engine.energy_residual().abs() / energy;
-            assert!(off < 1e-14, "{n} balls, p = {exponent}, at {}: {off:e}", engine.time());
+            assert_energy(&engine, 1e-14, &format!("{n} balls, p = {exponent}, at {}", engine.time()));
         }
     }
 }
