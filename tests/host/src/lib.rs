@@ -227,10 +227,7 @@ impl Host {
 
     /// The derivative of `unknown` along `known`.
     pub fn sensitivity(&self, unknown: &str, known: &str) -> f64 {
-        let (unknown, known, mut value) = (self.vr(unknown), self.vr(known), f64::NAN);
-        let status = unsafe { fmi2GetDirectionalDerivative(self.c, &unknown, 1, &known, 1, &1.0, &mut value) };
-        assert_eq!(status, fmi2OK, "{unknown}: {:?}", self.log());
-        value
+        self.along(&[self.vr(unknown)], &[self.vr(known)], &[1.0])[0]
     }
 
     /// The derivatives of unknowns along a direction in the space of knowns, all by their value references.

@@ -22,7 +22,8 @@ pub fn agrees_with_adams(mut case: Case) -> Result<(), TestCaseError> {
     prop_assume!(!pulses.is_empty());
     case.time = pulses.get(CLICKS).map_or(case.time, |pulse| pulse.release);
     let n = case.p.balls();
-    let ((own_x, own_v), spread) = (case.state()?, case.spread()?);
+    let own = case.state()?;
+    let (spread, (own_x, own_v)) = (case.spread(&own)?, own);
     for (method, tolerance, parts) in
         [(SolverMethod::Adams, 1e-12, [1e-10, 1e-9]), (SolverMethod::Bdf, 1e-10, [1e-6, 1e-6])]
     {
