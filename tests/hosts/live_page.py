@@ -2,13 +2,12 @@
 
 import json
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 from browser import visit
-from conftest import ROOT
+from conftest import ROOT, ended
 from newtons_cradle.files import presets
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
@@ -49,10 +48,7 @@ def node(script: str):
     lines.append(f"Object.assign(FILES, {json.dumps(presets())});")
     lines.append(f"const engine = await Engine.load(readFileSync({json.dumps(str(ROOT / ENGINE))}));")
     lines.append(f"console.log(JSON.stringify(await (async () => {{ {script} }})()));")
-    command = ["node", "--input-type=module"]
-    done = subprocess.run(command, cwd=ROOT / "web", input="\n".join(lines), capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(ended("node", "--input-type=module", cwd=ROOT / "web", input="\n".join(lines)).stdout)
 
 
 def open_page(browser, path: Path, link: str = "#preset=textbook") -> None:

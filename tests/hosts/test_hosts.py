@@ -4,7 +4,6 @@ The step is a power of two, so that every host, however it counts, arrives at th
 """
 
 import csv
-import json
 import shutil
 import sys
 
@@ -12,6 +11,7 @@ import fmpy
 import numpy as np
 import pytest
 from conftest import ROOT, SCRIPTS, ended, repacked
+from other_hosts import container
 
 pytestmark = pytest.mark.all
 
@@ -83,16 +83,6 @@ def test_inside_a_container(fmu, fmu_path, plain, tmp_path):
         pytest.skip("the container's binary is tried on Linux only")
     shutil.copy(fmu_path, tmp_path / "inner.fmu")
     inputs = [v.name for v in fmu.description.modelVariables if v.causality == "input"]
-    container = {
-        "name": "outer.fmu",
-        "fmu": ["inner.fmu"],
-        "step_size": STEP,
-        "input": [[name, "inner.fmu", name] for name in inputs],
-        "output": [["inner.fmu", name, name] for name in plain.dtype.names[1:]],
-        "auto_input": False,
-        "auto_output": False,
-    }
-    (tmp_path / "outer.json").write_text(json.dumps(container))
-    done = ended(SCRIPTS / "fmucontainer", "-container", "outer.json", cwd=tmp_path)
+    done = ended(*container(tmp_path, STEP, inputs, plain.dtype.names[1:]), cwd=tmp_path)
     assert "ERROR" not in done.stdout + done.stderr, done
     same(fmpy.simulate_fmu(str(tmp_path / "outer.fmu"), stop_time=STOP, output_interval=STEP), plain)

@@ -18,6 +18,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssv, validate_tree
 from fmpy.validation import validate_fmu
 from lxml import etree
+from other_hosts import command
 
 pytestmark = pytest.mark.all
 
@@ -136,13 +137,12 @@ def by_another_host(host, archive, structure, parameter_set, h, steps, names):
         opened.extractall(folder)
     if structure != "SystemStructure":  # the only one that these hosts read
         shutil.copy(folder / f"{structure}.ssd", folder / "SystemStructure.ssd")
-    script = ROOT / "tests/hosts/ssp_host.py"
-    command = [sys.executable, script, host, folder, parameter_set, str(h), str(steps), *names]
-    done = subprocess.run(command, capture_output=True, text=True)
+    request = {"step": h, "count": steps, "names": names, "parameter_set": parameter_set}
+    done = subprocess.run(command(host, folder, **request), capture_output=True, text=True)
     if done.returncode == 77:
         pytest.skip(f"{host} cannot be imported: {done.stderr.strip().splitlines()[-1]}")
     assert done.returncode == 0, done.stdout + done.stderr
-    return np.array(json.loads(done.stdout.splitlines()[-1]))
+    return np.array(json.loads(done.stdout.splitlines()[-1]))[-steps:, 1:]
 
 
 def by_fmpy(archive, parameter_set, h, steps, names):

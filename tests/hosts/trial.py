@@ -24,7 +24,7 @@ from fmi3_host import Cradle  # noqa: E402
 from newtons_cradle import Fmu, files  # noqa: E402
 from newtons_cradle.trial import CASES, judge, write_cases  # noqa: E402
 from newtons_cradle.trial.master import interpolated  # noqa: E402
-from ssp_host import load  # noqa: E402
+from other_hosts import command, container  # noqa: E402
 
 FMI_SIM = ROOT / "target/hosts/debug/fmi-sim"
 FMI_RS = ROOT / "target/hosts/debug/examples/run"
@@ -195,7 +195,11 @@ def stepping(name, folder, host):
     case = CASES[name]
     if case.trial or case.slopes or case.exchange or case.fmi == 3 or name == "derivatives":
         raise Unfit("not offered")
-    return json.loads(program([sys.executable, __file__, host, name, folder]).splitlines()[-1])
+    names = [f"cradle.{variable}" for variable in case.record]
+    request = {"step": case.step, "count": round(case.stop / case.step), "names": names}
+    request["inputs"] = {f"cradle.{variable}": list(points) for variable, points in case.inputs.items()}
+    rows = json.loads(program(command(host, folder / "cradle.fmu", **request)).splitlines()[-1])
+    return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
 
 
 def by_container(name, folder):
@@ -207,17 +211,7 @@ def by_container(name, folder):
     inside.mkdir(exist_ok=True)
     shutil.copy(folder / "cradle.fmu", inside / "inner.fmu")
     outputs = [name for name in case.record if name not in case.inputs]
-    container = {
-        "name": "outer.fmu",
-        "fmu": ["inner.fmu"],
-        "step_size": case.step,
-        "input": [[name, "inner.fmu", name] for name in case.inputs],
-        "output": [["inner.fmu", name, name] for name in outputs],
-        "auto_input": False,
-        "auto_output": False,
-    }
-    (inside / "outer.json").write_text(json.dumps(container))
-    program([Path(sys.executable).parent / "fmucontainer", "-container", "outer.json"], cwd=inside)
+    program(container(inside, case.step, case.inputs, outputs), cwd=inside)
     return by_fmpy(name, folder, inside / "outer.fmu")
 
 
@@ -263,71 +257,8 @@ def short(line) -> str:
     return line
 
 
-def in_libcosim(case, folder) -> list[list[float]]:
-    """Rows of libcosim; its observers know nothing before the first step."""
-    from libcosimpy.CosimExecution import CosimExecution
-    from libcosimpy.CosimManipulator import CosimManipulator
-    from libcosimpy.CosimObserver import CosimObserver
-    from libcosimpy.CosimSlave import CosimLocalSlave
-
-    step = round(case.step * 1e9)  # ns
-    execution = CosimExecution.from_step_size(step)
-    slave = execution.add_local_slave(CosimLocalSlave(str(folder / "cradle.fmu"), "cradle"))
-    observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()
-    execution.add_observer(observer)
-    execution.add_manipulator(manipulator)
-    references = {known.name.decode(): known.reference for known in execution.slave_variables(slave)}
-    rows = []
-    for k in range(round(case.stop / case.step)):
-        for name, points in case.inputs.items():
-            value = interpolated(points, k * step / 1e9)
-            manipulator.slave_real_values(slave, [references[name]], [value])
-        if not execution.step():
-            raise Unfit("stops: the step fails")
-        reads = [
-            observer.last_integer_values if whole(name) else observer.last_real_values for name in case.record
-        ]
-        values = [read(slave, [references[name]])[0] for read, name in zip(reads, case.record, strict=True)]
-        rows.append([(k + 1) * step / 1e9, *values])
-    return rows
-
-
-def in_ecos(case, folder) -> list[list[float]]:
-    """Rows of ecos."""
-    from ecospy import EcosSimulation, EcosSimulationStructure
-
-    structure, rows = EcosSimulationStructure(), []
-    structure.add_model("cradle", str(folder / "cradle.fmu"))
-    with EcosSimulation(case.step, structure=structure) as simulation:
-        simulation.init()
-
-        def row() -> list[float]:
-            reads = [simulation.get_integer if whole(name) else simulation.get_real for name in case.record]
-            values = [read(f"cradle::{name}") for read, name in zip(reads, case.record, strict=True)]
-            return [simulation.get_time(), *values]
-
-        rows.append(row())
-        for _ in range(round(case.stop / case.step)):
-            for name, points in case.inputs.items():
-                simulation.set_real(f"cradle::{name}", interpolated(points, simulation.get_time()))
-            simulation.step(1)
-            rows.append(row())
-    return rows
-
-
-def whole(name) -> bool:
-    """Whether a variable is an integer."""
-    return name.startswith("pulses")
-
-
 def main() -> None:
-    """As a host, named first, writes the columns of a run as JSON; else prints the table."""
-    if sys.argv[1:2] in (["libcosim"], ["ecos"]):
-        host, name, folder = sys.argv[1:]
-        load(host)
-        rows = {"libcosim": in_libcosim, "ecos": in_ecos}[host](CASES[name], Path(folder))
-        print(json.dumps(dict(zip(("time", *CASES[name].record), zip(*rows, strict=True), strict=True))))
-        return
+    """Prints the table."""
     fmu = sys.argv[1] if len(sys.argv) > 1 else None
     with tempfile.TemporaryDirectory() as out:
         folders = {folder.name: folder for folder in write_cases(out, fmu)}
