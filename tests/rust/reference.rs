@@ -1,7 +1,7 @@
 //! The engine and the other methods against results computed independently, in quadruple precision
 //! (`tests/data/reference.json`) and in 40 digits: damped or pressed linear contacts by matrix exponentials
-//! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.json`); and
-//! balls on arcs in quadruple precision (`tests/data/arcs.cpp`).
+//! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.json`);
+//! and balls on arcs in quadruple precision (`tests/data/arcs.cpp`).
 
 use newtons_cradle::engine::{Engine, Results, Simulation, Unrecorded};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};

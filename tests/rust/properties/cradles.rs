@@ -10,8 +10,8 @@ use crate::runs::state;
 /// The most balls of a random cradle.
 const MOST: usize = 6;
 
-/// What random cradles of a property have besides unequal balls, gaps, losses and inputs, each of them about half of the
-/// time.
+/// What random cradles of a property have besides unequal balls, gaps, losses and inputs, each of these about half of
+/// the time.
 #[derive(Clone, Copy)]
 pub struct Family {
     /// Pre-compressed contacts, with a stiffness at which they can be followed for seconds.
