@@ -2,13 +2,13 @@
 
 import numpy as np
 from fmpy.fmi3 import FMU3Model, FMU3Slave
-from newtons_cradle.run.slaves import Named
+from newtons_cradle.run.slaves import Version3
 
 BOTH = {"eventModeUsed": True, "earlyReturnAllowed": True}
 RESOLVED, MAPPED = 1, 2  # exchange.contacts
 
 
-class Host(Named):
+class Host(Version3):
     """`make`, or `start`, instantiates."""
 
     def make(self, **options):

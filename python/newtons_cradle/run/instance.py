@@ -11,7 +11,7 @@ from ..errors import FmuError, InvalidValue, doubt, needed, number
 from ..pulses import Array, pulse_table
 from .model import GIVEN, Model, Value, Values, meant
 from .result import Result
-from .slaves import FMU2Instance, FMU3Instance, Log
+from .slaves import Log, instance
 
 LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
@@ -38,8 +38,7 @@ class Run:
         self.log = Log()
         self._closed = self._initialized = False
         self._meant = True
-        version = FMU2Instance if fmu.description.fmiVersion.startswith("2.") else FMU3Instance
-        self.slave = version(fmu)
+        self.slave = instance(fmu)
         try:
             self._call(self.slave.create, self.log, **options)
             self.set({} if values is None else values)

@@ -1,5 +1,6 @@
-"""FMPy's slaves of FMI 2.0 and 3.0 for runs: their log goes to a list, variables are read and set by type."""
+"""FMPy's instances of FMI 2.0 and 3.0: their log goes to a list, variables are read and set by type or by name."""
 
+from collections.abc import Callable
 from ctypes import byref
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,8 +9,8 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 from fmpy import platform, platform_tuple, sharedLibraryExtension
-from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-from fmpy.fmi3 import FMU3Slave
+from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 
 from ..errors import FmuError
@@ -57,7 +58,8 @@ def callbacks(log: Log) -> fmi2CallbackFunctions:
 
 
 class Instance:
-    """The common part of both versions of FMI."""
+    """What all kinds of instances have. Variables are read and set by name: elements of FMI 3.0's arrays as `x[1]`, or
+    all of an array at once."""
 
     def __init__(self, fmu: Model):
         identifier, guid = fmu.description.coSimulation.modelIdentifier, fmu.description.guid
@@ -70,6 +72,8 @@ class Instance:
             needs = platform if fmu.description.fmiVersion.startswith("2.") else platform_tuple
             raise FmuError(f"{fmu.path.name} has binaries for {has} only; this machine needs {needs}")
         super().__init__(**given, instanceName="cradle", libraryPath=str(paths[0]))  # type: ignore[call-arg]
+        self.variables = {variable.name: variable for variable in fmu.description.modelVariables}
+        self.balls = fmu.balls
 
     def to_bytes(self: Any) -> bytes:
         """The state."""
@@ -84,16 +88,6 @@ class Instance:
         self.setFMUState(state)
         self.freeFMUState(state)
 
-
-class Named(Instance):
-    """Variables are read and set by name: elements of FMI 3.0's arrays as `x[1]`, or all of an array at once."""
-
-    def __init__(self, fmu: Model):
-        super().__init__(fmu)
-        self.variables = {variable.name: variable for variable in fmu.description.modelVariables}
-        self.balls = fmu.balls
-        self.whole = "Integer" if fmu.description.fmiVersion.startswith("2.") else "Int64"  # of enumerations
-
     def resize(self: Any, balls: int) -> None:
         """Makes it a cradle of so many balls (FMI 3.0)."""
         self.enterConfigurationMode()
@@ -105,7 +99,7 @@ class Named(Instance):
         """The value of a variable; of an array, a NumPy array."""
         variable, index = self._variable(name)
         length = [self.balls] if variable.dimensions else []
-        values = self._access("get", variable, *length)
+        values = self._accessor("get", variable.type)([variable.valueReference], *length)
         return np.array(values) if length and index is None else values[(index or 1) - 1]
 
     def set(self, name: str, value: Any) -> None:
@@ -117,45 +111,47 @@ class Named(Instance):
             values = self.get(variable.name)
             values[index - 1] = value
             value = values
-        self._access("set", variable, np.atleast_1d(value).tolist())
+        self._accessor("set", variable.type)([variable.valueReference], np.atleast_1d(value).tolist())
 
     def _variable(self, name: str) -> tuple[Any, int | None]:
         array, index = (name, None) if name in self.variables else split(name)
         return self.variables[array], index
 
-    def _access(self, prefix: str, variable: Any, *arguments: Any) -> Any:
-        kind = self.whole if variable.type == "Enumeration" else variable.type
-        return getattr(self, prefix + kind)([variable.valueReference], *arguments)
+    def _accessor(self: Any, prefix: str, kind: str) -> Callable[..., Any]:
+        function: Callable[..., Any] = getattr(self, prefix + (self.whole if kind == "Enumeration" else kind))
+        return function
 
 
-class FMU2Instance(Instance, FMU2Slave):  # type: ignore[misc]  # FMPy goes by the first letters
+class Version2(Instance):
     """An instance of FMI 2.0."""
 
-    getEnumeration, setEnumeration = FMU2Slave.getInteger, FMU2Slave.setInteger
+    whole = "Integer"  # type of enumerations
 
-    def create(self, log: Log, **options: bool) -> None:
+    def create(self: Any, log: Log, **options: Any) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
         if options:
             raise FmuError(f"{', '.join(options)} is refused: only FMUs of FMI 3.0 have such options")
         self.instantiate(callbacks=callbacks(log))
         self.setDebugLogging(True, ["logEvents", "logStatusWarning"])
 
-    def enterInitializationMode(self, startTime: float) -> None:
+    def enterInitializationMode(self: Any, startTime: float = 0.0) -> None:
         self.setupExperiment(startTime=startTime)
-        super().enterInitializationMode()
+        super().enterInitializationMode()  # type: ignore[misc]
 
     def read(self, kind: str, references: list[int]) -> list[Any]:
-        values: list[Any] = getattr(self, f"get{kind}")(references)
+        values: list[Any] = self._accessor("get", kind)(references)
         return values
 
     def write(self, kind: str, references: list[int], values: list[Any]) -> None:
-        getattr(self, f"set{kind}")(references, values)
+        self._accessor("set", kind)(references, values)
 
 
-class FMU3Instance(Instance, FMU3Slave):  # type: ignore[misc]
-    """An instance of FMI 3.0, read and set by elements, stepped without event mode."""
+class Version3(Instance):
+    """An instance of FMI 3.0, read and set by elements too."""
 
-    def create(self, log: Log, **options: bool) -> None:
+    whole = "Int64"
+
+    def create(self: Any, log: Log, **options: Any) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
         self.instantiate(loggingOn=True, logMessage=lambda _, *said: log.take(*said), **options)
         self.setDebugLogging(False, ["logSolver"])
@@ -176,3 +172,11 @@ class FMU3Instance(Instance, FMU3Slave):  # type: ignore[misc]
         """The arrays of these elements, with all their values."""
         arrays = dict.fromkeys(array for array, _ in places)
         return {a: getattr(self, f"get{a.type}")([a.reference], nValues=a.length) for a in arrays}
+
+
+def instance(fmu: Model, *, exchange: bool = False) -> Any:
+    """A new instance of this FMU, for co-simulation or model exchange."""
+    fmi2 = fmu.description.fmiVersion.startswith("2.")
+    version, kinds = (Version2, (FMU2Slave, FMU2Model)) if fmi2 else (Version3, (FMU3Slave, FMU3Model))
+    kind = kinds[exchange]
+    return type(kind.__name__, (version, kind), {})(fmu)  # FMPy goes by the first letters of the name

@@ -10,12 +10,10 @@ from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Model, FMU2Slave
-from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from ..calibration import runge_kutta
 from ..fmu import Fmu
-from ..run.slaves import Log, Named, callbacks
+from ..run.slaves import Log, instance
 from .cases import Case, Points
 
 Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.
@@ -31,25 +29,18 @@ class Unit:
 
     def __init__(self, fmu: Fmu, case: Case, update: Callable[..., None] | None = None):
         self.fmi3 = case.fmi == 3
-        kind = ((FMU2Slave, FMU2Model), (FMU3Slave, FMU3Model))[self.fmi3][case.exchange]
-        self.fmu: Any = type(kind.__name__, (Named, kind), {})(fmu)
-        self.get, self.set, self.log = self.fmu.get, self.fmu.set, Log()
+        self.fmu = instance(fmu, exchange=case.exchange)
+        self.get, self.set = self.fmu.get, self.fmu.set
         self.clocked = [name for name in case.record if name.startswith(("onset.", "release."))]
         self.seen: dict[str, Any] = {}
         modes = {"eventModeUsed": case.events, "earlyReturnAllowed": case.early, "intermediateUpdate": update}
-        if self.fmi3:
-            self.fmu.instantiate(**({} if case.exchange else modes))
-        else:
-            self.fmu.instantiate(callbacks=callbacks(self.log))
+        self.log = Log()
+        self.fmu.create(self.log, **(modes if self.fmi3 and not case.exchange else {}))
         self.sizes = fmu.description.numberOfContinuousStates, fmu.description.numberOfEventIndicators
 
     def start(self, time: float = 0.0) -> None:
         """Goes through initialization, and stays in Event Mode if there is one."""
-        if self.fmi3:
-            self.fmu.enterInitializationMode(startTime=time)
-        else:
-            self.fmu.setupExperiment(startTime=time)
-            self.fmu.enterInitializationMode()
+        self.fmu.enterInitializationMode(startTime=time)
         self.fmu.exitInitializationMode()
 
     def recorded(self, name: str, wrong: str | None) -> Any:
