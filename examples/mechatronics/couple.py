@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import ssp
-from machine import COMMON, CRADLE, FREE, PARAMETERS, PLANTS, STOP, Fmus, nc, opened, positions, reference
+from machine import COMMON, CRADLE, FREE, PARAMETERS, STOP, Fmus, nc, opened, positions, reference
 from master import METHODS, REPEATING
 from plots import COLOURS, Column, Strip, Trace
 from support import Found, command_line, tracked
@@ -39,7 +39,7 @@ def main() -> int:
         help=f"how many communication steps to compare, of {STEPS} s",
     )  # fmt: skip
     parser.add_argument(
-        "--plant", choices=PLANTS, default="c", help="language of the plant's FMU [default: c]"
+        "--plant", choices=["c", "python"], default="c", help="language of the plant's FMU [default: c]"
     )
     options = parser.parse_args()
     found = Found(options.out)

@@ -57,26 +57,21 @@ class Fmus:
 
 @contextmanager
 def opened(cradle: Path, out: Path, language: str) -> Iterator[Fmus]:
-    """The cradle, and the plant, of PLANTS, as built into the folder `out`. Raises FileNotFoundError, FmuError."""
+    """The cradle, and the plant in this language, as built into the folder `out`. Raises FileNotFoundError, FmuError."""
     with nc.Fmu(cradle) as first:
         first.require(balls=5, starts=BUILT_IN)
-        with nc.Fmu(PLANTS[language](out)) as second:
+        with nc.Fmu(plant(language, out)) as second:
             yield Fmus(first, second)
 
 
-def in_python(out: Path) -> Path:
-    """The plant's FMU by PythonFMU."""
+def plant(language: str, out: Path) -> Path:
+    """The plant's FMU from plant.c, for machines like this one, or from plant.py. Raises FileNotFoundError without a C
+    compiler."""
+    if language == "c":
+        return pack(DESCRIPTION.with_suffix(".c"), DESCRIPTION, out / "plant.fmu")
     from pythonfmu.builder import FmuBuilder
 
     return FmuBuilder.build_FMU(DESCRIPTION.with_suffix(".py"), out, [DESCRIPTION])
-
-
-def in_c(out: Path) -> Path:
-    """The plant's FMU from plant.c, for machines like this one. Raises FileNotFoundError without a C compiler."""
-    return pack(DESCRIPTION.with_suffix(".c"), DESCRIPTION, out / "plant.fmu")
-
-
-PLANTS = {"c": in_c, "python": in_python}
 
 
 def reference() -> np.ndarray:

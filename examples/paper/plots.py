@@ -126,7 +126,11 @@ def _draw_column(column: Column, axes) -> None:
     view = next(iter(column.views.values()))
     for strip, axis in zip(column.strips, axes, strict=False):
         for trace in strip.traces:
-            _draw_trace(trace, axis)
+            kind = {"points": "o", "dashed": "--"}.get(trace.style, "-")
+            width = 0.9 if trace.style == "dashed" else None
+            axis.plot(trace.x, trace.y, kind, color=trace.colour, label=trace.label or None, linewidth=width)
+            if trace.style == "area":
+                axis.fill_between(trace.x, trace.y, color=trace.colour, alpha=0.25, linewidth=0)
         axis.set(ylabel=strip.label, xlim=view, ylim=strip.limits)
         axis.yaxis.set_major_formatter(EngFormatter(strip.unit) if strip.unit else "{x:g}")
         axis.xaxis.set_major_formatter(EngFormatter(column.xunit) if column.xunit else "{x:g}")
@@ -139,11 +143,3 @@ def _draw_column(column: Column, axes) -> None:
     last = axes[len(column.strips) - 1]
     last.tick_params(labelbottom=True)
     last.set_xlabel(column.xlabel)
-
-
-def _draw_trace(trace: Trace, axis) -> None:
-    kind = {"points": "o", "dashed": "--"}.get(trace.style, "-")
-    width = 0.9 if trace.style == "dashed" else None
-    axis.plot(trace.x, trace.y, kind, color=trace.colour, label=trace.label or None, linewidth=width)
-    if trace.style == "area":
-        axis.fill_between(trace.x, trace.y, color=trace.colour, alpha=0.25, linewidth=0)
