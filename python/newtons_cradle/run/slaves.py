@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from ctypes import byref
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
@@ -72,8 +73,12 @@ class Instance:
             needs = platform if fmu.description.fmiVersion.startswith("2.") else platform_tuple
             raise FmuError(f"{fmu.path.name} has binaries for {has} only; this machine needs {needs}")
         super().__init__(**given, instanceName="cradle", libraryPath=str(paths[0]))  # type: ignore[call-arg]
-        self.variables = {variable.name: variable for variable in fmu.description.modelVariables}
-        self.balls = fmu.balls
+        self.description, self.balls = fmu.description, fmu.balls
+
+    @cached_property  # of long rows there are many, and most runs need none
+    def variables(self) -> dict[str, Any]:
+        """FMPy's descriptions of all variables by name."""
+        return {variable.name: variable for variable in self.description.modelVariables}
 
     def to_bytes(self: Any) -> bytes:
         """The state."""
