@@ -196,7 +196,7 @@ def _cure(array: str, count: int) -> str:
 
 @dataclass(frozen=True)
 class Whole:
-    """An array of FMI 3.0: type of its accessors, value reference, number of elements."""
+    """An array of FMI 3.0: type, value reference, number of elements."""
 
     type: str
     reference: int
@@ -220,8 +220,7 @@ def _elements(variable: Any) -> Iterator[Any]:
     """The variable itself, or its elements that belong to a ball or contact."""
     length = variable.shape[0] if variable.shape else 1
     starts = (variable.start or "").split()
-    stored = "Int64" if variable.type == "Enumeration" else variable.type
-    array = Whole(stored, variable.valueReference, length)
+    array = Whole(variable.type, variable.valueReference, length)
     meaning = variable.description or ""
     bare, end, _ = variable.name.partition(")")  # der(x) has der(x[1])
     for index in range(length - meaning.endswith(OF_LAST_ELEMENT)):

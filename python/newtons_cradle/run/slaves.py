@@ -171,12 +171,12 @@ class Version3(Instance):
         for (array, index), value in zip(places, values, strict=True):
             arrays[array][index] = value
         for array, elements in arrays.items():
-            getattr(self, f"set{array.type}")([array.reference], elements)
+            self._accessor("set", array.type)([array.reference], elements)
 
     def _arrays(self, places: list[Place]) -> dict[Whole, list[Any]]:
         """The arrays of these elements, with all their values."""
         arrays = dict.fromkeys(array for array, _ in places)
-        return {a: getattr(self, f"get{a.type}")([a.reference], nValues=a.length) for a in arrays}
+        return {a: self._accessor("get", a.type)([a.reference], nValues=a.length) for a in arrays}
 
 
 def instance(fmu: Model, *, exchange: bool = False) -> Any:
