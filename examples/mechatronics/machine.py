@@ -57,7 +57,7 @@ class Fmus:
 
 @contextmanager
 def opened(cradle: Path, out: Path, language: str) -> Iterator[Fmus]:
-    """The cradle, and the plant in this language, as built into the folder `out`. Raises FileNotFoundError, FmuError."""
+    """The cradle, and the plant in this language, built into the folder `out`. Raises FileNotFoundError, FmuError."""
     with nc.Fmu(cradle) as first:
         first.require(balls=5, starts=BUILT_IN)
         with nc.Fmu(plant(language, out)) as second:
