@@ -87,9 +87,9 @@ done
 exec {} "$@"
 """
 
-# Gets the compiler and its arguments.
+# Gets the compiler and its arguments. Code that is not optimised would have debug assertions by default.
 UNOPTIMISED = """#!/bin/sh
-case " $* " in *aarch64-unknown-linux*) ;; *) set -- "$@" -Copt-level=0;; esac
+case " $* " in *aarch64-unknown-linux*) ;; *) set -- "$@" -Copt-level=0 -Cdebug-assertions=no;; esac
 exec "$@"
 """
 

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from checkout import (
@@ -239,9 +240,9 @@ def all_platforms(results: Results) -> None:
 
 
 def apart(results: Results, made: threading.Event) -> None:
-    """Python's packages and style; the page's engine; what looks at others' packages; once the tests are compiled, and
-    the producer with them, the FMU, which is `made` then; benches and hosts."""
-    python_style(results, ALL)
+    """Python's packages and style, and packages of Debian; the page's engine; what looks at others' packages; once the
+    tests are compiled, and the producer with them, the FMU, which is `made` then; benches and hosts."""
+    results.beside(python=lambda part: python_style(part, ALL), **unpacking())
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
@@ -255,6 +256,18 @@ def apart(results: Results, made: threading.Event) -> None:
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
     fmi_sim(results)
+
+
+def unpacking() -> dict:
+    """Lanes that unpack the Debian packages of which .ci/run gives the names."""
+
+    def unpack(name: str, results: Results) -> None:
+        folder, variable = f"target/{name}", f"CRADLE_{name.replace('-', '_').upper()}"
+        twice = f".ci/{name} {folder} || .ci/{name} {folder}"  # the network may fail
+        if results.step(name, ["sh", "-c", twice]):
+            os.environ[variable] = folder
+
+    return {name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()}
 
 
 def deny(results: Results) -> None:

@@ -21,6 +21,12 @@ pub fn fmu() -> Option<PathBuf> {
     file("NewtonsCradle.fmu")
 }
 
+/// Whether a Python that has the package is likely to be found: that of this program's environment, or `.venv`. No
+/// Python is started, which would take longer than packing an FMU.
+pub fn has_package() -> bool {
+    fmu().or_else(|| above(IN_VENV)).is_some()
+}
+
 /// Runs `python -m newtons_cradle` with a command and its arguments, by default with the first Python that has the
 /// package. Returns the exit code.
 pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]) -> Result<u8, Error> {
@@ -42,7 +48,7 @@ pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]
 
 /// A Python that has the package: that of this program's environment, one on the PATH, or that of `.venv` in this
 /// folder or one above. The package is not imported, which would take time.
-pub fn python() -> Option<OsString> {
+fn python() -> Option<OsString> {
     let (beside, on_path) = if cfg!(windows) {
         (["python.exe", "../python.exe"], ["py", "python"])
     } else {

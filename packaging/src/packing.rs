@@ -50,7 +50,7 @@ impl Build {
         }
         let beside: String = beside.iter().flatten().map(|file| format!("{}\n", shown(file).display())).collect();
         // The Python package makes the page.
-        let command = if environment::python().is_some() { "page" } else { "check" };
+        let command = if environment::has_package() { "page" } else { "check" };
         let program = quoted(&std::env::args().next().unwrap_or_else(|| "cradle-fmu".to_owned()));
         let hint = format!("Try it: {program} {command} {}\n", quoted(&path));
         // In one piece, for a reader who closes the pipe after the first line.

@@ -28,7 +28,7 @@ impl Ready {
     pub fn of(path: &Path) -> Result<Self, Error> {
         let bytes = check::read(path)?;
         let refused = |reason: &str| Error::Usage(format!("--from {} is refused: {reason}", path.display()));
-        let (mut entries, model) = opened(&bytes);
+        let (mut entries, model, mut report) = opened(&bytes);
         if let Some(model) = &model {
             let (name, tool) = (&model.name, if model.tool.is_empty() { "an unknown tool" } else { &model.tool });
             if !model.is_own() {
@@ -39,7 +39,8 @@ impl Ready {
                 return Err(refused(&format!("it was written by {tool}; allowed: {TOOL}")));
             }
         }
-        if let Some(problem) = check::bytes(&bytes, MAX_BYTES).0.problems.first() {
+        check::entries(&entries, &mut report);
+        if let Some(problem) = report.problems.first() {
             return Err(refused(problem));
         }
         let mut ready = Self::default();
@@ -69,12 +70,12 @@ impl Ready {
     }
 }
 
-/// The entries of an FMU, and its description if it can be read.
-fn opened(bytes: &[u8]) -> (Entries, Option<Model>) {
-    let mut unused = Report::default();
-    let entries = check::unpack(bytes, MAX_BYTES, &mut unused).unwrap_or_default();
-    let model = Model::of(&entries, &mut unused);
-    (entries, model)
+/// The entries of an FMU, its description if it can be read, and what is wrong with them so far.
+fn opened(bytes: &[u8]) -> (Entries, Option<Model>, Report) {
+    let mut report = Report::default();
+    let entries = check::unpack(bytes, MAX_BYTES, &mut report).unwrap_or_default();
+    let model = Model::of(&entries, &mut report);
+    (entries, model, report)
 }
 
 /// Whether this folder lies in that of the sources.
@@ -89,7 +90,7 @@ pub fn in_checkout() -> bool {
 /// The contents of a file that the FMU `new` would replace, in words; none if there is no file, or the same one.
 pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
     let old = check::read(path).ok().filter(|old| old != new)?;
-    let (entries, was) = opened(&old);
+    let (entries, was, _) = opened(&old);
     let (Some(was), Some(is)) = (was, opened(new).1) else {
         return Some(format!("{} bytes, not an FMU", old.len()));
     };

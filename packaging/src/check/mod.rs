@@ -45,12 +45,12 @@ pub(crate) fn recipe(entries: &Entries) -> Option<Recipe> {
 /// further checks, if it is an FMU of this version of this program.
 pub fn bytes(bytes: &[u8], limit: u64) -> (Report, Option<Entries>) {
     let mut report = Report::default();
-    let entries = unpack(bytes, limit, &mut report).filter(|entries| is_checked(entries, &mut report));
+    let entries = unpack(bytes, limit, &mut report).filter(|unpacked| self::entries(unpacked, &mut report));
     (report, entries)
 }
 
 /// Checks description and binaries. Returns whether this version can check all of them.
-fn is_checked(entries: &Entries, report: &mut Report) -> bool {
+pub(crate) fn entries(entries: &Entries, report: &mut Report) -> bool {
     let Some(model) = Model::of(entries, report) else { return false };
     if !model.is_own() {
         let (name, tool) = (&model.name, &model.tool);
