@@ -85,18 +85,17 @@ impl Separation {
         Self { anchor, overlap, motion, other, noise, resolution: [0.0; 2], approach }
     }
 
-    /// The same between rigid balls, which may be side by side for long: overlaps up to `noise` (m), or by the rounding
+    /// Makes it one of rigid balls, which may be side by side for long: overlaps up to `noise` (m), or by the rounding
     /// of two different motions or of inputs that have varied for `age` (s), are no onsets.
-    pub fn rigid(self, noise: f64, age: f64) -> Self {
-        let noise = self.noise.max(noise);
+    pub fn make_rigid(&mut self, noise: f64, age: f64) {
+        self.noise = self.noise.max(noise);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
         let acceleration = |(o, flight): &Motion| flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight);
         let resolution = match self.other {
             None => [0.0, of_time(&self.motion.1)],
             Some(_) => [self.motions().map(|(_, flight)| flight.v.abs()).sum(), self.motions().map(acceleration).sum()],
         };
-        let resolution = resolution.map(|size: f64| ROUNDINGS * size);
-        Self { noise, resolution, ..self }
+        self.resolution = resolution.map(|size: f64| ROUNDINGS * size);
     }
 
     /// Whether it fits `left` and `right` at the time `now`, with finite values.

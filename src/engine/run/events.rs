@@ -187,11 +187,13 @@ impl Engine {
                 overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], places);
             }
         }
-        let mut separation = self.separation(i, t, overlap);
-        if self.is_rigid() {
-            separation = separation.rigid(noise, self.input_age(t));
+        self.contacts[i].phase = Phase::Open(self.separation(i, t, overlap), Next::Never);
+        let (rigid, age) = (self.is_rigid(), self.input_age(t));
+        if let Phase::Open(separation, _) = &mut self.contacts[i].phase
+            && rigid
+        {
+            separation.make_rigid(noise, age);
         }
-        self.contacts[i].phase = Phase::Open(separation, Next::Never);
         self.forecast(i, t);
     }
 

@@ -151,11 +151,11 @@ impl Engine {
     /// Adjusts the overlaps of the contacts of ball `i` beside an impact to the last displacement (m) of its anchor.
     #[inline]
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
-        for j in i.saturating_sub(1)..(i + 1).min(self.contacts.len()) {
-            if let Phase::BesideImpact(overlap) = &mut self.contacts[j].phase {
+        for (j, side) in [(i.wrapping_sub(1), 1), (i, 0)] {
+            if let Some(Phase::BesideImpact(overlap)) = self.contacts.get_mut(j).map(|contact| &mut contact.phase) {
                 *overlap += match self.cradle.balls[i].on_arc {
-                    true => approach_on_arcs(&self.cradle, &self.balls, j, i - j, displacement),
-                    false if j == i => displacement,
+                    true => approach_on_arcs(&self.cradle, &self.balls, j, side, displacement),
+                    false if side == 0 => displacement,
                     false => -displacement,
                 };
             }
@@ -264,6 +264,7 @@ impl Engine {
 }
 
 /// How far (m) the displacement (m) of the left (0) or right (1) ball of contact `j`, on arcs, has brought it closer.
+#[cold]
 fn approach_on_arcs(cradle: &Cradle, balls: &[Ball], j: usize, side: usize, displacement: f64) -> f64 {
     let (mut states, mut moves) = ([0, 1].map(|side| (balls[j + side].flight.x, 0.0)), [(0.0, 0.0); 2]);
     states[side].0 -= displacement;
