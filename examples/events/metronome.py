@@ -53,12 +53,11 @@ def by_events(run: nc.Run, stop: float) -> tuple[list[float], int]:
     the number of calls of fmi3DoStep and fmi3UpdateDiscreteStates."""
     cradle, clicks, calls, now = run.slave, [], 0, 0.0
     event = True  # initialization ends in event mode
-    clock = [v.valueReference for v in run.fmu.description.modelVariables if v.name == "onset.clock"]
     while event or now < stop:
         if event:
             again = True
             while again:
-                if cradle.getClock(clock)[0] and clicks[-1:] != [now]:
+                if cradle.get("onset.clock") and clicks[-1:] != [now]:
                     clicks.append(now)
                 again, *_ = cradle.updateDiscreteStates()
                 calls += 1
@@ -78,12 +77,11 @@ def by_events(run: nc.Run, stop: float) -> tuple[list[float], int]:
 
 def by_grid(run: nc.Run, stop: float, step: float) -> tuple[list[float], int]:
     """A master with steps of one length: it sees at the end of a step that there was a click, and acts from then on."""
-    clicks, seen, steps = [], 0, round(stop / step)
-    pulses, _ = run.fmu.variables["pulses[1]"].valueReference  # the array of which this is an element
+    clicks, seen, steps, pulses = [], 0, round(stop / step), run.slave.references("pulses")
     for i in range(steps):
         now = (i + 1) * step
         run.slave.doStep(i * step, now - i * step)
-        if (count := sum(run.slave.getUInt64([pulses.reference], BALLS))) > seen:
+        if (count := sum(run.slave.getUInt64(pulses, BALLS))) > seen:
             clicks.append(now)
             seen = count
             control(run)

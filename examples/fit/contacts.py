@@ -49,16 +49,15 @@ class Camera:
         """A run with these values of the fitted parameters: positions (m; frames, balls), and their derivatives by
         the parameters."""
         self.runs += 1
-        variables = [self.fmu.variables[name] for name in ("x[1]", *FITTED)]
-        x, *parameters = (variable.valueReference[0].reference for variable in variables)
         positions, derivatives = [], []
         start = dict(zip(FITTED, values, strict=True)) | {"derivatives.of": "run"}
         with self.fmu.start(LINEAR | start) as run:
+            x, parameters = run.slave.references("x"), run.slave.references(*FITTED)
             for frame in range(1, round(STOP * RATE) + 1):
                 run.step_to(frame / RATE)
                 positions.append(run["x"])
                 along = [
-                    run.slave.getDirectionalDerivative([x], parameters, list(one), self.fmu.balls)
+                    run.slave.getDirectionalDerivative(x, parameters, list(one), self.fmu.balls)
                     for one in np.eye(len(FITTED))
                 ]
                 derivatives.append(np.transpose(along))

@@ -138,7 +138,7 @@ class Master:
         self.trials += 1
         self.cradle.set({"a_support": value[ACCELERATION], "F_ext[1]": value[PUSH]})
         if np.any(rate):
-            references = self._references("a_support", "F_ext[1]")
+            references = self.cradle.slave.references("a_support", "F_ext[1]")
             self.cradle.slave.setRealInputDerivatives(references, [1, 1], [rate[ACCELERATION], rate[PUSH]])
         last = f"[{self.cradle.fmu.balls - 1}]"
         sensor = {"F_sensor": self.cradle.get("F_mean" + last), "pulses": self.cradle.get("pulses" + last)}
@@ -154,10 +154,6 @@ class Master:
             run.slave.setFMUstate(state)
             run.time = time
 
-    def _references(self, *names: str) -> list[int]:
-        """The cradle's value references of these variables."""
-        return [self.cradle.fmu.variables[name].valueReference for name in names]
-
     def _sent(self, h: float) -> np.ndarray:
         """Integrals that each side has sent, after a step of length h."""
         supported = self.sent[FORCE] + h * self.cradle.get("F_support_mean")
@@ -167,7 +163,7 @@ class Master:
     def _look(self) -> tuple[np.ndarray, np.ndarray]:
         """Values and rates at the present time: the cradle's rates are its output derivatives."""
         names = ("F_support", "v[1]")
-        rates = self.cradle.slave.getRealOutputDerivatives(self._references(*names), [1, 1])
+        rates = self.cradle.slave.getRealOutputDerivatives(self.cradle.slave.references(*names), [1, 1])
         plant = [self.plant.get(name) for name in ("a", "F_coil", "a_rate", "F_coil_rate")]
         values = [self.cradle.get(name) for name in names]
         return np.array([*values, *plant[:2]]), np.array([*rates, *plant[2:]])
@@ -176,9 +172,9 @@ class Master:
         """How the signals that both send change with those that they receive; the cradle's part by directional
         derivatives."""
         cradle, h, response = self.cradle, end - begin, np.zeros((4, 4))
-        unknowns = self._references("F_support_mean", "x[1]")
+        unknowns = self.cradle.slave.references("F_support_mean", "x[1]")
         for signal, name in ((ACCELERATION, "a_support"), (PUSH, "F_ext[1]")):
-            known = self._references(name)
+            known = self.cradle.slave.references(name)
             force, position = cradle.slave.getDirectionalDerivative(unknowns, known, [1.0 / h])
             response[FORCE, signal], response[COIL, signal] = h * force, position
         response[2:, :2] = self._plant_response(begin, end, before)

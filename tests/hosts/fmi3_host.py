@@ -36,14 +36,10 @@ class Host(Version3):
             self.told, self.due = self.events()
         return self
 
-    def reference(self, *names):
-        """Value references."""
-        return [self.variables[name].valueReference for name in names]
-
     def derivative(self, kind, unknowns, knowns, seed, length):
         """The directional or adjoint derivative, by names."""
         call = getattr(self, f"get{kind}Derivative")
-        return np.array(call(self.reference(*unknowns), self.reference(*knowns), list(seed), length))
+        return np.array(call(self.references(*unknowns), self.references(*knowns), list(seed), length))
 
 
 class Exchange(Host, FMU3Model):
@@ -55,7 +51,7 @@ class Cradle(Host, FMU3Slave):
 
     def csv(self):
         """The pulses of log.pulses: contact, onset, release, peak, impulse."""
-        (data,) = self.getBinary(self.reference("log.pulses"))
+        (data,) = self.getBinary(self.references("log.pulses"))
         assert len(data) <= 65536  # maxSize
         header, *lines = data.decode().splitlines()
         assert header == "contact,onset,release,peak,impulse"

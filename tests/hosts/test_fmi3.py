@@ -172,7 +172,7 @@ def test_derivatives(make3):
     other.step(0.0, 0.5)
     assert found == pytest.approx((other.get("x") - cradle.get("x")) / 1e-6, rel=1e-6, abs=1e-8)
     orders, values = (ctypes.c_int32 * 2)(1, 2), (ctypes.c_double * 10)()
-    references = (ctypes.c_uint32 * 2)(*cradle.reference("x", "v"))
+    references = (ctypes.c_uint32 * 2)(*cradle.references("x", "v"))
     cradle.fmi3GetOutputDerivatives(cradle.component, references, 2, orders, values, 10)
     assert np.array(values[:5]).tobytes() == cradle.get("v").tobytes()
 

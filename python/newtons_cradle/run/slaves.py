@@ -80,6 +80,10 @@ class Instance:
         """FMPy's descriptions of all variables by name."""
         return {variable.name: variable for variable in self.description.modelVariables}
 
+    def references(self, *names: str) -> list[int]:
+        """Value references of these variables."""
+        return [self.variables[name].valueReference for name in names]
+
     def to_bytes(self: Any) -> bytes:
         """The state."""
         state = self.getFMUState()

@@ -49,8 +49,8 @@ class Unit:
         order = name.count("der(")
         if order and name not in self.fmu.variables:
             order = {"order": order - 1}.get(wrong or "", order) or 1
-            places = [self.fmu.variables[name.replace("der(", "").rstrip(")")].valueReference]
-            return self.fmu.getRealOutputDerivatives(places, [order])[0]
+            place = self.fmu.references(name.replace("der(", "").rstrip(")"))
+            return self.fmu.getRealOutputDerivatives(place, [order])[0]
         value = self.seen[name] if name in self.seen else self.get(name)
         return value.hex() if isinstance(value, bytes) else value
 
@@ -183,7 +183,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
             if case.slopes and wrong not in ("held", "first"):
                 of = (time - 1e-3, time) if wrong == "left" else (time, end)
                 slope = (interpolated(values, of[1]) - interpolated(values, of[0])) / (of[1] - of[0])
-                unit.fmu.setRealInputDerivatives([unit.fmu.variables[name].valueReference], [1], [slope])
+                unit.fmu.setRealInputDerivatives(unit.fmu.references(name), [1], [slope])
 
     def step(time: float, end: float) -> None:
         begin = time
