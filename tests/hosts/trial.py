@@ -133,9 +133,7 @@ def by_hand(name, folder):
             for key, points in case.inputs.items():
                 now, then = (interpolated(points, time * case.step) for time in (k - 1, k))
                 run[key] = now
-                run.slave.setRealInputDerivatives(
-                    [fmu.variables[key].valueReference], [1], [(then - now) / case.step]
-                )
+                run.slave.setRealInputDerivatives(run.slave.references(key), [1], [(then - now) / case.step])
             run.step_to(k * case.step)
             rows.append([k * case.step, *map(value, case.record)])
     return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
