@@ -118,9 +118,7 @@ fn states() -> Vec<Vec<u8>> {
         &[("contact.damping", 2e4), ("contact.gap[1]", -1e-5), ("F_ext[5]", -0.5), ("contact.deadBand", 0.0)],
     ];
     for setup in setups {
-        let host = Host::new();
-        host.give(setup);
-        host.start();
+        let host = Host::started_with(setup);
         states.push(host.to_bytes());
         assert_eq!(host.step(0.0, 0.5), fmi2OK);
         states.push(host.to_bytes());

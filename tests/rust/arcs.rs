@@ -129,9 +129,7 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
 #[test]
 fn a_growing_force_lifts_a_ball_from_rest() {
     for order in 1..=3 {
-        let host = Host::new();
-        host.give(&[("pendulum.model", 2.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0)]);
-        host.start();
+        let host = Host::started_with(&[("pendulum.model", 2.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0)]);
         assert_eq!(host.set_derivative("F_ext[1]", order, -0.5), fmi2OK);
         assert_eq!(host.step(0.0, 0.1), fmi2OK, "{}", host.error());
         let state = host.save();
@@ -145,9 +143,7 @@ fn a_growing_force_lifts_a_ball_from_rest() {
 
 #[test]
 fn a_host_sees_the_error_and_the_last_values() {
-    let host = Host::new();
-    host.give(&[("pendulum.model", 2.0), ("v_start[5]", 20.0)]);
-    host.start();
+    let host = Host::started_with(&[("pendulum.model", 2.0), ("v_start[5]", 20.0)]);
     assert_eq!(host.step(0.0, 0.05), fmi2OK);
     assert_eq!(host.step(0.05, 1.0), fmi2Error);
     assert!(host.get("angle[5]") > 0.4);

@@ -97,7 +97,7 @@ fn they_agree_with_differences() {
         ];
         for (what, from, length, onsets) in steps {
             let step = step(values, from, length);
-            let count = |host: &Host| (1..BALLS).map(|i| host.get_integer(&format!("pulses[{i}]"))).sum::<i32>();
+            let count = |host: &Host| host.pulses().iter().sum::<i32>();
             let before = count(&step.host);
             step.outputs("F_ext[1]", 0.0);
             assert!(onsets.contains(&(count(&step.host) - before)), "{law}, {what}: {}", count(&step.host) - before);
@@ -124,9 +124,7 @@ fn overlapping_pulses_and_lasting_contacts() {
     let gaps = gaps.iter().zip([-1.1e-5, -1.2e-5, -1.3e-5, -1.4e-5]).map(|(name, gap)| (name.as_str(), gap));
     let pressed = pressed.chain(gaps).chain([("contact.damping", 2e4), ("contact.deadBand", 0.0)]).collect();
     for (what, values) in [("wave", wave), ("pressed", pressed)] as [(&str, Vec<(&str, f64)>); 2] {
-        let host = Host::new();
-        host.give(&values);
-        host.start();
+        let host = Host::started_with(&values);
         let from = if what == "wave" { host.get("t_next") - 1e-3 } else { 0.01 };
         assert_eq!(host.step(0.0, from), fmi2OK);
         let step = Step { state: host.save(), host, from, length: 1.00005e-3 };
@@ -145,15 +143,11 @@ fn rigid_balls_in_contact_are_refused() {
         assert_eq!((status, value), (fmi2Error, 7.0));
         assert!(host.error().contains("v[3] has no derivative here"));
     };
-    let host = Host::new();
-    host.give(&[("contact.model", 3.0), ("contact.deadBand", 0.0), ("F_ext[3]", 0.1)]);
-    host.start();
+    let host = Host::started_with(&[("contact.model", 3.0), ("contact.deadBand", 0.0), ("F_ext[3]", 0.1)]);
     assert!(host.get("F[3]") > 0.0);
     assert_eq!(host.step(0.0, 0.1), fmi2OK);
     refused(&host, "F_ext[1]");
-    let host = Host::new();
-    host.give(&[("contact.model", 3.0)]);
-    host.start();
+    let host = Host::started_with(&[("contact.model", 3.0)]);
     let onset = host.get("t_next");
     assert_eq!(host.step(0.0, onset), fmi2OK);
     refused(&host, "F_ext[2]");

@@ -76,10 +76,8 @@ const MAX_ORDER: usize = 3;
 #[test]
 fn they_agree_with_differences_in_flight_and_in_contact() {
     for (law, values) in LAWS.into_iter().filter(|(law, _)| !law.starts_with("rigid")) {
-        let host = Host::new();
-        host.give(&[("contact.deadBand", 0.0), ("F_ext[5]", 0.4), ("a_support", -0.2)]);
-        host.give(values);
-        host.start();
+        let given = [("contact.deadBand", 0.0), ("F_ext[5]", 0.4), ("a_support", -0.2)];
+        let host = Host::started_with(&[&given, values].concat());
         check(&format!("{law}, in flight"), &host, (0.0, 0.01, 40), 1e-6);
         let onset = host.get("t_next");
         assert_eq!(host.step(0.4, onset - 0.4), fmi2OK);
@@ -201,13 +199,9 @@ fn inputs_that_change_count() {
 
 #[test]
 fn they_exist_before_the_first_step_and_at_an_onset_from_the_right() {
-    let host = Host::new();
-    assert_eq!(host.set("v_start[4]", 0.3), fmi2OK);
-    host.start();
+    let host = Host::started_with(&[("v_start[4]", 0.3)]);
     assert_eq!((host.derivative("x[4]", 1), host.derivative("x[4]", 2), host.derivative("v[4]", 2)), (0.3, 0.0, -1.5));
-    let dashpot = Host::new();
-    assert_eq!(dashpot.set("contact.damping", 2e4), fmi2OK);
-    dashpot.start();
+    let dashpot = Host::started_with(&[("contact.damping", 2e4)]);
     let onset = dashpot.get("t_next");
     assert_eq!(dashpot.step(0.0, onset), fmi2OK);
     // F' = k u + c u' with the closing rate u, u' = -2 F / m, F = c u.

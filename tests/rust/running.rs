@@ -31,9 +31,7 @@ fn initialization_mode_shows_the_values_that_are_set() {
 
 #[test]
 fn before_the_first_step_the_means_are_the_values() {
-    let host = Host::new();
-    assert_eq!(host.set("x_start[2]", 1e-5), fmi2OK);
-    host.start();
+    let host = Host::started_with(&[("x_start[2]", 1e-5)]);
     let (force, support) = (host.get("F[2]"), host.get("F_support"));
     assert!(force > 0.0 && support != 0.0);
     assert_eq!((host.get("F_mean[2]"), host.get("F_peak[2]")), (force, force));
@@ -233,13 +231,10 @@ fn questions_about_the_last_step_are_answered() {
 #[test]
 fn long_runs_keep_their_energy() {
     for (lifted, settings, pulses) in [(1.0, &FIGURE_6[..], 2562), (0.05, &CUBIC[..], 7194)] {
-        let host = Host::new();
-        host.give(settings);
-        host.give(&[("x_start[1]", -lifted), ("x_start[2]", -lifted)]);
-        host.start();
+        let host = Host::started_with(&[settings, &[("x_start[1]", -lifted), ("x_start[2]", -lifted)]].concat());
         let energy = host.get("E_total");
         assert_eq!(host.step(0.0, 600.0), fmi2OK);
-        assert_eq!((1..5).map(|i| host.get_integer(&format!("pulses[{i}]"))).sum::<i32>(), pulses);
+        assert_eq!(host.pulses().iter().sum::<i32>(), pulses);
         let work = ["steps", "evaluations", "events"].map(|of| host.get_integer(&format!("solver.{of}")));
         assert_eq!(work, [pulses, pulses, 2 * pulses]);
         assert!(host.get("E_residual").abs() <= 1e-12 * energy, "{:e} of {energy}", host.get("E_residual"));
@@ -251,10 +246,15 @@ fn long_runs_keep_their_energy() {
 #[test]
 fn the_next_onset_of_a_pressed_chain_is_looked_for_step_by_step() {
     for (gravity, model) in [(0.0, 1.0), (0.0, 2.0), (9.81, 1.0), (9.81, 2.0)] {
-        let host = Host::new();
-        host.give(&[("gravity", gravity), ("contact.model", model), ("contact.damping", 1e5)]);
-        host.give(&[("x_start[1]", 0.0), ("x_start[2]", 0.0), ("F_ext[1]", 10.0), ("F_ext[5]", -10.0)]);
-        host.start();
+        let host = Host::started_with(&[
+            ("gravity", gravity),
+            ("contact.model", model),
+            ("contact.damping", 1e5),
+            ("x_start[1]", 0.0),
+            ("x_start[2]", 0.0),
+            ("F_ext[1]", 10.0),
+            ("F_ext[5]", -10.0),
+        ]);
         assert_eq!(host.step(0.0, 1.0), fmi2OK);
         let (mut time, mut before) = (1.0, 1.0);
         for _ in 0..1000 {

@@ -127,7 +127,13 @@ impl Host {
 
     /// One that has been initialized at t = 0.
     pub fn started() -> Self {
+        Self::started_with(&[])
+    }
+
+    /// The same with these values.
+    pub fn started_with(values: &[(&str, f64)]) -> Self {
         let host = Self::new();
+        host.give(values);
         host.start();
         host
     }
@@ -311,6 +317,17 @@ impl Host {
     /// A variable, unless that is refused.
     pub fn try_get(&self, name: &str) -> Option<f64> {
         self.read(self.variable(name))
+    }
+
+    /// The elements of an array, whatever their type.
+    pub fn each(&self, array: &str) -> Vec<f64> {
+        let elements = variables(self.balls).filter(|variable| variable.row.name == array);
+        elements.map(|element| self.get(&element.to_string())).collect()
+    }
+
+    /// Onsets of each contact so far.
+    pub fn pulses(&self) -> Vec<i32> {
+        self.each("pulses").into_iter().map(|count| count as i32).collect()
     }
 
     /// An integer or an enumeration.

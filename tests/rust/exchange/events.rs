@@ -4,24 +4,12 @@
 use cradle_host::exchange::{Master, Method};
 use cradle_host::{Host, fmi2OK};
 
-use super::{assert_close, each, pulses};
+use super::{assert_close, exchanging, stepped};
 
 type Values<'a> = &'a [(&'a str, f64)];
 
 fn with(values: Values, contacts: i32) -> Host {
-    let host = Host::exchanging(5);
-    host.give(values);
-    host.give(&[("exchange.contacts", contacts.into())]);
-    host
-}
-
-/// Co-simulation of the same to the time `until` (s).
-fn steps(values: Values, until: f64) -> Host {
-    let host = Host::new();
-    host.give(values);
-    host.start();
-    assert_eq!(host.step(0.0, until), fmi2OK);
-    host
+    exchanging(&[values, &[("exchange.contacts", contacts.into())]].concat())
 }
 
 const AT_REST: Values = &[("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0)];
@@ -37,7 +25,7 @@ fn balls_at_rest_in_touch_stay_so() {
         master.whole_steps(1.0, 1e-2, Method::Rk4);
         assert!(host.states().iter().all(|state| *state == 0.0));
         assert!(host.indicators()[..4].iter().all(|z| *z < 0.0) && host.indicators()[4..] == [1.0; 4]);
-        assert_eq!((pulses(&host), master.events), (vec![0; 4], 1));
+        assert_eq!((host.pulses(), master.events), (vec![0; 4], 1));
     }
 }
 
@@ -46,8 +34,8 @@ fn a_ball_hits_four_at_rest_in_touch() {
     let host = with(ONE_LIFTED, 2);
     let mut master = Master::start(&host, 0.0);
     master.steps(1.0, 1e-3, Method::Rk4);
-    let other = steps(ONE_LIFTED, 1.0);
-    assert_eq!(pulses(&host), pulses(&other));
+    let other = stepped(ONE_LIFTED, 1.0);
+    assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v", "impulse", "overlap", "t_onset"], 1e-12);
     master.steps(20.0, 1e-3, Method::Rk4);
     let energy = host.get("E_total") / 0.025 - 1.0;
@@ -60,11 +48,11 @@ fn ties_from_both_ends_stay_mirrored() {
     let mut master = Master::start(&host, 0.0);
     for k in 1..=10 {
         master.steps(f64::from(k), 1e-3, Method::Rk4);
-        let (x, pulses) = (each(&host, "x"), pulses(&host));
+        let (x, pulses) = (host.each("x"), host.pulses());
         assert!((0..5).all(|i| (x[i] + x[4 - i]).abs() < 1e-6), "{x:?}");
         assert!((0..4).all(|i| pulses[i] == pulses[3 - i]), "{pulses:?}");
     }
-    assert_eq!(pulses(&host), pulses(&steps(BOTH_ENDS, 10.0)));
+    assert_eq!(host.pulses(), stepped(BOTH_ENDS, 10.0).pulses());
     assert!(host.get("E_residual").abs() < 1e-13);
 }
 
@@ -80,7 +68,7 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
     for (contacts, h) in [(1, 1e-8), (2, 1e-3)] {
         let host = with(values, contacts);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
-        assert_eq!((pulses(&host), host.get("t_onset[1]")), (vec![1, 0, 1, 0], 0.0));
+        assert_eq!((host.pulses(), host.get("t_onset[1]")), (vec![1, 0, 1, 0], 0.0));
         assert!(host.get("F[1]") > 0.0 && host.get_boolean("inContact[1]"));
         assert_eq!(host.reset(), fmi2OK);
         host.give(values);
@@ -90,9 +78,9 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
             assert_eq!((host.get("F[1]"), host.get_boolean("inContact[1]")), (0.0, false));
         }
         let until = if contacts == 1 { 1e-5 } else { 0.1 };
-        let other = steps(values, until);
+        let other = stepped(values, until);
         master.steps(until, h, Method::Rk4);
-        assert_eq!(pulses(&host), pulses(&other), "{contacts}");
+        assert_eq!(host.pulses(), other.pulses(), "{contacts}");
         let tolerance = if contacts == 1 { 1e-6 } else { 1e-11 };
         assert_close(&host, &other, &["x", "v", "impulse"], tolerance);
         assert_close(&host, &other, &["t_release"], 1e-9);
@@ -123,9 +111,9 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
     assert_eq!(host.set("F_ext[3]", 50.0), fmi2OK);
     master.time = onset;
     master.event();
-    assert!(pulses(&host).iter().sum::<i32>() > 0);
+    assert!(host.pulses().iter().sum::<i32>() > 0);
     master.steps(onset + 1e-4, 1e-5, Method::Rk4);
-    assert_eq!(pulses(&host), pulses(&other));
+    assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v"], 1e-7);
 }
 
@@ -142,16 +130,16 @@ fn a_chain_that_stays_pressed_is_resolved() {
     // Without gravity no period limits the duration of a group.
     for (gravity, contacts) in [(9.81, 1), (9.81, 2), (0.0, 1), (0.0, 2)] {
         let values = [&[("gravity", gravity)], values].concat();
-        let (other, host) = (steps(&values, 1e-3), with(&values, contacts));
+        let (other, host) = (stepped(&values, 1e-3), with(&values, contacts));
         let mut master = Master::start(&host, 0.0);
         assert!(master.next < 1e-12);
         master.steps(2e-6, 1e-7, Method::Rk4);
         assert_eq!(master.next, f64::INFINITY);
-        assert!((1..5).any(|i| host.get_boolean(&format!("inContact[{i}]"))));
+        assert!(host.each("inContact").contains(&1.0));
         master.steps(1e-3, 1e-7, Method::Rk4);
         assert_close(&host, &other, &["overlap"], 1e-12);
         assert_close(&host, &other, &["F"], 1e-2);
-        assert!(each(&host, "F").iter().all(|force| (force - 1e3).abs() < 1.0), "{:?}", each(&host, "F"));
+        assert!(host.each("F").iter().all(|force| (force - 1e3).abs() < 1.0), "{:?}", host.each("F"));
     }
 }
 
@@ -168,13 +156,12 @@ fn a_short_impact_beside_a_pair_that_stays_pressed_is_mapped() {
             ("F_ext[4]", 1e3),
             ("F_ext[5]", -1e3),
         ];
-        let (host, other) = (with(values, 2), steps(values, 1e-4));
+        let (host, other) = (with(values, 2), stepped(values, 1e-4));
         let mut master = Master::start(&host, 0.0);
-        assert_eq!((pulses(&host)[..3].to_vec(), host.get("F[1]")), (vec![1, 0, 0], 0.0));
-        let in_contact: Vec<bool> = (1..5).map(|i| host.get_boolean(&format!("inContact[{i}]"))).collect();
-        assert_eq!(in_contact, [false, false, false, closed]);
+        assert_eq!((host.pulses()[..3].to_vec(), host.get("F[1]")), (vec![1, 0, 0], 0.0));
+        assert_eq!(host.each("inContact"), [0.0, 0.0, 0.0, f64::from(closed)]);
         master.steps(1e-4, 1e-8, Method::Rk4);
-        assert_eq!(pulses(&host)[0], 1);
+        assert_eq!(host.pulses()[0], 1);
         assert_close(&host, &other, &["overlap"], 1e-11);
         for (i, tolerance) in [(1, 1e-12), (2, 1e-12), (4, 1e-4), (5, 1e-4)] {
             let (own, other) = (host.get(&format!("v[{i}]")), other.get(&format!("v[{i}]")));
@@ -194,7 +181,7 @@ fn a_late_event_goes_back_to_every_onset() {
             assert!(overlap <= 0.0 || rate <= 0.0, "{i} {overlap:e} {rate:e} at {}", master.time);
         }
     }
-    assert!(pulses(&host).iter().all(|pulses| *pulses >= 7), "{:?}", pulses(&host));
+    assert!(host.pulses().iter().all(|pulses| *pulses >= 7), "{:?}", host.pulses());
 }
 
 #[test]
@@ -218,13 +205,13 @@ fn an_event_with_nothing_due_changes_nothing() {
 
 #[test]
 fn a_resolved_pulse_is_that_of_co_simulation() {
-    let other = steps(&[], 0.71);
+    let other = stepped(&[], 0.71);
     let host = with(&[], 1);
     let mut master = Master::start(&host, 0.0);
     master.steps(0.70, 1e-3, Method::Rk4);
     while master.time < 0.71 {
-        let closed = (1..5).any(|i| host.get_boolean(&format!("inContact[{i}]")));
-        let near = each(&host, "overlap").iter().any(|overlap| overlap.abs() < 1e-5);
+        let closed = host.each("inContact").contains(&1.0);
+        let near = host.each("overlap").iter().any(|overlap| overlap.abs() < 1e-5);
         let h = if closed {
             2e-8
         } else if near {
@@ -234,11 +221,11 @@ fn a_resolved_pulse_is_that_of_co_simulation() {
         };
         master.step((master.time + h).min(master.next).min(0.71), Method::Rk4);
     }
-    assert_eq!(pulses(&host), pulses(&other));
+    assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v", "impulse"], 1e-6);
     assert_close(&host, &other, &["t_onset", "t_release"], 1e-7);
     for i in 1..5 {
-        let (own, other) = (host.get(&format!("F_peak[{i}]")), steps(&[], 0.71).get(&format!("F_peak[{i}]")));
+        let (own, other) = (host.get(&format!("F_peak[{i}]")), stepped(&[], 0.71).get(&format!("F_peak[{i}]")));
         assert!((own / other - 1.0).abs() < 1e-3, "{own} {other}");
     }
 }

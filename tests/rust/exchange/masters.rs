@@ -1,22 +1,19 @@
 //! Runs with mapped contacts by explicit methods: only the error of the method in flight is left.
 
 use cradle_host::exchange::{Master, Method};
-use cradle_host::{FIGURE_6, Host, fmi2OK};
+use cradle_host::{FIGURE_6, Host};
 
-use super::{assert_close, each, pulses};
+use super::{assert_close, exchanging, stepped};
 
 /// Figure 6's set-up, with the first two of five balls lifted by 1 m.
-fn figure_6(host: Host, pendulum: f64) -> Host {
-    host.give(&FIGURE_6);
-    host.give(&[("pendulum.model", pendulum)]);
-    host.give(&[("x_start[1]", -1.0), ("x_start[2]", -1.0)]);
-    host
+fn figure_6(pendulum: f64) -> Vec<(&'static str, f64)> {
+    [&FIGURE_6[..], &[("pendulum.model", pendulum), ("x_start[1]", -1.0), ("x_start[2]", -1.0)]].concat()
 }
 
 #[test]
 fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
     for whole in [true, false] {
-        let host = figure_6(Host::exchanging(5), 1.0);
+        let host = exchanging(&figure_6(1.0));
         let mut master = Master::start(&host, 0.0);
         match whole {
             true => master.whole_steps(240.0, 1e-3, Method::Rk4),
@@ -26,7 +23,7 @@ fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
                 master.steps(240.0, 1e-3, Method::Rk4);
             }
         }
-        assert_eq!(pulses(&host), [171, 342, 342, 171]);
+        assert_eq!(host.pulses(), [171, 342, 342, 171]);
         let energy = host.get("E_total") / 5.0 - 1.0;
         assert!(energy.abs() < 1e-12, "{energy:e}");
         assert!(host.get("E_dissipated") == 0.0 && host.get("W_external") == 0.0);
@@ -35,7 +32,7 @@ fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
 
 #[test]
 fn rk4_follows_figure_6_on_arcs() {
-    let host = figure_6(Host::exchanging(5), 2.0);
+    let host = exchanging(&figure_6(2.0));
     // Near a contact an overlap changes within the time in which balls pass each other, 0.03 s. Later the impacts do
     // not come one after the other any more, and rounding grows.
     Master::start(&host, 0.0).steps(4.0, 1e-4, Method::Rk4);
@@ -43,22 +40,20 @@ fn rk4_follows_figure_6_on_arcs() {
 }
 
 fn pulses_are_those_of_co_simulation(host: &Host, pendulum: f64, time: f64) {
-    let steps = figure_6(Host::new(), pendulum);
-    steps.start();
-    assert_eq!(steps.step(0.0, time), fmi2OK);
-    assert_eq!(pulses(host), pulses(&steps));
+    let steps = stepped(&figure_6(pendulum), time);
+    assert_eq!(host.pulses(), steps.pulses());
     for (family, scale) in
         [("angle", 1.0), ("impulse", 1e2), ("t_onset", 20.0), ("t_release", 20.0), ("x", 1.0), ("v", 2.0)]
     {
         assert_close(host, &steps, &[family], 1e-9 * scale);
     }
-    assert!(each(host, "F_peak").iter().all(|peak| *peak > 1e7));
+    assert!(host.each("F_peak").iter().all(|peak| *peak > 1e7));
     assert!(host.get("E_residual").abs() < 1e-11 && host.get_integer("solver.steps") == 0);
 }
 
 #[test]
 fn euler_leaves_exactly_what_euler_does() {
-    let host = figure_6(Host::exchanging(5), 1.0);
+    let host = exchanging(&figure_6(1.0));
     let mut master = Master::start(&host, 0.0);
     let (h, steps) = (1e-3, 20_000);
     master.whole_steps(f64::from(steps) * h, h, Method::Euler);
@@ -66,7 +61,7 @@ fn euler_leaves_exactly_what_euler_does() {
     let expected = (1.0 + 5.0 * h * h).powi(steps);
     let relative = host.get("E_total") / (5.0 * expected) - 1.0;
     assert!(relative.abs() < 1e-11, "{relative:e}");
-    assert!(pulses(&host).iter().all(|pulses| *pulses > 10), "{:?}", pulses(&host));
+    assert!(host.pulses().iter().all(|pulses| *pulses > 10), "{:?}", host.pulses());
 }
 
 #[test]

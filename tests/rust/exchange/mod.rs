@@ -7,22 +7,25 @@ mod rigid;
 mod states;
 mod touching;
 
-use cradle_host::Host;
+use cradle_host::{Host, fmi2OK};
 
-/// Onsets of each contact so far.
-fn pulses(host: &Host) -> Vec<i32> {
-    (1..host.balls).map(|i| host.get_integer(&format!("pulses[{i}]"))).collect()
+/// A component of five balls with these values.
+fn exchanging(values: &[(&str, f64)]) -> Host {
+    let host = Host::exchanging(5);
+    host.give(values);
+    host
 }
 
-/// Elements of an array.
-fn each(host: &Host, family: &str) -> Vec<f64> {
-    let count = if ["x", "v", "a", "angle"].contains(&family) { host.balls } else { host.balls - 1 };
-    (1..=count).map(|i| host.get(&format!("{family}[{i}]"))).collect()
+/// Co-simulation with these values to the time `until` (s).
+fn stepped(values: &[(&str, f64)], until: f64) -> Host {
+    let host = Host::started_with(values);
+    assert_eq!(host.step(0.0, until), fmi2OK);
+    host
 }
 
 fn assert_close(own: &Host, other: &Host, families: &[&str], tolerance: f64) {
     for family in families {
-        for (i, (own, other)) in each(own, family).into_iter().zip(each(other, family)).enumerate() {
+        for (i, (own, other)) in own.each(family).into_iter().zip(other.each(family)).enumerate() {
             assert!((own - other).abs() <= tolerance, "{family}[{}]: {own:e} {other:e}", i + 1);
         }
     }

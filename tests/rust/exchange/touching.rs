@@ -5,8 +5,6 @@ use cradle_host::Host;
 use cradle_host::exchange::{Master, Method};
 use proptest::prelude::*;
 
-use super::pulses;
-
 /// Events that may follow each other without an onset.
 const MOST: usize = 12;
 
@@ -16,7 +14,7 @@ const TOTAL: usize = 300;
 /// Integrates a component up to `time` (s); returns the onsets, the longest sequence of events without one, and all
 /// events.
 fn events(host: &Host, time: f64) -> (usize, usize, usize) {
-    let onsets = || pulses(host).into_iter().sum::<i32>() as usize;
+    let onsets = || host.pulses().into_iter().sum::<i32>() as usize;
     let mut master = Master::start(host, 0.0);
     let (mut before, mut at, mut most) = (onsets(), master.events, 0);
     while master.time < time && most <= MOST && master.events < TOTAL {

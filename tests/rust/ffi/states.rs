@@ -183,9 +183,7 @@ fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
 
 #[test]
 fn the_error_state_can_be_saved_and_left() {
-    let host = Host::new();
-    host.give(&[("gravity", 0.0), ("F_ext[1]", -1e300)]);
-    host.start();
+    let host = Host::started_with(&[("gravity", 0.0), ("F_ext[1]", -1e300)]);
     let before = host.save();
     assert_eq!((host.step(0.0, 1e9), host.set("F_ext[1]", 0.0), host.step(1e9, 1.0)), (fmi2OK, fmi2OK, fmi2Error));
     host.log();
