@@ -1,6 +1,6 @@
 //! Pendulums on arcs, against formulas and against linear ones.
 
-use cradle_host::{Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, fmi2OK};
 use newtons_cradle::engine::{Engine, EngineError, Fault, Results, Simulation, Unrecorded};
 use newtons_cradle::model::{ContactModel, Inputs, Parameters, PendulumModel, SolverMethod};
 
@@ -22,6 +22,7 @@ pub fn period(p: &Parameters, angle: f64) -> f64 {
     2.0 * std::f64::consts::PI / ((p.gravity / p.length).sqrt() * a)
 }
 
+/// Arcs differ from lines by the square of the amplitude.
 #[test]
 fn small_swings_are_linear() {
     // With contacts whose outcome does not hang on the last digits.
@@ -29,8 +30,9 @@ fn small_swings_are_linear() {
     let linear = Parameters { contact_model: ContactModel::PowerLaw, dead_band: 2.6e-9, ..hertz.clone() };
     let mass_ratio = vec![1.0, 1.5, 0.75, 1.25, 2.0];
     let rigid = Parameters { contact_model: ContactModel::Rigid, restitution: 0.9, mass_ratio, ..linear.clone() };
-    for p in [linear, hertz, rigid] {
-        let off = [1e-5, 1e-6].map(|amplitude| {
+    let figure_6 = Parameters { stiffness: 2.9e14, dead_band: 1.46e-7, ..linear.clone() };
+    for (p, small) in [(linear, 1e-6), (hertz, 1e-6), (rigid, 1e-6), (figure_6.clone(), 1e-5), (figure_6, 1e-4)] {
+        let off = [10.0 * small, small].map(|amplitude| {
             let x_start = p.x_start.iter().map(|x| amplitude * x.signum() * x.abs().ceil()).collect();
             let p = Parameters { x_start, ..p.clone() };
             let (arcs, lines) = (run(&p, 3.0), run(&Parameters { pendulum: PendulumModel::Linear, ..p.clone() }, 3.0));
@@ -39,7 +41,7 @@ fn small_swings_are_linear() {
                 |i: usize| f64::max((arcs.x(i) - lines.x(i)).abs() / amplitude, (arcs.v(i) - lines.v(i)).abs() / speed);
             (0..5).map(off).fold(0.0, f64::max)
         });
-        assert!(off[1] < 1e-12 && (50.0..200.0).contains(&(off[0] / off[1])), "{off:?}");
+        assert!(off[1] < small.powi(2) && (80.0..120.0).contains(&(off[0] / off[1])), "{off:?}");
     }
 }
 
@@ -115,15 +117,17 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
     };
     // Fast enough for a full turn.
     let fast = Parameters { v_start: vec![0.0, 20.0], ..p.clone() };
-    let EngineError::OffArc { time, ball: 1, fault: Fault::Horizontal } = ends(&fast, &Inputs::zero(2)) else {
-        panic!("it swings on")
-    };
+    let error = ends(&fast, &Inputs::zero(2));
+    let EngineError::OffArc { time, ball: 1, fault: Fault::Horizontal } = error else { panic!("{error}") };
+    assert!(error.to_string().starts_with("pendulum 2 swings beyond 90 degrees at t = 0."), "{error}");
     let until = run(&fast, time * (1.0 - 1e-12));
     assert!((until.angle(1).to_degrees() - 90.0).abs() < 1e-8);
     // Pushed back over the pivot by twice its weight.
     let pushed = Inputs { force: vec![20.0, 0.0], support_acceleration: 0.0 };
     let lifted = Parameters { x_start: vec![-1.9, 0.0], gap: vec![1.0], ..p };
-    assert_eq!(ends(&lifted, &pushed), EngineError::OffArc { time: 0.0, ball: 0, fault: Fault::Slack });
+    let error = ends(&lifted, &pushed);
+    assert_eq!(error, EngineError::OffArc { time: 0.0, ball: 0, fault: Fault::Slack });
+    assert!(error.to_string().starts_with("the string of ball 1 goes slack at t = 0 s"), "{error}");
 }
 
 #[test]
@@ -145,7 +149,7 @@ fn a_growing_force_lifts_a_ball_from_rest() {
 fn a_host_sees_the_error_and_the_last_values() {
     let host = Host::started_with(&[("pendulum.model", 2.0), ("v_start[5]", 20.0)]);
     assert_eq!(host.step(0.0, 0.05), fmi2OK);
-    assert_eq!(host.step(0.05, 1.0), fmi2Error);
+    host.refused(host.step(0.05, 1.0), "pendulum 5 swings beyond 90 degrees at t = 0.");
     assert!(host.get("angle[5]") > 0.4);
 }
 
