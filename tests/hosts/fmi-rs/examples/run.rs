@@ -4,62 +4,36 @@
 //!
 //! NAMES are joined by `;`. Model exchange is by the crate's Euler method, with steps of STEP / 512.
 
-use std::fs::{File, read_to_string};
+use std::fs::read_to_string;
 use std::path::Path;
-use std::sync::Arc;
 
-use cradle_host_fmi_rs::{CLOCK, settings};
-use fmi_rs::model_description::{fmi2, fmi3};
+use cradle_host_fmi_rs::simulate;
 use fmi_rs::sim::solver::ForwardEulerFactory;
-use fmi_rs::sim::{fmi2 as sim2, fmi3 as sim3};
 use fmi_rs::zip::extract_zip_archive;
-
-macro_rules! simulate {
-    ($sim:ident, $description:ident, $folder:ident, $arguments:ident) => {{
-        let [_, out, input, names, step, stop, options @ ..] = $arguments else { panic!("see the source") };
-        let given = |name: &str| options.iter().any(|option| option == name);
-        let (step, stop): (f64, f64) = (step.parse().unwrap(), stop.parse().unwrap());
-        let path = $folder.join("modelDescription.xml");
-        let model = Arc::new($description::ModelDescription::from_path(&path).unwrap());
-        let indices = names.split(';').map(|name| model.variable_index_by_name(name).unwrap()).collect();
-        let recorder = Arc::new($sim::recorder::Recorder::new($sim::Trajectories::new(model.clone(), indices)));
-        let input = (input != "-").then(|| {
-            let trajectories = $sim::csv::read_csv(File::open(input).unwrap(), model.clone()).unwrap();
-            Arc::new($sim::input::StaticInput::new(trajectories, CLOCK))
-        });
-        let start = options.iter().filter_map(|option| option.split_once('='));
-        let settings = settings!(
-            $sim,
-            unzipdir: $folder.to_owned(),
-            model_description: model,
-            stop_time: stop,
-            output_interval: step,
-            start_values: start.map(|(name, value)| (name.to_owned(), value.to_owned())).collect(),
-            event_mode_used: given("events"),
-            early_return_allowed: given("early")
-        );
-        let ended = if given("exchange") {
-            let solver = ForwardEulerFactory { fixed_step_size: step / 512.0 };
-            $sim::me::simulate(&settings, &solver, input, recorder.clone())
-        } else {
-            $sim::cs::simulate(&settings, input, recorder.clone())
-        };
-        $sim::csv::write_csv(&recorder.trajectories.borrow(), out).unwrap();
-        if let Err(problem) = ended {
-            eprintln!("error: {problem:?}");
-            std::process::exit(1);
-        }
-    }};
-}
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let unpacked = tempfile::TempDir::new().unwrap();
-    extract_zip_archive(Path::new(&arguments[0]), &unpacked).unwrap();
-    let (folder, arguments) = (unpacked.path(), arguments.as_slice());
-    if read_to_string(folder.join("modelDescription.xml")).unwrap().contains("fmiVersion=\"3.0\"") {
-        simulate!(sim3, fmi3, folder, arguments);
-    } else {
-        simulate!(sim2, fmi2, folder, arguments);
+    let [fmu, out, input, names, step, stop, options @ ..] = arguments.as_slice() else { panic!("see the source") };
+    let folder = tempfile::TempDir::new().unwrap();
+    extract_zip_archive(Path::new(fmu), &folder).unwrap();
+    let (step, stop): (f64, f64) = (step.parse().unwrap(), stop.parse().unwrap());
+    let given = |name: &str| options.iter().any(|option| option == name);
+    let solver = || given("exchange").then_some(ForwardEulerFactory { fixed_step_size: step / 512.0 });
+    let start = options.iter().filter_map(|option| option.split_once('='));
+    let start: Vec<_> = start.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
+    macro_rules! written {
+        ($version:tt, $sim:ident) => {{
+            let input = (input != "-").then_some(input.as_str());
+            let modes = [given("events"), given("early")];
+            let (recorder, ended) =
+                simulate!($version, folder.path(), names.split(';'), input, solver(), step, stop, start, modes);
+            fmi_rs::sim::$sim::csv::write_csv(&recorder.trajectories.borrow(), out).unwrap();
+            ended.err().map(|problem| format!("{problem:?}"))
+        }};
+    }
+    let is_3 = read_to_string(folder.path().join("modelDescription.xml")).unwrap().contains("fmiVersion=\"3.0\"");
+    if let Some(problem) = if is_3 { written!(3, fmi3) } else { written!(2, fmi2) } {
+        eprintln!("error: {problem}");
+        std::process::exit(1);
     }
 }

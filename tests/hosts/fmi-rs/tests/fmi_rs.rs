@@ -3,12 +3,12 @@
 
 use std::collections::HashSet;
 use std::path::Path;
-use std::sync::Arc;
 
-use cradle_host_fmi_rs::settings;
+use cradle_host_fmi_rs::simulate;
 use fmi_rs::model_description::{fmi2, fmi3};
+use fmi_rs::sim::SimulationError;
+use fmi_rs::sim::fmi3::VariableValue;
 use fmi_rs::sim::solver::{Dae, Ode, Solver, SolverFactory};
-use fmi_rs::sim::{SimulationError, fmi2 as sim2, fmi3 as sim3};
 use fmi_rs::zip::extract_zip_archive;
 use newtons_cradle::engine::{Engine, Pulse};
 use newtons_cradle::variables::{Description, START_TIME, STOP_TIME, Settings};
@@ -43,55 +43,25 @@ fn unpacked(path: &Path) -> TempDir {
 /// Runs the FMU of FMI 2.0 with this solver, or in co-simulation.
 fn run2(step: f64, solver: Option<Steps>) -> Record {
     let folder = unpacked(&cradle_host_fmi_rs::fmu());
-    let model = Arc::new(fmi2::ModelDescription::from_path(&folder.path().join("modelDescription.xml")).unwrap());
     let names = COMPARED.iter().flat_map(|(name, count)| match count {
         0 => vec![(*name).to_owned()],
         _ => (1..=*count).map(|i| format!("{name}[{i}]")).collect(),
     });
-    let indices = names.map(|name| model.variable_index_by_name(&name).unwrap()).collect();
-    let recorder = Arc::new(sim2::recorder::Recorder::new(sim2::Trajectories::new(model.clone(), indices)));
-    let settings = settings!(
-        sim2,
-        unzipdir: folder.path().to_owned(),
-        model_description: model,
-        stop_time: STOP_TIME,
-        output_interval: step,
-        start_values: Vec::new(),
-        event_mode_used: false,
-        early_return_allowed: false
-    );
-    match solver {
-        Some(solver) => sim2::me::simulate(&settings, &solver, None, recorder.clone()),
-        None => sim2::cs::simulate(&settings, None, recorder.clone()),
-    }
-    .unwrap();
+    let (recorder, ended) =
+        simulate!(2, folder.path(), names, None, solver, step, STOP_TIME, Vec::new(), [false, false]);
+    ended.unwrap();
     let recorded = recorder.trajectories.borrow();
     record(&recorded.time, recorded.rows.iter().map(|row| row.iter().map(|value| value.to_f64().unwrap()).collect()))
 }
 
 /// Runs the FMU of FMI 3.0 likewise. The elements of arrays over contacts that belong to none are left out.
-fn run3(step: f64, solver: Option<Steps>, [events, early]: [bool; 2]) -> Record {
+fn run3(step: f64, solver: Option<Steps>, modes: [bool; 2]) -> Record {
     let folder = unpacked(&cradle_host_fmi_rs::fmu3());
-    let model = Arc::new(fmi3::ModelDescription::from_path(&folder.path().join("modelDescription.xml")).unwrap());
-    let indices = COMPARED.iter().map(|(name, _)| model.variable_index_by_name(name).unwrap()).collect();
-    let recorder = Arc::new(sim3::recorder::Recorder::new(sim3::Trajectories::new(model.clone(), indices)));
-    let settings = settings!(
-        sim3,
-        unzipdir: folder.path().to_owned(),
-        model_description: model,
-        stop_time: STOP_TIME,
-        output_interval: step,
-        start_values: Vec::new(),
-        event_mode_used: events,
-        early_return_allowed: early
-    );
-    match solver {
-        Some(solver) => sim3::me::simulate(&settings, &solver, None, recorder.clone()),
-        None => sim3::cs::simulate(&settings, None, recorder.clone()),
-    }
-    .unwrap();
+    let names = COMPARED.map(|(name, _)| name);
+    let (recorder, ended) = simulate!(3, folder.path(), names, None, solver, step, STOP_TIME, Vec::new(), modes);
+    ended.unwrap();
     let recorded = recorder.trajectories.borrow();
-    let elements = |row: &Vec<sim3::VariableValue>| {
+    let elements = |row: &Vec<VariableValue>| {
         let values = row.iter().zip(COMPARED);
         values.flat_map(|(value, (_, count))| value.as_f64().unwrap().into_iter().take(count.max(1))).collect()
     };
