@@ -119,11 +119,6 @@ impl<'a> Master<'a> {
         master
     }
 
-    /// Takes over a component in Continuous-Time Mode, whose time and next event are still to be told.
-    pub fn resumed(host: &'a Host) -> Self {
-        Self { host, time: 0.0, next: f64::INFINITY, events: 0, indicators: host.indicators() }
-    }
-
     fn after(&mut self, info: fmi2EventInfo) {
         self.next = if info.nextEventTimeDefined != 0 { info.nextEventTime } else { f64::INFINITY };
         assert!(self.next > self.time, "{} {}", self.next, self.time);

@@ -13,6 +13,9 @@ use newtons_cradle::variables::{Array, Description, Settings};
 /// The answer is whether it asks for that.
 pub type Within = Box<dyn FnMut(fmi3Instance, f64, bool) -> bool>;
 
+/// A function that tells of states or event indicators.
+pub type Getter = unsafe extern "C" fn(fmi3Instance, *mut f64, usize) -> fmi3Status;
+
 #[derive(Default)]
 struct Environment {
     c: Cell<fmi3Instance>,
@@ -172,6 +175,13 @@ impl Host {
     /// Sets the elements of a real variable.
     pub fn set(&self, name: &str, values: &[f64]) -> fmi3Status {
         unsafe { fmi3SetFloat64(self.c, &vr(name), 1, values.as_ptr(), values.len()) }
+    }
+
+    /// What a function of model exchange tells of all states or indicators.
+    pub fn vector<const N: usize>(&self, get: Getter) -> [f64; N] {
+        let mut values = [f64::NAN; N];
+        assert_eq!(unsafe { get(self.c, values.as_mut_ptr(), N) }, fmi3OK, "{:?}", self.log());
+        values
     }
 
     /// The elements of a boolean variable.

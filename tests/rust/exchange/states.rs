@@ -18,7 +18,7 @@ fn a_restored_run_goes_on_with_the_same_bits() {
         master.steps(until, 1e-3, Method::Rk4);
         let (time, next, bytes, state) = (master.time, master.next, host.to_bytes(), host.save());
         let go_on = |host: &Host| {
-            let mut master = Master { time, next, ..Master::resumed(host) };
+            let mut master = Master { host, time, next, events: 0, indicators: host.indicators() };
             master.steps(time + 0.5e-4, 1e-6, Method::Rk4);
             (bits(host), host.to_bytes())
         };

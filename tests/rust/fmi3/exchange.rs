@@ -4,14 +4,6 @@ use newtons_cradle::fmi3::fmi3Status::fmi3Discard;
 
 use super::*;
 
-type Getter = unsafe extern "C" fn(fmi3Instance, *mut f64, usize) -> fmi3Status;
-
-fn vector(host: &Host, get: Getter, length: usize) -> Vec<f64> {
-    let mut values = vec![f64::NAN; length];
-    assert_eq!(unsafe { get(host.c, values.as_mut_ptr(), length) }, fmi3OK);
-    values
-}
-
 fn pulses(host: &Host) -> [u64; 5] {
     let mut pulses = [0; 5];
     assert_eq!(unsafe { fmi3GetUInt64(host.c, &vr("pulses"), 1, pulses.as_mut_ptr(), 5) }, fmi3OK);
@@ -44,9 +36,9 @@ fn count_ticks(host: &Host, onsets: &mut [u64; 5], releases: &mut [u64; 5], impu
 }
 
 /// As an instance of FMI 2.0 has them: without the impulse that belongs to no contact.
-fn own(mut states: Vec<f64>) -> Vec<f64> {
-    assert_eq!(states.remove(14), 0.0);
-    states
+fn own(states: [f64; 17]) -> Vec<f64> {
+    assert_eq!(states[14], 0.0);
+    [&states[..14], &states[15..]].concat()
 }
 
 #[test]
@@ -69,11 +61,11 @@ fn the_bits_are_those_of_fmi_2_and_each_pulse_ticks() {
             other.update();
             let changed = count_ticks(&exchange, &mut onsets, &mut releases, &mut impulses);
             assert!(changed || before == other.states(), "{k}");
-            let states = own(vector(&exchange, fmi3GetContinuousStates, 17));
+            let states = own(exchange.vector::<17>(fmi3GetContinuousStates));
             assert_eq!(states, other.states(), "{k}");
-            let rates = vector(&exchange, fmi3GetContinuousStateDerivatives, 17);
-            assert_eq!(own(rates.clone()), other.rates());
-            let indicators = vector(&exchange, fmi3GetEventIndicators, 10);
+            let rates = exchange.vector::<17>(fmi3GetContinuousStateDerivatives);
+            assert_eq!(own(rates), other.rates());
+            let indicators = exchange.vector::<10>(fmi3GetEventIndicators);
             assert_eq!([&indicators[..4], &indicators[5..9]].concat(), other.indicators());
             assert_eq!([indicators[4], indicators[9]], [1.0; 2]);
             assert_eq!(exchange.floats("z.contact", 5), indicators[..5]);
@@ -81,9 +73,9 @@ fn the_bits_are_those_of_fmi_2_and_each_pulse_ticks() {
             assert_eq!(exchange.floats("q", 5), states[..5]);
             assert_eq!(exchange.floats("der(q)", 5), rates[..5]);
             assert_eq!(exchange.floats("E_total", 1)[0], other.get("E_total"));
-            let (mut next, time) = (vector(&exchange, fmi3GetContinuousStates, 17), f64::from(k) * h);
+            let (mut next, time) = (exchange.vector::<17>(fmi3GetContinuousStates), f64::from(k) * h);
             next.iter_mut().zip(&rates).for_each(|(y, rate)| *y += h * rate);
-            other.place(time, &own(next.clone()));
+            other.place(time, &own(next));
             let (mut enter, mut terminate) = (0, 0);
             unsafe {
                 assert_eq!(fmi3EnterContinuousTimeMode(c), fmi3OK);
@@ -118,12 +110,12 @@ fn states_are_set_as_variables() {
     exchange.start();
     let c = exchange.c;
     assert_eq!(unsafe { fmi3EnterContinuousTimeMode(c) }, fmi3OK);
-    let (mut expected, speeds) = (vector(&exchange, fmi3GetContinuousStates, 17), [1.0, 2.0, 3.0, 4.0, 5.0]);
+    let (mut expected, speeds) = (exchange.vector::<17>(fmi3GetContinuousStates), [1.0, 2.0, 3.0, 4.0, 5.0]);
     let lost = |energy| exchange.set("E_dissipated", &[energy]);
     assert_eq!((exchange.set("v", &speeds), lost(0.25), lost(f64::INFINITY)), (fmi3OK, fmi3OK, fmi3Discard));
     expected[5..10].copy_from_slice(&speeds);
     expected[15] = 0.25;
-    assert_eq!(vector(&exchange, fmi3GetContinuousStates, 17), expected);
+    assert_eq!(exchange.vector::<17>(fmi3GetContinuousStates), expected);
     assert_eq!(exchange.floats("v", 5), speeds);
     unsafe {
         assert_eq!(fmi3SetTime(c, 0.1), fmi3OK);

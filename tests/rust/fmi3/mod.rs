@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
 
-use cradle_host::fmi3::{Host, vr};
+use cradle_host::fmi3::{Getter, Host, vr};
 use fmi_schema::fmi3::Fmi3ModelDescription;
 use fmi_schema::traits::FmiModelDescription;
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
@@ -108,7 +108,7 @@ fn weighted(function: Weighted, c: fmi3Instance) -> fmi3Status {
     unsafe { function(c, &vr("x"), 1, &vr("F_ext"), 1, [0.0; 5].as_ptr(), 5, [0.0; 5].as_mut_ptr(), 5) }
 }
 
-fn vector(get: unsafe extern "C" fn(fmi3Instance, *mut f64, usize) -> fmi3Status, c: fmi3Instance) -> fmi3Status {
+fn vector(get: Getter, c: fmi3Instance) -> fmi3Status {
     // In co-simulation it is refused, whatever its length.
     let length = if get as usize == fmi3GetEventIndicators as *const () as usize { 10 } else { 17 };
     unsafe { get(c, [0.0; 17].as_mut_ptr(), length) }

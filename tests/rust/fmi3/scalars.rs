@@ -12,12 +12,6 @@ fn instantiated(co_simulation: Option<[bool; 2]>) -> Host {
     Host::instantiated(&CString::new(token).unwrap(), co_simulation).unwrap()
 }
 
-fn states(host: &Host) -> [f64; 16] {
-    let mut states = [f64::NAN; 16];
-    assert_eq!(unsafe { fmi3GetContinuousStates(host.c, states.as_mut_ptr(), 16) }, fmi3OK);
-    states
-}
-
 #[test]
 fn the_description_has_the_variables_of_fmi_2() {
     for balls in [1, 2, 5, 13] {
@@ -45,7 +39,7 @@ fn states_and_values_are_those_of_fmi_2() {
     host.start();
     other.update();
     assert_eq!(host.update().0, fmi3OK);
-    assert_eq!(states(&host), other.states()[..]);
+    assert_eq!(host.vector::<16>(fmi3GetContinuousStates), other.states()[..]);
     for variable in variables(5).filter(|variable| variable.row.quantity.is_some()) {
         let mut value = f64::NAN;
         assert_eq!(unsafe { fmi3GetFloat64(host.c, &variable.reference(), 1, &mut value, 1) }, fmi3OK, "{variable}");
@@ -57,7 +51,7 @@ fn states_and_values_are_those_of_fmi_2() {
     unsafe {
         assert_eq!(fmi3EnterContinuousTimeMode(host.c), fmi3OK);
         assert_eq!(fmi3SetFloat64(host.c, references.as_ptr(), 16, values.as_ptr(), 16), fmi3OK);
-        assert_eq!(states(&host), values[..]);
+        assert_eq!(host.vector::<16>(fmi3GetContinuousStates), values[..]);
         assert_eq!(fmi3SetFloat64(host.c, &references[3], 1, &f64::NAN, 1), fmi3Discard);
     }
 }
