@@ -37,29 +37,10 @@ impl Engine {
         }
         let equations = ChainEquations { cradle: &bodies, state: &apart, forcings: &common };
         let mut series = equations.series(&[]);
-        // The motions, and in pressing contacts the forces that balance them with gravity, drag and inputs.
-        let ChainEquations { state, forcings, .. } = chain;
-        for (j, mode) in state.modes.iter().enumerate() {
-            if *mode != Mode::Pressing {
-                continue;
+        for (j, contact) in self.contacts.iter().enumerate() {
+            if let Some(constraint) = contact.constraint() {
+                series.set_forces(j, &[], &constraint.series(self.time.into()));
             }
-            let (ball, mut x, mut factorial) = (&self.cradle.balls[j], series.displacement(j).to_vec(), 1.0);
-            let v = series.rate(&x);
-            let a = series.rate(&v);
-            x[0] = state.x[j];
-            let left = (j > 0 && state.modes[j - 1] == Mode::Pressing).then(|| series.force_row(j - 1));
-            let force = |k: usize| {
-                factorial *= k.max(1) as f64;
-                let forcing = forcings[j].get(k).map_or(0.0, |forcing| forcing / factorial);
-                if ball.on_arc {
-                    let common = common[j].get(k).map_or(0.0, |common| common / factorial);
-                    return left.map_or(0.0, |left| left[k]) + ball.mass * (forcing - common);
-                }
-                let free = forcing - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k];
-                left.map_or(0.0, |left| left[k]) + ball.mass * (free - a[k])
-            };
-            let forces: Vec<f64> = (0..series.order).map(force).collect();
-            series.set_forces(j, &[], &forces);
         }
         series
     }

@@ -20,6 +20,7 @@ use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator};
 use crate::solver::root::{Smooth, falling_zero};
+use crate::solver::series::of_derivatives;
 
 /// Roundings of a number that several operations have added to.
 const ROUNDINGS: f64 = 8.0;
@@ -236,22 +237,27 @@ impl Constraint {
         forecast(self, self.anchor, [start, horizon], allowed, DoubleDouble::from)
     }
 
-    /// The force reversed and its first two derivatives `tau` after the anchor, N, N/s, N/s2.
-    fn tension(&self, tau: f64) -> [f64; 3] {
-        let (o, flight) = (&self.oscillator, &self.flight);
-        let own = shifted(&self.load, tau);
-        let (d, v) = flight.at(o, tau.into());
-        let a = flight.acceleration(o, tau, d, v);
-        let jerk = shifted(&flight.forcing, tau)[1] - o.omega2() * v - 2.0 * o.gamma() * a;
-        let motion = [d, v, a, jerk];
-        std::array::from_fn(|k| self.stiffness * motion[k] + self.drag * motion[k + 1] - own[k])
+    /// The force as a power series of the time from `t` on, N.
+    pub fn series(&self, t: DoubleDouble) -> Forcing {
+        of_derivatives(self.tension((t - self.anchor).value()).map(|tension| -tension))
+    }
+
+    /// The force reversed and its first derivatives `tau` after the anchor, N, N/s, ...
+    fn tension(&self, tau: f64) -> Forcing {
+        let (o, [forcing, load]) = (&self.oscillator, [&self.flight.forcing, &self.load].map(|f| shifted(f, tau)));
+        let mut motion = [0.0; MAX_FORCE_ORDER + 2];
+        (motion[0], motion[1]) = self.flight.at(o, tau.into());
+        for k in 0..MAX_FORCE_ORDER {
+            motion[k + 2] = forcing[k] - o.omega2() * motion[k] - 2.0 * o.gamma() * motion[k + 1];
+        }
+        std::array::from_fn(|k| self.stiffness * motion[k] + self.drag * motion[k + 1] - load[k])
     }
 }
 
 impl Smooth for Constraint {
     /// Tension beyond rounding.
     fn at(&self, tau: f64) -> [f64; 3] {
-        let [tension, rate, curvature] = self.tension(tau);
+        let [tension, rate, curvature, _] = self.tension(tau);
         [tension - self.rounding, rate, curvature]
     }
 
