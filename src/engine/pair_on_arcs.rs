@@ -18,7 +18,7 @@
 
 use crate::engine::cluster::{Course, Direction};
 use crate::engine::flight::Flight;
-use crate::model::{BallModel, ContactLaw, distances_between};
+use crate::model::{BallModel, ContactLaw, Pair};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{NODES, Power, Stretching, Table, weighted};
 use crate::solver::quadrature::gauss_legendre;
@@ -132,7 +132,7 @@ pub(crate) fn outcome(
     let Shape { p, sigma, kappa, times, weights, phi, slopes, powers, scalings, .. } = shape;
     let (p, sigma, kappa) = (*p, *sigma, *kappa);
     let (lengths, inverse_masses) = (balls.each_ref().map(|ball| ball.length), balls.map(|ball| 1.0 / ball.mass));
-    let distances = distances_between(balls.each_ref(), law.pivots, flights.map(|flight| flight.x));
+    let distances = Pair { balls: balls.each_ref(), law }.distances(flights.map(|flight| flight.x));
     let starts = [0, 1].map(|k| Course::at_start((&balls[k], flights[k])));
     let start = Direction::new(&starts[0], &starts[1], lengths, distances);
     let rate = starts[0].approach(&starts[1], &start);

@@ -131,8 +131,7 @@ pub(crate) fn support_force_vertical<S: Scalar>(chain: &impl Chain<S>) -> S {
 }
 
 pub(crate) fn overlap_rate<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
-    let states = [chain.state_of(i), chain.state_of(i + 1)];
-    super::arc::overlap_rate(chain.cradle().pair(i), &chain.cradle().contacts[i], states)
+    chain.cradle().pair(i).overlap_rate([chain.state_of(i), chain.state_of(i + 1)])
 }
 
 pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {

@@ -6,7 +6,7 @@
 //! line. On a line instead of arcs, the same functions give the linear model.
 
 use super::contact::ContactLaw;
-use super::cradle::BallModel;
+use super::cradle::{BallModel, Cradle};
 use crate::solver::dual::Scalar;
 
 /// Iterations of Newton's method at most, and the relative correction that ends them.
@@ -81,52 +81,112 @@ impl<S: Scalar> Line<S> {
     }
 }
 
-/// Horizontal and vertical way (m) by which the right one of two neighbours is beyond the left one, for their places
-/// along the paths (m): of equal pendulums without a difference of large numbers.
-fn ways_between<S: Scalar>(balls: [&BallModel<S>; 2], [l, r]: [S; 2]) -> [S; 2] {
-    if balls[0].length != balls[1].length {
-        let [left, right] = [balls[0].place(l), balls[1].place(r)];
-        return [right.x - left.x, right.y - left.y];
+/// Two neighbours and the law of their contact. Places and states are those along the paths (m, m/s).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair<'a, S = f64> {
+    pub balls: [&'a BallModel<S>; 2],
+    pub law: &'a ContactLaw<S>,
+}
+
+impl<S: Scalar> Cradle<S> {
+    /// The balls of contact `j` and its law.
+    pub(crate) fn pair(&self, j: usize) -> Pair<'_, S> {
+        Pair { balls: [&self.balls[j], &self.balls[j + 1]], law: &self.contacts[j] }
     }
-    let length = balls[0].length;
-    let (sin, cos) = (S::from(0.5) * (l + r) / length).sin_cos();
-    let chord = balls[0].chord(r - l);
-    [chord * cos, chord * sin]
 }
 
-/// Horizontal and vertical distance (m) of the centres of two neighbours on arcs whose pivots are so far apart (m), at
-/// these places along their paths (m).
-pub(crate) fn distances_between<S: Scalar>(balls: [&BallModel<S>; 2], pivots: S, places: [S; 2]) -> [S; 2] {
-    let [width, height] = ways_between(balls, places);
-    [pivots + width, height]
-}
-
-/// Overlap (m) of two neighbours at these places along their paths (m), with this distance of their pivots and
-/// clearance (m).
-pub(crate) fn overlap_between<S: Scalar>(balls: [&BallModel<S>; 2], [pivots, clearance]: [S; 2], places: [S; 2]) -> S {
-    if !balls[0].on_arc {
-        return places[0] - places[1] - clearance;
+impl<S: Scalar> Pair<'_, S> {
+    /// Horizontal and vertical way (m) by which the right one is beyond the left one: of equal pendulums without a
+    /// difference of large numbers.
+    fn ways(&self, [l, r]: [S; 2]) -> [S; 2] {
+        let [left, right] = self.balls;
+        if left.length != right.length {
+            let (left, right) = (left.place(l), right.place(r));
+            return [right.x - left.x, right.y - left.y];
+        }
+        let (sin, cos) = (S::from(0.5) * (l + r) / left.length).sin_cos();
+        let chord = left.chord(r - l);
+        [chord * cos, chord * sin]
     }
-    let [width, height] = ways_between(balls, places);
-    let excess = width * (S::from(2.0) * pivots + width) + height * height;
-    let distance = (pivots * pivots + excess).sqrt();
-    -(excess / (distance + pivots)) - clearance
-}
 
-/// The parts along the paths of two neighbours, at these places (m), of the direction from the left to the right one.
-pub(crate) fn parts_along<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, [l, r]: [S; 2]) -> [S; 2] {
-    if !balls[0].on_arc {
-        return [S::from(1.0); 2];
+    /// Horizontal and vertical distance (m) of the centres, on arcs.
+    pub fn distances(&self, places: [S; 2]) -> [S; 2] {
+        let [width, height] = self.ways(places);
+        [self.law.pivots + width, height]
     }
-    let [left, right] = [balls[0].place(l), balls[1].place(r)];
-    let line = Line::new(&left, &right, law.pivots);
-    [line.along(&left), line.along(&right)]
+
+    /// Their overlap, m.
+    pub fn overlap(&self, places: [S; 2]) -> S {
+        let ContactLaw { pivots, clearance, .. } = *self.law;
+        if !self.balls[0].on_arc {
+            return places[0] - places[1] - clearance;
+        }
+        let [width, height] = self.ways(places);
+        let excess = width * (S::from(2.0) * pivots + width) + height * height;
+        let distance = (pivots * pivots + excess).sqrt();
+        -(excess / (distance + pivots)) - clearance
+    }
+
+    /// The parts along the two paths of the direction from the left to the right one.
+    pub fn parts_along(&self, [l, r]: [S; 2]) -> [S; 2] {
+        if !self.balls[0].on_arc {
+            return [S::from(1.0); 2];
+        }
+        let [left, right] = [self.balls[0].place(l), self.balls[1].place(r)];
+        let line = Line::new(&left, &right, self.law.pivots);
+        [line.along(&left), line.along(&right)]
+    }
+
+    /// Rate of the overlap (m/s) in these states.
+    pub fn overlap_rate(&self, [l, r]: [(S, S); 2]) -> S {
+        let [left, right] = self.parts_along([l.0, r.0]);
+        l.1 * left - r.1 * right
+    }
+
+    /// The place of the right one for that of the left one and their overlap (m), by Newton's method; not a number if
+    /// it has none.
+    pub fn place_beside(&self, left: S, overlap: S) -> S {
+        let Self { balls, law } = self;
+        if !balls[0].on_arc {
+            return left - (overlap + law.clearance);
+        }
+        let mut place = left * balls[1].length / balls[0].length;
+        let (highest, mut settled) = (balls[1].length.value() * std::f64::consts::FRAC_PI_2, false);
+        for _ in 0..ITERATIONS {
+            let missing = self.overlap([left, place]) - overlap;
+            let [_, slope] = self.parts_along([left, place]);
+            let next = place + missing / slope;
+            let last = std::mem::replace(&mut settled, (next - place).value().abs() <= RESOLVED * highest);
+            place = S::from(next.value().clamp(-highest, highest)) + (next - S::from(next.value()));
+            // Derivatives follow one iteration later.
+            if last {
+                return place;
+            }
+        }
+        S::from(f64::NAN)
+    }
 }
 
-/// Rate of the overlap (m/s) for these states along the paths, m and m/s.
-pub(crate) fn overlap_rate<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, [l, r]: [(S, S); 2]) -> S {
-    let [left, right] = parts_along(balls, law, [l.0, r.0]);
-    l.1 * left - r.1 * right
+impl Pair<'_> {
+    /// Change of the overlap (m) by these `moves` (m) from `places`, with the digits of the moves.
+    #[inline]
+    pub fn change_of_overlap(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
+        if self.balls[0].on_arc { self.change_on_arcs(places, moves) } else { moves[0] - moves[1] }
+    }
+
+    fn change_on_arcs(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
+        let ways = [0, 1].map(|k| {
+            let length = self.balls[k].length;
+            let half = 0.5 * moves[k] / length;
+            let (chord, (sin, cos)) = (2.0 * length * libm::sin(half), libm::sincos(places[k] / length + half));
+            (chord * cos, chord * sin)
+        });
+        let [width, height] = self.distances(places);
+        let (wider, higher) = (ways[1].0 - ways[0].0, ways[1].1 - ways[0].1);
+        let distance = (width * width + height * height).sqrt();
+        let excess = wider * (2.0 * width + wider) + higher * (2.0 * height + higher);
+        -excess / ((distance * distance + excess).sqrt() + distance)
+    }
 }
 
 /// Overlap of two neighbours (m) with its rate (m/s) and acceleration (m/s2) from those of `G = (touch^2 - D^2) / (2
@@ -135,52 +195,4 @@ pub(crate) fn overlap_of_approach<S: Scalar>([g, rate, bend]: [S; 3], touch: S) 
     let (one, two) = (S::from(1.0), S::from(2.0));
     let q = (one - two * g / touch).sqrt();
     [two * g / (one + q), rate / q, bend / q + rate * rate / (touch * q * q * q)]
-}
-
-/// Changes of the overlap of two neighbours (m) and of its rate (m/s) for these displacements along their paths from
-/// `states` (m) and changes of their rates (m/s), with the digits of these.
-pub(crate) fn change_of_overlap(
-    balls: [&BallModel; 2],
-    law: &ContactLaw,
-    states: [(f64, f64); 2],
-    moves: [(f64, f64); 2],
-) -> [f64; 2] {
-    if !balls[0].on_arc {
-        return [moves[0].0 - moves[1].0, moves[0].1 - moves[1].1];
-    }
-    let ways = [0, 1].map(|k| {
-        let (half, length) = (0.5 * moves[k].0 / balls[k].length, balls[k].length);
-        let (chord, (sin, cos)) = (2.0 * length * libm::sin(half), libm::sincos(states[k].0 / length + half));
-        (chord * cos, chord * sin)
-    });
-    let [width, height] = distances_between(balls, law.pivots, states.map(|(place, _)| place));
-    let (wider, higher) = (ways[1].0 - ways[0].0, ways[1].1 - ways[0].1);
-    let distance = (width * width + height * height).sqrt();
-    let excess = wider * (2.0 * width + wider) + higher * (2.0 * height + higher);
-    let after = (distance * distance + excess).sqrt();
-    let then = [0, 1].map(|k| (states[k].0 + moves[k].0, states[k].1 + moves[k].1));
-    [-excess / (after + distance), overlap_rate(balls, law, then) - overlap_rate(balls, law, states)]
-}
-
-/// The place (m) of the right one of two neighbours along its path, for that of the left one and their overlap (m), by
-/// Newton's method; not a number if it has none.
-pub(crate) fn place_beside<S: Scalar>(balls: [&BallModel<S>; 2], law: &ContactLaw<S>, left: S, overlap: S) -> S {
-    if !balls[0].on_arc {
-        return left - (overlap + law.clearance);
-    }
-    let mut place = left * balls[1].length / balls[0].length;
-    let (highest, mut settled) = (balls[1].length.value() * std::f64::consts::FRAC_PI_2, false);
-    for _ in 0..ITERATIONS {
-        let missing = overlap_between(balls, [law.pivots, law.clearance], [left, place]) - overlap;
-        let right = balls[1].place(place);
-        let slope = Line::new(&balls[0].place(left), &right, law.pivots).along(&right);
-        let next = place + missing / slope;
-        let last = std::mem::replace(&mut settled, (next - place).value().abs() <= RESOLVED * highest);
-        place = S::from(next.value().clamp(-highest, highest)) + (next - S::from(next.value()));
-        // Derivatives follow one iteration later.
-        if last {
-            return place;
-        }
-    }
-    S::from(f64::NAN)
 }

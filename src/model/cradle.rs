@@ -92,11 +92,6 @@ impl Cradle {
         self.balls.iter().enumerate().map(of_ball).fold(0.0, f64::max)
     }
 
-    /// Whether the balls move on arcs.
-    pub fn on_arcs(&self) -> bool {
-        self.balls[0].on_arc
-    }
-
     /// Period of the first ball for small angles, s; infinite without gravity.
     pub fn period(&self) -> f64 {
         std::f64::consts::TAU / self.balls[0].omega2.sqrt()
@@ -104,9 +99,9 @@ impl Cradle {
 }
 
 impl<S: Scalar> Cradle<S> {
-    /// The balls of contact `j`.
-    pub(crate) fn pair(&self, j: usize) -> [&BallModel<S>; 2] {
-        [&self.balls[j], &self.balls[j + 1]]
+    /// Whether the balls move on arcs.
+    pub fn on_arcs(&self) -> bool {
+        self.balls[0].on_arc
     }
 
     /// The same cradle in other numbers.

@@ -18,9 +18,7 @@ mod parameters;
 mod results;
 
 #[cfg(feature = "engine")]
-pub(crate) use arc::{
-    change_of_overlap, distances_between, overlap_between, overlap_of_approach, overlap_rate, parts_along, place_beside,
-};
+pub(crate) use arc::{Pair, overlap_of_approach};
 #[cfg(feature = "engine")]
 pub use contact::{ContactLaw, Mode};
 #[cfg(feature = "engine")]

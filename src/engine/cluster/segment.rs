@@ -17,7 +17,7 @@ use super::window::{DenseOutput, Equations, OverlapSeries, Switch, Window, Windo
 use crate::engine::flight::{
     Ball, Flight, Rounding, RunningIntegrals, integrals_on_arc, places, shifted, start_by_centre,
 };
-use crate::model::{ContactLaw, Mode, overlap_between};
+use crate::model::{ContactLaw, Mode, Pair};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
@@ -226,9 +226,8 @@ impl Cluster {
                 let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
                 let distances = contacts.enumerate().map(|(k, (contact, law))| {
                     let Some(&[l, r]) = before.get(k..k + 2) else { return contact.overlap + law.clearance };
-                    let models = [&balls[first + k], &balls[first + k + 1]].map(|ball| ball.model);
-                    let known = overlap_between([&models[0], &models[1]], [law.pivots, law.clearance], [l, r]);
-                    (l - r) + (contact.overlap - known)
+                    let balls = [&balls[first + k].model, &balls[first + k + 1].model];
+                    (l - r) + (contact.overlap - Pair { balls, law }.overlap([l, r]))
                 });
                 let places = places(distances);
                 let start = start_by_centre(masses.zip(flights.iter().map(|flight| flight.x)).zip(places.clone()));

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::flight::{Ball, Flight, Forcing, Rounding};
-use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode, overlap_rate};
+use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode, Pair};
 use crate::next::Next;
 use crate::solver::dual::Scalar;
 
@@ -143,7 +143,7 @@ pub(crate) trait Equations<S: Scalar> {
     /// Rate of its overlap, m/s.
     fn overlap_rate(&self, j: usize) -> S {
         let [left, right] = [j, j + 1].map(|i| (self.position(i), self.velocity(i)));
-        overlap_rate([&self.ball(j), &self.ball(j + 1)], self.law(j), [left, right])
+        Pair { balls: [&self.ball(j), &self.ball(j + 1)], law: self.law(j) }.overlap_rate([left, right])
     }
 
     /// Reduced mass of its balls, kg.

@@ -7,7 +7,7 @@ use super::tangent::Run;
 use crate::engine::flight::Forcing;
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
-use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters, overlap_between};
+use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
 use crate::solver::dual::{Dual, Scalar};
 
 /// The last step of a run, by any method: the data for its derivatives.
@@ -160,9 +160,7 @@ fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) 
     };
     let (x, v): (Vec<Dual>, Vec<Dual>) = cradle.balls.iter().enumerate().map(along_path).unzip();
     let overlap = |j: usize| {
-        let law = &cradle.contacts[j];
-        let change = overlap_between(cradle.pair(j), [law.pivots, law.clearance], [x[j], x[j + 1]]);
-        Dual::with_tangent(state.overlaps[j], change.tangent())
+        Dual::with_tangent(state.overlaps[j], cradle.pair(j).overlap([x[j], x[j + 1]]).tangent())
     };
     let overlaps = (0..state.overlaps.len()).map(overlap).collect();
     ChainState { x, v, overlaps, modes: state.modes.clone() }

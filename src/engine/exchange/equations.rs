@@ -1,7 +1,7 @@
 //! The equations of motion, with contacts that act by flags, in doubles and dual numbers.
 
 use crate::model::algebraic::Chain;
-use crate::model::{BallModel, Cradle, Mode, overlap_rate, place_beside};
+use crate::model::{BallModel, Cradle, Mode};
 use crate::solver::dual::Scalar;
 
 /// Number of continuous states: the first position, the overlaps, the velocities, the impulses, the energy dissipated
@@ -31,8 +31,8 @@ impl<S: Scalar> State<S> {
         let mut x = Vec::with_capacity(n);
         let (mut place, _) = cradle.balls[0].along_path(y[0], S::default());
         x.push(place);
-        for (j, (law, overlap)) in cradle.contacts.iter().zip(&overlaps).enumerate() {
-            place = place_beside(cradle.pair(j), law, place, *overlap);
+        for (j, overlap) in overlaps.iter().enumerate() {
+            place = cradle.pair(j).place_beside(place, *overlap);
             x.push(place);
         }
         let along = |((ball, x), v): ((&BallModel<S>, &S), &S)| *v / ball.place(*x).cos;
@@ -48,8 +48,7 @@ impl<S: Scalar> State<S> {
 
     /// Rate of the overlap of contact `j`, m/s.
     pub fn overlap_rate(&self, cradle: &Cradle<S>, j: usize) -> S {
-        let states = [j, j + 1].map(|i| (self.x[i], self.v[i]));
-        overlap_rate(cradle.pair(j), &cradle.contacts[j], states)
+        cradle.pair(j).overlap_rate([j, j + 1].map(|i| (self.x[i], self.v[i])))
     }
 
     /// Force of a pressing contact, N. One that has yet to open although its overlap has vanished has no elastic force.

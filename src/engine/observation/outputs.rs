@@ -6,7 +6,7 @@ use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
 use crate::engine::records::BallStart;
 use crate::engine::run::{Engine, KnownState, NO_STEP, Phase};
 use crate::model::algebraic::{self, Chain, algebraic_results};
-use crate::model::{Cradle, Mode, Results, WorkCounters, change_of_overlap};
+use crate::model::{Cradle, Mode, Results, WorkCounters};
 use crate::next::{NEVER, Next};
 use crate::solver::double_double::DoubleDouble;
 
@@ -123,9 +123,7 @@ impl Engine {
             }
             None => self.balls[ball].moved(t).0,
         };
-        let anchors = [i, i + 1].map(|ball| (self.balls[ball].flight.x, 0.0));
-        let moves = [i, i + 1].map(|ball| (displacement(ball), 0.0));
-        between_anchors + change_of_overlap(self.cradle.pair(i), &self.cradle.contacts[i], anchors, moves)[0]
+        between_anchors + self.cradle.pair(i).change_of_overlap(self.anchors(i), [i, i + 1].map(displacement))
     }
 
     pub(crate) fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {

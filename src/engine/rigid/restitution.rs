@@ -16,7 +16,7 @@
 
 use std::ops::Range;
 
-use crate::model::{Cradle, parts_along};
+use crate::model::Cradle;
 use crate::solver::dual::Scalar;
 use crate::solver::queue::EventQueue;
 
@@ -37,7 +37,7 @@ impl<S: Scalar> Row<S> {
         let (mut factors, mut parts) = (vec![S::from(1.0)], Vec::with_capacity(balls.len() - 1));
         for j in balls.start..balls.end - 1 {
             let (factor, places) = (factors[factors.len() - 1], [j, j + 1].map(&place));
-            let [a, b] = parts_along(cradle.pair(j), &cradle.contacts[j], places);
+            let [a, b] = cradle.pair(j).parts_along(places);
             parts.push(a / factor);
             factors.push(factor * (b / a));
             let sense = |part: S| part.value().signum();

@@ -13,7 +13,7 @@ use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
 use crate::engine::records::StepStart;
 use crate::model::{
-    BallModel, ContactLaw, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters, overlap_rate,
+    BallModel, ContactLaw, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters,
 };
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::Stretching;
@@ -236,8 +236,8 @@ impl Engine {
                 && unassigned.mode != Mode::Open
             {
                 let states = [0, 1].map(|k| (self.balls[i + k].flight.x, self.balls[i + k].flight.v));
-                let rate = overlap_rate(self.cradle.pair(i), &self.cradle.contacts[i], states);
-                unassigned.mode = self.cradle.contacts[i].mode_when_closed(unassigned.overlap, rate);
+                let pair = self.cradle.pair(i);
+                unassigned.mode = pair.law.mode_when_closed(unassigned.overlap, pair.overlap_rate(states));
             }
         }
         self.form(0..self.contacts.len(), now);

@@ -7,7 +7,7 @@ use super::engine::Engine;
 use crate::engine::error::EngineError;
 use crate::engine::flight::{EVALUATIONS, Regime, Separation};
 use crate::engine::observer::{Observer, Unrecorded};
-use crate::model::{Mode, overlap_between, overlap_rate};
+use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -117,12 +117,13 @@ impl Engine {
     /// Closes the contacts that overlap at the start.
     pub(crate) fn close_where_overlapping(&mut self, start: DoubleDouble) {
         for i in 0..self.contacts.len() {
-            let (places, law) = ([0, 1].map(|k| self.balls[i + k].flight.x), &self.cradle.contacts[i]);
-            let overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], places);
-            let mode = if overlap > 0.0 { law.mode_when_closed(overlap, self.rate_at(i, start)) } else { Mode::Open };
-            self.contacts[i].unassign(overlap, mode);
+            let overlap = self.cradle.pair(i).overlap(self.anchors(i));
             if overlap > 0.0 {
+                let mode = self.cradle.contacts[i].mode_when_closed(overlap, self.rate_at(i, start));
+                self.contacts[i].unassign(overlap, mode);
                 self.begin_pulse(i, start, &mut Unrecorded);
+            } else {
+                self.contacts[i].unassign(overlap, Mode::Open);
             }
         }
     }
@@ -181,10 +182,9 @@ impl Engine {
         if self.cradle.on_arcs() {
             // Their series are about the same time.
             self.reanchor_free(i..i + 2, t);
-            let law = &self.cradle.contacts[i];
-            if -overlap > APART * law.pivots {
-                let places = [0, 1].map(|k| self.balls[i + k].flight_at(t).x);
-                overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], places);
+            let pair = self.cradle.pair(i);
+            if -overlap > APART * pair.law.pivots {
+                overlap = pair.overlap([0, 1].map(|k| self.balls[i + k].flight_at(t).x));
             }
         }
         self.contacts[i].phase = Phase::Open(self.separation(i, t, overlap), Next::Never);
@@ -202,13 +202,18 @@ impl Engine {
         Separation::new(&self.balls[i], &self.balls[i + 1], t, overlap, &self.cradle.contacts[i])
     }
 
+    /// Places (m) of the balls of contact `i` at their anchors.
+    pub(crate) fn anchors(&self, i: usize) -> [f64; 2] {
+        [i, i + 1].map(|ball| self.balls[ball].flight.x)
+    }
+
     /// Rate of the overlap of contact `i` (m/s) at `t`, between balls in flight.
     pub(crate) fn rate_at(&self, i: usize, t: DoubleDouble) -> f64 {
         let state = |ball: usize| {
             let (displacement, v) = self.balls[ball].moved(t);
             (self.balls[ball].flight.x + displacement, v)
         };
-        overlap_rate(self.cradle.pair(i), &self.cradle.contacts[i], [state(i), state(i + 1)])
+        self.cradle.pair(i).overlap_rate([state(i), state(i + 1)])
     }
 
     /// Forecasts from `t` on the next onset of contact `i`, whose balls are in flight, or the end of its constraint.

@@ -6,10 +6,10 @@ use std::ops::Range;
 use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::cluster::{Cluster, Control, Method, StepHistory, Switch, WindowContact};
-use crate::engine::flight::{Ball, Regime, RunningIntegrals};
+use crate::engine::flight::{Regime, RunningIntegrals};
 use crate::engine::observer::Observer;
 use crate::engine::pair_impact::{Interior, PairImpact};
-use crate::model::{Cradle, Mode, change_of_overlap, parts_along};
+use crate::model::Mode;
 use crate::solver::double_double::DoubleDouble;
 
 impl Engine {
@@ -83,13 +83,12 @@ impl Engine {
         let mut along = [1.0; 2];
         if self.cradle.on_arcs() {
             // The distance is not shorter than along its direction now, to which the paths turn by little.
-            let (law, pair) = (&self.cradle.contacts[j], self.cradle.pair(j));
-            along = parts_along(pair, law, [sides[0].0.flight.x, sides[1].0.flight.x]);
-            for ((ball, age, impact, _), model) in sides.iter().zip(pair) {
+            along = self.cradle.pair(j).parts_along(self.anchors(j));
+            for (ball, age, impact, _) in &sides {
                 let after = impact
                     .map_or(0.0, |impact| impact.outcome.velocities[0].abs().max(impact.outcome.velocities[1].abs()));
                 let way = (ball.flight.v.abs() + after) * (age + longest);
-                slack += way * way / model.length;
+                slack += way * way / ball.model.length;
             }
         }
         // Displacement since the anchor along the chord of the impact, or straight on in flight.
@@ -153,11 +152,10 @@ impl Engine {
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
         for (j, side) in [(i.wrapping_sub(1), 1), (i, 0)] {
             if let Some(Phase::BesideImpact(overlap)) = self.contacts.get_mut(j).map(|contact| &mut contact.phase) {
-                *overlap += match self.cradle.balls[i].on_arc {
-                    true => approach_on_arcs(&self.cradle, &self.balls, j, side, displacement),
-                    false if side == 0 => displacement,
-                    false => -displacement,
-                };
+                let (mut places, mut moves) = ([0, 1].map(|side| self.balls[j + side].flight.x), [0.0; 2]);
+                places[side] -= displacement;
+                moves[side] = displacement;
+                *overlap += self.cradle.pair(j).change_of_overlap(places, moves);
             }
         }
     }
@@ -261,15 +259,6 @@ impl Engine {
             self.cradle.contacts[i].force(overlap, rate)
         })
     }
-}
-
-/// How far (m) the displacement (m) of the left (0) or right (1) ball of contact `j`, on arcs, has brought it closer.
-#[cold]
-fn approach_on_arcs(cradle: &Cradle, balls: &[Ball], j: usize, side: usize, displacement: f64) -> f64 {
-    let (mut states, mut moves) = ([0, 1].map(|side| (balls[j + side].flight.x, 0.0)), [(0.0, 0.0); 2]);
-    states[side].0 -= displacement;
-    moves[side].0 = displacement;
-    change_of_overlap(cradle.pair(j), &cradle.contacts[j], states, moves)[0]
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use crate::engine::observer::Observer;
 use crate::engine::records::RAPID;
 use crate::engine::rigid::restitution::{self, Impact, Row};
 use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
-use crate::model::{Mode, overlap_between, parts_along};
+use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::Oscillator;
@@ -40,10 +40,9 @@ impl Engine {
     /// Refuses a start with overlapping rigid balls; an overlap by rounding counts as touching.
     pub(crate) fn touch_where_close(&mut self) -> Result<(), EngineError> {
         for i in 0..self.contacts.len() {
-            let (left, right) = (&self.balls[i].flight, &self.balls[i + 1].flight);
-            let law = &self.cradle.contacts[i];
-            let overlap = overlap_between(self.cradle.pair(i), [law.pivots, law.clearance], [left.x, right.x]);
-            let noise = 2.0 * f64::EPSILON * left.x.abs().max(right.x.abs());
+            let places = self.anchors(i);
+            let overlap = self.cradle.pair(i).overlap(places);
+            let noise = 2.0 * f64::EPSILON * places[0].abs().max(places[1].abs());
             if overlap > noise {
                 return Err(EngineError::Overlap { ball: i, overlap });
             }
@@ -102,12 +101,11 @@ impl Engine {
     /// build up over many impacts. The energy change counts as lost.
     fn align(&mut self, group: Range<usize>) {
         let distance = |j: usize| {
-            let (law, places) = (&self.cradle.contacts[j], [j, j + 1].map(|ball| self.balls[ball].flight.x));
+            let (pair, places) = (self.cradle.pair(j), self.anchors(j));
             if self.swing_as_one(j) {
-                return law.clearance;
+                return pair.law.clearance;
             }
-            let overlap = overlap_between(self.cradle.pair(j), [law.pivots, law.clearance], places);
-            places[0] - places[1] - overlap * parts_along(self.cradle.pair(j), law, places)[1]
+            places[0] - places[1] - pair.overlap(places) * pair.parts_along(places)[1]
         };
         let distances: Vec<f64> = group.clone().map(distance).collect();
         let places = places(distances.iter().copied());
@@ -270,7 +268,7 @@ impl Engine {
     /// Whether the balls of contact `j` swing as one while they stay in contact: on arcs, if they are equal pendulums
     /// that touch at equal angles.
     fn swing_as_one(&self, j: usize) -> bool {
-        let [left, right] = self.cradle.pair(j);
+        let [left, right] = self.cradle.pair(j).balls;
         let alike = left.length == right.length && left.gamma == right.gamma;
         !left.on_arc || alike && self.cradle.contacts[j].clearance == 0.0
     }

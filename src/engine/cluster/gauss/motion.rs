@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use super::arcs::{Arcs, Course, Direction};
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};
-use crate::model::{ContactLaw, Mode, SignOfForce, distances_between};
+use crate::model::{ContactLaw, Mode, Pair, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Stretching};
 use crate::solver::oscillator::Oscillator;
 
@@ -223,8 +223,8 @@ impl Motion {
         let lengths = |j: usize| [arcs.balls[j].length, arcs.balls[j + 1].length];
         arcs.starts.clear();
         arcs.starts.extend((0..laws.len()).map(|j| {
-            let pair = [&arcs.balls[j], &arcs.balls[j + 1]];
-            distances_between(pair, laws[j].pivots, [flights[j].x, flights[j + 1].x])
+            let pair = Pair { balls: [&arcs.balls[j], &arcs.balls[j + 1]], law: &laws[j] };
+            pair.distances([flights[j].x, flights[j + 1].x])
         }));
         let direction = |j: usize| Direction::new(&courses[j], &courses[j + 1], lengths(j), arcs.starts[j]);
         let directions: Vec<Direction<1>> = (0..laws.len()).map(direction).collect();

@@ -15,7 +15,7 @@ use std::cell::Ref;
 use super::motion::{Moment, Motion, Part, Samples};
 use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
-use crate::model::{Mode, change_of_overlap};
+use crate::model::{Mode, Pair};
 use crate::next::Next;
 use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
 use crate::solver::{root, series};
@@ -55,11 +55,12 @@ impl Motion {
             moment.contacts.push(if track.mode == Mode::Pressing {
                 self.overlap_by(&once, &twice, j, tau)
             } else if self.on_arcs() {
-                let models = [&self.arcs.balls[j], &self.arcs.balls[j + 1]];
+                let pair = Pair { balls: [&self.arcs.balls[j], &self.arcs.balls[j + 1]], law: &track.law };
                 let states = [j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v));
-                let moves = [j, j + 1].map(|i| (moment.balls[i][0], moment.balls[i][1]));
-                let [change, of_rate] = change_of_overlap(models, &track.law, states, moves);
-                [track.overlap + change, of_rate]
+                let moves = [j, j + 1].map(|i| moment.balls[i]);
+                let then = [0, 1].map(|k| (states[k].0 + moves[k][0], states[k].1 + moves[k][1]));
+                let change = pair.change_of_overlap(states.map(|(place, _)| place), moves.map(|[way, ..]| way));
+                [track.overlap + change, pair.overlap_rate(then) - pair.overlap_rate(states)]
             } else {
                 let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
                 [track.overlap + (left[0] - right[0]), left[1] - right[1]]

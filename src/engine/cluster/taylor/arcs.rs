@@ -5,7 +5,7 @@
 //! converges for as long as the motions do; [`overlap_of_approach`] makes an overlap of it.
 
 use crate::engine::cluster::window::Equations;
-use crate::model::{Mode, distances_between, overlap_of_approach};
+use crate::model::{Mode, Pair, overlap_of_approach};
 use crate::solver::dual::Scalar;
 use crate::solver::series::{product_term, sine_and_cosine_term};
 
@@ -121,8 +121,8 @@ impl<S: Scalar> Arcs<S> {
             arcs.width[at] = length * arcs.sin[r + k] - left * arcs.sin[l + k];
             arcs.height[at] = left * arcs.cos[l + k] - length * arcs.cos[r + k];
             if k == 0 {
-                let (pair, places) = ([equations.ball(j), equations.ball(i)], [j, i].map(|i| equations.position(i)));
-                [arcs.width[at], arcs.height[at]] = distances_between([&pair[0], &pair[1]], law.pivots, places);
+                let pair = Pair { balls: [&equations.ball(j), &equations.ball(i)], law };
+                [arcs.width[at], arcs.height[at]] = pair.distances([j, i].map(|i| equations.position(i)));
             }
             let part = |rows: &[S]| product_term(&rows[l..l + stride], &rows[l..l + stride], k);
             let square = part(&arcs.width) + part(&arcs.height);

@@ -11,7 +11,7 @@ use crate::engine::observer::{Observer, Pulse};
 use crate::engine::records::RAPID;
 use crate::engine::rigid::restitution;
 use crate::engine::run::{Engine, Keep, Phase, around};
-use crate::model::{Inputs, Mode, Parameters, change_of_overlap};
+use crate::model::{Inputs, Mode, Parameters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -200,21 +200,16 @@ impl Exchange {
         // With the balls on either side, if there are any.
         let wide = members.start.saturating_sub(1)..(members.end + 1).min(engine.balls.len());
         let [loss, work] = self.sums_place();
-        // Along the paths: the states at the end, and the ways and changes of velocities back.
-        let (mut states, mut moves) = (Vec::with_capacity(wide.len()), Vec::with_capacity(wide.len()));
-        let change_of = |j: usize, states: &[(f64, f64)], moves: &[(f64, f64)]| {
-            let pairs = ([states[0], states[1]], [moves[0], moves[1]]);
-            change_of_overlap(self.cradle.pair(j), &self.cradle.contacts[j], pairs.0, pairs.1)[0]
-        };
-        let mut edges = Vec::new();
+        // Along the paths: the places at the end, and the ways back from there.
+        let (mut places, mut moves, mut edges) = (Vec::new(), Vec::new(), Vec::new());
         for i in wide.clone() {
             let (mut ball, inputs) = (engine.balls[i].clone(), engine.own_forcing(i, end));
             ball.integrals = engine.integrals_at(i, end);
             (ball.flight.x, ball.flight.v) = engine.state_at(i, end);
             ball.anchor = START;
             let (displacement, v) = ball.moved(back.into());
-            states.push((ball.flight.x, ball.flight.v));
-            moves.push((displacement, v - ball.flight.v));
+            places.push(ball.flight.x);
+            moves.push(displacement);
             if members.contains(&i) {
                 for part in [
                     ball.integrals_under(&inputs, back.into()),
@@ -223,31 +218,28 @@ impl Exchange {
                     self.y[loss] += part.drag_loss;
                     self.y[work] += part.work;
                 }
-                let x = ball.flight.x + displacement;
-                let place = self.cradle.balls[first + i].place(x);
-                self.y[n + first + i] = v * place.cos;
-                let (k, still) = (first + i, (0.0, 0.0));
-                let change = (x - self.state.x[k], v - self.state.v[k]);
-                let state = |i: usize| (self.state.x[i], self.state.v[i]);
+                let (k, x) = (first + i, ball.flight.x + displacement);
+                let (place, change) = (self.cradle.balls[k].place(x), x - self.state.x[k]);
+                self.y[n + k] = v * place.cos;
                 if k == 0 {
                     self.y[0] = place.x;
                 } else if i == 0 {
                     // The ball beside is not part of the engine and continues.
-                    edges.push((k, change_of(k - 1, &[state(k - 1), state(k)], &[still, change])));
+                    edges.push((k - 1, [0.0, change]));
                 }
                 if i + 1 == engine.balls.len() && k + 1 < n {
-                    edges.push((1 + k, change_of(k, &[state(k), state(k + 1)], &[change, still])));
+                    edges.push((k, [change, 0.0]));
                 }
             }
         }
-        let overlaps: Vec<f64> = (0..states.len() - 1)
-            .map(|k| change_of(first + wide.start + k, &states[k..k + 2], &moves[k..k + 2]))
-            .collect();
-        edges.into_iter().for_each(|(place, change)| self.y[place] += change);
+        for (j, moves) in edges {
+            self.y[1 + j] += self.cradle.pair(j).change_of_overlap([self.state.x[j], self.state.x[j + 1]], moves);
+        }
         self.y[loss] += engine.totals.contact_loss;
         let is_closed = |j: usize| engine.contacts[j].constraint().is_some();
-        for (j, change) in (wide.start..).zip(overlaps) {
-            let overlap = engine.overlap_at(j, end).0 + change;
+        for (k, j) in (wide.start..wide.end - 1).enumerate() {
+            let (places, moves) = ([places[k], places[k + 1]], [moves[k], moves[k + 1]]);
+            let overlap = engine.overlap_at(j, end).0 + self.cradle.pair(first + j).change_of_overlap(places, moves);
             self.y[1 + first + j] = if is_closed(j) { 0.0 } else { overlap };
         }
         let start = DoubleDouble::from(self.time) + onset;
