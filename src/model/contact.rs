@@ -173,6 +173,24 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
+    /// Whether the law clips its force at zero.
+    pub fn clips(&self) -> bool {
+        match self.damping {
+            Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
+            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => true,
+        }
+    }
+
+    /// The mode of a closed contact at this overlap (m) and rate (m/s).
+    pub fn mode_when_closed(&self, overlap: S, rate: S) -> Mode {
+        let closed = |overlap: S| if overlap.value() > 0.0 { overlap } else { S::from(f64::MIN_POSITIVE) };
+        let clipped = match self.sign_of_force() {
+            Some(sign) => sign.at(overlap, rate).value() < 0.0,
+            None => self.clips() && self.unclipped_force(closed(overlap), rate).value() < 0.0,
+        };
+        if clipped { Mode::Clipped } else { Mode::Pressing }
+    }
+
     /// The exponent as an integer, if it is and stays one: powers are then products.
     pub fn whole_exponent(&self) -> Option<usize> {
         let whole = self.exponent.value() as usize;
@@ -205,15 +223,6 @@ impl ContactLaw {
         self.exponent == 1.0 && matches!(self.damping, Damping::None | Damping::KelvinVoigt { .. })
     }
 
-    /// The mode of a closed contact at this overlap (m) and rate (m/s).
-    pub fn mode_when_closed(&self, overlap: f64, rate: f64) -> Mode {
-        let clipped = match self.sign_of_force() {
-            Some(sign) => sign.at(overlap, rate) < 0.0,
-            None => self.clips() && self.unclipped_force(overlap.max(f64::MIN_POSITIVE), rate) < 0.0,
-        };
-        if clipped { Mode::Clipped } else { Mode::Pressing }
-    }
-
     /// Coefficient c of Kelvin and Voigt's laws, `F = F_el + c r`, N.s/m; 0 for the others.
     pub fn damping_coefficient(&self) -> f64 {
         match self.damping {
@@ -226,14 +235,6 @@ impl ContactLaw {
     /// force over the rate at which it closes.
     pub fn impedance(&self, m: f64) -> f64 {
         self.damping_coefficient() + (self.stiffness * m).sqrt()
-    }
-
-    /// Whether the law clips its force at zero.
-    pub fn clips(&self) -> bool {
-        match self.damping {
-            Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
-            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => true,
-        }
     }
 
     /// Overlap (m) at which the elastic force is `force` (N, >= 0).

@@ -38,9 +38,8 @@ const UNRESOLVED: f64 = 32.0;
 const SAME_VELOCITIES: f64 = 1e-6;
 
 pub(super) struct Run {
-    /// The coefficients that act, in doubles and with their derivatives.
-    cradle: Cradle,
-    along: Cradle<Dual>,
+    /// The coefficients that act.
+    cradle: Cradle<Dual>,
     state: ChainState<Dual>,
     forcings: Vec<Forcing<Dual>>,
     /// Time since these inputs act (s), and its derivative.
@@ -56,11 +55,10 @@ pub(super) struct Run {
 }
 
 impl Run {
-    pub fn new(along: Cradle<Dual>, state: ChainState<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
-        let none = vec![Dual::default(); along.contacts.len()];
+    pub fn new(cradle: Cradle<Dual>, state: ChainState<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
+        let none = vec![Dual::default(); cradle.contacts.len()];
         Self {
-            cradle: along.map(Dual::value),
-            along,
+            cradle,
             state,
             forcings,
             elapsed: DoubleDouble::default(),
@@ -74,20 +72,18 @@ impl Run {
     }
 
     /// The same motion from now on, under other coefficients and inputs.
-    pub fn under(self, along: Cradle<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
-        let cradle = along.map(Dual::value);
-        let mut next = Self { cradle, along, forcings, elapsed: DoubleDouble::default(), ..self };
-        for (j, law) in next.cradle.contacts.iter().enumerate().filter(|_| next.cradle.restitution.is_none()) {
+    pub fn under(self, cradle: Cradle<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
+        let mut next = Self { cradle, forcings, elapsed: DoubleDouble::default(), ..self };
+        for j in (0..next.state.modes.len()).filter(|_| next.cradle.restitution.is_none()) {
             if next.state.modes[j] != Mode::Open {
-                let rate = next.equations().overlap_rate(j).value();
-                next.state.modes[j] = law.mode_when_closed(next.state.overlaps[j].value(), rate);
+                next.state.modes[j] = next.mode_when_closed(j);
             }
         }
         next
     }
 
     fn equations(&self) -> ChainEquations<'_, Dual> {
-        ChainEquations { cradle: &self.along, state: &self.state, forcings: &self.forcings }
+        ChainEquations { cradle: &self.cradle, state: &self.state, forcings: &self.forcings }
     }
 
     /// Derivatives of the outputs that follow from the state, and of the impulses.
@@ -204,13 +200,12 @@ impl Run {
             let shift = if slope == 0.0 { 0.0 } else { -series::value(row, Dual::from(s)).tangent() / slope };
             Some((Dual::with_tangent(s, shift), switch))
         };
-        let (law, overlap) = (&self.along.contacts[j], series.overlap_row(j));
-        let mode = self.state.modes[j];
+        let (law, overlap, mode) = (&self.cradle.contacts[j], series.overlap_row(j), self.state.modes[j]);
         if mode == Mode::Open {
             return crossing(overlap, 1.0, until, self.rounding(j), Switch::Onset);
         }
         let release = crossing(overlap, -1.0, until, 0.0, Switch::Release);
-        if !self.cradle.contacts[j].clips() {
+        if !law.clips() {
             return release;
         }
         let until = release.map_or(until, |(s, _)| s.value());
@@ -225,7 +220,7 @@ impl Run {
     /// Rounding of the positions beside contact `j`, m: no deeper closing is an onset.
     fn rounding(&self, j: usize) -> f64 {
         let amplitude = |i: usize| {
-            let swing = self.cradle.balls[i].omega2.sqrt();
+            let swing = self.cradle.balls[i].omega2.value().sqrt();
             let of_velocity = if swing > 0.0 { self.state.v[i].value().abs() / swing } else { 0.0 };
             self.state.x[i].value().abs() + of_velocity
         };
@@ -237,10 +232,10 @@ impl Run {
         if self.cradle.on_arcs() {
             // What the inputs give, less the change of the momentum.
             let given = |(forcing, ball): (&Forcing<Dual>, &BallModel<Dual>)| ball.mass * integral_of(forcing, tau);
-            let given: Dual = self.forcings.iter().zip(&self.along.balls).map(given).sum();
+            let given: Dual = self.forcings.iter().zip(&self.cradle.balls).map(given).sum();
             self.support_impulse += given + momentum(&self.equations());
         }
-        for (i, ball) in self.along.balls.iter().enumerate().filter(|(_, ball)| !ball.on_arc) {
+        for (i, ball) in self.cradle.balls.iter().enumerate().filter(|(_, ball)| !ball.on_arc) {
             let displacement = series.displacement(i);
             let moved = series::value(displacement, s);
             let integral = self.state.x[i] * tau + Dual::from(series.unit) * series::integral(displacement, s);
@@ -274,12 +269,16 @@ impl Run {
         self.delay += tau.tangent();
     }
 
+    fn mode_when_closed(&self, j: usize) -> Mode {
+        self.cradle.contacts[j].mode_when_closed(self.state.overlaps[j], self.equations().overlap_rate(j))
+    }
+
     fn switch(&mut self, j: usize, switch: Switch) {
         if matches!(switch, Switch::Onset | Switch::Release) {
             self.state.overlaps[j] = Dual::default();
         }
         self.state.modes[j] = match switch {
-            Switch::Onset => self.cradle.contacts[j].mode_when_closed(0.0, self.equations().overlap_rate(j).value()),
+            Switch::Onset => self.mode_when_closed(j),
             Switch::Release => Mode::Open,
             Switch::Clip => Mode::Clipped,
             Switch::Unclip => Mode::Pressing,
@@ -288,7 +287,7 @@ impl Run {
 
     /// The rigid balls of contact `j` meet, and those that touch there.
     fn collide(&mut self, j: usize) -> Option<()> {
-        let e = self.along.restitution?;
+        let e = self.cradle.restitution?;
         let touch = |j: &usize| self.state.overlaps[*j].value() >= -self.rounding(*j);
         let first = (0..j).rev().take_while(touch).last().unwrap_or(j);
         let last = (j + 1..self.cradle.contacts.len()).take_while(touch).last().unwrap_or(j);
@@ -296,7 +295,7 @@ impl Run {
         if self.state.overlaps[first..=last].iter().any(|overlap| overlap.tangent() != 0.0) {
             return None;
         }
-        let row = Row::new(&self.along, first..last + 2, |i| self.state.x[i]).ok()?;
+        let row = Row::new(&self.cradle, first..last + 2, |i| self.state.x[i]).ok()?;
         let before = momentum(&self.equations());
         let v = &mut self.state.v[first..last + 2];
         let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
