@@ -159,9 +159,7 @@ fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) 
         (Dual::with_tangent(s, ds.tangent()), Dual::with_tangent(u, du.tangent()))
     };
     let (x, v): (Vec<Dual>, Vec<Dual>) = cradle.balls.iter().enumerate().map(along_path).unzip();
-    let overlap = |j: usize| {
-        Dual::with_tangent(state.overlaps[j], cradle.pair(j).overlap([x[j], x[j + 1]]).tangent())
-    };
+    let overlap = |j: usize| Dual::with_tangent(state.overlaps[j], cradle.pair(j).overlap([x[j], x[j + 1]]).tangent());
     let overlaps = (0..state.overlaps.len()).map(overlap).collect();
     ChainState { x, v, overlaps, modes: state.modes.clone() }
 }

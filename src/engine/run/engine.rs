@@ -12,9 +12,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
 use crate::engine::records::StepStart;
-use crate::model::{
-    BallModel, ContactLaw, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters,
-};
+use crate::model::{BallModel, ContactLaw, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::Stretching;
 use crate::solver::queue::EventQueue;
