@@ -69,7 +69,7 @@ impl Engine {
         let start = DoubleDouble::from(start_time);
         if engine.is_rigid() {
             engine.touch_where_close()?;
-            engine.settle(0..engine.contacts.len(), start, Keep::Nothing, &mut Unrecorded);
+            engine.settle(0..engine.contacts.len(), start, Keep::Nothing, &[], &mut Unrecorded);
         } else {
             engine.close_where_overlapping(start);
             engine.form(0..engine.contacts.len(), start);
@@ -227,7 +227,7 @@ impl Engine {
         self.caches.clear();
         if self.is_rigid() {
             // A contact that would have to pull from now on ends in the next step.
-            return self.settle(0..self.contacts.len(), now, Keep::Closed, &mut Unrecorded);
+            return self.settle(0..self.contacts.len(), now, Keep::Closed, &[], &mut Unrecorded);
         }
         for (i, contact) in self.contacts.iter_mut().enumerate() {
             if let Phase::Unassigned(unassigned) = &mut contact.phase

@@ -9,7 +9,6 @@
 //! in a contact that has chattered for very many impacts in a row, sooner. The energy lost counts as a loss of the
 //! impact.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::contact::{Keep, Phase, around};
@@ -92,9 +91,7 @@ impl Engine {
         }
         // A contact that closed without speed is pressed, if only by rounding.
         let keep = if approach <= unresolved { Keep::Contact(i) } else { Keep::Nothing };
-        let constraints = self.join_where_pressed(group.clone(), t, keep);
-        self.enter(&impacts, first, t, &constraints, observer);
-        self.go_on(group, t, constraints, observer);
+        self.settle(group, t, keep, &impacts, observer);
     }
 
     /// Adjusts the positions of the balls of the contacts `group` so that they touch exactly; otherwise rounding would
@@ -122,32 +119,11 @@ impl Engine {
         }
     }
 
-    /// Enters the impacts at `t` in the ledgers of the contacts, counted from `first`: pulses without duration, except
-    /// the last one of a contact among `constraints`, which lasts.
-    fn enter(
-        &mut self,
-        impacts: &[Impact<f64>],
-        first: usize,
-        t: DoubleDouble,
-        constraints: &[Option<Constraint>],
-        observer: &mut dyn Observer,
-    ) {
-        let mut seen = BTreeSet::new();
-        let is_last: Vec<bool> = impacts.iter().rev().map(|impact| seen.insert(impact.contact)).collect();
-        for (impact, is_last) in impacts.iter().zip(is_last.into_iter().rev()) {
-            let i = first + impact.contact;
-            self.set_closed(i, false, t, observer);
-            self.set_closed(i, true, t, observer);
-            self.contacts[i].ledger.add(impact.impulse, 0.0, 0.0);
-            self.set_closed(i, is_last && constraints[impact.contact].is_some(), t, observer);
-        }
-    }
-
     /// Ends the constraint of contact `i`, which would have to pull from `t` on.
     pub(crate) fn part(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let body = around(i, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
         self.separate(body.clone(), t);
-        self.settle(body, t, Keep::Nothing, observer);
+        self.settle(body, t, Keep::Nothing, &[], observer);
     }
 
     /// Begins or ends a pulse of the unassigned contact `i` at `t`, unless that is done.
@@ -222,32 +198,31 @@ impl Engine {
         (t - DoubleDouble::from(self.inputs.since)).value()
     }
 
-    /// Joins balls of the separated contacts `group` that press each other at `t` to bodies, and lets the others and
-    /// their neighbours fly.
-    pub(crate) fn settle(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep, observer: &mut dyn Observer) {
-        let constraints = self.join_where_pressed(group.clone(), t, keep);
-        self.go_on(group, t, constraints, observer);
-    }
-
-    /// Joins balls of `group` that press each other at `t` to bodies. Returns the constraint of each contact that has
-    /// one.
-    fn join_where_pressed(&mut self, group: Range<usize>, t: DoubleDouble, keep: Keep) -> Vec<Option<Constraint>> {
+    /// Joins balls of the separated contacts `group` that press each other at `t` to bodies, enters the `impacts`, with
+    /// contacts counted from the first of the group, in the ledgers, and lets the other balls and their neighbours fly.
+    pub(crate) fn settle(
+        &mut self,
+        group: Range<usize>,
+        t: DoubleDouble,
+        keep: Keep,
+        impacts: &[Impact<f64>],
+        observer: &mut dyn Observer,
+    ) {
         let mut constraints = vec![None; group.len()];
         let resting: Vec<usize> = group.clone().filter(|&j| self.rests(j)).collect();
         for run in resting.chunk_by(|left, right| left + 1 == *right) {
             self.press(run[0]..run[0] + run.len(), t, keep, &mut constraints[run[0] - group.start..]);
         }
-        constraints
-    }
-
-    /// Continues from `t` on: contacts with `constraints` last; the others of `group`, and those beside it, fly.
-    fn go_on(
-        &mut self,
-        group: Range<usize>,
-        t: DoubleDouble,
-        constraints: Vec<Option<Constraint>>,
-        observer: &mut dyn Observer,
-    ) {
+        let mut last = vec![0; group.len()];
+        impacts.iter().enumerate().for_each(|(k, impact)| last[impact.contact] = k);
+        for (k, Impact { contact, impulse }) in impacts.iter().enumerate() {
+            // A pulse without duration, unless the contact lasts from here on.
+            let (i, lasts) = (group.start + contact, k == last[*contact] && constraints[*contact].is_some());
+            self.set_closed(i, false, t, observer);
+            self.set_closed(i, true, t, observer);
+            self.contacts[i].ledger.add(*impulse, 0.0, 0.0);
+            self.set_closed(i, lasts, t, observer);
+        }
         let rounding = self.rounding(group.start..group.end + 1);
         let before = usize::from(group.start > 0);
         let beside = group.start - before..(group.end + 1).min(self.contacts.len());

@@ -89,7 +89,7 @@ impl Exchange {
             for block in restitution::pool(&masses, &v, |j, _| is_closed(j)) {
                 engine.balls[block.start..block.end].iter_mut().for_each(|ball| ball.flight.v = block.mean);
             }
-            engine.settle(all, START, Keep::Closed, observer);
+            engine.settle(all, START, Keep::Closed, &[], observer);
             return engine;
         }
         for j in all.clone().filter(|j| is_closed(*j)) {
