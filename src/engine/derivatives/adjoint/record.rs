@@ -11,7 +11,7 @@ use crate::engine::derivatives::chain_state::ChainState;
 use crate::engine::flight::{Flight, Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::Observer;
-use crate::model::{ContactLaw, Cradle, Mode, Parameters};
+use crate::model::{ContactLaw, Cradle, Inputs, Mode, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{Power, Stretching};
 use crate::solver::oscillator::Oscillator;
@@ -44,10 +44,7 @@ pub(crate) struct Recorder {
     last: DoubleDouble,
     /// Each contact: its overlap, if it is closed.
     overlaps: Vec<Option<f64>>,
-    /// Start of the current inputs (s): external forces, N, and acceleration of the support, m/s2.
-    since: f64,
-    pushes: Vec<Forcing>,
-    support: Forcing,
+    inputs: HeldInputs,
 }
 
 impl Observer for Recorder {
@@ -84,9 +81,7 @@ impl Recorder {
             v: start.v,
             time: vec![time.into(); balls],
             last: time.into(),
-            since: time,
-            pushes: Vec::new(),
-            support: Forcing::default(),
+            inputs: HeldInputs::constant(Inputs::zero(balls), time),
         }
     }
 
@@ -101,9 +96,7 @@ impl Recorder {
             self.tunings.push(Arc::new(Tuning { parameters: parameters.clone(), cradle, oscillators }));
             self.hold(NUMBERS_OF_TUNING * numbers_of_coefficients(self.x.len()))?;
         }
-        self.since = inputs.since;
-        self.pushes = (0..self.x.len()).map(|i| inputs.derivatives(|inputs| inputs.force[i])).collect();
-        self.support = inputs.derivatives(|inputs| inputs.support_acceleration);
+        self.inputs.clone_from(inputs);
         Some(())
     }
 
@@ -186,14 +179,16 @@ impl Recorder {
         Some(())
     }
 
-    /// The polynomials of the inputs, expanded about the time of this ball.
-    fn seen_from(&self, ball: usize, input: &Forcing) -> Forcing {
-        shifted(input, (self.time[ball] - self.since.into()).value())
+    /// The external force on this ball (N) and the acceleration of the support (m/s2), expanded about its time.
+    fn inputs_of(&self, ball: usize) -> [Forcing; 2] {
+        let (inputs, tau) = (&self.inputs, (self.time[ball] - self.inputs.since.into()).value());
+        let of = [inputs.derivatives(|i| i.force[ball]), inputs.derivatives(|i| i.support_acceleration)];
+        of.map(|input| shifted(&input, tau))
     }
 
     fn oscillate(&mut self, oscillation: &Oscillation, balls: Range<usize>, length: f64) -> Option<()> {
         let flight = |ball: usize| {
-            let [push, support] = [&self.pushes[ball], &self.support].map(|input| self.seen_from(ball, input));
+            let [push, support] = self.inputs_of(ball);
             let mass = oscillation.models[ball - balls.start].mass;
             let forcing = std::array::from_fn(|k| push[k] / mass - support[k]);
             (Flight { x: self.x[ball], v: self.v[ball], forcing }, push)
@@ -211,7 +206,8 @@ impl Recorder {
         self.room(1.0, Group::numbers_of(balls.len()))?;
         let (tuning, contacts) = (self.tunings.len() - 1, balls.start..balls.end - 1);
         let cradle = &self.tunings[tuning].cradle;
-        let pushes: Vec<Forcing> = balls.clone().map(|ball| self.seen_from(ball, &self.pushes[ball])).collect();
+        let [_, support] = self.inputs_of(balls.start);
+        let pushes: Vec<Forcing> = balls.clone().map(|ball| self.inputs_of(ball)[0]).collect();
         let overlaps = self.overlaps[contacts.clone()].iter().map(|overlap| overlap.unwrap_or_default());
         let group = Group {
             first: balls.start,
@@ -222,7 +218,7 @@ impl Recorder {
             v: &self.v[balls.clone()],
             overlaps: &overlaps.collect::<Vec<f64>>(),
             pushes: &pushes,
-            support: &self.seen_from(balls.start, &self.support),
+            support: &support,
             length,
             table: stretching.table(),
         };
