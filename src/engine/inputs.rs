@@ -26,6 +26,13 @@ impl HeldInputs {
         Self { since, values, derivatives: Vec::new() }
     }
 
+    /// Those from the time `since` (s) on with these values and derivatives, unless they are constant and act already.
+    pub fn changed(&self, since: f64, values: &Inputs, derivatives: &[Inputs]) -> Option<Self> {
+        let constant = derivatives.is_empty() && self.derivatives.is_empty();
+        let changed = || Self { since, values: values.clone(), derivatives: derivatives.to_vec() };
+        (!constant || *values != self.values).then(changed)
+    }
+
     /// The values and their derivatives, order by order.
     pub fn orders(&self) -> impl Iterator<Item = &Inputs> {
         std::iter::once(&self.values).chain(&self.derivatives)

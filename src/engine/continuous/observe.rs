@@ -98,14 +98,11 @@ impl Continuous {
             if reached > limit {
                 return Next::Never;
             }
-            if work >= LOOK_AHEAD {
-                return Next::not_before(reached.value_down(), self.time);
-            }
             ahead.events.clear();
-            work += self.ledgers.len() + 1;
-            if ahead.step().is_err() {
+            if work >= LOOK_AHEAD || ahead.step().is_err() {
                 return Next::not_before(reached.value_down(), self.time);
             }
+            work += self.ledgers.len() + 1;
         }
     }
 }

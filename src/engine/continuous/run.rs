@@ -138,9 +138,8 @@ impl Continuous {
 
     /// See [`Engine::hold`](crate::engine::Engine::hold).
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
-        let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
-        if !constant || *inputs != self.inputs.values {
-            self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
+        if let Some(inputs) = self.inputs.changed(self.time, inputs, derivatives) {
+            self.inputs = inputs;
             self.restart(self.trajectory.dynamics.cradle.clone());
         }
         Ok(())
@@ -195,11 +194,8 @@ impl Continuous {
             self.trajectory.step()?;
             steps += 1;
             if steps.is_multiple_of(WORK_PER_REPORT / (self.ledgers.len() as u64 + 1) + 1) {
-                observer.progress(Progress {
-                    time: self.trajectory.path().start().value(),
-                    events: steps,
-                    contact: None,
-                });
+                let time = self.trajectory.path().start().value();
+                observer.progress(Progress { time, events: steps, contact: None });
             }
         }
         self.time = time;

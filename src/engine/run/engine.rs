@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::caches::Caches;
-use super::contact::{Contact, Keep, Phase};
+use super::contact::{Contact, Keep};
 use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::error::EngineError;
@@ -12,7 +12,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
 use crate::engine::records::StepStart;
-use crate::model::{BallModel, ContactLaw, Cradle, Inputs, Mode, Parameters, PendulumModel, Results, WorkCounters};
+use crate::model::{BallModel, ContactLaw, Cradle, Inputs, Parameters, PendulumModel, Results, WorkCounters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::Stretching;
 use crate::solver::queue::EventQueue;
@@ -127,11 +127,10 @@ impl Engine {
     /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). The trajectory does not change if they are
     /// constant and act already. Values over the last step are lost.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
-        let constant = derivatives.is_empty() && self.inputs.derivatives.is_empty();
-        if !constant || *inputs != self.inputs.values {
+        if let Some(inputs) = self.inputs.changed(self.time, inputs, derivatives) {
             self.step.begin(self.time);
             self.suspend();
-            self.inputs = HeldInputs { since: self.time, values: inputs.clone(), derivatives: derivatives.to_vec() };
+            self.inputs = inputs;
             for (i, ball) in self.balls.iter_mut().enumerate() {
                 ball.flight.forcing = self.inputs.forcing(i, ball.model.mass);
             }
@@ -229,13 +228,9 @@ impl Engine {
             // A contact that would have to pull from now on ends in the next step.
             return self.settle(0..self.contacts.len(), now, Keep::Closed, &[], &mut Unrecorded);
         }
-        for (i, contact) in self.contacts.iter_mut().enumerate() {
-            if let Phase::Unassigned(unassigned) = &mut contact.phase
-                && unassigned.mode != Mode::Open
-            {
-                let states = [0, 1].map(|k| (self.balls[i + k].flight.x, self.balls[i + k].flight.v));
-                let pair = self.cradle.pair(i);
-                unassigned.mode = pair.law.mode_when_closed(unassigned.overlap, pair.overlap_rate(states));
+        for i in 0..self.contacts.len() {
+            if self.contacts[i].is_closed() {
+                self.set_pressing(i, self.contacts[i].overlap(), now);
             }
         }
         self.form(0..self.contacts.len(), now);

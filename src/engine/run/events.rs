@@ -106,22 +106,25 @@ impl Engine {
         self.reanchor_free(range.start..range.end + 1, t);
         self.unassign(range.clone());
         self.queue.remove(i);
-        let rate = self.rate_at(i, t);
-        self.contacts[i].unassign(0.0, self.cradle.contacts[i].mode_when_closed(0.0, rate));
+        self.set_pressing(i, 0.0, t);
         self.begin_pulse(i, t, observer);
         self.form(range, t);
+    }
+
+    /// Closes the unassigned contact `i` with this overlap (m) at `t`.
+    pub(crate) fn set_pressing(&mut self, i: usize, overlap: f64, t: DoubleDouble) {
+        let mode = self.cradle.contacts[i].mode_when_closed(overlap, self.rate_at(i, t));
+        self.contacts[i].unassign(overlap, mode);
     }
 
     /// Closes the contacts that overlap at the start.
     pub(crate) fn close_where_overlapping(&mut self, start: DoubleDouble) {
         for i in 0..self.contacts.len() {
             let overlap = self.cradle.pair(i).overlap(self.anchors(i));
+            self.contacts[i].unassign(overlap, Mode::Open);
             if overlap > 0.0 {
-                let mode = self.cradle.contacts[i].mode_when_closed(overlap, self.rate_at(i, start));
-                self.contacts[i].unassign(overlap, mode);
+                self.set_pressing(i, overlap, start);
                 self.begin_pulse(i, start, &mut Unrecorded);
-            } else {
-                self.contacts[i].unassign(overlap, Mode::Open);
             }
         }
     }

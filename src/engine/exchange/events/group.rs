@@ -93,10 +93,7 @@ impl Exchange {
             return engine;
         }
         for j in all.clone().filter(|j| is_closed(*j)) {
-            let overlap = engine.contacts[j].overlap();
-            let rate = engine.rate_at(j, START);
-            let mode = engine.cradle.contacts[j].mode_when_closed(overlap, rate);
-            engine.contacts[j].unassign(overlap, mode);
+            engine.set_pressing(j, engine.contacts[j].overlap(), START);
             engine.begin_pulse(j, START, observer);
         }
         engine.form(all.clone(), START);
