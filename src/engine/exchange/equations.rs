@@ -46,11 +46,6 @@ impl<S: Scalar> State<S> {
         state
     }
 
-    /// Rate of the overlap of contact `j`, m/s.
-    pub fn overlap_rate(&self, cradle: &Cradle<S>, j: usize) -> S {
-        cradle.pair(j).overlap_rate([j, j + 1].map(|i| (self.x[i], self.v[i])))
-    }
-
     /// Force of a pressing contact, N. One that has yet to open although its overlap has vanished has no elastic force.
     fn contact_force(&self, cradle: &Cradle<S>, modes: &[Mode], j: usize) -> S {
         if modes[j] != Mode::Pressing {
@@ -58,7 +53,8 @@ impl<S: Scalar> State<S> {
         }
         let overlap = self.overlaps[j];
         let overlap = if overlap.value() > 0.0 { overlap } else { S::from(f64::MIN_POSITIVE) };
-        cradle.contacts[j].unclipped_force(overlap, self.overlap_rate(cradle, j))
+        let rate = cradle.pair(j).overlap_rate([j, j + 1].map(|i| (self.x[i], self.v[i])));
+        cradle.contacts[j].unclipped_force(overlap, rate)
     }
 
     /// Constraint forces, N, by which balls joined by closed rigid contacts have one acceleration.

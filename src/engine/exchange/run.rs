@@ -131,7 +131,7 @@ impl Exchange {
 
     /// Overlap of contact `j`, m, and its rate, m/s.
     pub(super) fn overlap_and_rate(&self, j: usize) -> (f64, f64) {
-        (self.state.overlaps[j], self.state.overlap_rate(&self.cradle, j))
+        (self.state.overlaps[j], algebraic::overlap_rate(&self.view(), j))
     }
 
     pub(super) fn impulse_place(&self, j: usize) -> usize {

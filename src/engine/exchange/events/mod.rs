@@ -121,9 +121,7 @@ impl Exchange {
     fn close_due(&mut self) {
         let balls = self.flights();
         for j in 0..self.modes.len() {
-            let (overlap, rate) = self.overlap_and_rate(j);
-            let meets =
-                overlap > 0.0 || rate > 0.0 && -overlap <= rate * self.margin() || self.begins_to_press(&balls, j);
+            let meets = self.state.overlaps[j] > 0.0 || self.due_onset(&balls, j).is_some();
             if self.modes[j] == Mode::Open && meets {
                 self.close(j);
             }
