@@ -127,7 +127,7 @@ impl Simulation {
         let (stretches, Self::EventDriven(mut run)) = self.begun_again(parameters, start, history)? else {
             return None;
         };
-        let (mut then, mut recorder) = (parameters.clone(), Recorder::new(start, run.last_step().end));
+        let (mut then, mut recorder) = (parameters.clone(), Recorder::new(start, &run.last_step().end));
         for stretch in &stretches {
             then.tune(stretch.tunables);
             let inputs = stretch.inputs.at(run.time);

@@ -15,7 +15,7 @@
 
 use super::step_control::{Control, StepHistory};
 use super::taylor::Series;
-use super::window::{Equations, Window};
+use super::window::Window;
 use crate::engine::flight::{Flight, Rounding, forcing_at};
 use crate::model::Mode;
 use crate::solver::block_tridiagonal::{Row, solve};

@@ -9,7 +9,7 @@
 use std::cell::Cell;
 
 use super::natural::{Group, Sum};
-use super::window::{DenseOutput, Equations, OverlapSeries, Window, clipping};
+use super::window::{DenseOutput, OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding};
 use crate::model::Mode;
 use crate::next::Next;

@@ -42,7 +42,7 @@ pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
 /// Whether the closed contacts of a window are linear, and those that press join equal pendulums and are damped in
 /// proportion to their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
 fn apply_to(window: &Window) -> bool {
-    let Window { flights, balls, contacts, laws } = window;
+    let Window { flights, balls, contacts, laws, .. } = window;
     let mut first = 0;
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
         if contact.mode != Mode::Open && !law.is_linear() {
@@ -79,7 +79,7 @@ pub(crate) struct Group {
 impl Group {
     /// `None` if their masses or stiffnesses are too far apart.
     pub fn new(members: Range<usize>, window: &Window) -> Option<Self> {
-        let Window { flights, balls, contacts, laws } = window;
+        let Window { flights, balls, contacts, laws, .. } = window;
         let (first, size) = (members.start, members.len());
         let ball = &balls[first];
         let joints = &laws[first..first + size - 1];

@@ -13,11 +13,11 @@ use super::modes::Modes;
 use super::natural;
 use super::step_control::{Control, Method, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
-use super::window::{DenseOutput, Equations, OverlapSeries, Switch, Window, WindowContact, clipping};
+use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact, clipping};
 use crate::engine::flight::{
     Ball, Flight, Rounding, RunningIntegrals, integrals_on_arc, places, shifted, start_by_centre,
 };
-use crate::model::{ContactLaw, Mode, Pair};
+use crate::model::{ContactLaw, Cradle, Mode, Pair};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
@@ -238,10 +238,11 @@ impl Cluster {
     }
 
     /// Describes the motion from the start of the segment on and finds where the segment ends.
-    pub fn expand(&mut self, balls: &[Ball], laws: &[ContactLaw], control: &Control) {
+    pub fn expand(&mut self, balls: &[Ball], cradle: &Cradle, control: &Control) {
         let (flights, contacts) = (std::mem::take(&mut self.flights), std::mem::take(&mut self.contacts));
-        let (balls, laws) = (&balls[self.window.clone()], &laws[self.window_contacts()]);
-        let window = Window { flights: &flights, balls, contacts: &contacts, laws };
+        let (balls, models) = (&balls[self.window.clone()], &cradle.balls[self.window.clone()]);
+        let laws = &cradle.contacts[self.window_contacts()];
+        let window = Window { flights: &flights, models, balls, contacts: &contacts, laws };
         self.rates.clear();
         self.rates.extend((0..laws.len()).map(|j| window.overlap_rate(j)));
         let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));

@@ -1,5 +1,5 @@
 //! A window: a stretch of neighbouring balls and the contacts between them, at the start of a segment that is followed
-//! as a whole; and what a method is told of it ([`Equations`]) and has to tell of its motion ([`DenseOutput`]).
+//! as a whole; and what a method has to tell of its motion ([`DenseOutput`]).
 
 use serde::{Deserialize, Serialize};
 
@@ -16,19 +16,45 @@ const RINGING: f64 = 3.0;
 
 /// A contact at the start of a segment, or during an event while nothing else governs it.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct WindowContact {
+pub(crate) struct WindowContact<S = f64> {
     /// In m.
-    pub overlap: f64,
+    pub overlap: S,
     pub mode: Mode,
 }
 
-/// The balls and contacts of a window at the start of a segment.
+/// The balls and contacts of a window at the start of a segment: a part of a run in doubles, or a whole chain in dual
+/// numbers. Contact `j` is that of balls `j` and `j + 1`.
 #[derive(Clone, Copy)]
-pub(crate) struct Window<'a> {
-    pub flights: &'a [Flight],
+pub(crate) struct Window<'a, S = f64> {
+    pub flights: &'a [Flight<S>],
+    pub models: &'a [BallModel<S>],
+    /// The same balls in a run, with their oscillators; empty for a whole chain.
     pub balls: &'a [Ball],
-    pub contacts: &'a [WindowContact],
-    pub laws: &'a [ContactLaw],
+    pub contacts: &'a [WindowContact<S>],
+    pub laws: &'a [ContactLaw<S>],
+}
+
+impl<S: Scalar> Window<'_, S> {
+    /// Rate of the overlap of contact `j`, m/s.
+    pub fn overlap_rate(&self, j: usize) -> S {
+        let pair = Pair { balls: [&self.models[j], &self.models[j + 1]], law: &self.laws[j] };
+        pair.overlap_rate([j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v)))
+    }
+
+    /// Reduced mass of its balls, kg.
+    pub fn reduced_mass(&self, j: usize) -> f64 {
+        let [left, right] = [j, j + 1].map(|i| self.models[i].mass.value());
+        left * right / (left + right)
+    }
+
+    /// Whether its force by the law matters: it presses, or only the force tells when it will press again.
+    pub fn needs_force(&self, j: usize) -> bool {
+        match self.contacts[j].mode {
+            Mode::Open => false,
+            Mode::Pressing => true,
+            Mode::Clipped => self.laws[j].sign_of_force().is_none(),
+        }
+    }
 }
 
 impl Window<'_> {
@@ -67,40 +93,6 @@ impl Window<'_> {
     }
 }
 
-impl Equations<f64> for Window<'_> {
-    fn balls(&self) -> usize {
-        self.balls.len()
-    }
-
-    fn ball(&self, i: usize) -> BallModel {
-        self.balls[i].model
-    }
-
-    fn position(&self, i: usize) -> f64 {
-        self.flights[i].x
-    }
-
-    fn velocity(&self, i: usize) -> f64 {
-        self.flights[i].v
-    }
-
-    fn forcing(&self, i: usize) -> &Forcing {
-        &self.flights[i].forcing
-    }
-
-    fn law(&self, j: usize) -> &ContactLaw {
-        &self.laws[j]
-    }
-
-    fn overlap(&self, j: usize) -> f64 {
-        self.contacts[j].overlap
-    }
-
-    fn mode(&self, j: usize) -> Mode {
-        self.contacts[j].mode
-    }
-}
-
 /// Coefficients of an overlap: as many as its force has up to the highest derivative by time, and one more for a
 /// dashpot.
 pub(crate) type OverlapSeries<S = f64> = [S; MAX_OUTPUT_DERIVATIVE + 2];
@@ -120,46 +112,6 @@ pub(crate) enum Switch {
 /// and what it is.
 pub(crate) fn clipping(mode: Mode) -> (f64, Switch) {
     if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
-}
-
-/// A chain in a state, as the recurrences of power series need it: a window of a run in doubles, or a whole chain in
-/// dual numbers. Contact `j` is that of balls `j` and `j + 1`.
-pub(crate) trait Equations<S: Scalar> {
-    fn balls(&self) -> usize;
-    /// Mass and pendulum of ball `i`.
-    fn ball(&self, i: usize) -> BallModel<S>;
-    /// Its position, m.
-    fn position(&self, i: usize) -> S;
-    /// Its velocity, m/s.
-    fn velocity(&self, i: usize) -> S;
-    /// Its acceleration by the inputs.
-    fn forcing(&self, i: usize) -> &Forcing<S>;
-    /// Law of contact `j`.
-    fn law(&self, j: usize) -> &ContactLaw<S>;
-    /// Its overlap, m.
-    fn overlap(&self, j: usize) -> S;
-    fn mode(&self, j: usize) -> Mode;
-
-    /// Rate of its overlap, m/s.
-    fn overlap_rate(&self, j: usize) -> S {
-        let [left, right] = [j, j + 1].map(|i| (self.position(i), self.velocity(i)));
-        Pair { balls: [&self.ball(j), &self.ball(j + 1)], law: self.law(j) }.overlap_rate([left, right])
-    }
-
-    /// Reduced mass of its balls, kg.
-    fn reduced_mass(&self, j: usize) -> f64 {
-        let [left, right] = [j, j + 1].map(|i| self.ball(i).mass.value());
-        left * right / (left + right)
-    }
-
-    /// Whether its force by the law matters: it presses, or only the force tells when it will press again.
-    fn needs_force(&self, j: usize) -> bool {
-        match self.mode(j) {
-            Mode::Open => false,
-            Mode::Pressing => true,
-            Mode::Clipped => self.law(j).sign_of_force().is_none(),
-        }
-    }
 }
 
 /// The motion of a window on a segment as a method tells it: the door by which methods enter. Balls and contacts are

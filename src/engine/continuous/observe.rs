@@ -29,13 +29,12 @@ impl Continuous {
     /// The whole chain in the state `y` of the equations.
     fn chain(&self, y: &[f64]) -> ChainState {
         let n = self.cradle().balls.len();
-        let (x, v, overlaps) = (y[..n].to_vec(), y[n..2 * n].to_vec(), y[2 * n..3 * n - 1].to_vec());
-        let mode = |(i, law): (usize, &ContactLaw)| match overlaps[i] > 0.0 {
-            true => law.mode_when_closed(overlaps[i], v[i] - v[i + 1]),
-            false => Mode::Open,
+        let contact = |(i, law): (usize, &ContactLaw)| match y[2 * n + i] {
+            overlap if overlap > 0.0 => (overlap, law.mode_when_closed(overlap, y[n + i] - y[n + i + 1])),
+            overlap => (overlap, Mode::Open),
         };
-        let modes = self.cradle().contacts.iter().enumerate().map(mode).collect();
-        ChainState { x, v, overlaps, modes }
+        let balls = y[..n].iter().copied().zip(y[n..2 * n].iter().copied());
+        ChainState::new(balls, self.cradle().contacts.iter().enumerate().map(contact))
     }
 
     pub(crate) fn last_step(&self) -> LastStep<'_> {
@@ -52,7 +51,7 @@ impl Continuous {
     /// See [`by_time`]. The polynomials of the steps have too low an order for overlaps: the second and third
     /// derivatives of a force at rest are rounding and solver error.
     pub(crate) fn time_derivative(&self, order: usize) -> Differential {
-        by_time(self.cradle(), &self.chain(&self.y()), &self.inputs.at(self.time), order)
+        by_time(self.cradle(), self.chain(&self.y()), &self.inputs.at(self.time), order)
     }
 
     fn step_length(&self) -> f64 {

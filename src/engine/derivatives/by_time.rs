@@ -1,8 +1,8 @@
 //! Derivatives of the outputs by time.
 
-use super::chain_state::{ChainEquations, ChainState};
+use super::chain_state::{ChainState, WholeChain};
 use crate::engine::cluster::{INVERSE_FACTORIAL, Series};
-use crate::engine::flight::{Regime, shifted};
+use crate::engine::flight::{Flight, Regime, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
@@ -16,8 +16,9 @@ impl Engine {
     /// the third 4 or 5. A contact that has just closed, or whose inputs have just changed, rings by 1e-12 of its force
     /// from rounding; each derivative multiplies that by the angular frequency.
     pub fn time_derivative(&self, order: usize) -> Differential {
-        let (state, inputs) = (self.state_of_all(self.time.into()), self.inputs.at(self.time));
-        let chain = ChainEquations { cradle: &self.cradle, state: &state, forcings: &inputs.forcings(&self.cradle) };
+        let inputs = self.inputs.at(self.time);
+        let state = self.state_of_all(self.time.into()).under(inputs.forcings(&self.cradle));
+        let chain = WholeChain { cradle: &self.cradle, state: &state };
         let series = if self.contacts.iter().any(|contact| contact.constraint().is_some()) {
             self.series_of_bodies(&chain)
         } else {
@@ -28,15 +29,14 @@ impl Engine {
     }
 
     /// The series of rigid balls from `state` on, with the constraint forces of those that move as one body.
-    fn series_of_bodies(&self, chain: &ChainEquations<f64>) -> Series {
-        let (mut bodies, mut apart, mut common) = (self.cradle.clone(), chain.state.clone(), chain.forcings.to_vec());
-        apart.modes.fill(Mode::Open);
+    fn series_of_bodies(&self, chain: &WholeChain) -> Series {
+        let (mut bodies, mut apart) = (self.cradle.clone(), chain.state.clone());
+        apart.contacts.iter_mut().for_each(|contact| contact.mode = Mode::Open);
         for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.regime == Regime::Body) {
             (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
-            common[i] = shifted(&ball.flight.forcing, self.time - ball.anchor.value());
+            apart.flights[i].forcing = shifted(&ball.flight.forcing, self.time - ball.anchor.value());
         }
-        let equations = ChainEquations { cradle: &bodies, state: &apart, forcings: &common };
-        let mut series = equations.series(&[]);
+        let mut series = WholeChain { cradle: &bodies, state: &apart }.series(&[]);
         for (j, contact) in self.contacts.iter().enumerate() {
             if let Some(constraint) = contact.constraint() {
                 series.set_forces(j, &[], &constraint.series(self.time.into()));
@@ -47,8 +47,8 @@ impl Engine {
 }
 
 /// The same for a state under these inputs.
-pub(crate) fn by_time(cradle: &Cradle, state: &ChainState, inputs: &HeldInputs, order: usize) -> Differential {
-    let chain = ChainEquations { cradle, state, forcings: &inputs.forcings(cradle) };
+pub(crate) fn by_time(cradle: &Cradle, state: ChainState, inputs: &HeldInputs, order: usize) -> Differential {
+    let chain = WholeChain { cradle, state: &state.under(inputs.forcings(cradle)) };
     of_series(&chain, inputs, &chain.series(&[]), order)
 }
 
@@ -58,8 +58,8 @@ pub(crate) fn by_time(cradle: &Cradle, state: &ChainState, inputs: &HeldInputs, 
 /// `p' = sum F_ext - a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where
 /// an overlap vanishes under a law with an exponent that is not whole, its elastic force counts as 0 with all its
 /// derivatives.
-fn of_series(chain: &ChainEquations<f64>, inputs: &HeldInputs, series: &Series, order: usize) -> Differential {
-    let ChainEquations { cradle, state, forcings } = chain;
+fn of_series(chain: &WholeChain, inputs: &HeldInputs, series: &Series, order: usize) -> Differential {
+    let WholeChain { cradle, state } = chain;
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
     let [support, vertical] = match cradle.on_arcs() {
@@ -68,9 +68,9 @@ fn of_series(chain: &ChainEquations<f64>, inputs: &HeldInputs, series: &Series, 
     };
     let mut rates = Differential::zero(cradle.balls.len());
     let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
-    for (i, (ball, forcing)) in cradle.balls.iter().zip(*forcings).enumerate() {
+    for (i, (ball, Flight { x: start, forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let path = series.displacement(i);
-        let ([x, y], along) = (series.places(i, ball, state.x[i]), series.rate(path));
+        let ([x, y], along) = (series.places(i, ball, *start), series.rate(path));
         let v = series.rate(&x);
         (rates.x[i], rates.v[i]) = (of_order * x[order], of_order * v[order]);
         (rates.angle[i], rates.y[i]) = (of_order * path[order] / ball.length, of_order * y[order]);
@@ -88,8 +88,8 @@ fn of_series(chain: &ChainEquations<f64>, inputs: &HeldInputs, series: &Series, 
     (rates.momentum, rates.support_force) = (of_order * momentum[order], of_order * support[order]);
     rates.support_force_vertical = of_order * vertical[order];
     rates.energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
-    for (j, mode) in state.modes.iter().enumerate() {
-        let acts = if *mode == Mode::Pressing { 1.0 } else { 0.0 };
+    for (j, contact) in state.contacts.iter().enumerate() {
+        let acts = if contact.mode == Mode::Pressing { 1.0 } else { 0.0 };
         let force: Vec<f64> = series.force_row(j).iter().map(|f| acts * f).collect();
         (rates.force[j], rates.impulse[j]) = (of_order * force[order], of_rate * force[last]);
         let excess: Vec<f64> = force.iter().zip(series.elastic_row(j)).map(|(f, e)| f - e).collect();
@@ -100,8 +100,8 @@ fn of_series(chain: &ChainEquations<f64>, inputs: &HeldInputs, series: &Series, 
 
 /// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. Contact forces change it only as far as
 /// pendulums differ, so their parts are summed contact by contact, where they cancel exactly.
-fn support_series(chain: &ChainEquations<f64>, series: &Series) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
-    let ChainEquations { cradle, state, forcings } = chain;
+fn support_series(chain: &WholeChain, series: &Series) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
+    let WholeChain { cradle, state } = chain;
     let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     // Coefficients of accelerations times mass, with the factors omega2 and gamma.
     let mut add = |omega2: f64, gamma: f64, accelerations: &[f64]| {
@@ -115,14 +115,14 @@ fn support_series(chain: &ChainEquations<f64>, series: &Series) -> [f64; MAX_OUT
             }
         }
     };
-    for (j, pair) in cradle.balls.windows(2).enumerate().filter(|(j, _)| state.modes[*j] == Mode::Pressing) {
+    for (j, pair) in cradle.balls.windows(2).enumerate().filter(|(j, _)| state.contacts[*j].mode == Mode::Pressing) {
         add(pair[1].omega2 - pair[0].omega2, pair[1].gamma - pair[0].gamma, series.force_row(j));
     }
     let mut at_once = [0.0; 2];
-    for (i, (ball, forcing)) in cradle.balls.iter().zip(*forcings).enumerate() {
+    for (i, (ball, Flight { x: start, forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let (mut x, mut factorial) = (series.displacement(i).to_vec(), 1.0);
         let v = series.rate(&x);
-        x[0] = state.x[i];
+        x[0] = *start;
         let without_contacts = |(k, forcing): (usize, &f64)| {
             factorial *= k.max(1) as f64;
             ball.mass * (forcing / factorial - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k])
@@ -138,10 +138,10 @@ fn support_series(chain: &ChainEquations<f64>, series: &Series) -> [f64; MAX_OUT
 }
 
 /// Coefficients of the horizontal and the vertical force of balls on arcs on the support, by the tensions and the drag.
-fn support_on_arcs(chain: &ChainEquations<f64>, series: &Series) -> [[f64; MAX_OUTPUT_DERIVATIVE + 1]; 2] {
-    let ChainEquations { cradle, state, forcings } = chain;
+fn support_on_arcs(chain: &WholeChain, series: &Series) -> [[f64; MAX_OUTPUT_DERIVATIVE + 1]; 2] {
+    let WholeChain { cradle, state } = chain;
     let mut support = [[0.0; MAX_OUTPUT_DERIVATIVE + 1]; 2];
-    for (i, (ball, forcing)) in cradle.balls.iter().zip(*forcings).enumerate() {
+    for (i, (ball, Flight { forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let ([sin, cos], u) = (series.directions(i), series.rate(series.displacement(i)));
         let forcing: Vec<f64> = (0..forcing.len()).map(|k| forcing[k] * INVERSE_FACTORIAL[k]).collect();
         let mut pulls: Vec<f64> = (0..=MAX_OUTPUT_DERIVATIVE)
@@ -151,7 +151,7 @@ fn support_on_arcs(chain: &ChainEquations<f64>, series: &Series) -> [[f64; MAX_O
             })
             .collect();
         for (j, sign) in [(i.wrapping_sub(1), 1.0), (i, -1.0)] {
-            if state.modes.get(j) == Some(&Mode::Pressing) {
+            if state.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing) {
                 let outward = series.outward(j, i);
                 let push =
                     |(k, pull): (usize, &mut f64)| *pull += sign * product_term(series.force_row(j), &outward, k);

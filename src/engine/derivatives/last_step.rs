@@ -4,7 +4,8 @@
 use super::chain_state::ChainState;
 use super::history::Stretch;
 use super::tangent::Run;
-use crate::engine::flight::Forcing;
+use crate::engine::cluster::WindowContact;
+use crate::engine::flight::{Flight, Forcing};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
 use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
@@ -47,7 +48,7 @@ impl LastStep<'_> {
         }
         let along = self.cradle.map(Dual::from);
         let forcings = forcings_along(&along, &self.inputs, inputs);
-        let mut run = Run::new(along, lifted(&self.start), forcings);
+        let mut run = Run::new(along, lifted(&self.start).under(forcings));
         run.follow(Some(self.length))?;
         if run.is_cancelled() { None } else { self.outputs_of(run) }
     }
@@ -69,7 +70,7 @@ impl LastStep<'_> {
             let forcings = forcings_along(&along, &stretch.inputs.at(since), inputs);
             let begun = match run.take() {
                 Some(run) => run.under(along, forcings),
-                None => Run::new(along.clone(), start_along(start, &along, tangent), forcings),
+                None => Run::new(along.clone(), start_along(start, &along, tangent).under(forcings)),
             };
             let run = run.insert(begun);
             if (since..stretch.until).contains(&self.inputs.since) {
@@ -95,7 +96,7 @@ impl LastStep<'_> {
         let along = self.cradle.map(Dual::from);
         let held = self.inputs.at(self.inputs.since + self.length);
         let forcings = forcings_along(&along, &held, inputs);
-        let run = Run::new(along, lifted(&self.end), forcings);
+        let run = Run::new(along, lifted(&self.end).under(forcings));
         let outputs = run.outputs();
         Differential { next_onset: self.next_onset(run), ..outputs }
     }
@@ -104,9 +105,9 @@ impl LastStep<'_> {
     pub fn along_parameters(&self, parameters: &Parameters, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let along = Cradle::along(parameters, tangent);
         let forcings = forcings_along(&along, &self.inputs, inputs);
-        let state = start_along(&self.end, &along, tangent);
+        let state = start_along(&self.end, &along, tangent).under(forcings);
         let first = along.balls[0].omega2;
-        let run = Run::new(along, state, forcings);
+        let run = Run::new(along, state);
         let mut outputs = run.outputs();
         if self.cradle.restitution.is_some() {
             // Rigid contacts transmit nothing yet.
@@ -145,21 +146,23 @@ fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) ->
 
 /// A state without derivatives.
 fn lifted(state: &ChainState) -> ChainState<Dual> {
-    let lift = |values: &[f64]| values.iter().copied().map(Dual::from).collect();
-    ChainState { x: lift(&state.x), v: lift(&state.v), overlaps: lift(&state.overlaps), modes: state.modes.clone() }
+    let ball = |flight: &Flight| (flight.x.into(), flight.v.into());
+    let contact = |contact: &WindowContact| (contact.overlap.into(), contact.mode);
+    ChainState::new(state.flights.iter().map(ball), state.contacts.iter().map(contact))
 }
 
 /// The start state, with its derivatives for derivatives `tangent` of the parameters.
 fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
-    let along_path = |(i, ball): (usize, &BallModel<Dual>)| {
-        let (s, u) = (state.x[i], state.v[i]);
-        let place = ball.map(Dual::value).place(s);
-        let x = Dual::with_tangent(place.x, tangent.x_start[i]);
-        let (ds, du) = ball.along_path(x, Dual::with_tangent(u * place.cos, tangent.v_start[i]));
-        (Dual::with_tangent(s, ds.tangent()), Dual::with_tangent(u, du.tangent()))
-    };
-    let (x, v): (Vec<Dual>, Vec<Dual>) = cradle.balls.iter().enumerate().map(along_path).unzip();
-    let overlap = |j: usize| Dual::with_tangent(state.overlaps[j], cradle.pair(j).overlap([x[j], x[j + 1]]).tangent());
-    let overlaps = (0..state.overlaps.len()).map(overlap).collect();
-    ChainState { x, v, overlaps, modes: state.modes.clone() }
+    let mut start = lifted(state);
+    for (i, (ball, Flight { x, v, .. })) in cradle.balls.iter().zip(&mut start.flights).enumerate() {
+        let place = ball.map(Dual::value).place(x.value());
+        let deflection = Dual::with_tangent(place.x, tangent.x_start[i]);
+        let (ds, du) = ball.along_path(deflection, Dual::with_tangent(v.value() * place.cos, tangent.v_start[i]));
+        (*x, *v) = (Dual::with_tangent(x.value(), ds.tangent()), Dual::with_tangent(v.value(), du.tangent()));
+    }
+    for (j, contact) in start.contacts.iter_mut().enumerate() {
+        let change = cradle.pair(j).overlap([start.flights[j].x, start.flights[j + 1].x]);
+        contact.overlap = Dual::with_tangent(contact.overlap.value(), change.tangent());
+    }
+    start
 }

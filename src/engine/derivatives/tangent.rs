@@ -8,12 +8,12 @@
 //! Impacts of rigid balls are computed in dual numbers, too. There are no derivatives where balls stay in contact, nor
 //! where more than two touch whose impacts the direction would separate.
 
-use super::chain_state::{ChainEquations, ChainState};
-use crate::engine::cluster::{Control, Equations, Series, Switch, clipping, velocity_scale};
-use crate::engine::flight::{Forcing, integral_of, shifted};
+use super::chain_state::{ChainState, WholeChain};
+use crate::engine::cluster::{Control, Series, Switch, WindowContact, clipping, velocity_scale};
+use crate::engine::flight::{Flight, Forcing, integral_of, shifted};
 use crate::engine::rigid::restitution::{self, Row};
 use crate::model::algebraic::momentum;
-use crate::model::{BallModel, Cradle, Differential, Mode};
+use crate::model::{Cradle, Differential, Mode};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
@@ -41,7 +41,6 @@ pub(super) struct Run {
     /// The coefficients that act.
     cradle: Cradle<Dual>,
     state: ChainState<Dual>,
-    forcings: Vec<Forcing<Dual>>,
     /// Time since these inputs act (s), and its derivative.
     elapsed: DoubleDouble,
     pub delay: f64,
@@ -55,12 +54,11 @@ pub(super) struct Run {
 }
 
 impl Run {
-    pub fn new(cradle: Cradle<Dual>, state: ChainState<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
+    pub fn new(cradle: Cradle<Dual>, state: ChainState<Dual>) -> Self {
         let none = vec![Dual::default(); cradle.contacts.len()];
         Self {
             cradle,
             state,
-            forcings,
             elapsed: DoubleDouble::default(),
             delay: 0.0,
             largest: 0.0,
@@ -73,26 +71,27 @@ impl Run {
 
     /// The same motion from now on, under other coefficients and inputs.
     pub fn under(self, cradle: Cradle<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
-        let mut next = Self { cradle, forcings, elapsed: DoubleDouble::default(), ..self };
-        for j in (0..next.state.modes.len()).filter(|_| next.cradle.restitution.is_none()) {
-            if next.state.modes[j] != Mode::Open {
-                next.state.modes[j] = next.mode_when_closed(j);
+        let state = self.state.under(forcings);
+        let mut next = Self { cradle, state, elapsed: DoubleDouble::default(), ..self };
+        for j in (0..next.state.contacts.len()).filter(|_| next.cradle.restitution.is_none()) {
+            if next.state.contacts[j].mode != Mode::Open {
+                next.state.contacts[j].mode = next.mode_when_closed(j);
             }
         }
         next
     }
 
-    fn equations(&self) -> ChainEquations<'_, Dual> {
-        ChainEquations { cradle: &self.cradle, state: &self.state, forcings: &self.forcings }
+    fn chain(&self) -> WholeChain<'_, Dual> {
+        WholeChain { cradle: &self.cradle, state: &self.state }
     }
 
     /// Derivatives of the outputs that follow from the state, and of the impulses.
     pub fn outputs(&self) -> Differential {
-        let mut outputs = Differential::along(&self.equations());
+        let mut outputs = Differential::along(&self.chain());
         outputs.impulse = self.impulse.iter().map(|impulse| impulse.tangent()).collect();
         if self.cradle.restitution.is_some() {
             // A constraint force has none.
-            let pressing = outputs.force.iter_mut().zip(&self.state.modes).filter(|(_, mode)| **mode == Mode::Pressing);
+            let pressing = outputs.force.iter_mut().zip(&self.state.contacts).filter(|(_, c)| c.mode == Mode::Pressing);
             pressing.for_each(|(force, _)| *force = f64::NAN);
         }
         outputs
@@ -118,7 +117,7 @@ impl Run {
     /// Follows the motion to the time `until` after these inputs began to act (s), or just beyond the next onset;
     /// `None` if that takes too many segments, leaves the range of numbers, or has rigid balls that stay in contact.
     pub fn follow(&mut self, until: Option<f64>) -> Option<()> {
-        if self.cradle.restitution.is_some() && self.state.modes.iter().any(|mode| *mode != Mode::Open) {
+        if self.cradle.restitution.is_some() && self.state.contacts.iter().any(|contact| contact.mode != Mode::Open) {
             return None;
         }
         for _ in 0..MAX_SEGMENTS {
@@ -134,7 +133,7 @@ impl Run {
             };
             self.move_by(&series, tau);
             self.largest = self.largest.max(self.fastest_change());
-            if !self.state.v.iter().all(|v| v.value().is_finite() && v.tangent().is_finite()) {
+            if !self.state.flights.iter().all(|ball| (ball.v.value() + ball.v.tangent()).is_finite()) {
                 return None;
             }
             match switch {
@@ -149,7 +148,7 @@ impl Run {
     }
 
     fn fastest_change(&self) -> f64 {
-        self.state.v.iter().map(|v| v.tangent().abs()).fold(0.0, f64::max)
+        self.state.flights.iter().map(|ball| ball.v.tangent().abs()).fold(0.0, f64::max)
     }
 
     /// Whether the derivatives are only rounding.
@@ -159,9 +158,9 @@ impl Run {
 
     /// The series from now on, as far as their values and derivatives converge.
     fn expand(&self) -> Series<Dual> {
-        let (equations, mut series) = (self.equations(), Series::default());
+        let (chain, mut series) = (self.chain(), Series::default());
         let control = Control { order: ORDER, ..Control::new(TOLERANCE) };
-        let negligible = series.expand(&equations, &control, velocity_scale(&equations));
+        let negligible = series.expand(&chain.window(), &control, velocity_scale(&chain.window()));
         let convergence = |part: fn(Dual) -> f64| {
             let term = |i: usize, k: usize| k as f64 * part(series.displacement(i)[k]).abs() / series.unit;
             let largest = |k: usize| (0..self.cradle.balls.len()).map(|i| term(i, k)).fold(0.0, f64::max);
@@ -200,7 +199,7 @@ impl Run {
             let shift = if slope == 0.0 { 0.0 } else { -series::value(row, Dual::from(s)).tangent() / slope };
             Some((Dual::with_tangent(s, shift), switch))
         };
-        let (law, overlap, mode) = (&self.cradle.contacts[j], series.overlap_row(j), self.state.modes[j]);
+        let (law, overlap, mode) = (&self.cradle.contacts[j], series.overlap_row(j), self.state.contacts[j].mode);
         if mode == Mode::Open {
             return crossing(overlap, 1.0, until, self.rounding(j), Switch::Onset);
         }
@@ -221,8 +220,8 @@ impl Run {
     fn rounding(&self, j: usize) -> f64 {
         let amplitude = |i: usize| {
             let swing = self.cradle.balls[i].omega2.value().sqrt();
-            let of_velocity = if swing > 0.0 { self.state.v[i].value().abs() / swing } else { 0.0 };
-            self.state.x[i].value().abs() + of_velocity
+            let Flight { x, v, .. } = self.state.flights[i];
+            x.value().abs() + if swing > 0.0 { v.value().abs() / swing } else { 0.0 }
         };
         2.0 * f64::EPSILON * amplitude(j).max(amplitude(j + 1))
     }
@@ -231,17 +230,17 @@ impl Run {
         let s = tau / Dual::from(series.unit);
         if self.cradle.on_arcs() {
             // What the inputs give, less the change of the momentum.
-            let given = |(forcing, ball): (&Forcing<Dual>, &BallModel<Dual>)| ball.mass * integral_of(forcing, tau);
-            let given: Dual = self.forcings.iter().zip(&self.cradle.balls).map(given).sum();
-            self.support_impulse += given + momentum(&self.equations());
+            let balls = self.state.flights.iter().zip(&self.cradle.balls);
+            let given: Dual = balls.map(|(flight, ball)| ball.mass * integral_of(&flight.forcing, tau)).sum();
+            self.support_impulse += given + momentum(&self.chain());
         }
         for (i, ball) in self.cradle.balls.iter().enumerate().filter(|(_, ball)| !ball.on_arc) {
             let displacement = series.displacement(i);
             let moved = series::value(displacement, s);
-            let integral = self.state.x[i] * tau + Dual::from(series.unit) * series::integral(displacement, s);
+            let integral = self.state.flights[i].x * tau + Dual::from(series.unit) * series::integral(displacement, s);
             self.support_impulse += ball.mass * (ball.omega2 * integral + Dual::from(2.0) * ball.gamma * moved);
         }
-        let pressing = |j: &usize| self.state.modes[*j] == Mode::Pressing;
+        let pressing = |j: &usize| self.state.contacts[*j].mode == Mode::Pressing;
         for j in (0..self.cradle.contacts.len()).filter(pressing) {
             let force = series.force_row(j);
             self.impulse[j] += Dual::from(series.unit) * series::integral(force, s);
@@ -253,31 +252,31 @@ impl Run {
                 self.peak[j] = peak;
             }
         }
-        for (i, forcing) in self.forcings.iter_mut().enumerate() {
+        for (i, Flight { x, v, forcing }) in self.state.flights.iter_mut().enumerate() {
             let displacement = series.displacement(i);
-            self.state.x[i] += series::value(displacement, s);
-            self.state.v[i] = series::derivative(displacement, s) / Dual::from(series.unit);
+            *x += series::value(displacement, s);
+            *v = series::derivative(displacement, s) / Dual::from(series.unit);
             *forcing = shifted(forcing, tau);
         }
-        for (j, overlap) in self.state.overlaps.iter_mut().enumerate() {
-            (*overlap, _) = series.overlap_at(j, s);
+        for (j, contact) in self.state.contacts.iter_mut().enumerate() {
+            (contact.overlap, _) = series.overlap_at(j, s);
         }
         if self.cradle.on_arcs() {
-            self.support_impulse += -momentum(&self.equations());
+            self.support_impulse += -momentum(&self.chain());
         }
         self.elapsed += tau.value();
         self.delay += tau.tangent();
     }
 
     fn mode_when_closed(&self, j: usize) -> Mode {
-        self.cradle.contacts[j].mode_when_closed(self.state.overlaps[j], self.equations().overlap_rate(j))
+        self.cradle.contacts[j].mode_when_closed(self.state.contacts[j].overlap, self.chain().window().overlap_rate(j))
     }
 
     fn switch(&mut self, j: usize, switch: Switch) {
         if matches!(switch, Switch::Onset | Switch::Release) {
-            self.state.overlaps[j] = Dual::default();
+            self.state.contacts[j].overlap = Dual::default();
         }
-        self.state.modes[j] = match switch {
+        self.state.contacts[j].mode = match switch {
             Switch::Onset => self.mode_when_closed(j),
             Switch::Release => Mode::Open,
             Switch::Clip => Mode::Clipped,
@@ -288,41 +287,43 @@ impl Run {
     /// The rigid balls of contact `j` meet, and those that touch there.
     fn collide(&mut self, j: usize) -> Option<()> {
         let e = self.cradle.restitution?;
-        let touch = |j: &usize| self.state.overlaps[*j].value() >= -self.rounding(*j);
+        let touch = |j: &usize| self.state.contacts[*j].overlap.value() >= -self.rounding(*j);
         let first = (0..j).rev().take_while(touch).last().unwrap_or(j);
         let last = (j + 1..self.cradle.contacts.len()).take_while(touch).last().unwrap_or(j);
-        self.state.overlaps[j] = Dual::default();
-        if self.state.overlaps[first..=last].iter().any(|overlap| overlap.tangent() != 0.0) {
+        self.state.contacts[j].overlap = Dual::default();
+        if self.state.contacts[first..=last].iter().any(|contact| contact.overlap.tangent() != 0.0) {
             return None;
         }
-        let row = Row::new(&self.cradle, first..last + 2, |i| self.state.x[i]).ok()?;
-        let before = momentum(&self.equations());
-        let v = &mut self.state.v[first..last + 2];
+        let row = Row::new(&self.cradle, first..last + 2, |i| self.state.flights[i].x).ok()?;
+        let before = momentum(&self.chain());
+        let balls = first..last + 2;
+        let mut v: Vec<Dual> = self.state.flights[balls.clone()].iter().map(|ball| ball.v).collect();
         let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
         let unresolved = UNRESOLVED * f64::EPSILON * scale;
-        for impact in restitution::collide(&row, v, e, unresolved, unresolved).impacts {
+        for impact in restitution::collide(&row, &mut v, e, unresolved, unresolved).impacts {
             self.impulse[first + impact.contact] += impact.impulse;
-            self.state.overlaps[first + impact.contact] = Dual::default();
+            self.state.contacts[first + impact.contact].overlap = Dual::default();
         }
+        self.state.flights[balls].iter_mut().zip(v).for_each(|(ball, v)| ball.v = v);
         if self.cradle.on_arcs() {
-            self.support_impulse += before - momentum(&self.equations());
+            self.support_impulse += before - momentum(&self.chain());
         }
         // Without relative velocity they may stay in contact.
-        if self.equations().overlap_rate(j).value() < 0.0 { Some(()) } else { None }
+        if self.chain().window().overlap_rate(j).value() < 0.0 { Some(()) } else { None }
     }
 
     /// Takes the modes from `end`, because rounding decides the side of a switching at the end of the step. Refuses a
     /// step that ends with an impact of rigid balls.
     pub fn agree_with(&mut self, end: &ChainState) -> Option<()> {
-        let scale = end.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-        let differs = |(v, own): (&f64, &Dual)| (v - own.value()).abs() > SAME_VELOCITIES * scale;
-        if self.cradle.restitution.is_some() && end.v.iter().zip(&self.state.v).any(differs) {
+        let scale = end.flights.iter().fold(0.0, |most: f64, ball| most.max(ball.v.abs()));
+        let differs = |(end, own): (&Flight, &Flight<Dual>)| (end.v - own.v.value()).abs() > SAME_VELOCITIES * scale;
+        if self.cradle.restitution.is_some() && end.flights.iter().zip(&self.state.flights).any(differs) {
             return None;
         }
-        for (j, mode) in end.modes.iter().enumerate() {
-            if self.state.modes[j] != *mode {
-                self.state.modes[j] = *mode;
-                self.state.overlaps[j] = Dual::with_tangent(end.overlaps[j], self.state.overlaps[j].tangent());
+        for (end, own) in end.contacts.iter().zip(&mut self.state.contacts) {
+            if own.mode != end.mode {
+                *own =
+                    WindowContact { overlap: Dual::with_tangent(end.overlap, own.overlap.tangent()), mode: end.mode };
             }
         }
         Some(())

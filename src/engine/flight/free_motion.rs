@@ -62,13 +62,13 @@ pub(crate) fn shifted<S: Scalar>(forcing: &Forcing<S>, tau: S) -> Forcing<S> {
 
 /// Contact-free motion from an anchor on, in closed form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Flight {
+pub(crate) struct Flight<S = f64> {
     /// Position at the anchor, m.
-    pub x: f64,
+    pub x: S,
     /// Velocity at the anchor, m/s.
-    pub v: f64,
+    pub v: S,
     /// Acceleration by the inputs.
-    pub forcing: Forcing,
+    pub forcing: Forcing<S>,
 }
 
 /// Smallest overlap that counts, over the rounding of the positions.

@@ -102,9 +102,8 @@ impl Engine {
 
     /// The whole chain at the time `t`, not before any anchor.
     pub(crate) fn state_of_all(&self, t: DoubleDouble) -> ChainState {
-        let (x, v) = (0..self.balls.len()).map(|i| self.state_at(i, t)).unzip();
-        let (overlaps, modes) = (0..self.contacts.len()).map(|i| self.overlap_at(i, t)).unzip();
-        ChainState { x, v, overlaps, modes }
+        let balls = (0..self.balls.len()).map(|i| self.state_at(i, t));
+        ChainState::new(balls, (0..self.contacts.len()).map(|i| self.overlap_at(i, t)))
     }
 
     /// The overlap of contact `i` as a power series of the time from now on, if the contact presses with a force law.
@@ -206,9 +205,7 @@ impl Engine {
         let at = self.step.time.into();
         let ball = |i: usize| self.step.balls[i].map_or_else(|| self.state_at(i, at), |start| start.state);
         let contact = |i: usize| self.step.contacts[i].unwrap_or_else(|| self.overlap_at(i, at));
-        let (x, v) = (0..self.balls.len()).map(ball).unzip();
-        let (overlaps, modes) = (0..self.contacts.len()).map(contact).unzip();
-        ChainState { x, v, overlaps, modes }
+        ChainState::new((0..self.balls.len()).map(ball), (0..self.contacts.len()).map(contact))
     }
 }
 

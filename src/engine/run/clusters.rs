@@ -87,7 +87,7 @@ impl Engine {
 
     /// Computes the next segment of a cluster and puts it back in its place.
     fn follow(&mut self, id: usize, mut cluster: Box<Cluster>) {
-        cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+        cluster.expand(&self.balls, &self.cradle, &self.control);
         self.totals.work.steps = self.totals.work.steps.saturating_add(1);
         self.totals.work.evaluations = self.totals.work.evaluations.saturating_add(cluster.evaluations);
         let effort = SEGMENT * cluster.contacts.len() as u64 + EVALUATION * cluster.evaluations + cluster.searched();

@@ -182,7 +182,7 @@ impl Engine {
             if end == t {
                 break;
             }
-            cluster.expand(&self.balls, &self.cradle.contacts, &control);
+            cluster.expand(&self.balls, &self.cradle, &control);
         }
         for ball in &mut self.balls[i..i + 2] {
             ball.regime = Regime::Flight;
@@ -203,7 +203,7 @@ impl Engine {
         cluster.renew(members.clone(), members.clone(), impact.start, StepHistory::default());
         cluster.flights.extend(self.balls[members].iter().map(|ball| ball.flight));
         cluster.contacts.push(WindowContact { overlap: 0.0, mode: Mode::Pressing });
-        cluster.expand(&self.balls, &self.cradle.contacts, &self.control_within(impact));
+        cluster.expand(&self.balls, &self.cradle, &self.control_within(impact));
         cluster
     }
 
@@ -236,7 +236,7 @@ impl Engine {
         }
         let mut segment = last.segment.clone();
         segment.move_start(length, &self.balls, &self.cradle.contacts);
-        segment.expand(&self.balls, &self.cradle.contacts, &self.control_within(impact));
+        segment.expand(&self.balls, &self.cradle, &self.control_within(impact));
         Some(Interior { segment, impulse: last.impulse + last.segment.impulse(i, length), integrals })
     }
 

@@ -185,7 +185,7 @@ impl Engine {
         let mut cluster = Box::<Cluster>::default();
         cluster.renew(members, window, start, history);
         (cluster.flights, cluster.contacts) = (flights, contacts);
-        cluster.expand(&self.balls, &self.cradle.contacts, &self.control);
+        cluster.expand(&self.balls, &self.cradle, &self.control);
         self.queue.set(cluster.key(), cluster.end());
         self.clusters[id] = Some(cluster);
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::motion::{Motion, Track};
 use super::switching::fall;
-use crate::engine::cluster::window::{Equations, Window};
+use crate::engine::cluster::window::Window;
 use crate::engine::flight::{Flight, Rounding};
 use crate::model::{BallModel, ContactLaw, Damping, Mode};
 use crate::solver::gauss::{Power, Stretching};

@@ -16,7 +16,7 @@ mod step;
 mod switching;
 
 use super::step_control::Control;
-use super::window::{Equations, Switch, Window, WindowContact};
+use super::window::{Switch, Window, WindowContact};
 use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::gauss::NODES;

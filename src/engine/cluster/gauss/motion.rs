@@ -154,7 +154,7 @@ pub(crate) struct Motion {
 impl Motion {
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
-        let Window { flights, balls, contacts, laws } = window;
+        let Window { flights, balls, contacts, laws, .. } = window;
         self.end = None;
         self.flights.clear();
         self.flights.extend_from_slice(flights);
@@ -216,7 +216,7 @@ impl Motion {
 
     /// The same for balls on arcs.
     fn start_on_arcs(&mut self, window: &Window) {
-        let Window { flights, balls, contacts, laws } = window;
+        let Window { flights, balls, contacts, laws, .. } = window;
         let arcs = &mut self.arcs;
         arcs.balls.extend(balls.iter().map(|ball| ball.model));
         let courses: Vec<Course<1>> = arcs.balls.iter().zip(*flights).map(Course::at_start).collect();

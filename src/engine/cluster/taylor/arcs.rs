@@ -4,7 +4,7 @@
 //! large numbers. Of an open one, the row of overlaps has `G = (touch^2 - distance^2) / (2 touch)` instead, which
 //! converges for as long as the motions do; [`overlap_of_approach`] makes an overlap of it.
 
-use crate::engine::cluster::window::Equations;
+use crate::engine::cluster::window::Window;
 use crate::model::{Mode, Pair, overlap_of_approach};
 use crate::solver::dual::Scalar;
 use crate::solver::series::{product_term, sine_and_cosine_term};
@@ -53,14 +53,8 @@ impl<S: Scalar> Arcs<S> {
     }
 
     /// Enters the state at the start.
-    pub(super) fn begin(
-        &mut self,
-        equations: &impl Equations<S>,
-        stride: usize,
-        displacements: &[S],
-        overlaps: &mut [S],
-    ) {
-        let n = equations.balls();
+    pub(super) fn begin(&mut self, window: &Window<'_, S>, stride: usize, displacements: &[S], overlaps: &mut [S]) {
+        let n = window.models.len();
         self.stride = stride;
         let Arcs {
             lengths,
@@ -77,38 +71,39 @@ impl<S: Scalar> Arcs<S> {
         } = self;
         for rows in [angles, sin, cos, width, height, distance, nx, ny, left, right] {
             rows.clear();
-            rows.resize(if equations.ball(0).on_arc { n * stride } else { 0 }, S::default());
+            rows.resize(if window.models[0].on_arc { n * stride } else { 0 }, S::default());
         }
         lengths.clear();
         touch.clear();
-        if !equations.ball(0).on_arc {
+        if !window.models[0].on_arc {
             return;
         }
-        let open =
-            |j: usize| (equations.mode(j) == Mode::Open).then(|| equations.law(j).pivots - equations.law(j).clearance);
-        lengths.extend((0..n).map(|i| equations.ball(i).length));
+        let open = |j: usize| {
+            (window.contacts[j].mode == Mode::Open).then(|| window.laws[j].pivots - window.laws[j].clearance)
+        };
+        lengths.extend((0..n).map(|i| window.models[i].length));
         touch.extend((0..n - 1).map(open));
         for i in 0..n {
-            let place = equations.ball(i).place(equations.position(i));
+            let place = window.models[i].place(window.flights[i].x);
             (self.sin[i * stride], self.cos[i * stride]) = (place.sin, place.cos);
         }
         for k in 0..2 {
-            self.expand(equations, k, displacements, overlaps, &|_| k < 2);
+            self.expand(window, k, displacements, overlaps, &|_| k < 2);
         }
     }
 
     /// Coefficient `k` of the geometry, from those of the displacements; of the overlaps unless they are `given`.
     pub(super) fn expand(
         &mut self,
-        equations: &impl Equations<S>,
+        window: &Window<'_, S>,
         k: usize,
         displacements: &[S],
         overlaps: &mut [S],
         given: &impl Fn(usize) -> bool,
     ) {
         let (stride, two, arcs) = (self.stride, S::from(2.0), self);
-        for i in 0..equations.balls() {
-            let (row, length) = (i * stride..(i + 1) * stride, equations.ball(i).length);
+        for i in 0..window.models.len() {
+            let (row, length) = (i * stride..(i + 1) * stride, window.models[i].length);
             if k > 0 {
                 arcs.angles[row.start + k] = S::from(k as f64) * displacements[row.start + k] / length;
                 let rows = [&arcs.angles, &arcs.sin, &arcs.cos].map(|rows| &rows[row.clone()]);
@@ -116,19 +111,19 @@ impl<S: Scalar> Arcs<S> {
                 (arcs.sin[row.start + k], arcs.cos[row.start + k]) = (sin, cos);
             }
             let Some(j) = i.checked_sub(1) else { continue };
-            let (l, r, law, left) = (j * stride, i * stride, equations.law(j), equations.ball(j).length);
+            let (l, r, law, left) = (j * stride, i * stride, &window.laws[j], window.models[j].length);
             let at = l + k;
             arcs.width[at] = length * arcs.sin[r + k] - left * arcs.sin[l + k];
             arcs.height[at] = left * arcs.cos[l + k] - length * arcs.cos[r + k];
             if k == 0 {
-                let pair = Pair { balls: [&equations.ball(j), &equations.ball(i)], law };
-                [arcs.width[at], arcs.height[at]] = pair.distances([j, i].map(|i| equations.position(i)));
+                let pair = Pair { balls: [&window.models[j], &window.models[i]], law };
+                [arcs.width[at], arcs.height[at]] = pair.distances([j, i].map(|i| window.flights[i].x));
             }
             let part = |rows: &[S]| product_term(&rows[l..l + stride], &rows[l..l + stride], k);
             let square = part(&arcs.width) + part(&arcs.height);
             if let Some(touch) = arcs.touch[j] {
                 overlaps[at] = if k == 0 {
-                    let overlap = equations.overlap(j);
+                    let overlap = window.contacts[j].overlap;
                     overlap - overlap * overlap / (two * touch)
                 } else {
                     -square / (two * touch)

@@ -8,7 +8,7 @@ use std::ops::Range;
 use super::recurrences::TERMS_AT_LEAST;
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
-use crate::engine::cluster::window::{Equations, Window, WindowContact};
+use crate::engine::cluster::window::{Window, WindowContact};
 use crate::model::Mode;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{self, INVERSES, NUMBERS};
@@ -99,7 +99,7 @@ pub(crate) struct Workspace {
 
 impl Workspace {
     fn begin(&mut self, window: &Window, unit: f64) {
-        let Window { flights, balls, contacts, laws } = window;
+        let Window { flights, balls, contacts, laws, .. } = window;
         self.blocks.clear();
         self.blocks.resize(balls.len().div_ceil(LANES), Block::default());
         for (i, (flight, ball)) in flights.iter().zip(*balls).enumerate() {

@@ -8,7 +8,6 @@
 
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Control;
-use crate::engine::cluster::window::Equations;
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::{degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
@@ -34,21 +33,21 @@ impl<S: Scalar> Series<S> {
     /// elastic force; overlaps that are `given` stay as they are, and the forces follow from them.
     pub fn fill(
         &mut self,
-        equations: &impl Equations<S>,
+        window: &Window<'_, S>,
         powers: &mut [Vec<S>],
         negligible: impl Fn(usize) -> bool,
         given: impl Fn(usize) -> bool,
     ) {
         for k in 0..self.order {
             for (j, powers) in powers.iter_mut().enumerate() {
-                if equations.mode(j) != Mode::Open {
-                    self.expand_force(j, equations.law(j), (!negligible(j)).then_some(powers), k);
+                if window.contacts[j].mode != Mode::Open {
+                    self.expand_force(j, &window.laws[j], (!negligible(j)).then_some(powers), k);
                 }
             }
-            if equations.ball(0).on_arc {
-                self.expand_motion_on_arcs(equations, k, &given);
+            if window.models[0].on_arc {
+                self.expand_motion_on_arcs(window, k, &given);
             } else {
-                self.expand_motion(equations, k, &given);
+                self.expand_motion(window, k, &given);
             }
         }
     }
@@ -69,8 +68,8 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
-    fn expand_motion(&mut self, equations: &impl Equations<S>, k: usize, given: impl Fn(usize) -> bool) {
-        let (stride, unit, contacts) = (self.stride(), S::from(self.unit), equations.balls() - 1);
+    fn expand_motion(&mut self, window: &Window<'_, S>, k: usize, given: impl Fn(usize) -> bool) {
+        let (stride, unit, contacts) = (self.stride(), S::from(self.unit), window.models.len() - 1);
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let next = (k + 1) as f64;
         // The next coefficient of a pendulum with this coefficient of its position (m) and of its rate, under the
@@ -81,14 +80,14 @@ impl<S: Scalar> Series<S> {
         };
         let mut left: Option<(BallModel<S>, S, S)> = None;
         for i in 0..=contacts {
-            let (ball, at) = (equations.ball(i), i * stride + k);
-            let presses = i < contacts && equations.mode(i) == Mode::Pressing;
+            let (ball, at) = (window.models[i], i * stride + k);
+            let presses = i < contacts && window.contacts[i].mode == Mode::Pressing;
             let from_right = if presses { self.forces[at] } else { S::default() };
             let from_left = left.as_ref().map_or(S::default(), |(_, force, _)| *force);
-            let forcing = equations.forcing(i).get(k);
+            let forcing = window.flights[i].forcing.get(k);
             let forcing = forcing.map_or(S::default(), |f| *f * S::from(INVERSE_FACTORIAL[k]) * S::from(unit_to_k));
             let driven = (from_left - from_right) / ball.mass + forcing;
-            let position = if k == 0 { equations.position(i) } else { self.displacements[at] };
+            let position = if k == 0 { window.flights[i].x } else { self.displacements[at] };
             self.displacements[at + 2] = term(&ball, driven, position, self.displacements[at + 1]);
             if let Some((other, _, driven_left)) = left
                 && !given(i - 1)
@@ -97,7 +96,7 @@ impl<S: Scalar> Series<S> {
                 self.overlaps[at_contact + 2] = if (other.omega2, other.gamma) == (ball.omega2, ball.gamma) {
                     // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
                     let apart = if k == 0 {
-                        equations.overlap(j) + equations.law(j).clearance
+                        window.contacts[j].overlap + window.laws[j].clearance
                     } else {
                         self.overlaps[at_contact]
                     };
@@ -113,18 +112,18 @@ impl<S: Scalar> Series<S> {
 
 impl<S: Scalar> Series<S> {
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the geometry.
-    fn expand_motion_on_arcs(&mut self, equations: &impl Equations<S>, k: usize, given: &impl Fn(usize) -> bool) {
+    fn expand_motion_on_arcs(&mut self, window: &Window<'_, S>, k: usize, given: &impl Fn(usize) -> bool) {
         let (stride, unit, next) = (self.stride(), S::from(self.unit), (k + 1) as f64);
-        for i in 0..equations.balls() {
-            let (ball, at) = (equations.ball(i), i * stride);
-            let by_contact = |j: usize, side: usize| match equations.mode(j) == Mode::Pressing {
+        for i in 0..window.models.len() {
+            let (ball, at) = (window.models[i], i * stride);
+            let by_contact = |j: usize, side: usize| match window.contacts[j].mode == Mode::Pressing {
                 true => product_term(&self.forces[j * stride..], &self.arcs.along[side][j * stride..], k),
                 false => S::default(),
             };
             let from_left = if i > 0 { by_contact(i - 1, 1) } else { S::default() };
-            let from_right = if i + 1 < equations.balls() { by_contact(i, 0) } else { S::default() };
+            let from_right = if i + 1 < window.models.len() { by_contact(i, 0) } else { S::default() };
             let (mut driven, mut power) = ((from_left - from_right) / ball.mass, 1.0);
-            for (m, forcing) in equations.forcing(i).iter().enumerate().take(k.min(MAX_FORCE_ORDER) + 1) {
+            for (m, forcing) in window.flights[i].forcing.iter().enumerate().take(k.min(MAX_FORCE_ORDER) + 1) {
                 driven += *forcing * S::from(INVERSE_FACTORIAL[m] * power) * self.arcs.cos[at + k - m];
                 power *= self.unit;
             }
@@ -133,25 +132,25 @@ impl<S: Scalar> Series<S> {
             let a = driven - gravity - damped;
             self.displacements[at + k + 2] = a * unit * unit / S::from(next * (next + 1.0));
         }
-        self.arcs.expand(equations, k + 2, &self.displacements, &mut self.overlaps, given);
+        self.arcs.expand(window, k + 2, &self.displacements, &mut self.overlaps, given);
     }
 
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), to the
     /// accuracy of `control`. Returns for each contact the overlap (m) up to which its elastic force is left out; 0 if
     /// it is not.
-    pub fn expand(&mut self, equations: &impl Equations<S>, control: &Control, scale: f64) -> Vec<f64> {
-        let (contacts, dv) = (0..equations.balls() - 1, control.local_error(scale));
-        let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, equations, dv, scale)).collect();
-        self.begin(equations, control.order, unit_of_time(equations, scale, |j| negligible[j] > 0.0));
+    pub fn expand(&mut self, window: &Window<'_, S>, control: &Control, scale: f64) -> Vec<f64> {
+        let (contacts, dv) = (0..window.laws.len(), control.local_error(scale));
+        let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, window, dv, scale)).collect();
+        self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
         self.fill(
-            equations,
+            window,
             &mut vec![Vec::new(); contacts.len()],
-            |j| negligible[j] > 0.0 || !equations.needs_force(j),
+            |j| negligible[j] > 0.0 || !window.needs_force(j),
             |_| false,
         );
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So
         // more terms are checked than a gap has.
-        let gap = contacts.map(|j| libm::ceil(equations.law(j).exponent.value()) as usize).fold(1, usize::max);
+        let gap = contacts.map(|j| libm::ceil(window.laws[j].exponent.value()) as usize).fold(1, usize::max);
         self.terms = gap + TERMS_AT_LEAST;
         negligible
     }
@@ -219,28 +218,27 @@ impl Series {
 
 /// Scale of the velocities (m/s) for local errors: the largest velocity and closing rate by the elastic energies or,
 /// from rest, the speed that the other accelerations cause until a contact balances them.
-pub(crate) fn velocity_scale<S: Scalar>(equations: &impl Equations<S>) -> f64 {
-    let balls = equations.balls();
-    let moving = (0..balls).map(|i| equations.velocity(i).value().abs()).fold(f64::MIN_POSITIVE, f64::max);
+pub(crate) fn velocity_scale<S: Scalar>(window: &Window<'_, S>) -> f64 {
+    let moving = window.flights.iter().map(|flight| flight.v.value().abs()).fold(f64::MIN_POSITIVE, f64::max);
     // Rigid contacts store nothing.
-    let stores = |j: &usize| equations.law(*j).stiffness.value() > 0.0;
-    let stored = (0..balls - 1).filter(stores).map(|j| {
-        let energy = equations.law(j).elastic_energy(equations.overlap(j)).value();
-        let from_energy = (2.0 * energy / equations.reduced_mass(j)).sqrt();
-        if moving > AT_REST { from_energy } else { from_energy.max(speed_from_rest(equations, j)) }
+    let stores = |j: &usize| window.laws[*j].stiffness.value() > 0.0;
+    let stored = (0..window.laws.len()).filter(stores).map(|j| {
+        let energy = window.laws[j].elastic_energy(window.contacts[j].overlap).value();
+        let from_energy = (2.0 * energy / window.reduced_mass(j)).sqrt();
+        if moving > AT_REST { from_energy } else { from_energy.max(speed_from_rest(window, j)) }
     });
     stored.fold(moving, f64::max)
 }
 
 /// Speed (m/s) that the other accelerations of the balls of contact `j` cause from rest until it balances them. Where
 /// these grow from 0, the time to then is found by iteration, to within a power of ten.
-fn speed_from_rest<S: Scalar>(equations: &impl Equations<S>, j: usize) -> f64 {
+fn speed_from_rest<S: Scalar>(window: &Window<'_, S>, j: usize) -> f64 {
     let pulls = [j, j + 1].map(|i| {
-        let mut sizes = equations.forcing(i).map(S::value);
-        sizes[0] -= (equations.ball(i).omega2 * equations.position(i)).value();
+        let mut sizes = window.flights[i].forcing.map(S::value);
+        sizes[0] -= (window.models[i].omega2 * window.flights[i].x).value();
         sizes.map(f64::abs)
     });
-    let (law, mass) = (equations.law(j).map(S::value), equations.reduced_mass(j));
+    let (law, mass) = (window.laws[j].map(S::value), window.reduced_mass(j));
     let acceleration = |time: f64| pulls.iter().map(|sizes| forcing_at(sizes, time)).fold(0.0, f64::max);
     let speed = |acceleration: f64| law.speed_from_rest(mass, acceleration);
     if pulls.iter().all(|sizes| degree(sizes) == 0) {
@@ -256,12 +254,11 @@ fn speed_from_rest<S: Scalar>(equations: &impl Equations<S>, j: usize) -> f64 {
 
 /// The overlap (m) up to which the elastic force of contact `j` is left out, because it changes the velocities by less
 /// than the local error `dv` (m/s) and its series, a fractional power, would hardly converge; otherwise 0.
-fn negligible_overlap<S: Scalar>(j: usize, equations: &impl Equations<S>, dv: f64, scale: f64) -> f64 {
-    if equations.needs_force(j) && equations.law(j).whole_exponent().is_none() {
-        let (law, mass, rate) =
-            (equations.law(j).map(S::value), equations.reduced_mass(j), equations.overlap_rate(j).value());
+fn negligible_overlap<S: Scalar>(j: usize, window: &Window<'_, S>, dv: f64, scale: f64) -> f64 {
+    if window.needs_force(j) && window.laws[j].whole_exponent().is_none() {
+        let (law, mass, rate) = (window.laws[j].map(S::value), window.reduced_mass(j), window.overlap_rate(j).value());
         let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
-        if equations.overlap(j).value() < bound {
+        if window.contacts[j].overlap.value() < bound {
             return 2.0 * bound;
         }
     }
@@ -270,15 +267,15 @@ fn negligible_overlap<S: Scalar>(j: usize, equations: &impl Equations<S>, dv: f6
 
 /// A time (s) within a few powers of ten of the radius of convergence: that of the fastest contact, or of an overlap
 /// about to vanish, where its power is singular, unless it is `negligible`; without contact that of the pendulums.
-fn unit_of_time<S: Scalar>(equations: &impl Equations<S>, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
-    let swing = |ball: BallModel<S>| ball.omega2.value().sqrt() + 2.0 * ball.gamma.value();
-    let swing = (0..equations.balls()).map(|i| swing(equations.ball(i))).fold(0.0, f64::max);
+fn unit_of_time<S: Scalar>(window: &Window<'_, S>, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
+    let swing = |ball: &BallModel<S>| ball.omega2.value().sqrt() + 2.0 * ball.gamma.value();
+    let swing = window.models.iter().map(swing).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
-    for j in (0..equations.balls() - 1).filter(|j| equations.needs_force(*j)) {
-        let (law, mass) = (equations.law(j).map(S::value), equations.reduced_mass(j));
+    for j in (0..window.laws.len()).filter(|j| window.needs_force(*j)) {
+        let (law, mass) = (window.laws[j].map(S::value), window.reduced_mass(j));
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
-        let (overlap, rate) = (equations.overlap(j).value(), equations.overlap_rate(j).value().abs());
-        if equations.law(j).whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
+        let (overlap, rate) = (window.contacts[j].overlap.value(), window.overlap_rate(j).value().abs());
+        if window.laws[j].whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
             unit = (overlap / rate).max(SHORTEST_UNIT * unit);
         }
     }

@@ -2,7 +2,7 @@
 //! `recurrences`, from `linear` for linear contacts, or from `collocation`.
 
 use super::arcs::Arcs;
-use crate::engine::cluster::window::{DenseOutput, Equations, OverlapSeries, Window, clipping};
+use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::{BallModel, Mode};
 use crate::next::Next;
@@ -84,9 +84,9 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Rows of the given order and unit of time with only the state at the start.
-    pub(crate) fn begin(&mut self, equations: &impl Equations<S>, order: usize, unit: f64) {
+    pub(crate) fn begin(&mut self, window: &Window<'_, S>, order: usize, unit: f64) {
         (self.order, self.stride, self.unit, self.converges_for) = (order, order + 2, unit, unit);
-        let (stride, balls) = (self.stride, equations.balls());
+        let (stride, balls) = (self.stride, window.models.len());
         self.displacements.clear();
         self.displacements.resize(balls * stride, S::default());
         for rows in [&mut self.overlaps, &mut self.elastic, &mut self.forces] {
@@ -96,13 +96,13 @@ impl<S: Scalar> Series<S> {
         self.linear.clear();
         self.linear.resize(balls.saturating_sub(1), None);
         for i in 0..balls {
-            self.displacements[i * stride + 1] = equations.velocity(i) * S::from(unit);
+            self.displacements[i * stride + 1] = window.flights[i].v * S::from(unit);
         }
         for j in 0..balls.saturating_sub(1) {
-            self.overlaps[j * stride] = equations.overlap(j);
-            self.overlaps[j * stride + 1] = equations.overlap_rate(j) * S::from(unit);
+            self.overlaps[j * stride] = window.contacts[j].overlap;
+            self.overlaps[j * stride + 1] = window.overlap_rate(j) * S::from(unit);
         }
-        self.arcs.begin(equations, stride, &self.displacements, &mut self.overlaps);
+        self.arcs.begin(window, stride, &self.displacements, &mut self.overlaps);
     }
 
     /// Rows for this many balls and contacts, each with room for `stride` coefficients to be set later. All contacts

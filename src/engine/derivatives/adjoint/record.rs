@@ -7,6 +7,7 @@ use super::group::Group;
 use super::map::{Map, numbers_of_coefficients};
 use super::oscillation::Oscillation;
 use super::{Tape, Tuning, readout};
+use crate::engine::cluster::WindowContact;
 use crate::engine::derivatives::chain_state::ChainState;
 use crate::engine::flight::{Flight, Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
@@ -68,17 +69,17 @@ impl Tape {
 
 impl Recorder {
     /// At the start, at this time (s).
-    pub fn new(time: f64, start: ChainState) -> Self {
-        let balls = start.x.len();
-        let overlap = |(overlap, mode): (&f64, &Mode)| (*mode != Mode::Open).then_some(*overlap);
+    pub fn new(time: f64, start: &ChainState) -> Self {
+        let balls = start.flights.len();
+        let overlap = |contact: &WindowContact| (contact.mode != Mode::Open).then_some(contact.overlap);
         Self {
             tunings: Vec::new(),
             failed: false,
             parts: Vec::new(),
             numbers: 0,
-            overlaps: start.overlaps.iter().zip(&start.modes).map(overlap).collect(),
-            x: start.x,
-            v: start.v,
+            overlaps: start.contacts.iter().map(overlap).collect(),
+            x: start.flights.iter().map(|ball| ball.x).collect(),
+            v: start.flights.iter().map(|ball| ball.v).collect(),
             time: vec![time.into(); balls],
             last: time.into(),
             inputs: HeldInputs::constant(Inputs::zero(balls), time),
@@ -110,16 +111,19 @@ impl Recorder {
     pub fn tape(self, end: &ChainState) -> Option<Tape> {
         let Self { tunings, parts, x, v, overlaps, .. } = self;
         let (tuning, acting) = (tunings.len() - 1, Arc::clone(tunings.last()?));
-        let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let near = |own: &[f64], values: &[f64], size: f64| {
-            own.iter().zip(values).all(|(own, value)| (own - value).abs() <= AGREEMENT * size)
+        let most =
+            |value: fn(&Flight) -> f64| end.flights.iter().fold(0.0, |most: f64, ball| most.max(value(ball).abs()));
+        let near = |own: &[f64], value: fn(&Flight) -> f64, size: f64| {
+            own.iter().zip(&end.flights).all(|(own, ball)| (own - value(ball)).abs() <= AGREEMENT * size)
         };
         // Where all balls pass the middle, or turn, positions or velocities alone give the scale of both.
         let omega = acting.oscillators[0].omega();
-        let (position, velocity) = (most(&end.x), most(&end.v));
+        let (position, velocity) = (most(|ball| ball.x), most(|ball| ball.v));
         let swing = if omega > 0.0 { velocity / omega } else { 0.0 };
-        let near = near(&x, &end.x, position.max(swing)) && near(&v, &end.v, velocity.max(omega * position));
-        let closed = overlaps.iter().zip(&end.modes).all(|(overlap, mode)| overlap.is_some() == (*mode != Mode::Open));
+        let near =
+            near(&x, |ball| ball.x, position.max(swing)) && near(&v, |ball| ball.v, velocity.max(omega * position));
+        let closed = |(overlap, end): (&Option<f64>, &WindowContact)| overlap.is_some() == (end.mode != Mode::Open);
+        let closed = overlaps.iter().zip(&end.contacts).all(closed);
         (!self.failed && closed && near).then(|| {
             let sums = readout::sums(&acting.cradle, tuning, &x, &v, &overlaps);
             Tape { tunings, parts, sums }
