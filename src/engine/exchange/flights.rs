@@ -63,20 +63,17 @@ impl Exchange {
             return None;
         }
         if rate.is_nan() || rate <= RESOLVED * self.scales.speed {
-            return self.begins_to_press(balls, j).then_some(0.0);
+            // Balls that touch within rounding may be about to press each other slowly. Unless the event for which that
+            // was announced closes the contact, it would be announced for ever.
+            let announced = matches!(self.next, Next::At(time) if time <= self.time) && self.next_contact == Some(j);
+            let still = rate.abs() <= RESOLVED * self.scales.speed;
+            let due = announced && still && overlap.abs() <= self.separation(balls, j, 0.0).noise;
+            return due.then_some(0.0);
         }
         if overlap > 0.0 {
             return Some(self.place_of_touch(balls, j, 0.0).unwrap_or(0.0));
         }
         (-overlap <= rate * self.margin()).then_some(-overlap / rate)
-    }
-
-    /// Whether the onset of contact `j` was announced for now, and its balls touch within rounding and are about to
-    /// press each other slowly. The event must close the contact, or the onset would be announced for ever.
-    pub(super) fn begins_to_press(&self, balls: &[Ball], j: usize) -> bool {
-        let is_due = matches!(self.next, Next::At(time) if time <= self.time) && self.next_contact == Some(j);
-        let (overlap, rate) = self.overlap_and_rate(j);
-        is_due && overlap.abs() <= self.separation(balls, j, 0.0).noise && rate.abs() <= RESOLVED * self.scales.speed
     }
 
     /// Whether an event has followed contact `j` beyond now.
