@@ -75,11 +75,10 @@ impl Engine {
 
     /// Closes contact `i` at time `t`: joins the clusters that its balls belong to or border on, and the contacts of
     /// `range`.
-    pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, range: Range<usize>, observer: &mut dyn Observer) {
+    pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, mut range: Range<usize>, observer: &mut dyn Observer) {
         let closed = |engine: &Self, j: &usize| engine.contacts[*j].is_closed();
         let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
             ..range.clone().rev().find(|j| closed(self, j)).map_or(i, |last| last.max(i)) + 2;
-        let mut range = range;
         // Balls next to a member that a cluster or an impact governs become members, and so on.
         let mut ball = members.start.saturating_sub(1);
         while ball < (members.end + 1).min(self.balls.len()) {

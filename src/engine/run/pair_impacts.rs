@@ -19,10 +19,8 @@ impl Engine {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let regime = |ball: usize| self.balls[ball].regime;
         let in_flight = regime(i) == Regime::Flight && regime(i + 1) == Regime::Flight;
-        if !in_flight || !self.control.allows(Method::PairImpact) {
-            return false;
-        }
-        if neighbours.clone().any(|ball| matches!(regime(ball), Regime::Cluster(_))) {
+        let beside_cluster = neighbours.clone().any(|ball| matches!(regime(ball), Regime::Cluster(_)));
+        if !in_flight || beside_cluster || !self.control.allows(Method::PairImpact) {
             return false;
         }
         self.reanchor_free(neighbours.clone(), t);

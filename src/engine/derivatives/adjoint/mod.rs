@@ -17,7 +17,6 @@
 mod group;
 mod map;
 mod oscillation;
-mod readout;
 mod record;
 
 use std::sync::Arc;
