@@ -191,7 +191,7 @@ impl Engine {
             }
             watchdog.check(t, self.switching(key), self.effort, observer)?;
             self.process(t, key, observer)?;
-            self.check_fault()?;
+            self.check_fault(0.0)?;
             if let Some(stop) = observer.stop().filter(|stop| *stop < reached) {
                 (reached, until) = (stop, stop.into());
             }
@@ -251,15 +251,15 @@ impl Engine {
         }
     }
 
-    fn check_fault(&self) -> Result<(), EngineError> {
-        match self.fault {
-            None => Ok(()),
-            Some((time, ball, fault)) => Err(EngineError::OffArc { time: time.value(), ball, fault }),
-        }
+    /// Fails with the fault of a ball, if there is one; the time 0 of the run is `origin` (s).
+    pub(crate) fn check_fault(&self, origin: f64) -> Result<(), EngineError> {
+        self.fault.map_or(Ok(()), |(time, ball, fault)| {
+            Err(EngineError::OffArc { time: (time + origin).value(), ball, fault })
+        })
     }
 
     fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
-        self.check_fault()?;
+        self.check_fault(0.0)?;
         let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
         balls.find(infinite).map_or(Ok(()), |ball| Err(EngineError::NotFinite { time: self.time, ball }))
     }

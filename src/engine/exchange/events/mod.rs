@@ -63,13 +63,6 @@ impl Exchange {
         Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
     }
 
-    /// Fails with what the engine of all balls, whose time 0 is `onset` (s) from now, has run into.
-    fn check_engine(&self, engine: &Engine, onset: f64) -> Result<(), EngineError> {
-        engine.fault.map_or(Ok(()), |(time, ball, fault)| {
-            Err(EngineError::OffArc { time: (time + (self.time + onset)).value(), ball, fault })
-        })
-    }
-
     /// Ends a step of the host. Returns whether an event is due.
     pub fn complete_step(&mut self) -> bool {
         for j in 0..self.modes.len() {
@@ -173,14 +166,14 @@ impl Exchange {
             let closed = self.closed();
             let mut engine = self.engine_now(&closed);
             let balls = engine.balls.clone();
-            self.check_engine(&engine, 0.0)?;
+            engine.check_fault(self.time)?;
             let open = |j: usize| engine.contacts[j].constraint().is_none();
             let Some((onset, first)) = self.earliest_due(&balls, open) else {
                 return self.rest(&mut engine, observer);
             };
             let before = |j: usize| engine.impulse_at(j, onset.into()).value();
             if let Some(group) = self.follow(&balls, first, onset, &closed)? {
-                self.check_engine(&group.engine, onset)?;
+                group.engine.check_fault(self.time + onset)?;
                 self.apply(&balls, &group, before, observer);
             }
         }
