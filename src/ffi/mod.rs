@@ -41,5 +41,5 @@ mod states;
 
 pub(crate) use arrays::{answer, array, array_mut, categories, fill, log_line, text, write};
 pub(crate) use component::{Component, Version, call, call_small, create};
-pub(crate) use resources::{at_location, at_path, start_values};
+pub(crate) use resources::{at_location, at_path, start};
 pub(crate) use states::{export_states, free, saved, store};

@@ -4,7 +4,8 @@ use std::ffi::{CStr, OsString};
 use std::path::PathBuf;
 use std::{fs, io};
 
-use crate::variables::{Description, FILE_NAME, Recipe, Settings};
+use crate::instance::{Purpose, Start};
+use crate::variables::{Description, FILE_NAME, Recipe};
 
 /// Largest file that is read: n = 10000 with every value changed has 3 MB.
 const MAX_BYTES: u64 = 32 << 20;
@@ -21,22 +22,22 @@ pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, String> {
     if path.is_empty() || is_uri { at_location(path) } else { first_of(vec![path.to_vec()]) }
 }
 
-/// The start values of a recipe, and whether variables are scalars in the first description of them that has this
-/// `token` (argument `name`); otherwise the reason.
-pub(crate) fn start_values(
+/// What an instance is made of, with the start values of a recipe: as in the first description of these that has this
+/// `token` (argument `name`); otherwise the reason why there is none.
+pub(crate) fn start(
+    purpose: Purpose,
     recipe: Result<Recipe, String>,
     (name, token): (&str, &CStr),
-    fmi3: bool,
-) -> Result<(Settings, bool), String> {
+) -> Result<Start, String> {
     let settings = recipe?.settings().map_err(|error| format!("resources: {error}"))?;
-    let descriptions = Description::all(&settings, fmi3);
-    if let Some(own) = descriptions.iter().find(|own| own.guid().as_bytes() == token.to_bytes()) {
+    let (guid, descriptions) = (token.to_string_lossy(), Description::all(&settings, purpose.arrays));
+    if let Some(own) = descriptions.iter().find(|own| own.guid() == guid) {
         let scalars = own.scalars;
-        return Ok((settings, scalars));
+        return Ok(Start { purpose, settings, scalars, guid: guid.into_owned() });
     }
-    let (given, own) = (token.to_string_lossy(), descriptions[0].guid());
+    let own = descriptions[0].guid();
     Err(format!(
-        "{name} = {given} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
+        "{name} = {guid} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
     ))
 }
 

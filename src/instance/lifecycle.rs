@@ -4,7 +4,7 @@ use super::legality::{Call, Kind, Phase, Purpose};
 use super::log::{Log, Severity};
 use super::run::{Experiment, Run};
 use crate::engine::{EngineError, Exchange, Results, Simulation};
-use crate::variables::{Access, DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, variables};
+use crate::variables::{DerivativesOf, LogCategory, Refusal, Settings, Variable, variables};
 
 /// What an instance is made of.
 pub struct Start {
@@ -71,9 +71,10 @@ impl Instance {
         self.run.ended_by.get_or_insert_with(|| function.to_owned());
     }
 
-    /// Enters a phase that needs no further work.
-    pub fn enter(&mut self, phase: Phase) {
+    /// Enters a phase that needs no further work. Never refused.
+    pub fn enter(&mut self, phase: Phase) -> Result<(), Refusal> {
         self.run.phase = phase;
+        Ok(())
     }
 
     /// Takes start time, stop time and tolerance; the last call before initialization counts.
@@ -181,14 +182,9 @@ impl Instance {
         };
         let unused = |variable: &Variable| variable.row.name == other || !(variable.row.used)(&settings.parameters);
         for variable in variables(settings.balls()).filter(unused) {
-            let value = |of: &Settings| match variable.row.access {
-                Access::Enumeration(enumeration) => {
-                    enumeration.item((enumeration.get)(of)).map(|item| item.name.to_owned())
-                }
-                _ => variable.real(of).map(|value| variable.row.quantified(Number(value))),
-            };
-            let (value, default) = (value(settings), value(&defaults));
+            let (value, default) = (variable.text(settings), variable.text(&defaults));
             if let Some(value) = value.filter(|value| Some(value) != default.as_ref()) {
+                let value = variable.row.quantified(value);
                 self.log.solver(format_args!("{variable} = {value} has no effect: its law or method is not selected"));
             }
         }

@@ -112,6 +112,14 @@ impl Variable {
         }
     }
 
+    /// The value of a setting without its unit, an item by its name; otherwise none.
+    pub fn text(&self, settings: &Settings) -> Option<String> {
+        match self.row.access {
+            Access::Enumeration(of) => of.item((of.get)(settings)).map(|item| item.name.to_owned()),
+            _ => self.real(settings).map(|value| Number(value).to_string()),
+        }
+    }
+
     /// Sets a real parameter, input or slope to a checked value. Returns whether it changed.
     pub fn set_real(&self, settings: &mut Settings, value: f64) -> bool {
         let Access::Setting { set, .. } = self.row.access else { return false };

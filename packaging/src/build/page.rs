@@ -110,13 +110,7 @@ fn line(name: &str, unit: &str, value: &str, description: &str) -> String {
 
 /// Start value, if it is the same for all balls or contacts; otherwise the first and the last.
 fn start_value(start: &Settings, variables: &mut dyn Iterator<Item = Variable>) -> String {
-    let value = |variable: Variable| match variable.row.access {
-        Access::Enumeration(enumeration) => {
-            variable.item(start).and_then(|value| enumeration.item(value)).map(|item| item.name.to_owned())
-        }
-        _ => variable.real(start).map(|value| Number(value).to_string()),
-    };
-    let values: Vec<String> = variables.filter_map(value).collect();
+    let values: Vec<String> = variables.filter_map(|variable| variable.text(start)).collect();
     match values.as_slice() {
         [first, .., last] if values.iter().any(|value| value != first) => format!("{first} &hellip; {last}"),
         all => all.first().cloned().unwrap_or_default(),

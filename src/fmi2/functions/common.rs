@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
-use crate::instance::{Experiment, Kind, Log, Phase, Purpose, Sink, Start};
+use crate::instance::{Experiment, Kind, Log, Phase, Purpose, Sink};
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]
@@ -57,9 +57,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
                 ));
             }
         };
-        let recipe = ffi::at_location(location.to_bytes());
-        let (settings, scalars) = ffi::start_values(recipe, ("fmuGUID", guid), false)?;
-        Ok(Start { purpose: Purpose::fmi2(kind), settings, scalars, guid: guid.to_string_lossy().into_owned() })
+        ffi::start(Purpose::fmi2(kind), ffi::at_location(location.to_bytes()), ("fmuGUID", guid))
     };
     ffi::create("fmi2Instantiate", log, Fmi2, start, |_| {})
 }
@@ -110,7 +108,7 @@ export! {
     /// Starts the run.
     fn fmi2ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
     /// Ends the run; its last values can still be read.
-    fn fmi2Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
+    fn fmi2Terminate() as Terminate |instance| instance.enter(Phase::Terminated);
     /// Returns to the state after fmi2Instantiate.
     fn fmi2Reset() as Reset |instance| { instance.reset(); Ok(()) };
 }

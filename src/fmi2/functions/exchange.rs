@@ -23,10 +23,7 @@ export! {
         Ok(())
     };
     /// Enters Continuous-Time Mode.
-    fn fmi2EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| {
-        instance.enter(Phase::ContinuousTimeMode);
-        Ok(())
-    };
+    fn fmi2EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| instance.enter(Phase::ContinuousTimeMode);
     /// Ends a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends a run.
     fn fmi2CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi2Boolean, enterEventMode: *mut fmi2Boolean,

@@ -13,12 +13,9 @@ export! {
         Ok(())
     };
     /// Enters Configuration Mode, in which the number of balls can be set.
-    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| {
-        instance.enter(Phase::ConfigurationMode);
-        Ok(())
-    };
+    fn fmi3EnterConfigurationMode() as EnterConfigurationMode |instance| instance.enter(Phase::ConfigurationMode);
     /// Leaves it.
-    fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| { instance.enter(Phase::Instantiated); Ok(()) };
+    fn fmi3ExitConfigurationMode() as ExitConfigurationMode |instance| instance.enter(Phase::Instantiated);
     /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; non-positive and non-finite values
     /// are ignored.
     fn fmi3EnterInitializationMode(
@@ -50,7 +47,7 @@ export! {
         answer("nextEventTime", nextEventTime, next.unwrap_or_default())
     };
     /// Ends the run; its last values can still be read.
-    fn fmi3Terminate() as Terminate |instance| { instance.enter(Phase::Terminated); Ok(()) };
+    fn fmi3Terminate() as Terminate |instance| instance.enter(Phase::Terminated);
     /// Returns to the state after instantiation.
     fn fmi3Reset() as Reset |instance| { instance.reset(); Ok(()) };
 }

@@ -8,7 +8,7 @@ use crate::variables::Refusal;
 
 export! {
     /// Returns from Event Mode to Step Mode.
-    fn fmi3EnterStepMode() as EnterStepMode |instance| { instance.enter(Phase::StepMode); Ok(()) };
+    fn fmi3EnterStepMode() as EnterStepMode |instance| instance.enter(Phase::StepMode);
 }
 
 /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. With event mode and early return, the

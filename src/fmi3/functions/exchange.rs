@@ -7,10 +7,7 @@ use crate::variables::Refusal;
 
 export! {
     /// Enters Continuous-Time Mode.
-    fn fmi3EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| {
-        instance.enter(Phase::ContinuousTimeMode);
-        Ok(())
-    };
+    fn fmi3EnterContinuousTimeMode() as EnterContinuousTimeMode |instance| instance.enter(Phase::ContinuousTimeMode);
     /// Ends a step of the host's solver; asks for Event Mode where an indicator has changed its sign. Never ends a run.
     fn fmi3CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi3Boolean, enterEventMode: *mut fmi3Boolean,

@@ -3,7 +3,7 @@
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Kind, Log, Purpose, Sink, Start};
+use crate::instance::{Instance, Kind, Log, Purpose, Sink};
 use crate::variables::Array;
 
 /// Version of the standard: `3.0`.
@@ -92,9 +92,7 @@ unsafe fn create(
         if name.to_string_lossy().trim().is_empty() {
             return Err("instanceName is missing or blank; allowed: any other text".to_owned());
         }
-        let recipe = ffi::at_path(path.to_bytes());
-        let (settings, scalars) = ffi::start_values(recipe, ("instantiationToken", token), true)?;
-        Ok(Start { purpose, settings, scalars, guid: token.to_string_lossy().into_owned() })
+        ffi::start(purpose, ffi::at_path(path.to_bytes()), ("instantiationToken", token))
     };
     ffi::create(function, log, callbacks, start, begin)
 }
