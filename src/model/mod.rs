@@ -10,6 +10,7 @@ mod contact;
 mod cradle;
 #[cfg(feature = "engine")]
 mod damping;
+mod enumeration;
 #[cfg(feature = "engine")]
 mod forces;
 #[cfg(feature = "engine")]
@@ -25,6 +26,8 @@ pub use contact::{ContactLaw, Mode};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
 #[cfg(feature = "engine")]
 pub use damping::{Damping, SignOfForce};
+pub use enumeration::Item;
+pub(crate) use enumeration::enumerations;
 pub use parameters::{
     ContactModel, DampingLaw, ExchangedContacts, Inputs, Parameters, PendulumModel, SolverMethod, Tunables,
 };

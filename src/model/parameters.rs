@@ -2,60 +2,44 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Force law of a contact, `contact.model`. The items of all enumerations have the integers that hosts use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ContactModel {
-    /// `F = k r (d/d_ref)^(p-1) d`.
-    PowerLaw = 1,
-    /// `F = K r d^(3/2)` with `K` from the elastic constants of two equal spheres (Hertz 1882).
-    Hertz,
-    /// No force law: instantaneous impacts of two balls with a coefficient of restitution (Newton 1687).
-    Rigid,
-}
+use super::enumeration::enumerations;
 
-/// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum DampingLaw {
-    /// Adds `c` times the rate of the overlap; may pull just before the balls part.
-    KelvinVoigt = 1,
-    /// The same with the total force clipped at zero.
-    KelvinVoigtNoPull,
-    /// Multiplies the elastic force by `1 + alpha` times the rate of the overlap, clipped at zero
-    /// (Hunt and Crossley 1975).
-    HuntCrossley,
-    /// Adds `A` times the rate of the elastic force, clipped at zero (Kuwabara and Kono 1987; Brilliantov et al. 1996).
-    Viscoelastic,
-}
+enumerations! {
+    /// Force law of a contact, `contact.model`.
+    ContactModel {
+        PowerLaw = 1 "powerLaw" "F = k r (d/d_ref)^(p-1) d for an overlap d and a stiffness ratio r",
+        Hertz "hertz" "F = K r d^(3/2), with K from the elastic constants of two equal spheres (Hertz 1882)",
+        Rigid "rigid" "no force law: instantaneous impacts of two balls with a coefficient of restitution",
+    }
 
-/// How balls hang, `pendulum.model`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum PendulumModel {
-    /// On a line, with a force in proportion to the deflection.
-    Linear = 1,
-    /// On arcs about their pivots.
-    Circular,
-}
+    /// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive. The third is by Hunt
+    /// and Crossley (1975), the last by Kuwabara and Kono (1987) and Brilliantov et al. (1996).
+    DampingLaw {
+        KelvinVoigt = 1 "kelvinVoigt" "adds c times the overlap rate; may pull just before the balls part",
+        KelvinVoigtNoPull "kelvinVoigtNoPull" "as kelvinVoigt, with the total force clipped at 0",
+        HuntCrossley "huntCrossley" "multiplies the elastic force by 1 + alpha times the overlap rate, clipped at 0",
+        Viscoelastic "viscoelastic" "adds A times the rate of the elastic force, clipped at 0",
+    }
 
-/// Method of solution, `solver.method`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum SolverMethod {
-    /// Exact flight between contacts, adaptive integration of the balls in contact.
-    EventDriven = 1,
-    /// Backward differentiation formulas of variable order and step for the whole chain.
-    Bdf,
-    /// Adams-Moulton formulas of variable order and step for the whole chain.
-    Adams,
-    /// The classical Runge-Kutta method with fixed steps for the whole chain.
-    Rk4,
-}
+    /// How balls hang, `pendulum.model`.
+    PendulumModel {
+        Linear = 1 "linear" "on a line; the period does not depend on the amplitude",
+        Circular "circular" "on arcs about the pivots, up to 90 degrees",
+    }
 
-/// How contacts appear to a host that integrates the equations, `exchange.contacts`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ExchangedContacts {
-    /// Their forces, which it integrates.
-    Resolved = 1,
-    /// Their outcome, at an event.
-    Mapped,
+    /// Method of solution, `solver.method`.
+    SolverMethod {
+        EventDriven = 1 "eventDriven" "exact flight between contacts, adaptive integration of the balls in contact",
+        Bdf "bdf" "backward differentiation formulas of variable order and step for the whole chain",
+        Adams "adams" "Adams-Moulton formulas of variable order and step for the whole chain",
+        Rk4 "rk4" "classical Runge-Kutta method with fixed steps for the whole chain",
+    }
+
+    /// How contacts appear to a host that integrates the equations, `exchange.contacts`.
+    ExchangedContacts {
+        Resolved = 1 "resolved" "the host integrates the forces of every contact",
+        Mapped "mapped" "an event follows the contacts to their end; the host integrates the flight between them",
+    }
 }
 
 /// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over

@@ -6,8 +6,9 @@
 
 use std::slice::{from_mut, from_ref};
 
+use super::settings::DerivativesOf;
 use super::table::TABLE;
-use super::table::enumeration::DERIVATIVES_OF;
+use super::table::enumeration::{Enumeration, item};
 use super::table::range::between;
 use super::table::row::Causality::{Independent, Input, Local, Output, StructuralParameter};
 use super::table::row::Shape::{Balls, Contacts, Scalar};
@@ -48,7 +49,7 @@ static EXTRA: &[(u32, Row)] = &[
     (1, extra("n", Scalar, StructuralParameter, Integer, Extra::Balls,
         "Number of balls; changing it resets all arrays to their defaults")
         .within(between(MIN_BALLS as f64, MAX_BALLS as f64))),
-    (2, enumeration("derivatives.of", &DERIVATIVES_OF,
+    (2, enumeration("derivatives.of", item!(derivatives_of: DerivativesOf),
         "What directional and adjoint derivatives refer to after initialization").tunable()),
     (4, row("der(F_ext)", Balls, Input, Access::Setting { get: |s| &s.slopes.force, set: |s| &mut s.slopes.force },
         "Slope of F_ext over the next steps, from the value it is set to")),
@@ -149,11 +150,6 @@ impl Array {
     /// Whether it is a scalar of a description without arrays.
     pub fn is_single(self) -> bool {
         self.only.is_some()
-    }
-
-    /// Whether FMI 2.0 does not have it.
-    pub fn is_extra(self) -> bool {
-        self.position >= TABLE.len()
     }
 
     /// Its value reference.
@@ -265,6 +261,15 @@ pub fn states(balls: usize) -> impl Iterator<Item = (Variable, Variable)> {
     Array::states().flat_map(move |(state, derivative)| {
         let element = move |i| Some((state.element(i, balls)?, derivative.element(i, balls)?));
         (0..balls).filter_map(element)
+    })
+}
+
+/// The enumerations of FMI 2.0, or of FMI 3.0.
+pub fn enumerations(fmi3: bool) -> impl Iterator<Item = &'static Enumeration> {
+    let extra = EXTRA.iter().map(|(_, row)| row).filter(move |_| fmi3);
+    TABLE.iter().chain(extra).filter_map(|row| match row.access {
+        Access::Enumeration(enumeration) => Some(enumeration),
+        _ => None,
     })
 }
 

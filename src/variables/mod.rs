@@ -16,7 +16,7 @@ mod text;
 mod values;
 mod variable;
 
-pub use arrays::{Array, MAX_LOG, states};
+pub use arrays::{Array, MAX_LOG, enumerations, states};
 pub use description::{
     Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding,
 };
@@ -24,7 +24,7 @@ pub use recipe::{FILE_NAME, Recipe, StartValue};
 pub use refusal::Refusal;
 pub use settings::{DerivativesOf, Settings};
 pub use table::TABLE;
-pub use table::enumeration::{ENUMERATIONS, Enumeration, Item};
+pub use table::enumeration::Enumeration;
 pub use table::range::Range;
 pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Row, Shape, Type, Variability};
 pub use table::unit::{QUANTITIES, Quantity};

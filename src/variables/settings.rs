@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Inputs, Parameters};
+use crate::model::{Inputs, Parameters, enumerations};
 
 /// Everything a host can set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,15 +17,13 @@ pub struct Settings {
     pub derivatives_of: DerivativesOf,
 }
 
-/// What directional and adjoint derivatives refer to after initialization, `derivatives.of`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum DerivativesOf {
-    /// The equations at the current time.
-    Point = 1,
-    /// The end of the last step, by the inputs held over it.
-    LastStep,
-    /// The end of the last step, by parameters and by inputs over the whole run.
-    Run,
+enumerations! {
+    /// What directional and adjoint derivatives refer to after initialization, `derivatives.of`.
+    DerivativesOf {
+        Point = 1 "point" "outputs by inputs at the same time, as the standard defines it",
+        LastStep "lastStep" "outputs at the end of the last step, by the inputs held over it",
+        Run "run" "outputs at the end of the last step, by real parameters and by inputs over the whole run",
+    }
 }
 
 impl Settings {

@@ -43,11 +43,7 @@ pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Re
     let start = recipe.settings()?;
     let description = match standard {
         Standard::Fmi2 => Description::of(&start),
-        Standard::Fmi3 { clocks, scalars } => {
-            let all = Description::fmi3(&start);
-            let of_host = if clocks { all } else { all.without_clocks() };
-            if scalars { of_host.with_scalars() } else { of_host }
-        }
+        Standard::Fmi3 { clocks, scalars } => Description { clocks, scalars, ..Description::fmi3(&start) },
     };
     let mut entries = Entries::new();
     let mut add = |path: &str, contents: &[u8]| _ = entries.insert(path.to_owned(), contents.to_vec());

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use newtons_cradle::variables::{
-    Access, Causality, ENUMERATIONS, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable, escaped, padding,
+    Access, Causality, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable, enumerations, escaped, padding,
     variables,
 };
 
@@ -90,21 +90,19 @@ impl Case {
                 continue;
             }
             let name = if is_array { variable.row.name.to_owned() } else { variable.to_string() };
+            let (value, unit) = (variable.text(&self.settings).unwrap_or_default(), variable.row.unit());
             let value = if is_array {
-                let (values, unit, size) = (self.elements(variable), variable.row.unit(), self.settings.balls());
+                let (values, size) = (self.elements(variable), self.settings.balls());
                 format!("<ssv:Float64 value=\"{values}\" unit=\"{unit}\"/><ssc:Dimension size=\"{size}\"/>")
             } else if let Access::Enumeration(enumeration) = variable.row.access {
-                let item = variable.item(&self.settings).and_then(|value| enumeration.item(value));
-                let (item, of_type) = (item.map_or("", |item| item.name), enumeration.type_name);
-                format!("<ssv:Enumeration value=\"{item}\" name=\"{of_type}\"/>")
+                format!("<ssv:Enumeration value=\"{value}\" name=\"{}\"/>", enumeration.type_name)
             } else {
-                let value = Number(variable.real(&self.settings).unwrap_or_default());
-                format!("<ssv:Real value=\"{value}\" unit=\"{}\"/>", variable.row.unit())
+                format!("<ssv:Real value=\"{value}\" unit=\"{unit}\"/>")
             };
             let _ = writeln!(xml, "    <ssv:Parameter name=\"{name}\">{value}</ssv:Parameter>");
         }
         xml.push_str("  </ssv:Parameters>\n  <ssv:Enumerations>\n");
-        for enumeration in ENUMERATIONS {
+        for enumeration in enumerations(false) {
             let _ = writeln!(xml, "    <ssc:Enumeration name=\"{}\">", enumeration.type_name);
             for item in enumeration.items {
                 let _ = writeln!(xml, "      <ssc:Item name=\"{}\" value=\"{}\"/>", item.name, item.value);

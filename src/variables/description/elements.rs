@@ -4,14 +4,13 @@ use std::collections::HashMap;
 use std::fmt::{self, Display, Write};
 
 use super::structure::first_indices;
-use crate::variables::arrays::{Array, MAX_LOG};
+use crate::model::Item;
+use crate::variables::arrays::{Array, MAX_LOG, enumerations};
 use crate::variables::settings::Settings;
-use crate::variables::table::TABLE;
-use crate::variables::table::enumeration::{DERIVATIVES_OF, ENUMERATIONS, Item};
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
 use crate::variables::table::unit::{DISPLAYED, QUANTITIES, Quantity};
 use crate::variables::text::{Number, camel, escaped};
-use crate::variables::variable::{Variable, variables};
+use crate::variables::variable::Variable;
 
 pub(super) fn write_units(out: &mut String) -> fmt::Result {
     for quantity in QUANTITIES {
@@ -56,7 +55,7 @@ pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
             }
         }
     }
-    for enumeration in ENUMERATIONS.iter().copied().chain(fmi3.then_some(&DERIVATIVES_OF)) {
+    for enumeration in enumerations(fmi3) {
         let name = enumeration.type_name;
         match fmi3 {
             true => writeln!(out, "    <EnumerationType name=\"{name}\">")?,
@@ -71,42 +70,63 @@ pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
     Ok(())
 }
 
-/// Writes every variable of FMI 2.0. The common part of a row is rendered once: an instance renders all of this for its
-/// GUID.
-pub(super) fn write_variables(out: &mut String, start: &Settings, states: &[(Array, Array)]) -> fmt::Result {
-    let (balls, firsts) = (start.balls(), first_indices(start.balls()));
-    let of_states = of_states(states, |state| firsts[state.variable(0).position] + state.index(0));
-    let units = |row: &Row| row.quantity.map(units_of).unwrap_or_default();
-    let rows: Vec<[String; 2]> =
-        TABLE.iter().map(|row| [common_attributes(row, row.variability), typed(row) + &units(row)]).collect();
-    for variable in variables(balls) {
-        let [common, typed] = &rows[variable.position];
-        let reference = variable.reference();
-        write!(out, "    <ScalarVariable name=\"{variable}\" valueReference=\"{reference}\"{common} description=\"")?;
-        write_text(out, variable.row, variable.index + 1, variable.index + 2)?;
-        write!(out, "\">\n      <{:?}{typed}", variable.row.access.data_type())?;
-        if let Some(nominal) = variable.row.nominal {
-            write!(out, " nominal=\"{}\"", Number(nominal))?;
-        }
-        out.write_str(of_states.get(&reference).map_or("", String::as_str))?;
-        if variable.row.settable() {
-            write!(out, " start=\"{}\"", start_value(variable, start))?;
-        }
-        out.write_str("/>\n    </ScalarVariable>\n")?;
-    }
-    Ok(())
-}
-
-/// Writes these variables of FMI 3.0. Units stand in the declared types, because the reader `fmi-schema` knows no unit
-/// and no nominal value of a variable.
-pub(super) fn write_arrays(
+/// Writes these variables, those of FMI 2.0 as scalars. Units of FMI 3.0 stand only in the declared types, because the
+/// reader `fmi-schema` knows no unit and no nominal value of a variable.
+pub(super) fn write_variables(
     out: &mut String,
     start: &Settings,
+    fmi3: bool,
     states: &[(Array, Array)],
-    mut arrays: impl Iterator<Item = Array>,
+    arrays: &[Array],
 ) -> fmt::Result {
-    let of_states = of_states(states, |state| state.reference() as usize);
-    arrays.try_for_each(|array| write_array(out, start, of_states.get(&array.reference()), array))
+    let firsts = first_indices(start.balls());
+    let of_states = of_states(states, |state| match fmi3 {
+        true => state.reference() as usize,
+        false => firsts[state.variable(0).position] + state.index(0),
+    });
+    // The common part of a row is rendered once: an instance renders all of this for its GUID.
+    let mut rows = HashMap::new();
+    for array in arrays {
+        let (row, reference) = (array.row, array.reference());
+        let parts =
+            || [common_attributes(row, if fmi3 { array.variability() } else { row.variability }), typed(row, fmi3)];
+        let [common, typed] = rows.entry(array.variable(0).position).or_insert_with(parts);
+        let is_array = row.shape != Shape::Scalar && !array.is_single();
+        let element = if fmi3 { row.access.data_type().fmi3() } else { "ScalarVariable".to_owned() };
+        write!(out, "    <{element} name=\"{array}\" valueReference=\"{reference}\"{common}")?;
+        if let Some(clock) = array.clock() {
+            write!(out, " clocks=\"{}\"", clock.reference())?;
+        }
+        if fmi3 && array.is_intermediate() {
+            out.write_str(" intermediateUpdate=\"true\"")?;
+        }
+        out.write_str(" description=\"")?;
+        match is_array {
+            true => write_text(out, row, "i", "i+1")?,
+            false => write_text(out, row, array.index(0) + 1, array.index(0) + 2)?,
+        }
+        if is_array && row.shape == Shape::Contacts {
+            out.write_str("; the last element belongs to no contact")?;
+        }
+        match fmi3 {
+            true => write!(out, "\"{typed}")?,
+            false => write!(out, "\">\n      <{:?}{typed}", row.access.data_type())?,
+        }
+        out.write_str(of_states.get(&reference).map_or("", String::as_str))?;
+        if row.causality == Causality::StructuralParameter {
+            write!(out, " start=\"{}\"", start.balls())?;
+        } else if row.settable() {
+            let values = (0..array.len(start.balls())).map(|index| start_value(array.variable(index), start));
+            write!(out, " start=\"{}\"", values.collect::<Vec<_>>().join(" "))?;
+        }
+        if is_array {
+            let balls = Array::named("n").map_or(0, Array::reference);
+            writeln!(out, "><Dimension valueReference=\"{balls}\"/></{element}>")?;
+        } else {
+            out.write_str(if fmi3 { "/>\n" } else { "/>\n    </ScalarVariable>\n" })?;
+        }
+    }
+    Ok(())
 }
 
 /// What states and their derivatives have as attributes, by value reference; `number` identifies a state.
@@ -117,45 +137,6 @@ fn of_states(states: &[(Array, Array)], number: impl Fn(Array) -> usize) -> Hash
         *of_states.entry(state.reference()).or_default() += " reinit=\"true\"";
     }
     of_states
-}
-
-fn write_array(out: &mut String, start: &Settings, of_state: Option<&String>, array: Array) -> fmt::Result {
-    let (row, reference) = (array.row, array.reference());
-    let is_array = row.shape != Shape::Scalar && !array.is_single();
-    let (element, common) = (row.access.data_type().fmi3(), common_attributes(row, array.variability()));
-    write!(out, "    <{element} name=\"{array}\" valueReference=\"{reference}\"{common}")?;
-    if let Some(clock) = array.clock() {
-        write!(out, " clocks=\"{}\"", clock.reference())?;
-    }
-    if array.is_intermediate() {
-        out.write_str(" intermediateUpdate=\"true\"")?;
-    }
-    out.write_str(" description=\"")?;
-    match is_array {
-        true => write_text(out, row, "i", "i+1")?,
-        false => write_text(out, row, array.index(0) + 1, array.index(0) + 2)?,
-    }
-    if is_array && row.shape == Shape::Contacts {
-        out.write_str("; the last element belongs to no contact")?;
-    }
-    write!(out, "\"{}", typed(row))?;
-    match row.access.data_type() {
-        Type::Binary => write!(out, " mimeType=\"text/csv\" maxSize=\"{MAX_LOG}\"")?,
-        Type::Clock => out.write_str(" intervalVariability=\"triggered\"")?,
-        _ => {}
-    }
-    out.write_str(of_state.map_or("", String::as_str))?;
-    if row.causality == Causality::StructuralParameter {
-        write!(out, " start=\"{}\"", start.balls())?;
-    } else if row.settable() {
-        let values = (0..array.len(start.balls())).map(|index| start_value(array.variable(index), start));
-        write!(out, " start=\"{}\"", values.collect::<Vec<_>>().join(" "))?;
-    }
-    if !is_array {
-        return out.write_str("/>\n");
-    }
-    let balls = Array::named("n").map_or(0, |balls| balls.reference());
-    writeln!(out, "><Dimension valueReference=\"{balls}\"/></{element}>")
 }
 
 /// Attributes common to both versions, except type and description.
@@ -172,8 +153,8 @@ fn common_attributes(row: &Row, variability: Variability) -> String {
     format!(" causality=\"{causality}\" variability=\"{variability}\"{initial}")
 }
 
-/// Declared type and range.
-fn typed(row: &Row) -> String {
+/// Declared type and range; in FMI 2.0 unit and nominal value, in FMI 3.0 what binary variables and clocks have.
+fn typed(row: &Row, fmi3: bool) -> String {
     let mut text = String::new();
     let mut attribute = |name: &str, value: &dyn Display| {
         // Writing to a string cannot fail.
@@ -190,7 +171,15 @@ fn typed(row: &Row) -> String {
             attribute(name, &Number(value));
         }
     }
-    text
+    match row.access.data_type() {
+        Type::Binary => text + &format!(" mimeType=\"text/csv\" maxSize=\"{MAX_LOG}\""),
+        Type::Clock => text + " intervalVariability=\"triggered\"",
+        _ if fmi3 => text,
+        _ => {
+            let nominal = row.nominal.map(|nominal| format!(" nominal=\"{}\"", Number(nominal)));
+            text + &row.quantity.map(units_of).unwrap_or_default() + &nominal.unwrap_or_default()
+        }
+    }
 }
 
 /// Writes the description with the index and the next one filled in, and constraints beyond the attributes. The texts

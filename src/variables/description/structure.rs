@@ -42,7 +42,7 @@ pub(super) fn write_structure(
     start: &Settings,
     fmi3: bool,
     states: &[(Array, Array)],
-    arrays: impl Iterator<Item = Array> + Clone,
+    arrays: &[Array],
 ) -> fmt::Result {
     let balls = start.balls();
     let reference = |(position, row)| Variable { row, position, index: 0 }.reference() as usize;
@@ -74,8 +74,8 @@ pub(super) fn write_structure(
     // Only FMI 2.0 has lists of unknowns.
     let list = |out: &mut String, tag: &str| if fmi3 { Ok(()) } else { writeln!(out, "    <{tag}>") };
     list(out, "Outputs")?;
-    for array in arrays.clone().filter(|array| array.row.causality == Causality::Output) {
-        write(out, "Output", array, following(array, start, fmi3))?;
+    for array in arrays.iter().filter(|array| array.row.causality == Causality::Output) {
+        write(out, "Output", *array, following(*array, start, fmi3))?;
     }
     list(out, "/Outputs")?;
     list(out, "Derivatives")?;
@@ -86,7 +86,7 @@ pub(super) fn write_structure(
     }
     list(out, "/Derivatives")?;
     list(out, "InitialUnknowns")?;
-    for array in arrays.clone() {
+    for &array in arrays {
         let is_unknown = matches!(array.row.causality, Causality::Output | Causality::CalculatedParameter)
             && !matches!(array.row.access, Access::Instance(..));
         // By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
@@ -99,8 +99,8 @@ pub(super) fn write_structure(
     list(out, "/InitialUnknowns")?;
     let is_indicator =
         |row: &Row| matches!(row.access, Access::Instance(_, Extra::ContactIndicator | Extra::ClipIndicator));
-    for array in arrays.filter(|array| fmi3 && is_indicator(array.row)) {
-        write(out, "EventIndicator", array, (!array.is_single()).then_some(EVERYTHING))?;
+    for array in arrays.iter().filter(|array| fmi3 && is_indicator(array.row)) {
+        write(out, "EventIndicator", *array, (!array.is_single()).then_some(EVERYTHING))?;
     }
     Ok(())
 }

@@ -2,12 +2,13 @@
 
 use std::fmt::{self, Write};
 
-use super::elements::{write_arrays, write_types, write_units, write_variables};
+use super::elements::{write_types, write_units, write_variables};
 use super::log_category::{LOG_CATEGORIES, LogCategory};
 use super::structure::write_structure;
 use crate::variables::arrays::{Array, states};
 use crate::variables::settings::Settings;
 use crate::variables::text::{Number, escaped};
+use crate::variables::variable::{Variable, variables};
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
@@ -28,10 +29,13 @@ const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_2
 
 /// The description of the FMU whose start values are `start`.
 pub struct Description<'a> {
-    start: &'a Settings,
-    fmi3: bool,
-    clocks: bool,
-    /// Whether elements of arrays are scalars, with the value references of FMI 2.0.
+    /// Start values.
+    pub start: &'a Settings,
+    /// Whether it is one of FMI 3.0.
+    pub fmi3: bool,
+    /// Whether it has clocks and their variables, which some hosts do not support.
+    pub clocks: bool,
+    /// Whether elements of arrays are scalars, with the value references of FMI 2.0: some hosts support no arrays.
     pub scalars: bool,
 }
 
@@ -46,25 +50,13 @@ impl<'a> Description<'a> {
         Self { start, fmi3: true, clocks: true, scalars: false }
     }
 
-    /// The same without clocks and their variables, for hosts that do not support them.
-    pub fn without_clocks(self) -> Self {
-        Self { clocks: false, ..self }
-    }
-
-    /// The same with a scalar for each element of an array, for hosts that do not support arrays.
-    pub fn with_scalars(self) -> Self {
-        Self { scalars: true, ..self }
-    }
-
     /// All with these start values: that of FMI 2.0, or those of FMI 3.0 with or without clocks or arrays.
     pub fn all(start: &'a Settings, fmi3: bool) -> Vec<Self> {
-        let full = || Self::fmi3(start);
-        match fmi3 {
-            true => {
-                vec![full(), full().without_clocks(), full().with_scalars(), full().without_clocks().with_scalars()]
-            }
-            false => vec![Self::of(start)],
+        if !fmi3 {
+            return vec![Self::of(start)];
         }
+        let options = [(true, false), (false, false), (true, true), (false, true)];
+        options.map(|(clocks, scalars)| Self { clocks, scalars, ..Self::fmi3(start) }).into()
     }
 
     /// GUID: a hash of the description less GUID and date, in braces. It ties a binary to its description.
@@ -78,14 +70,17 @@ impl<'a> Description<'a> {
         self.render(&self.guid(), date)
     }
 
-    /// The variables, but for FMI 2.0 only those among them that ModelStructure lists.
-    fn arrays(&self) -> impl Iterator<Item = Array> + Clone + use<> {
-        let (fmi3, clocks, scalars, balls) = (self.fmi3, self.clocks, self.scalars, self.start.balls());
-        let known = move |array: &Array| (clocks || !array.needs_clocks()) && (fmi3 || !array.is_extra());
-        Array::all().filter(known).flat_map(move |array| {
-            let count = if scalars { array.row.shape.len(balls) } else { 1 };
-            (0..count).filter_map(move |index| if scalars { array.scalar(index, balls) } else { Some(array) })
-        })
+    /// The variables in their order.
+    fn arrays(&self) -> Vec<Array> {
+        let balls = self.start.balls();
+        if !self.fmi3 {
+            return variables(balls).map(Variable::scalar).collect();
+        }
+        let arrays = Array::all().filter(|array| self.clocks || !array.needs_clocks());
+        match self.scalars {
+            true => arrays.flat_map(|array| (0..balls).filter_map(move |i| array.scalar(i, balls))).collect(),
+            false => arrays.collect(),
+        }
     }
 
     /// The states with their derivatives.
@@ -126,9 +121,8 @@ impl<'a> Description<'a> {
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
             "types" => write_types(out, self.fmi3),
-            "variables" if self.fmi3 => write_arrays(out, self.start, &self.states(), self.arrays()),
-            "variables" => write_variables(out, self.start, &self.states()),
-            "structure" => write_structure(out, self.start, self.fmi3, &self.states(), self.arrays()),
+            "variables" => write_variables(out, self.start, self.fmi3, &self.states(), &self.arrays()),
+            "structure" => write_structure(out, self.start, self.fmi3, &self.states(), &self.arrays()),
             // In FMI 2.0 every refused call is an error.
             "log_categories" => {
                 let known = |(of, ..): &&(LogCategory, _, _)| self.fmi3 || *of != LogCategory::Discard;

@@ -9,9 +9,9 @@ pub(super) mod unit;
 
 use std::slice::{from_mut, from_ref};
 
-use crate::model::{ContactModel, DampingLaw, Parameters, SolverMethod};
+use crate::model::{ContactModel, DampingLaw, ExchangedContacts, Parameters, PendulumModel, SolverMethod};
 use crate::next::NEVER;
-use enumeration::{CONTACT_MODEL, DAMPING_LAW, EXCHANGED_CONTACTS, PENDULUM_MODEL, SOLVER_METHOD};
+use enumeration::item;
 use range::{ANY, NOT_NEGATIVE, POSITIVE, between};
 use row::Causality::{CalculatedParameter, Input, Local, Output};
 use row::Shape::{Balls, Contacts, Scalar};
@@ -93,7 +93,7 @@ pub static TABLE: &[Row] = &[
         "Length of pendulum {i}, as a multiple of pendulum.length"),
     parameter("pendulum.drag", Scalar, &DRAG, NOT_NEGATIVE, one!(drag),
         "Viscous drag b on every ball; the reaction acts on the support").tunable(),
-    enumeration("contact.model", &CONTACT_MODEL,
+    enumeration("contact.model", item!(parameters.contact_model: ContactModel),
         "Force law of the contacts"),
     parameter("contact.stiffness", Scalar, &STIFFNESS_N_UM, POSITIVE, one!(stiffness),
         "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(POWER_LAW),
@@ -107,7 +107,7 @@ pub static TABLE: &[Row] = &[
         "Distance that neighbours travel beyond the gap before their contact acts").nominal(1e-6),
     parameter("contact.gap", Contacts, &LENGTH_UM, ANY, each!(gap),
         "Gap between balls {i} and {j} at rest; negative if they are pre-compressed").nominal(1e-6),
-    enumeration("contact.dampingLaw", &DAMPING_LAW,
+    enumeration("contact.dampingLaw", item!(parameters.damping_law: DampingLaw),
         "Damping law of the contacts").used_if(COMPLIANT),
     parameter("contact.damping", Scalar, &DAMPING, NOT_NEGATIVE, one!(damping),
         "Damping c of the kelvinVoigt laws").tunable().used_if(KELVIN_VOIGT),
@@ -121,14 +121,14 @@ pub static TABLE: &[Row] = &[
         "Position x[{i}] of ball {i} at the start time; for circular pendulums less than the length"),
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
         "Velocity v[{i}] of ball {i} at the start time"),
-    enumeration("solver.method", &SOLVER_METHOD,
+    enumeration("solver.method", item!(parameters.method: SolverMethod),
         "Solution method"),
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
         "Relative tolerance of all methods except rk4; a host's own tolerance can only tighten it").nominal(1e-12)
         .used_if(|p| p.method != SolverMethod::Rk4),
     parameter("solver.fixedStep", Scalar, &TIME_US, POSITIVE, one!(fixed_step),
         "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
-    enumeration("exchange.contacts", &EXCHANGED_CONTACTS,
+    enumeration("exchange.contacts", item!(parameters.exchanged: ExchangedContacts),
         "Who follows the contacts in model exchange; resolved needs a tolerance of 1e-10 for contacts in touch"),
     row("pendulum.period", Scalar, CalculatedParameter, Access::Calculated(period),
         "Period of ball 1 for small angles; 1e30 without gravity").of(&TIME)
@@ -234,7 +234,7 @@ pub static TABLE: &[Row] = &[
         .initially(&[MASSES, &["v_start", "F_ext", "a_support", "pendulum.model"]])
         .follows(&[&["v", "F_ext", "a_support"]]).derivative(|d, _| d.external_power),
 
-    enumeration("pendulum.model", &PENDULUM_MODEL,
+    enumeration("pendulum.model", item!(parameters.pendulum: PendulumModel),
         "How the balls hang"),
     real("angle", Balls, Output, &ANGLE_DEG, |s, i| s.angle(i),
         "Angle of pendulum {i}; x[{i}] over its length with pendulum.model = linear")

@@ -8,7 +8,7 @@ use newtons_cradle::variables::variables;
 use super::*;
 
 fn instantiated(co_simulation: Option<[bool; 2]>) -> Host {
-    let token = Description::fmi3(&Settings::default_for(5)).with_scalars().guid();
+    let token = Description { scalars: true, ..Description::fmi3(&Settings::default_for(5)) }.guid();
     Host::instantiated(&CString::new(token).unwrap(), co_simulation).unwrap()
 }
 
@@ -16,7 +16,7 @@ fn instantiated(co_simulation: Option<[bool; 2]>) -> Host {
 fn the_description_has_the_variables_of_fmi_2() {
     for balls in [1, 2, 5, 13] {
         let settings = Settings::default_for(balls);
-        let xml = Description::fmi3(&settings).with_scalars().xml("2000-01-01T00:00:00Z");
+        let xml = Description { scalars: true, ..Description::fmi3(&settings) }.xml("2000-01-01T00:00:00Z");
         Fmi3ModelDescription::deserialize(&xml).unwrap();
         assert!(!xml.contains("<Dimension") && !xml.contains(" name=\"n\"") && !xml.contains(" name=\"q"));
         for variable in variables(balls).filter(|variable| variable.row.name != "t_next_isOnset") {

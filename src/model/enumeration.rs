@@ -1,0 +1,35 @@
+//! Enumerations whose items a user selects by name or integer.
+
+/// One item of an enumeration.
+#[derive(Debug)]
+pub struct Item {
+    /// Name as in the description.
+    pub name: &'static str,
+    /// The integer hosts use; fixed for ever.
+    pub value: i32,
+    /// Text.
+    pub description: &'static str,
+}
+
+/// Defines enumerations: each item with its name and its text, the first with its integer.
+macro_rules! enumerations {
+    ($($(#[$doc:meta])* $type:ident { $($item:ident $(= $first:literal)? $name:literal $text:literal,)* })*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        pub enum $type {
+            $(#[doc = $text] $item $(= $first)?),*
+        }
+
+        impl $type {
+            /// All of them.
+            pub const ITEMS: &[$crate::model::Item] =
+                &[$($crate::model::Item { name: $name, value: Self::$item as i32, description: $text }),*];
+
+            /// That with this integer.
+            pub fn numbered(value: i32) -> Option<Self> {
+                [$(Self::$item),*].into_iter().find(|item| *item as i32 == value)
+            }
+        }
+    )*};
+}
+pub(crate) use enumerations;
