@@ -168,7 +168,7 @@ impl Choice {
 }
 
 /// The variables of `name`, with their values.
-fn elements(name: &str, mut values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
+fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
     let (position, row) = names::settable(name, balls)?;
     if let Some(refusal) = values.iter().find_map(|value| names::not_a_number(row, value)) {
         return Err(refusal);
@@ -183,14 +183,6 @@ fn elements(name: &str, mut values: Vec<StartValue>, balls: usize) -> Result<Vec
         }
         let named = |(index, value)| (Variable { row, position, index }.to_string(), value);
         return Ok(values.into_iter().enumerate().map(named).collect());
-    }
-    if let Access::Enumeration(_) = row.access {
-        // The user may have meant an item's integer; the error names the items.
-        let named = |value: StartValue| match value {
-            StartValue::Number(number) => StartValue::Item(number.to_string()),
-            item => item,
-        };
-        values = values.into_iter().map(named).collect();
     }
     match <[StartValue; 1]>::try_from(values) {
         Ok([value]) => Ok(vec![(name.to_owned(), value)]),
