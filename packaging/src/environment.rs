@@ -16,15 +16,23 @@ const IN_VENV: &str = if cfg!(windows) { ".venv/Scripts/python.exe" } else { ".v
 const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the folder of the sources, \
                       `python3 cradle.py paper`; --python selects another Python";
 
-/// The FMU of the installed package, if this program lies in its environment.
+/// The FMU of the installed package, if this program lies in its environment. Of several Pythons in it, as in
+/// `~/.local`, the one installed last.
 pub fn fmu() -> Option<PathBuf> {
-    file("NewtonsCradle.fmu")
+    let root = program_folder()?.parent()?.to_path_buf();
+    let libraries = ["lib", "lib64"].into_iter().filter_map(|lib| fs::read_dir(root.join(lib)).ok());
+    let pythons = libraries.flatten().filter_map(Result::ok).map(|entry| entry.path());
+    // Those of Debian have another name; those of Windows lie elsewhere.
+    let packages = pythons.chain([root.join("Lib"), root.clone()]);
+    let packages = packages.flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name)));
+    let fmus = packages.map(|folder| folder.join(PACKAGE).join("NewtonsCradle.fmu")).filter(|fmu| fmu.is_file());
+    fmus.max_by_key(|fmu| fmu.metadata().and_then(|fmu| fmu.modified()).ok())
 }
 
 /// Whether a Python that has the package is likely to be found: that of this program's environment, or `.venv`. No
 /// Python is started, which would take longer than packing an FMU.
 pub fn has_package() -> bool {
-    fmu().or_else(|| above(IN_VENV)).is_some()
+    fmu().or_else(in_venv).is_some()
 }
 
 /// Runs `python -m newtons_cradle` with a command and its arguments, by default with the first Python that has the
@@ -56,7 +64,7 @@ fn python() -> Option<OsString> {
     };
     let beside = program_folder().into_iter().flat_map(|folder| beside.map(|name| folder.join(name)));
     let beside = beside.filter(|path| path.is_file());
-    let all = beside.chain(on_path.map(PathBuf::from)).chain(above(IN_VENV)).map(PathBuf::into_os_string);
+    let all = beside.chain(on_path.map(PathBuf::from)).chain(in_venv()).map(PathBuf::into_os_string);
     let code = format!("import importlib.util as u, sys; sys.exit(u.find_spec('{PACKAGE}') is None)");
     all.into_iter().find(|python| succeeds(python, &code))
 }
@@ -65,10 +73,10 @@ fn succeeds(python: &OsStr, code: &str) -> bool {
     Command::new(python).args(["-c", code]).output().is_ok_and(|output| output.status.success())
 }
 
-/// A file of this name in this folder or the first above that has it.
-fn above(name: &str) -> Option<PathBuf> {
+/// The Python of `.venv` in this folder or the first above that has one.
+fn in_venv() -> Option<PathBuf> {
     let here = env::current_dir().unwrap_or_default();
-    here.ancestors().map(|folder| folder.join(name)).find(|file| file.is_file())
+    here.ancestors().map(|folder| folder.join(IN_VENV)).find(|python| python.is_file())
 }
 
 /// The folder of this program, with links resolved.
@@ -77,17 +85,4 @@ fn program_folder() -> Option<PathBuf> {
     // On Windows this would give a path that not every program accepts.
     let program = if cfg!(windows) { program } else { fs::canonicalize(program).ok()? };
     program.parent().map(Path::to_path_buf)
-}
-
-/// A file of the package in the environment of this program. Of several Pythons in it, as in `~/.local`, the file
-/// installed last.
-fn file(name: &str) -> Option<PathBuf> {
-    let root = program_folder()?.parent()?.to_path_buf();
-    let libraries = ["lib", "lib64"].into_iter().filter_map(|lib| fs::read_dir(root.join(lib)).ok());
-    let pythons = libraries.flatten().filter_map(Result::ok).map(|entry| entry.path());
-    // Those of Debian have another name; those of Windows lie elsewhere.
-    let packages = pythons.chain([root.join("Lib"), root.clone()]);
-    let packages = packages.flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name)));
-    let files = packages.map(|folder| folder.join(PACKAGE).join(name)).filter(|file| file.is_file());
-    files.max_by_key(|file| file.metadata().and_then(|file| file.modified()).ok())
 }

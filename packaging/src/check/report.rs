@@ -16,11 +16,6 @@ pub struct Report {
 }
 
 impl Report {
-    /// Whether there is no problem; there may be remarks.
-    pub fn is_clean(&self) -> bool {
-        self.problems.is_empty()
-    }
-
     pub(crate) fn problem(&mut self, text: impl Display) {
         Self::add(&mut self.problems, &mut self.omitted, text);
     }
