@@ -59,17 +59,13 @@ impl<S: Scalar> Damping<S> {
     pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
         let (c, alpha, relaxation) =
             (number(|p| p.damping), number(|p| p.hunt_crossley), number(|p| p.relaxation_time));
-        let acts = |coefficient: S| coefficient.value() > 0.0 || coefficient.tangent() != 0.0;
-        match p.damping_law {
-            DampingLaw::KelvinVoigt if acts(c) => Self::KelvinVoigt { c, pull: true },
-            DampingLaw::KelvinVoigtNoPull if acts(c) => Self::KelvinVoigt { c, pull: false },
-            DampingLaw::HuntCrossley if acts(alpha) => Self::HuntCrossley { alpha },
-            DampingLaw::Viscoelastic if acts(relaxation) => Self::Viscoelastic { relaxation },
-            DampingLaw::KelvinVoigt
-            | DampingLaw::KelvinVoigtNoPull
-            | DampingLaw::HuntCrossley
-            | DampingLaw::Viscoelastic => Self::None,
-        }
+        let (coefficient, law) = match p.damping_law {
+            DampingLaw::KelvinVoigt => (c, Self::KelvinVoigt { c, pull: true }),
+            DampingLaw::KelvinVoigtNoPull => (c, Self::KelvinVoigt { c, pull: false }),
+            DampingLaw::HuntCrossley => (alpha, Self::HuntCrossley { alpha }),
+            DampingLaw::Viscoelastic => (relaxation, Self::Viscoelastic { relaxation }),
+        };
+        if coefficient.value() > 0.0 || coefficient.tangent() != 0.0 { law } else { Self::None }
     }
 
     /// The same law in other numbers.
