@@ -8,22 +8,11 @@
 //!
 //! # How it is built
 //!
-//! | module | what it does | knows of |
-//! |---|---|---|
-//! | [`model`] | the physics in SI units: parameters, masses, force laws, what a run shows | numbers in `solver` |
-//! | `solver` | numerics: oscillators, series, dual numbers, first crossings, event queue, solvers of ODEs | `next` |
-//! | [`next`] | one type that says when something happens next: at a time, not before one, or never | nothing |
-//! | [`engine`] | a run: flight, impacts, clusters and bodies of balls in contact, events, pulses | `model`, `solver` |
-//! | [`variables`] | the interface as one table | `model`: [`model::Parameters`], [`model::Results`] |
-//! | `instance` | one running instance: phases, legality of calls, steps, saved states, log | `variables`, `engine` |
-//! | `ffi` | what the C functions of all versions share | `instance` |
-//! | [`fmi2`], [`fmi3`] | the C functions of FMI 2.0 and 3.0; with `ffi`, the only unsafe code | `ffi`, `instance` |
-//!
-//! The producer of the FMU is built without the feature `engine`: of all this it needs the parameters and the table.
-//!
-//! A call of a host goes down that list from the bottom: `fmi2` or `fmi3` turns C into Rust and asks whether the call
-//! is legal now, `instance` carries it out, `engine` moves the trajectory, and what the host reads is evaluated at its
-//! communication point without moving anything.
+//! A call of a host passes three of the modules below: [`fmi2`] or [`fmi3`] turns C into Rust and asks whether the call
+//! is legal now, `instance` carries it out, [`engine`] moves the trajectory. What the host reads is evaluated at its
+//! communication point without moving anything. [`model`] is the physics in SI units, `solver` numerics that know no
+//! cradle, [`variables`] the interface as one table. The producer of the FMU is built without the feature `engine`: it
+//! needs the parameters and the table only.
 //!
 //! Beside the event-driven engine stand the methods that one would take without it (`solver.method`):
 //! [`engine::Continuous`] integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta

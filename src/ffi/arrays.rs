@@ -41,9 +41,13 @@ fn check<T>(name: &'static str, pointer: *const T, count: usize) -> Result<(), R
 }
 
 #[cold]
-fn no_array(name: &'static str, pointer: *const (), count: usize) -> Refusal {
-    let value = if pointer.is_null() { "NULL".to_owned() } else { format!("{pointer:p}") };
-    Refusal::argument(name, value, format_args!("an array of {count}"))
+fn no_array(name: &str, pointer: *const (), count: usize) -> Refusal {
+    Refusal::argument(name, shown(pointer), format_args!("an array of {count}"))
+}
+
+/// A pointer for messages.
+pub(super) fn shown(pointer: *const ()) -> String {
+    if pointer.is_null() { "NULL".to_owned() } else { format!("{pointer:p}") }
 }
 
 pub(crate) fn fill<T>(places: &mut [MaybeUninit<T>], values: impl IntoIterator<Item = T>) {

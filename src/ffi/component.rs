@@ -37,20 +37,17 @@ pub(crate) struct Component<V> {
     instance: UnsafeCell<Instance>,
 }
 
-/// The pointer to a new component for the host, which `begin` sees first; NULL if `make` or `begin` panics, or if
-/// `make` refuses: then the log says why `function` failed.
+/// The pointer to a new component for the host; NULL if `make` panics, or if it refuses: then the log says why
+/// `function` failed.
 pub(crate) fn create<V: Version>(
     function: &str,
     log: Log,
     callbacks: V,
-    make: impl FnOnce() -> Result<Start, String>,
-    begin: impl FnOnce(&Instance),
+    make: impl FnOnce(&Log) -> Result<Start, String>,
 ) -> *mut c_void {
     let made = catch_unwind(AssertUnwindSafe(|| {
-        let start = make().map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
-        let instance = Instance::new(start, log);
-        begin(&instance);
-        Some(Component::into_raw(instance, callbacks))
+        let start = make(&log).map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
+        Some(Component::into_raw(Instance::new(start, log), callbacks))
     }));
     made.ok().flatten().unwrap_or(std::ptr::null_mut())
 }
@@ -155,20 +152,6 @@ pub(crate) unsafe fn call<V: Version>(
     });
     component.busy.set(false);
     status
-}
-
-/// The same, compiled once for all functions of a version: smaller, where [`call`] is faster.
-///
-/// # Safety
-/// As for [`call`].
-pub(crate) unsafe fn call_small<V: Version>(
-    c: *mut c_void,
-    function: &'static str,
-    legal: Call,
-    body: &mut dyn FnMut(&mut Instance) -> Result<(), Refusal>,
-) -> V::Status {
-    // SAFETY: as the caller promises.
-    unsafe { call::<V>(c, function, legal, body) }
 }
 
 /// After a panic the instance may be in any state: it is given up.

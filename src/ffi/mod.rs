@@ -6,11 +6,11 @@
 #![allow(unsafe_code)]
 
 /// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the
-/// standard, legal where [`Call`](crate::instance::Call) says so, run by the guard of a version. `body` relies on the
-/// host's promises, see the module of that version.
+/// standard, legal where [`Call`](crate::instance::Call) says so, run by [`call`]. `body` relies on the host's promises,
+/// see the module of its version.
 macro_rules! export_by {
     (
-        ($guard:ident $version:ty, $component:ident: $handle:ty => $status:ty)
+        ($version:ty, $component:ident: $handle:ty => $status:ty)
         $(
             $(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?)
             as $call:ident |$instance:pat_param| $body:expr;
@@ -27,7 +27,7 @@ macro_rules! export_by {
                 let body =
                     |$instance: &mut crate::instance::Instance| -> Result<(), crate::variables::Refusal> { $body };
                 let call = crate::instance::Call::$call;
-                crate::ffi::$guard::<$version>($component, stringify!($name), call, &mut { body })
+                crate::ffi::call::<$version>($component, stringify!($name), call, body)
             }
         }
     )*};
@@ -40,6 +40,6 @@ mod resources;
 mod states;
 
 pub(crate) use arrays::{answer, array, array_mut, categories, fill, log_line, text, write};
-pub(crate) use component::{Component, Version, call, call_small, create};
+pub(crate) use component::{Component, Version, call, create};
 pub(crate) use resources::{at_location, at_path, start};
 pub(crate) use states::{export_states, free, saved, store};

@@ -2,7 +2,7 @@
 
 use std::ffi::c_void;
 
-use super::arrays::array;
+use super::arrays::{array, shown};
 use super::component::marked;
 use crate::instance::SavedState;
 use crate::variables::Refusal;
@@ -21,9 +21,9 @@ struct Saved {
 /// # Safety
 /// As for [`marked`], of a state.
 unsafe fn memory(pointer: *mut c_void) -> Result<*mut Saved, Refusal> {
-    let value = || if pointer.is_null() { "NULL".to_owned() } else { format!("{pointer:p}") };
+    let foreign = || Refusal::argument("FMUstate", shown(pointer.cast()), "a state of this FMU");
     // SAFETY: as the caller promises.
-    unsafe { marked(pointer, MAGIC) }.ok_or_else(|| Refusal::argument("FMUstate", value(), "a state of this FMU"))
+    unsafe { marked(pointer, MAGIC) }.ok_or_else(foreign)
 }
 
 /// The state behind a pointer.

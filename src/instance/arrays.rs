@@ -1,7 +1,7 @@
 //! Reading and setting by value reference: whole arrays or, in FMI 2.0 and where variables are scalars, one element.
 
 use super::legality::Phase;
-use super::lifecycle::Instance;
+use super::lifecycle::{Instance, Start};
 use super::run::Run;
 use super::values::unknown_reference;
 use crate::engine::{NEVER, Pulse};
@@ -16,20 +16,24 @@ pub enum Value {
     Flag(bool),
 }
 
-impl Instance {
-    /// The variable behind a value reference: an array or, where variables are scalars, one of them.
+impl Start {
+    /// The variable behind a value reference in a cradle of `balls` balls: an array or, where variables are scalars, one
+    /// of them.
     #[inline]
-    pub fn array_at(&self, reference: u32) -> Option<Array> {
-        match (self.run.purpose.arrays, self.start.scalars) {
-            (false, _) => Variable::at(reference, self.balls()).map(Variable::scalar),
-            (true, true) => Array::scalar_at(reference, self.balls()),
+    pub fn array_at(&self, reference: u32, balls: usize) -> Option<Array> {
+        match (self.purpose.arrays, self.scalars) {
+            (false, _) => Variable::at(reference, balls).map(Variable::scalar),
+            (true, true) => Array::scalar_at(reference, balls),
             (true, false) => Array::at(reference),
         }
     }
+}
 
+impl Instance {
     /// The variable behind a value reference, if it is one of this type.
     pub fn array(&self, reference: u32, asked: Type) -> Result<Array, Refusal> {
-        let array = self.array_at(reference).ok_or_else(|| unknown_reference(reference, self.balls()))?;
+        let balls = self.balls();
+        let array = self.start.array_at(reference, balls).ok_or_else(|| unknown_reference(reference, balls))?;
         let of = array.row.access.data_type();
         let fmi2 = !self.run.purpose.arrays;
         if of == asked || fmi2 && (of, asked) == (Type::Enumeration, Type::Integer) {
@@ -77,7 +81,7 @@ impl Instance {
             }
         }
         if wanted != values.len() {
-            let first = references.first().and_then(|first| self.array_at(*first));
+            let first = references.first().and_then(|first| self.start.array_at(*first, balls));
             let first = first.map(|array| array.to_string()).unwrap_or_default();
             let more = if references.len() > 1 { " and others" } else { "" };
             let allowed = format_args!("{wanted}, the elements of {first}{more} with n = {balls}");
@@ -127,7 +131,7 @@ impl Instance {
 
     /// The value after the last tick of a variable that changes in Event Mode only.
     fn after_tick(&self, variable: Variable) -> Option<Value> {
-        let (discrete, work) = (self.run.clocks.discrete(variable.index), self.run.clocks.work);
+        let (discrete, work) = (self.run.clocks.discrete.get(variable.index), self.run.clocks.work);
         Some(match variable.row.name {
             "t_onset" => Value::Float(discrete?.onset),
             "t_release" => Value::Float(discrete?.release),
@@ -146,7 +150,7 @@ impl Instance {
         Ok(match extra {
             Extra::Time | Extra::Pulses => Value::Float(self.time()),
             Extra::Balls => Value::Count(self.balls() as u64),
-            Extra::Clock(edge) => Value::Flag(self.run.phase == Phase::EventMode && clocks.is_active(edge)),
+            Extra::Clock(edge) => Value::Flag(self.run.phase == Phase::EventMode && clocks.active[edge as usize]),
             Extra::TickTime(edge) => Value::Float(clocks.time(edge)),
             Extra::TickOf(edge) => Value::Flag(clocks.is_part(edge, index)),
             Extra::EndedImpulse => ended(|pulse| pulse.impulse),
@@ -275,7 +279,6 @@ impl Instance {
     }
 }
 
-#[cold]
 fn refuse_reference(array: Array, allowed: impl std::fmt::Display) -> Refusal {
     Refusal::argument("valueReference", array, allowed)
 }

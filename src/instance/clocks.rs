@@ -71,14 +71,14 @@ pub(super) struct Discrete {
     pub release: f64,
 }
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Clocks {
     pending: VecDeque<Tick>,
     /// Whether the clocks of onsets and of releases are active.
-    active: [bool; 2],
+    pub active: [bool; 2],
     /// Their last ticks; before the first there is none.
     last: [Option<Tick>; 2],
-    discrete: Vec<Discrete>,
+    pub discrete: Vec<Discrete>,
     pub work: WorkCounters,
     /// The pulses that have ended by the last tick.
     pub log: Pulses,
@@ -87,14 +87,7 @@ pub(super) struct Clocks {
 impl Clocks {
     pub fn new(contacts: usize) -> Self {
         let none = Discrete { pulses: 0, closed: false, onset: -NEVER, release: -NEVER };
-        Self {
-            pending: VecDeque::new(),
-            active: [false; 2],
-            last: [None, None],
-            discrete: vec![none; contacts],
-            work: WorkCounters::default(),
-            log: Pulses::default(),
-        }
+        Self { discrete: vec![none; contacts], ..Self::default() }
     }
 
     pub fn are_sound(&self, contacts: usize) -> bool {
@@ -153,18 +146,9 @@ impl Clocks {
         known
     }
 
-    /// Adds ticks for contacts that closed at the time `now` (s) without an event: at the start, or because inputs
-    /// changed.
-    pub fn catch_up(&mut self, results: &dyn Results, now: f64) {
-        for (contact, (onsets, _)) in self.foreseen().into_iter().enumerate() {
-            if results.pulses(contact) > onsets {
-                self.push(now, Transition::Onset(contact));
-            }
-        }
-    }
-
-    /// Adds the ticks of an event of model exchange: these finished pulses, and contacts that have closed.
-    pub fn enter(&mut self, pulses: &[Pulse], results: &dyn Results) {
+    /// Adds the ticks of finished pulses, and of contacts that have closed without an event of a step: at the start, as
+    /// inputs changed, or in model exchange.
+    pub fn catch_up(&mut self, pulses: &[Pulse], results: &dyn Results) {
         let mut known = self.foreseen();
         let mut new = Vec::new();
         for pulse in pulses {
@@ -186,10 +170,6 @@ impl Clocks {
         }
     }
 
-    pub fn is_active(&self, edge: Edge) -> bool {
-        self.active[edge as usize]
-    }
-
     /// The time of the last tick of a clock, s; before the first one minus [`NEVER`].
     pub fn time(&self, edge: Edge) -> f64 {
         self.last[edge as usize].as_ref().map_or(-NEVER, |tick| tick.time)
@@ -208,11 +188,6 @@ impl Clocks {
             Transition::Release(pulse) if pulse.contact == contact => Some(*pulse),
             _ => None,
         })
-    }
-
-    /// The discrete variables of a contact; nothing if there is no such contact.
-    pub fn discrete(&self, contact: usize) -> Option<&Discrete> {
-        self.discrete.get(contact)
     }
 }
 

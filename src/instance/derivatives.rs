@@ -229,7 +229,7 @@ impl Instance {
             let array = self.array(*reference, Type::Real)?;
             let known = match array.row.access {
                 Access::Instance(_, extra) => matches!(extra, Extra::Joined(..)),
-                _ => without_effect || !array.is_slope(),
+                _ => without_effect || array.row.causality != Causality::Input || array.row.rate_of().is_none(),
             };
             if !known {
                 return Err(no_derivative(array));
@@ -258,7 +258,6 @@ fn value(of: Option<&Differential>, variable: &Variable) -> f64 {
     variable.row.derivative.zip(of).map_or(f64::NAN, |(get, of)| get(of, variable.index))
 }
 
-#[cold]
 fn no_derivative(what: impl Display) -> Refusal {
     Refusal::no_value(format_args!(
         "{what} has no derivative here: it is not finite, the step has too many switchings, or contacts are too stiff \
@@ -266,7 +265,6 @@ fn no_derivative(what: impl Display) -> Refusal {
     ))
 }
 
-#[cold]
 fn not_differentiable(what: impl Display, allowed: &str) -> Refusal {
     Refusal::new(format_args!("{what} has no such derivative; allowed: {allowed}"))
 }

@@ -140,7 +140,7 @@ impl Instance {
         let update = updated.map_err(|error| self.fail(error))?;
         self.run.states_changed |= update.changed;
         if let Some(exchange) = self.run.exchange.as_ref().filter(|_| self.run.purpose.events) {
-            self.run.clocks.enter(&pulses, exchange);
+            self.run.clocks.catch_up(&pulses, exchange);
         }
         Ok(update.next)
     }

@@ -47,7 +47,7 @@ macro_rules! phases {
             $($(#[$doc])* $phase),*
         }
 
-        const PHASES: [Phase; 10] = [$(Phase::$phase),*];
+        pub(super) const PHASES: [Phase; 10] = [$(Phase::$phase),*];
 
         impl std::fmt::Display for Phase {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -164,9 +164,5 @@ impl Call {
     #[inline]
     pub fn is_legal_in(self, phase: Phase) -> bool {
         self.phases()[phase as usize] != b'.'
-    }
-
-    pub fn legal_phases(self) -> impl Iterator<Item = Phase> {
-        PHASES.into_iter().filter(move |phase| self.is_legal_in(*phase))
     }
 }

@@ -1,6 +1,6 @@
 //! An instance and its phases, from start values to the end of the run.
 
-use super::legality::{Call, Kind, Phase, Purpose};
+use super::legality::{Call, Kind, PHASES, Phase, Purpose};
 use super::log::{Log, Severity};
 use super::run::{Experiment, Run};
 use crate::engine::{EngineError, Exchange, Results, Simulation};
@@ -54,8 +54,8 @@ impl Instance {
             let text = format_args!("the refused call of {function} ended the run; allowed: a reset");
             return Refusal::new(format_args!("not allowed in {phase}: {text}"));
         }
-        let allowed = call.legal_phases().filter(|phase| phase.exists(*purpose));
-        let allowed: Vec<String> = allowed.map(|phase| phase.to_string()).collect();
+        let allowed = PHASES.iter().filter(|phase| call.is_legal_in(**phase) && phase.exists(*purpose));
+        let allowed: Vec<String> = allowed.map(Phase::to_string).collect();
         let separator = if allowed.is_empty() { "" } else { "; allowed: in " };
         Refusal::new(format_args!("not allowed in {phase}{separator}{}", allowed.join(", ")))
     }
@@ -191,7 +191,6 @@ impl Instance {
     }
 }
 
-#[cold]
 fn no_start(error: EngineError) -> Refusal {
     Refusal::new(format_args!("the run cannot start: {error}"))
 }

@@ -65,7 +65,6 @@ impl Log {
         self.write(Severity::Ok, LogCategory::Solver, text);
     }
 
-    #[cold]
     pub fn error(&self, text: Arguments<'_>) {
         self.write(Severity::Error, LogCategory::Error, text);
     }

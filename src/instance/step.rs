@@ -255,7 +255,7 @@ impl Instance {
     pub(super) fn catch_up(&mut self) -> Result<(), Refusal> {
         self.simulation()?;
         if let Some(simulation) = &self.run.simulation {
-            self.run.clocks.catch_up(&**simulation, simulation.time());
+            self.run.clocks.catch_up(&[], &**simulation);
         }
         Ok(())
     }

@@ -135,14 +135,12 @@ impl Array {
 
     /// An element, counted from 0, as a scalar. There is none of `n`, which is fixed then, and of variables that FMI
     /// 2.0 has under other names.
-    #[inline]
     pub fn scalar(self, index: usize, balls: usize) -> Option<Self> {
         let listed = !matches!(self.row.access, Access::Instance(_, Extra::Balls | Extra::Joined(..)));
         (listed && index < self.row.shape.len(balls)).then_some(Self { only: Some(index), ..self })
     }
 
     /// The index of an element, counted from 0: that of the scalar, if it is one.
-    #[inline]
     pub fn index(self, element: usize) -> usize {
         self.only.unwrap_or(element)
     }
@@ -205,7 +203,6 @@ impl Array {
     }
 
     /// An element, counted from 0, whether or not it belongs to a contact.
-    #[inline]
     pub fn variable(self, index: usize) -> Variable {
         Variable { row: self.row, position: self.position, index: self.index(index) }
     }
@@ -216,7 +213,6 @@ impl Array {
     }
 
     /// Number of elements in a cradle of `balls` balls.
-    #[inline]
     pub fn len(self, balls: usize) -> usize {
         if self.row.shape == Scalar || self.is_single() { 1 } else { balls }
     }
@@ -227,11 +223,6 @@ impl Array {
             (Output, Access::Real(_)) => Variability::Continuous,
             _ => self.row.variability,
         }
-    }
-
-    /// Whether it is the slope of an input.
-    pub fn is_slope(self) -> bool {
-        self.row.causality == Input && self.row.rate_of().is_some()
     }
 
     /// The clock that it belongs to.

@@ -33,25 +33,21 @@ impl Refusal {
     }
 
     /// An argument that is a number.
-    #[cold]
     pub fn number(name: &str, value: f64, unit: &str, allowed: impl Display) -> Self {
         Self::argument(name, format_args!("{} {unit}", Number(value)), allowed)
     }
 
     /// A value of a variable that is not among those `allowed`.
-    #[cold]
     pub fn value(variable: impl Display, value: impl Display, allowed: impl Display) -> Self {
         Self { of_value: true, ..Self::argument(variable, value, allowed) }
     }
 
     /// A value that does not exist, with this text.
-    #[cold]
     pub fn no_value(text: impl Display) -> Self {
         Self { of_value: true, ..Self::new(text) }
     }
 
     /// No variable has this `key`, a name or a value reference, in a cradle of `balls` balls.
-    #[cold]
     pub fn unknown(key: impl Display, balls: usize) -> Self {
         Self::new(format_args!("no variable has the {key} in this FMU of {balls} ball(s)"))
     }

@@ -27,15 +27,14 @@ enumerations! {
 }
 
 impl Settings {
-    /// These parameters and inputs; the rest has its defaults.
-    pub fn new(parameters: Parameters, inputs: Inputs) -> Self {
-        let slopes = Inputs::zero(parameters.balls());
-        Self { parameters, inputs, slopes, derivatives_of: DerivativesOf::Point }
-    }
-
     /// The defaults for `balls` balls.
     pub fn default_for(balls: usize) -> Self {
-        Self::new(Parameters::default_for(balls), Inputs::zero(balls))
+        Self {
+            parameters: Parameters::default_for(balls),
+            inputs: Inputs::zero(balls),
+            slopes: Inputs::zero(balls),
+            derivatives_of: DerivativesOf::Point,
+        }
     }
 
     /// Number of balls n.

@@ -140,7 +140,7 @@ fn runs() -> Vec<(&'static str, Parameters, f64, bool)> {
 #[test]
 fn they_agree_with_differences() {
     for (name, parameters, end, has_tape) in runs() {
-        let settings = Settings::new(parameters, Inputs::zero(3));
+        let settings = Settings { parameters, ..Settings::default_for(3) };
         let course = Course::new(&settings, end, has_tape);
         let (values, tape) = (course.outputs(), course.tape());
         assert_eq!(tape.is_some(), has_tape, "{name}");
@@ -252,7 +252,7 @@ fn both_directions_agree_through_a_hundred_clicks() {
 #[test]
 fn both_directions_agree_whatever_acts() {
     for (name, parameters, end, _) in runs().into_iter().filter(|(.., has_tape)| *has_tape) {
-        let course = Course::new(&Settings::new(parameters, Inputs::zero(3)), end, true);
+        let course = Course::new(&Settings { parameters, ..Settings::default_for(3) }, end, true);
         both_ways(name, &course.tape().unwrap(), 3);
     }
 }

@@ -43,7 +43,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     // SAFETY: the host promises null-terminated texts, or NULL.
     let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
     let log = Log::new(sink(functions, name), loggingOn != fmi2False);
-    let start = || {
+    let start = |_: &Log| {
         if name.is_empty() {
             return Err("instanceName is missing or empty; allowed: any other text".to_owned());
         }
@@ -59,7 +59,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
         };
         ffi::start(Purpose::fmi2(kind), ffi::at_location(location.to_bytes()), ("fmuGUID", guid))
     };
-    ffi::create("fmi2Instantiate", log, Fmi2, start, |_| {})
+    ffi::create("fmi2Instantiate", log, Fmi2, start)
 }
 
 /// A sink for the host's logger, if it has one. The name is copied, because the host may free its own.

@@ -3,7 +3,7 @@
 
 macro_rules! export {
     ($($functions:tt)*) => {
-        crate::ffi::export_by! { (call crate::fmi2::Fmi2, c: fmi2Component => fmi2Status) $($functions)* }
+        crate::ffi::export_by! { (crate::fmi2::Fmi2, c: fmi2Component => fmi2Status) $($functions)* }
     };
 }
 

@@ -1,6 +1,6 @@
 //! Functions of co-simulation: steps, and the return from Event Mode.
 
-use crate::ffi::{Component, answer, call_small};
+use crate::ffi::{Component, answer, call};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
 use crate::instance::{Call, Instance, Phase, StepEnd};
@@ -32,7 +32,7 @@ pub unsafe extern "C" fn fmi3DoStep(
         let end = &mut end;
         // SAFETY: the host's promises, here and below.
         let status = unsafe {
-            call_small::<Fmi3>(instance, "fmi3DoStep", legal, &mut |instance| {
+            call::<Fmi3>(instance, "fmi3DoStep", legal, |instance| {
                 let reached = body(instance)?;
                 *end = Some(reached);
                 answer("eventHandlingNeeded", eventHandlingNeeded, reached.events.into())?;

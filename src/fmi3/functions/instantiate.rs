@@ -3,7 +3,7 @@
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Kind, Log, Purpose, Sink};
+use crate::instance::{Kind, Log, Purpose, Sink};
 use crate::variables::Array;
 
 /// Version of the standard: `3.0`.
@@ -35,21 +35,14 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     let (events, early_return) = (eventModeUsed != fmi3False, earlyReturnAllowed != fmi3False);
     let purpose = Purpose { kind: Kind::CoSimulation, arrays: true, events, early_return };
     let callbacks = Fmi3 { environment: instanceEnvironment, update: intermediateUpdate, may_end_early: early_return };
-    let begin = |instance: &Instance| {
-        let log = &instance.log;
-        // SAFETY: the host promises as many references as it says.
-        let wanted = unsafe {
-            array("requiredIntermediateVariables", requiredIntermediateVariables, nRequiredIntermediateVariables)
-        };
-        for reference in wanted.unwrap_or_default() {
-            if !instance.array_at(*reference).is_some_and(Array::is_intermediate) {
-                log.solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
-            }
-        }
-    };
     let names = [instanceName, instantiationToken, resourcePath];
-    // SAFETY: the host's promises.
-    unsafe { create("fmi3InstantiateCoSimulation", names, (logMessage, loggingOn), (purpose, callbacks), begin) }
+    // SAFETY: the host's promises, here that it gives as many references as it says.
+    unsafe {
+        let read =
+            array("requiredIntermediateVariables", requiredIntermediateVariables, nRequiredIntermediateVariables)
+                .unwrap_or_default();
+        create("fmi3InstantiateCoSimulation", names, (logMessage, loggingOn), (purpose, callbacks), read)
+    }
 }
 
 /// Creates an instance for model exchange, with clocks. NULL as for co-simulation.
@@ -70,11 +63,11 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
     let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
     let names = [instanceName, instantiationToken, resourcePath];
     // SAFETY: the host's promises.
-    unsafe { create("fmi3InstantiateModelExchange", names, (logMessage, loggingOn), (purpose, callbacks), |_| {}) }
+    unsafe { create("fmi3InstantiateModelExchange", names, (logMessage, loggingOn), (purpose, callbacks), &[]) }
 }
 
-/// Creates an instance for this purpose with the FMU's start values, or logs why `function` failed. `begin` logs
-/// before.
+/// Creates an instance for this purpose with the FMU's start values, or logs why `function` failed. The host wants to
+/// `read` these variables within steps.
 ///
 /// # Safety
 /// As for [`text()`].
@@ -83,18 +76,24 @@ unsafe fn create(
     names: [fmi3String; 3],
     (logger, on): (fmi3LogMessageCallback, fmi3Boolean),
     (purpose, callbacks): (Purpose, Fmi3),
-    begin: impl FnOnce(&Instance),
+    read: &[fmi3ValueReference],
 ) -> fmi3Instance {
     // SAFETY: as the caller promises.
     let [name, token, path] = names.map(|given| unsafe { text(given) });
     let log = Log::on_demand(sink(logger, callbacks.environment), on != fmi3False);
-    let start = || {
+    let start = |log: &Log| {
         if name.to_string_lossy().trim().is_empty() {
             return Err("instanceName is missing or blank; allowed: any other text".to_owned());
         }
-        ffi::start(purpose, ffi::at_path(path.to_bytes()), ("instantiationToken", token))
+        let start = ffi::start(purpose, ffi::at_path(path.to_bytes()), ("instantiationToken", token))?;
+        for reference in read {
+            if !start.array_at(*reference, start.settings.balls()).is_some_and(Array::is_intermediate) {
+                log.solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
+            }
+        }
+        Ok(start)
     };
-    ffi::create(function, log, callbacks, start, begin)
+    ffi::create(function, log, callbacks, start)
 }
 
 /// Not offered: returns NULL, and logs why if logging is on.
@@ -116,8 +115,9 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
 ) -> fmi3Instance {
     let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
     let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
-    let refuse = || Err("scheduled execution is not offered; allowed: co-simulation or model exchange".to_owned());
-    ffi::create("fmi3InstantiateScheduledExecution", log, callbacks, refuse, |_| {})
+    let refuse =
+        |_: &Log| Err("scheduled execution is not offered; allowed: co-simulation or model exchange".to_owned());
+    ffi::create("fmi3InstantiateScheduledExecution", log, callbacks, refuse)
 }
 
 /// Frees an instance in any phase; NULL and an instance within a step are ignored.

@@ -2,7 +2,7 @@
 
 macro_rules! export {
     ($($functions:tt)*) => {
-        crate::ffi::export_by! { (call_small crate::fmi3::Fmi3, instance: fmi3Instance => fmi3Status) $($functions)* }
+        crate::ffi::export_by! { (crate::fmi3::Fmi3, instance: fmi3Instance => fmi3Status) $($functions)* }
     };
 }
 

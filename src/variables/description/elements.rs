@@ -92,7 +92,7 @@ pub(super) fn write_variables(
             || [common_attributes(row, if fmi3 { array.variability() } else { row.variability }), typed(row, fmi3)];
         let [common, typed] = rows.entry(array.variable(0).position).or_insert_with(parts);
         let is_array = row.shape != Shape::Scalar && !array.is_single();
-        let element = if fmi3 { row.access.data_type().fmi3() } else { "ScalarVariable".to_owned() };
+        let element = if fmi3 { row.access.data_type().fmi3() } else { "ScalarVariable" };
         write!(out, "    <{element} name=\"{array}\" valueReference=\"{reference}\"{common}")?;
         if let Some(clock) = array.clock() {
             write!(out, " clocks=\"{}\"", clock.reference())?;
@@ -116,8 +116,11 @@ pub(super) fn write_variables(
         if row.causality == Causality::StructuralParameter {
             write!(out, " start=\"{}\"", start.balls())?;
         } else if row.settable() {
-            let values = (0..array.len(start.balls())).map(|index| start_value(array.variable(index), start));
-            write!(out, " start=\"{}\"", values.collect::<Vec<_>>().join(" "))?;
+            for index in 0..array.len(start.balls()) {
+                let before = if index == 0 { " start=\"" } else { " " };
+                write!(out, "{before}{}", start_value(array.variable(index), start))?;
+            }
+            out.write_str("\"")?;
         }
         if is_array {
             let balls = Array::named("n").map_or(0, Array::reference);

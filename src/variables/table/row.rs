@@ -50,11 +50,15 @@ pub enum Type {
 
 impl Type {
     /// Its name in FMI 3.0.
-    pub fn fmi3(self) -> String {
+    pub fn fmi3(self) -> &'static str {
         match self {
-            Self::Real => "Float64".to_owned(),
-            Self::Integer => "UInt64".to_owned(),
-            other => format!("{other:?}"),
+            Self::Real => "Float64",
+            Self::Integer => "UInt64",
+            Self::Boolean => "Boolean",
+            Self::Enumeration => "Enumeration",
+            Self::String => "String",
+            Self::Clock => "Clock",
+            Self::Binary => "Binary",
         }
     }
 }
