@@ -79,21 +79,14 @@ fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
 
 /// Replaces `%41` by `A`; invalid sequences stay.
 fn decode(text: &[u8]) -> Vec<u8> {
-    let mut pieces = text.split(|byte| *byte == b'%');
-    let mut decoded = pieces.next().unwrap_or_default().to_vec();
-    for piece in pieces {
-        let sequence = piece
-            .split_first_chunk()
-            .and_then(|([high, low], rest)| Some((hexadecimal(*high)? << 4 | hexadecimal(*low)?, rest)));
-        let (byte, rest) = sequence.unwrap_or((b'%', piece));
-        decoded.push(byte);
-        decoded.extend(rest);
+    let (mut decoded, mut rest) = (Vec::new(), text);
+    while let [byte, tail @ ..] = rest {
+        let code = tail.get(..2).filter(|code| *byte == b'%' && code.iter().all(u8::is_ascii_hexdigit));
+        let code = code.and_then(|code| u8::from_str_radix(std::str::from_utf8(code).ok()?, 16).ok());
+        decoded.push(code.unwrap_or(*byte));
+        rest = if code.is_some() { &tail[2..] } else { tail };
     }
     decoded
-}
-
-fn hexadecimal(digit: u8) -> Option<u8> {
-    char::from(digit).to_digit(16).and_then(|value| u8::try_from(value).ok())
 }
 
 fn refused(rest: &[u8], allowed: &str) -> String {

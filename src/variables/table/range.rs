@@ -39,8 +39,7 @@ impl std::fmt::Display for Range {
             (Some(min), Some(max)) => write!(f, "{} to {}", Number(min), Number(max)),
             (Some(min), None) if self.above_min => write!(f, "finite and > {}", Number(min)),
             (Some(min), None) => write!(f, "finite and >= {}", Number(min)),
-            (None, Some(max)) => write!(f, "finite and <= {}", Number(max)),
-            (None, None) => write!(f, "any finite value"),
+            (None, _) => write!(f, "any finite value"),
         }
     }
 }
