@@ -6,8 +6,8 @@
 #![allow(unsafe_code)]
 
 /// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the
-/// standard, legal where [`Call`](crate::instance::Call) says so, run by [`call`]. `body` relies on the host's promises,
-/// see the module of its version.
+/// standard, legal where [`Call`](crate::instance::Call) says so, run by [`call`]. `body` relies on the host's
+/// promises, see the module of its version.
 macro_rules! export_by {
     (
         ($version:ty, $component:ident: $handle:ty => $status:ty)

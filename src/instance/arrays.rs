@@ -17,8 +17,8 @@ pub enum Value {
 }
 
 impl Start {
-    /// The variable behind a value reference in a cradle of `balls` balls: an array or, where variables are scalars, one
-    /// of them.
+    /// The variable behind a value reference in a cradle of `balls` balls: an array or, where variables are scalars,
+    /// one of them.
     #[inline]
     pub fn array_at(&self, reference: u32, balls: usize) -> Option<Array> {
         match (self.purpose.arrays, self.scalars) {

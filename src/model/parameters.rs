@@ -12,8 +12,8 @@ enumerations! {
         Rigid "rigid" "no force law: instantaneous impacts of two balls with a coefficient of restitution",
     }
 
-    /// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive. The third is by Hunt
-    /// and Crossley (1975), the last by Kuwabara and Kono (1987) and Brilliantov et al. (1996).
+    /// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive. The third is by
+    /// Hunt and Crossley (1975), the last by Kuwabara and Kono (1987) and Brilliantov et al. (1996).
     DampingLaw {
         KelvinVoigt = 1 "kelvinVoigt" "adds c times the overlap rate; may pull just before the balls part",
         KelvinVoigtNoPull "kelvinVoigtNoPull" "as kelvinVoigt, with the total force clipped at 0",
