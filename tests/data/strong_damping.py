@@ -9,7 +9,7 @@ eigenvalues, whatever the damping. The first switching is looked for on a grid t
 """
 
 import json
-from functools import partial
+from functools import cache, partial
 
 from mpmath import eig, exp, inverse, lu_solve, matrix, mp, mpf, nstr, re, zeros
 
@@ -66,12 +66,12 @@ class Motion:
         self.rates, self.vectors = eig(a)
         self.backwards, self.equilibrium = inverse(self.vectors), lu_solve(a, -f)
 
-    def course(self, state, row):
-        """`row` times the state as a function of time."""
+    def course(self, state, row, more=0):
+        """`row` times the state, and `more`, as a function of time."""
         amplitudes = self.backwards * (state - self.equilibrium)
         size = range(len(self.rates))
         weights = [amplitudes[m] * sum(row[i] * self.vectors[i, m] for i in row) for m in size]
-        rest = sum(row[i] * self.equilibrium[i] for i in row)
+        rest = sum(row[i] * self.equilibrium[i] for i in row) + more
         return lambda t: re(sum(weights[m] * exp(self.rates[m] * t) for m in size)) + rest
 
     def state(self, state, t):
@@ -100,28 +100,23 @@ def run(start, masses, springs, c, dead_band, press, pull, end):
     state = matrix([mpf(x) for x in start] + [mpf(0)] * n)
     overlaps = [state[j] - state[j + 1] - dead_band for j in range(n - 1)]
     modes = ["pressing" if overlap > 0 else "open" for overlap in overlaps]
-    time, switchings, motions = mpf(0), modes.count("pressing"), {}
+    time, switchings = mpf(0), modes.count("pressing")
+    motion_of = cache(partial(Motion, masses, springs, c, dead_band, press))
     while time < end:
-        pressing = tuple(mode == "pressing" for mode in modes)
-        motion = motions.setdefault(pressing, None) or Motion(masses, springs, c, dead_band, press, pressing)
-        motions[pressing] = motion
+        motion = motion_of(tuple(mode == "pressing" for mode in modes))
         until, switch = end - time, None
         for j, mode in enumerate(modes):
-            gap = {j: -1, j + 1: 1}
             k = springs[j]
-            force = {j: k, j + 1: -k, n + j: c, n + j + 1: -c}
-            tension = {i: -value for i, value in force.items()}
+            overlap = {j: 1, j + 1: -1}, -dead_band
+            force = {j: k, j + 1: -k, n + j: c, n + j + 1: -c}, -k * dead_band
             candidates = {
-                "open": [(gap, -1, "pressing")],
-                "pressing": [(gap, 1, "open")] + ([] if pull else [(tension, k, "clipped")]),
-                "clipped": [(gap, 1, "open"), (force, -k, "pressing")],
+                "open": [(overlap, 1, "pressing")],
+                "pressing": [(overlap, -1, "open")] + ([] if pull else [(force, -1, "clipped")]),
+                "clipped": [(overlap, -1, "open"), (force, 1, "pressing")],
             }[mode]
-            for row, factor, following in candidates:
-                if mode == "open":
-                    row = {i: -value for i, value in row.items()}
-                course = motion.course(state, row)
-                function = partial(lambda course, rest, t: course(t) + rest, course, factor * dead_band)
-                t = first_positive(function, until)
+            for (row, more), sign, following in candidates:
+                course = motion.course(state, {i: sign * value for i, value in row.items()}, sign * more)
+                t = first_positive(course, until)
                 if t is not None and t < until:
                     until, switch = t, (j, following)
         state = motion.state(state, until)
