@@ -25,16 +25,6 @@ from licences import STD, linked_into
 PROGRAMS = {"newtons-cradle": "library", "cradle-packaging": "application"}
 
 
-def component(name: str, version: str, kind: str, place: str, licence: str, sha256: str | None) -> dict:
-    """An entry of the bill, of a package at `place`."""
-    url = f"pkg:{place}@{quote(version)}"
-    # Older manifests separate alternatives by slashes.
-    licences = [{"expression": licence.replace("/", " OR ")}]
-    hashes = {"hashes": [{"alg": "SHA-256", "content": sha256}]} if sha256 else {}
-    named = {"type": kind, "name": name, "version": version, "licenses": licences}
-    return named | {"bom-ref": url, "purl": url} | hashes
-
-
 def bill() -> dict:
     """The bill of this version. The same sources give the same bytes; the time is `SOURCE_DATE_EPOCH`, or
     1980-01-01."""
@@ -45,9 +35,13 @@ def bill() -> dict:
     parts, depends = {}, {}
     for (name, version), package in sorted((used["newtons-cradle"] | used["cradle-packaging"]).items()):
         place = "github/rust-lang/rust" if name == "std" else f"cargo/{name}"
-        checksum = checksums.get((name, version))
-        part = component(name, version, PROGRAMS.get(name, "library"), place, package["license"], checksum)
-        parts[name, version] = part
+        url, kind = f"pkg:{place}@{quote(version)}", PROGRAMS.get(name, "library")
+        # Older manifests separate alternatives by slashes.
+        licences = [{"expression": package["license"].replace("/", " OR ")}]
+        named = {"type": kind, "name": name, "version": version, "licenses": licences}
+        parts[name, version] = named | {"bom-ref": url, "purl": url}
+        if checksum := checksums.get((name, version)):
+            parts[name, version]["hashes"] = [{"alg": "SHA-256", "content": checksum}]
     for program, packages in used.items():
         own = next(key for key in packages if key[0] == program)
         depends[parts[own]["bom-ref"]] = [parts[key]["bom-ref"] for key in packages if key != own]
