@@ -83,7 +83,7 @@ pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], w
 }
 
 /// The first `s > 0` with `value + slope s + bent s^2 / 2 >= 0`, for `value <= 0`; infinite if there is none.
-fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
+pub fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
     if value == 0.0 {
         return if slope < 0.0 && bent > 0.0 {
             -2.0 * slope / bent

@@ -8,6 +8,7 @@ use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::{Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
+use crate::solver::root::first_root_of_parabola;
 
 /// Error of the overlaps at the nodes, over speed and length.
 const UNKNOWN: f64 = 1e-15;
@@ -109,7 +110,7 @@ impl Motion {
             if track.overlap >= 0.0 && track.rate > 0.0 {
                 return Some((Switch::Onset, 0.0));
             }
-            return rise(track.overlap.min(0.0), track.rate, curvature).map(|time| (Switch::Onset, time));
+            return fall(-track.overlap.min(0.0), -track.rate, -curvature).map(|time| (Switch::Onset, time));
         }
         let time = if track.overlap > tolerance.rounding.no_overlap() {
             self.fall_at_nodes(j, table).or_else(|| fall(track.overlap, track.rate, curvature))
@@ -285,25 +286,7 @@ fn range(values: &Nodes) -> [f64; 2] {
     [least.into_iter().fold(f64::INFINITY, f64::min), most.into_iter().fold(f64::NEG_INFINITY, f64::max)]
 }
 
-/// When `d + r h + s h^2` falls through 0, from d > 0.
+/// When `d + r h + s h^2` falls through 0, from d >= 0.
 pub(super) fn fall(d: f64, r: f64, s: f64) -> Option<f64> {
-    let discriminant = r * r - 4.0 * s * d;
-    if discriminant < 0.0 {
-        return None;
-    }
-    let root = discriminant.sqrt();
-    // The form without cancellation.
-    if r > 0.0 {
-        return (s < 0.0).then(|| (-r - root) / (2.0 * s));
-    }
-    let denominator = root - r;
-    (denominator > 0.0).then(|| 2.0 * d / denominator)
-}
-
-/// When it rises through 0, from d <= 0.
-fn rise(d: f64, r: f64, s: f64) -> Option<f64> {
-    if d == 0.0 {
-        return (r < 0.0 && s > 0.0).then(|| -r / s);
-    }
-    fall(-d, -r, -s)
+    Some(first_root_of_parabola(-d, -r, -2.0 * s)).filter(|time| *time != f64::INFINITY)
 }
