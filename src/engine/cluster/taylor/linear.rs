@@ -238,7 +238,7 @@ impl Series {
         let (unit, dv) = (shortest_time(window), control.epsilon * scale);
         workspace.begin(window, unit);
         let most = ((HIGHER * control.order as f64) as usize).min(MOST);
-        self.begin_unset(workspace.blocks.len() * LANES, window.contacts.len(), ROOM, unit, Some([0.0; 2]));
+        self.begin_unset(workspace.blocks.len() * LANES, window.contacts.len(), ROOM, unit);
         let [displacements, overlaps] = [&mut self.displacements, &mut self.overlaps]
             .map(|rows| rows.as_chunks_mut::<ROOM>().0.as_chunks_mut::<LANES>().0);
         for (block, rows) in workspace.blocks.iter().zip(displacements.iter_mut().zip(overlaps.iter_mut())) {

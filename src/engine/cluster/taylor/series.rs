@@ -105,23 +105,15 @@ impl<S: Scalar> Series<S> {
         self.arcs.begin(window, stride, &self.displacements, &mut self.overlaps);
     }
 
-    /// Rows for this many balls and contacts, each with room for `stride` coefficients to be set later. All contacts
-    /// are `linear`, or none is.
-    pub(super) fn begin_unset(
-        &mut self,
-        balls: usize,
-        contacts: usize,
-        stride: usize,
-        unit: f64,
-        linear: Option<[S; 2]>,
-    ) {
+    /// Rows for this many balls and linear contacts, each with room for `stride` coefficients to be set later.
+    pub(super) fn begin_unset(&mut self, balls: usize, contacts: usize, stride: usize, unit: f64) {
         (self.stride, self.unit) = (stride, unit);
         for rows in [&mut self.displacements, &mut self.overlaps, &mut self.forces] {
             rows.resize(balls * stride, S::default());
         }
         self.elastic.clear();
         self.linear.clear();
-        self.linear.resize(contacts, linear);
+        self.linear.resize(contacts, Some([S::default(); 2]));
     }
 
     /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without
