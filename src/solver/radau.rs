@@ -18,6 +18,19 @@ pub type Stages = SVector<f64, STAGES>;
 /// A linear map of stage values.
 pub type Matrix = SMatrix<f64, STAGES, STAGES>;
 
+/// The zeros of `P_s(2 c - 1) - P_(s-1)(2 c - 1)`, P the Legendre polynomials.
+const NODES: [f64; STAGES] = [
+    0.017_779_915_147_363_434,
+    0.091_323_607_899_793_93,
+    0.214_308_479_395_630_75,
+    0.371_932_164_583_272_3,
+    0.545_186_684_803_426_7,
+    0.713_175_242_855_569_5,
+    0.855_633_742_957_854_4,
+    0.955_366_044_710_030_2,
+    1.0,
+];
+
 #[derive(Debug)]
 pub struct Radau {
     /// The nodes `c_i`, in (0, 1].
@@ -32,7 +45,7 @@ pub static RADAU: LazyLock<Radau> = LazyLock::new(Radau::new);
 
 impl Radau {
     fn new() -> Self {
-        let nodes = nodes();
+        let nodes = Stages::from(NODES);
         let lagrange = |j: usize, x: f64| {
             let others = (0..STAGES).filter(|&k| k != j);
             others.map(|k| (x - nodes[k]) / (nodes[j] - nodes[k])).product::<f64>()
@@ -56,29 +69,6 @@ impl Radau {
     pub fn polynomial(&self, values: &Stages) -> [f64; STAGES] {
         powers(&self.nodes.into(), (*values).into())
     }
-}
-
-/// The zeros of `P_s(2 c - 1) - P_(s-1)(2 c - 1)`, P the Legendre polynomials, by Newton's method from the extrema of
-/// the Chebyshev polynomials, which lie close by.
-fn nodes() -> Stages {
-    let s = STAGES as f64;
-    let mut nodes = Stages::repeat(1.0);
-    for (i, node) in nodes.iter_mut().enumerate().take(STAGES - 1) {
-        let mut x = -libm::cos(std::f64::consts::PI * (2 * i + 1) as f64 / (2.0 * s - 0.5));
-        for _ in 0..10 {
-            // Legendre polynomials of the two highest degrees and their derivatives.
-            let (mut below, mut p) = ((1.0, 0.0), (x, 1.0));
-            for k in 1..STAGES {
-                let k = k as f64;
-                let value = ((2.0 * k + 1.0) * x * p.0 - k * below.0) / (k + 1.0);
-                let slope = ((2.0 * k + 1.0) * (p.0 + x * p.1) - k * below.1) / (k + 1.0);
-                (below, p) = (p, (value, slope));
-            }
-            x -= (p.0 - below.0) / (p.1 - below.1);
-        }
-        *node = 0.5 * (1.0 + x);
-    }
-    nodes
 }
 
 /// Newton's divided differences of the values at `nodes`, turned into coefficients of powers. For smooth functions
