@@ -33,6 +33,24 @@ pub(super) struct Track {
 }
 
 impl Track {
+    /// Contact `j` of `window`, before what acts on it besides inputs is known.
+    fn new(window: &Window, j: usize, rate: f64, inverse_masses: [f64; 2]) -> Self {
+        let (Window { flights, contacts, laws, .. }, none) = (window, [0.0; 2]);
+        Self {
+            law: laws[j],
+            mode: contacts[j].mode,
+            overlap: contacts[j].overlap,
+            rate,
+            inverse_masses,
+            forcing: std::array::from_fn(|k| flights[j].forcing[k] - flights[j + 1].forcing[k]),
+            mean: none,
+            unlike: none,
+            pull: 0.0,
+            acceleration: 0.0,
+            jerk: 0.0,
+        }
+    }
+
     /// Acceleration by the forces of the left, its own and the right contact.
     fn pushed(&self, [left, own, right]: [f64; 3]) -> f64 {
         (left - own) * self.inverse_masses[0] - (own - right) * self.inverse_masses[1]
@@ -154,7 +172,7 @@ pub(crate) struct Motion {
 impl Motion {
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
-        let Window { flights, balls, contacts, laws, .. } = window;
+        let Window { flights, balls, laws, .. } = window;
         self.end = None;
         self.flights.clear();
         self.flights.extend_from_slice(flights);
@@ -166,26 +184,15 @@ impl Motion {
             return self.start_on_arcs(window);
         }
         self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
-        for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
+        for (j, law) in laws.iter().enumerate() {
             let (left, right) = (&flights[j], &flights[j + 1]);
-            let forcing = std::array::from_fn(|k| left.forcing[k] - right.forcing[k]);
-            let rate = left.v - right.v;
             let pendulums = [&self.oscillators[j], &self.oscillators[j + 1]].map(|o| [o.omega2(), 2.0 * o.gamma()]);
             let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
             let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
-            self.tracks.push(Track {
-                law: *law,
-                mode: contact.mode,
-                overlap: contact.overlap,
-                rate,
-                inverse_masses: [1.0 / balls[j].model.mass, 1.0 / balls[j + 1].model.mass],
-                forcing,
-                mean,
-                unlike,
-                pull: forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x),
-                acceleration: 0.0,
-                jerk: 0.0,
-            });
+            let inverse_masses = [j, j + 1].map(|i| 1.0 / balls[i].model.mass);
+            let track = Track::new(window, j, left.v - right.v, inverse_masses);
+            let pull = track.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
+            self.tracks.push(Track { mean, unlike, pull, ..track });
         }
         let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
         let mut beside = flights.iter().zip(&flights[1..]);
@@ -216,7 +223,7 @@ impl Motion {
 
     /// The same for balls on arcs.
     fn start_on_arcs(&mut self, window: &Window) {
-        let Window { flights, balls, contacts, laws, .. } = window;
+        let Window { flights, balls, laws, .. } = window;
         let arcs = &mut self.arcs;
         arcs.balls.extend(balls.iter().map(|ball| ball.model));
         let courses: Vec<Course<1>> = arcs.balls.iter().zip(*flights).map(Course::at_start).collect();
@@ -229,24 +236,14 @@ impl Motion {
         let direction = |j: usize| Direction::new(&courses[j], &courses[j + 1], lengths(j), arcs.starts[j]);
         let directions: Vec<Direction<1>> = (0..laws.len()).map(direction).collect();
         let mut factors = Vec::with_capacity(laws.len());
-        for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
+        for j in 0..laws.len() {
             let left = j.checked_sub(1).map(|left| &directions[left]);
             let inverse_masses = [j, j + 1].map(|i| 1.0 / arcs.balls[i].mass);
             factors.push(directions[j].factors(inverse_masses, left, directions.get(j + 1)).map(|[factor]| factor));
             let [[l], [r]] = directions[j].along;
-            self.tracks.push(Track {
-                law: *law,
-                mode: contact.mode,
-                overlap: contact.overlap,
-                rate: courses[j].approach(&courses[j + 1], &directions[j]),
-                inverse_masses: [l * l * inverse_masses[0], r * r * inverse_masses[1]],
-                forcing: std::array::from_fn(|k| flights[j].forcing[k] - flights[j + 1].forcing[k]),
-                mean: [0.0; 2],
-                unlike: [0.0; 2],
-                pull: directions[j].pull[0],
-                acceleration: 0.0,
-                jerk: 0.0,
-            });
+            let rate = courses[j].approach(&courses[j + 1], &directions[j]);
+            let track = Track::new(window, j, rate, [l * l * inverse_masses[0], r * r * inverse_masses[1]]);
+            self.tracks.push(Track { pull: directions[j].pull[0], ..track });
         }
         arcs.begin(&courses, &directions, &factors);
         let pushed =
