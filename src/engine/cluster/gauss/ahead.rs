@@ -39,12 +39,12 @@ impl Motion {
 
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s), if there are
     /// any.
-    pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Option<Stretching> {
+    pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
         let fresh = |track: &Track| {
             track.mode == Mode::Pressing && track.overlap <= rounding.no_overlap() && track.rate >= NEGLIGIBLE * speed
         };
-        let fresh = self.tracks.iter().any(fresh);
-        fresh.then(|| self.stretching_power().map_or(Stretching::None, Stretching::AtStart))
+        let power = self.stretching_power().filter(|_| self.tracks.iter().any(fresh));
+        power.map_or(Stretching::None, Stretching::AtStart)
     }
 
     /// The power by which time is stretched where a contact opens or closes, if forces have a branch point there.
@@ -65,16 +65,9 @@ impl Motion {
 
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
     pub(super) fn fastest(&self, window: &Window, speed: f64) -> f64 {
-        let mut fastest = f64::INFINITY;
-        let mut last = None;
-        for (j, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing) {
-            let (mass, law) = (window.reduced_mass(j), &track.law);
-            if last != Some((mass, law)) {
-                fastest = fastest.min(law.largest_overlap(mass, speed) / speed);
-            }
-            last = Some((mass, law));
-        }
-        fastest
+        let pressing = self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing);
+        let times = pressing.map(|(j, track)| track.law.largest_overlap(window.reduced_mass(j), speed) / speed);
+        times.fold(f64::INFINITY, f64::min)
     }
 
     /// The longest step on which the pendulums hardly act, s.
@@ -88,20 +81,16 @@ impl Motion {
     /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a
     /// step serves only the branch point at its start.
     pub(super) fn reach_of_branch_points(&self, speed: f64) -> f64 {
-        let since =
-            self.tracks.iter().filter_map(|track| self.to_branch_point(track, track.overlap, track.rate, speed));
-        since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
-    }
-
-    /// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None`
-    /// if its force changes the `speed` (m/s) by a negligible amount.
-    fn to_branch_point(&self, track: &Track, overlap: f64, rate: f64, speed: f64) -> Option<f64> {
-        if track.mode != Mode::Pressing || !(overlap > 0.0 && rate > 0.0) {
-            return None;
-        }
-        power_of_stretching(&track.law)?;
-        let (time, inverse_mass) = (overlap / rate, track.inverse_masses[0] + track.inverse_masses[1]);
-        (track.law.elastic_force(overlap) * time * inverse_mass > BRANCH_POINT * speed).then_some(time)
+        let reach = |track: &Track| {
+            if track.mode != Mode::Pressing || !(track.overlap > 0.0 && track.rate > 0.0) {
+                return None;
+            }
+            power_of_stretching(&track.law)?;
+            let (since, inverse_mass) = (track.overlap / track.rate, track.inverse_masses[0] + track.inverse_masses[1]);
+            let matters = track.law.elastic_force(track.overlap) * since * inverse_mass > BRANCH_POINT * speed;
+            matters.then_some(BEYOND * since)
+        };
+        self.tracks.iter().filter_map(reach).fold(f64::INFINITY, f64::min)
     }
 
     /// The closed contact that opens or clips first, and when, s. Contacts that hardly press are ignored.

@@ -59,7 +59,6 @@ impl Planner {
         speed: f64,
         before: f64,
     ) -> (Self, Plan, Tolerance) {
-        let onset = motion.onset_stretching(rounding, speed);
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(speed));
         let tolerance = Tolerance {
             speed,
@@ -74,7 +73,7 @@ impl Planner {
             Some(_) => FIRST,
         };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
-        let mut planner = Self { stretching: onset.unwrap_or_default(), length };
+        let mut planner = Self { stretching: motion.onset_stretching(rounding, speed), length };
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
