@@ -79,7 +79,7 @@ impl WholeChain<'_> {
         series.begin(&window, MAX_OUTPUT_DERIVATIVE + 1, 1.0);
         for (j, given) in given.iter().enumerate() {
             if let Some(given) = given {
-                let at = j * series.stride();
+                let at = j * series.stride;
                 series.overlaps[at..at + given.len()].copy_from_slice(given);
             }
         }

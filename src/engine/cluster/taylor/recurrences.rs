@@ -14,7 +14,7 @@ use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::crossing;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
-use crate::solver::series::product_term;
+use crate::solver::series::{product_term, value_by_lanes};
 
 /// Allowed difference between the forces by the series and by the law: its effect on the velocities over their scale.
 const WRONG: f64 = 1e-13;
@@ -54,14 +54,14 @@ impl<S: Scalar> Series<S> {
 
     /// Coefficient `k` of the forces of contact `j`, from the powers of its overlap if it has an elastic force.
     fn expand_force(&mut self, j: usize, law: &ContactLaw<S>, powers: Option<&mut Vec<S>>, k: usize) {
-        let at = j * self.stride();
-        let overlap = &self.overlaps[at..at + self.stride()];
+        let at = j * self.stride;
+        let overlap = &self.overlaps[at..at + self.stride];
         if let Some(powers) = powers {
             for k in law.elastic_terms_due(k) {
                 self.elastic[at + k] = law.elastic_coefficient(overlap, powers, k);
             }
         }
-        let elastic = &self.elastic[at..at + self.stride()];
+        let elastic = &self.elastic[at..at + self.stride];
         let rate = |c: &[S], k: usize| S::from((k + 1) as f64) * c[k + 1] / S::from(self.unit);
         let product = || (0..=k).map(|i| elastic[i] * rate(overlap, k - i)).sum();
         self.forces[at + k] = law.force_coefficient(elastic[k], rate(overlap, k), product, || rate(elastic, k));
@@ -69,7 +69,7 @@ impl<S: Scalar> Series<S> {
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
     fn expand_motion(&mut self, window: &Window<'_, S>, k: usize, given: impl Fn(usize) -> bool) {
-        let (stride, unit, contacts) = (self.stride(), S::from(self.unit), window.models.len() - 1);
+        let (stride, unit, contacts) = (self.stride, S::from(self.unit), window.models.len() - 1);
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let next = (k + 1) as f64;
         // The next coefficient of a pendulum with this coefficient of its position (m) and of its rate, under the
@@ -108,12 +108,10 @@ impl<S: Scalar> Series<S> {
             left = Some((ball, from_right, driven));
         }
     }
-}
 
-impl<S: Scalar> Series<S> {
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the geometry.
     fn expand_motion_on_arcs(&mut self, window: &Window<'_, S>, k: usize, given: &impl Fn(usize) -> bool) {
-        let (stride, unit, next) = (self.stride(), S::from(self.unit), (k + 1) as f64);
+        let (stride, unit, next) = (self.stride, S::from(self.unit), (k + 1) as f64);
         for i in 0..window.models.len() {
             let (ball, at) = (window.models[i], i * stride);
             let by_contact = |j: usize, side: usize| match window.contacts[j].mode == Mode::Pressing {
@@ -159,7 +157,7 @@ impl<S: Scalar> Series<S> {
     pub fn convergence(&self, dv: f64, part: impl Fn(S) -> f64) -> f64 {
         let mut shortest = f64::INFINITY;
         for k in (self.order + 1).saturating_sub(self.terms).max(2)..=self.order {
-            let rows = self.displacements.chunks_exact(self.stride());
+            let rows = self.displacements.chunks_exact(self.stride);
             let largest = rows.map(|d| ((k + 1) as f64 * part(d[k + 1])).abs()).fold(0.0, f64::max);
             let largest = self.arcs.term(k + 1, &part).max(largest);
             if largest > 0.0 {
@@ -200,8 +198,8 @@ impl Series {
         // Bounded, for states that are not finite.
         for _ in 0..64 {
             let s = self.converges_for / self.unit;
-            let overlap = self.value(self.overlap_row(j), s);
-            let by_series = self.value(self.elastic_row(j), s);
+            let overlap = value_by_lanes(self.overlap_row(j), s);
+            let by_series = value_by_lanes(self.elastic_row(j), s);
             if let Some((by_law, _)) = law.elastic_continued(overlap) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
                 let allowed = WRONG * (scale + speed_up(by_law));

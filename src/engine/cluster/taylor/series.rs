@@ -22,7 +22,7 @@ pub(crate) struct Series<S = f64> {
     /// Order of the velocities; displacements have one more.
     pub(crate) order: usize,
     /// Coefficients that a row has room for.
-    stride: usize,
+    pub(crate) stride: usize,
     /// Unit of time of the series, s, near their radius of convergence, so that high powers do not overflow.
     pub(crate) unit: f64,
     /// For each ball: displacement since the start of the segment.
@@ -44,10 +44,6 @@ pub(crate) struct Series<S = f64> {
 }
 
 impl<S: Scalar> Series<S> {
-    pub(crate) fn stride(&self) -> usize {
-        self.stride
-    }
-
     pub(crate) fn row<'a>(&self, rows: &'a [S], j: usize) -> &'a [S] {
         &rows[j * self.stride..][..self.order + 2]
     }
@@ -119,7 +115,7 @@ impl<S: Scalar> Series<S> {
     /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without
     /// clipping.
     pub(crate) fn set_forces(&mut self, j: usize, elastic: &[S], force: &[S]) {
-        let at = j * self.stride();
+        let at = j * self.stride;
         self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
         self.forces[at..at + force.len()].copy_from_slice(force);
     }
@@ -176,7 +172,7 @@ impl Series {
     fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Next {
         let end = until / self.unit;
         let parted = crossing::first_positive(row, -1.0, -rounding.drift(until), end);
-        let pressed = PARTS.into_iter().map(|part| part * end).find(|&s| self.value(row, s) > level);
+        let pressed = PARTS.into_iter().map(|part| part * end).find(|&s| series::value_by_lanes(row, s) > level);
         if parted.is_some_and(|parted| pressed.is_none_or(|pressed| parted <= pressed)) {
             return self.switching(parted, until);
         }
@@ -193,11 +189,6 @@ impl Series {
             Some([stiffness, 0.0]) => (self.overlap_row(j), stiffness),
             _ => (self.force_row(j), 1.0),
         }
-    }
-
-    /// Value of a row at the scaled time `s`.
-    pub(crate) fn value(&self, row: &[f64], s: f64) -> f64 {
-        series::value_by_lanes(row, s)
     }
 
     /// `integral a b` over the first `tau` (s) of a segment, of the rate b of what a row holds and a function a, given
@@ -222,13 +213,13 @@ impl Series {
 
     /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
     pub(crate) fn set_velocity(&mut self, j: usize, velocity: &[f64]) {
-        let (stride, unit) = (self.stride(), self.unit);
+        let (stride, unit) = (self.stride, self.unit);
         integrate(&mut self.displacements[j * stride..(j + 1) * stride], velocity, unit);
     }
 
     /// Gives contact `j` this polynomial of the scaled time as the rate of its overlap, m/s.
     pub(crate) fn set_rate(&mut self, j: usize, rate: &[f64]) {
-        let (stride, unit) = (self.stride(), self.unit);
+        let (stride, unit) = (self.stride, self.unit);
         integrate(&mut self.overlaps[j * stride..(j + 1) * stride], rate, unit);
     }
 }
@@ -302,11 +293,12 @@ impl DenseOutput for Series {
     fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
         let (row, noise, end) = (self.overlap_row(j), rounding.position, until / self.unit);
         let onset = self.crossing(row, 1.0, 0.0, until);
-        let is_deep = || self.value(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
+        let is_deep =
+            || series::value_by_lanes(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
         // Where a wave arrives, a ball in touch and at rest, which its front has yet to reach, may take longer than
         // this segment to be pressed any deeper.
         let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
-        let wave = || at_rest && self.overlaps.chunks_exact(self.stride()).any(|d| d[0] + d[1] > noise);
+        let wave = || at_rest && self.overlaps.chunks_exact(self.stride).any(|d| d[0] + d[1] > noise);
         // Its front is not there yet while closing the contact would change the velocities by no more than their
         // rounding.
         let matters = || {
