@@ -30,13 +30,6 @@ const BRANCH_POINT: f64 = 1e-15;
 const BEYOND: f64 = 50.0;
 
 impl Motion {
-    /// A closed contact without overlap whose balls part.
-    pub(super) fn parting(&self, rounding: &Rounding) -> Option<usize> {
-        self.tracks.iter().position(|track| {
-            track.mode != Mode::Open && track.overlap <= rounding.no_overlap() && track.rate < -rounding.velocity
-        })
-    }
-
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s), if there are
     /// any.
     pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {

@@ -16,7 +16,7 @@ mod step;
 mod switching;
 
 use super::step_control::Control;
-use super::window::{Switch, Window, WindowContact};
+use super::window::{Window, WindowContact};
 use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::gauss::NODES;
@@ -72,9 +72,6 @@ impl Motion {
         evaluations: &mut u64,
     ) -> Option<Followed> {
         self.start(window);
-        if let Some(j) = self.parting(rounding) {
-            return Some(self.ends_at_once(j, Switch::Release, before));
-        }
         let (mut planner, mut plan, tolerance) = Planner::new(self, window, control, rounding, speed, before);
         for _ in 0..ATTEMPTS {
             if plan.length.is_nan() || plan.length < f64::MIN_POSITIVE {
@@ -89,18 +86,16 @@ impl Motion {
                     self.forget();
                     return Some(Followed { length: self.until, next });
                 }
-                Decision::End(j, switch) => return Some(self.ends_at_once(j, switch, before)),
+                // A step of no length.
+                Decision::End(j, switch) => {
+                    (self.length, self.until, self.end) = (0.0, 0.0, Some((j, switch)));
+                    self.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
+                    self.forget();
+                    return Some(Followed { length: 0.0, next: before });
+                }
                 Decision::GiveUp => return None,
             }
         }
         None
-    }
-
-    /// A step of no length, at whose end contact `j` switches.
-    fn ends_at_once(&mut self, j: usize, switch: Switch, next: f64) -> Followed {
-        (self.length, self.until, self.end) = (0.0, 0.0, Some((j, switch)));
-        self.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
-        self.forget();
-        Followed { length: 0.0, next }
     }
 }
