@@ -5,7 +5,7 @@ use super::switching::fall;
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::{Flight, Rounding};
 use crate::model::{BallModel, ContactLaw, Damping, Mode};
-use crate::solver::gauss::{Power, Stretching};
+use crate::solver::gauss::{Power, Stretching, Table};
 
 /// Contacts that have just closed at less than this part of the speed of the others, or with less than this part of the
 /// largest overlap, need no stretched step.
@@ -24,8 +24,8 @@ const SMALL_ANGLE: f64 = 1e-3;
 /// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy`.
 const ROUGH: f64 = 0.01;
 
-/// A contact that closed shortly before a step, and has changed the speed by more than this part, limits the step to
-/// this many times the time since its branch point. Guarded by `balls_that_rattle`.
+/// A contact that closed shortly before a step, or opens shortly after it, and changes the speed by more than this part
+/// there, matters to a step longer than this many times the time to its branch point. Guarded by `balls_that_rattle`.
 const BRANCH_POINT: f64 = 1e-15;
 const BEYOND: f64 = 50.0;
 
@@ -74,16 +74,31 @@ impl Motion {
     /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a
     /// step serves only the branch point at its start.
     pub(super) fn reach_of_branch_points(&self, speed: f64) -> f64 {
-        let reach = |track: &Track| {
-            if track.mode != Mode::Pressing || !(track.overlap > 0.0 && track.rate > 0.0) {
-                return None;
-            }
-            power_of_stretching(&track.law)?;
-            let (since, inverse_mass) = (track.overlap / track.rate, track.inverse_masses[0] + track.inverse_masses[1]);
-            let matters = track.law.elastic_force(track.overlap) * since * inverse_mass > BRANCH_POINT * speed;
-            matters.then_some(BEYOND * since)
+        let since =
+            self.tracks.iter().filter_map(|track| self.to_branch_point(track, track.overlap, track.rate, speed));
+        since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
+    }
+
+    /// Whether a step that ends where a contact opens, for which time is stretched, ends shortly before the branch point
+    /// of another one.
+    pub(super) fn ends_before_branch_point(&self, table: &Table, speed: f64) -> bool {
+        let follows = |(j, track): (usize, &Track)| {
+            let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
+            let time = self.to_branch_point(track, overlap, -rate, speed);
+            self.end.is_none_or(|(own, _)| own != j) && time.is_some_and(|time| self.length > BEYOND * time)
         };
-        self.tracks.iter().filter_map(reach).fold(f64::INFINITY, f64::min)
+        matches!(self.stretching, Stretching::AtEnd(_)) && self.tracks.iter().enumerate().any(follows)
+    }
+
+    /// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None`
+    /// if its force changes the `speed` (m/s) by a negligible amount.
+    fn to_branch_point(&self, track: &Track, overlap: f64, rate: f64, speed: f64) -> Option<f64> {
+        if track.mode != Mode::Pressing || !(overlap > 0.0 && rate > 0.0) {
+            return None;
+        }
+        power_of_stretching(&track.law)?;
+        let (time, inverse_mass) = (overlap / rate, track.inverse_masses[0] + track.inverse_masses[1]);
+        (track.law.elastic_force(overlap) * time * inverse_mass > BRANCH_POINT * speed).then_some(time)
     }
 
     /// The closed contact that opens or clips first, and when, s. Contacts that hardly press are ignored.

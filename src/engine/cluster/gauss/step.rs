@@ -42,6 +42,10 @@ const STANDS: f64 = 1e-15;
 /// than at the end.
 const WITHIN: f64 = 30.0;
 
+/// Factor on the error where the branch point of a second contact follows that at the end: the end has fewer digits
+/// then than the coefficients promise. Guarded by `balls_that_rattle`.
+const SECOND_BRANCH_POINT: f64 = 100.0;
+
 /// Largest factor by which the end of the step may move within the iteration.
 const FARTHEST: f64 = 4.0;
 
@@ -199,6 +203,9 @@ impl Motion {
     fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Outcome {
         self.push();
         let mut error = self.error(table, tolerance);
+        if self.ends_before_branch_point(table, tolerance.speed) {
+            error *= SECOND_BRANCH_POINT;
+        }
         if error > 1.0 {
             return Outcome::TooLong(error);
         }
