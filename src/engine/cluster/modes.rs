@@ -8,7 +8,7 @@
 
 use std::cell::Cell;
 
-use super::natural::Group;
+use super::natural::{Group, Sum};
 use super::window::{DenseOutput, OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding};
 use crate::model::Mode;
@@ -50,6 +50,8 @@ struct Joint {
     /// Stiffness, N/m, and damping, N.s/m.
     stiffness: f64,
     damping: f64,
+    /// Mechanical impedance, N.s/m.
+    impedance: f64,
     /// Between two groups of equal pendulums: the approach of their centres, as one motion, because two groups that
     /// swing together differ by far less than they swing.
     approach: Option<ForcedOscillator>,
@@ -77,7 +79,8 @@ impl Modes {
             let approach = modes.approach(j, window);
             let (stiffness, damping) = (law.stiffness, law.damping_coefficient());
             let (overlap, rate) = (contact.overlap, flights[j].v - flights[j + 1].v);
-            modes.contacts.push(Joint { overlap, rate, stiffness, damping, approach });
+            let impedance = law.impedance(window.reduced_mass(j));
+            modes.contacts.push(Joint { overlap, rate, stiffness, damping, impedance, approach });
         }
         Some(modes)
     }
@@ -110,16 +113,15 @@ impl Modes {
         // Early on, the sum of changes since the start, so that balls that hardly move do not get the rounding of the
         // others' motion; later, when most of the start has died out, the value itself.
         let late = tau * self.fastest_rate > 1.0;
-        let mut sums = [0.0; COUNT];
-        (sums[0], sums[1]) = (self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
-        for (mode, stretch) in self.movers(j) {
+        let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
+        self.movers(j).for_each(|(mode, stretch)| {
             let mut response = mode.at(tau);
             if !late {
                 response.derivatives[1] = response.change_of_rate;
             }
-            sums.iter_mut().zip(response.derivatives).for_each(|(sum, term)| *sum += stretch * term);
-        }
-        sums
+            sum.add(stretch, &response.derivatives);
+        });
+        sum.without_noise()
     }
 
     fn joining(&self, j: usize) -> Option<&Group> {
@@ -258,7 +260,7 @@ impl DenseOutput for Modes {
 
     fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
         let (sign, _) = clipping(window.contacts[j].mode);
-        let level = sign * window.laws[j].impedance(window.reduced_mass(j)) * rounding.velocity;
+        let level = sign * self.contacts[j].impedance * rounding.velocity;
         // The rounding of the rate at the start dies out with the motion; the overlap has none.
         let fading = self.joining(j).map_or(0.0, Group::least_decay);
         Watch { fading, ..self.watch(j, Watched::Force, sign, level) }.crossing(until)
