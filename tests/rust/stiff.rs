@@ -354,6 +354,24 @@ fn strong_dashpots_between_balls_that_hardly_touch() {
     }
 }
 
+/// Rows in touch whose ends are pressed settle under strong dashpots: what rounding leaves of forces that have died out
+/// opens and closes no contact.
+#[test]
+fn pressed_rows_settle_under_strong_dashpots() {
+    for (balls, press, lifted) in [(5, 1e-5, 0.0), (5, 9.41, 6.3e-4), (8, 0.0331, 4e-7)] {
+        for factor in [2.0, 27.0, 6.1e4] {
+            let damping = factor * critical();
+            let mut parameters = Parameters { damping, dead_band: 0.0, ..Parameters::default_for(balls) };
+            parameters.x_start = vec![0.0; balls];
+            parameters.x_start[0] = -lifted;
+            let mut inputs = Inputs::zero(balls);
+            (inputs.force[0], inputs.force[balls - 1]) = (press, -press);
+            let work = run_under(&parameters, &inputs, 600.0).work();
+            assert!(work.steps < 1000, "{balls}, {press} N, {factor}: {work:?}");
+        }
+    }
+}
+
 /// Two balls are pressed together in equilibrium, a third one swings in: nothing changes up to the end of the step but
 /// the end.
 #[test]
