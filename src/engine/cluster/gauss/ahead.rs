@@ -79,8 +79,8 @@ impl Motion {
         since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
     }
 
-    /// Whether a step that ends where a contact opens, for which time is stretched, ends shortly before the branch point
-    /// of another one.
+    /// Whether a step that ends where a contact opens, for which time is stretched, ends shortly before the branch
+    /// point of another one.
     pub(super) fn ends_before_branch_point(&self, table: &Table, speed: f64) -> bool {
         let follows = |(j, track): (usize, &Track)| {
             let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
