@@ -128,16 +128,19 @@ impl<S: Scalar> Pair<'_, S> {
     }
 
     /// The parts along the two paths of the direction from the left to the right one.
-    pub fn parts_along(&self, [l, r]: [S; 2]) -> [S; 2] {
-        if !self.balls[0].on_arc {
-            return [S::from(1.0); 2];
-        }
+    #[inline]
+    pub fn parts_along(&self, places: [S; 2]) -> [S; 2] {
+        if self.balls[0].on_arc { self.parts_on_arcs(places) } else { [S::from(1.0); 2] }
+    }
+
+    fn parts_on_arcs(&self, [l, r]: [S; 2]) -> [S; 2] {
         let [left, right] = [self.balls[0].place(l), self.balls[1].place(r)];
         let line = Line::new(&left, &right, self.law.pivots);
         [line.along(&left), line.along(&right)]
     }
 
     /// Rate of the overlap (m/s) in these states.
+    #[inline]
     pub fn overlap_rate(&self, [l, r]: [(S, S); 2]) -> S {
         let [left, right] = self.parts_along([l.0, r.0]);
         l.1 * left - r.1 * right

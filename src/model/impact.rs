@@ -54,6 +54,22 @@ impl ContactLaw {
         }
     }
 
+    /// Whether that is shorter than this `part` of the time scale. Weak damping is told without powers: at the largest
+    /// overlap, force times overlap is p + 1 times the energy.
+    pub fn relaxes_within(&self, part: f64, m: f64, rate: f64) -> bool {
+        let (p, energy) = (self.exponent, 0.5 * m * rate * rate);
+        let is_weak = match self.damping {
+            Damping::None => true,
+            Damping::KelvinVoigt { .. } => false,
+            Damping::HuntCrossley { alpha } => alpha * DURATION * part * (p + 1.0) * energy <= m * rate,
+            Damping::Viscoelastic { relaxation } => {
+                let reached = 0.5 * (p + 1.0) * relaxation * rate * (DURATION * part * p).max(1.0);
+                self.elastic_energy(reached) <= energy
+            }
+        };
+        !is_weak && self.relaxation_time(m, rate) < part * self.time_scale(m, rate)
+    }
+
     /// Largest overlap of that impact, m.
     pub fn largest_overlap(&self, m: f64, rate: f64) -> f64 {
         let p = self.exponent;

@@ -45,19 +45,17 @@ pub(super) struct Followed {
 /// Whether contacts press, the closed ones are not linear, forces that may clip have a `sign_of_force`, and damping at
 /// this `speed` (m/s) is not stiff.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
-    // Of neighbours with equal masses and laws the first decides.
-    let closed = (0..window.laws.len()).filter(|j| window.contacts[*j].mode != Mode::Open);
-    let (laws, mut last) = (closed.map(|j| (window.reduced_mass(j), &window.laws[j])), None);
-    let mut unlike = laws.filter(|law| last.replace(*law) != Some(*law));
-    let is_stiff = |(mass, law): (f64, &ContactLaw)| {
-        !law.is_elastic() && law.relaxation_time(mass, speed) < STIFF * law.time_scale(mass, speed)
+    let is_stiff = |(j, law): (usize, &ContactLaw)| {
+        window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
     };
     let on_arcs = window.balls[0].model.on_arc;
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
         contact.mode == Mode::Open || ((on_arcs || !law.is_linear()) && (!law.clips() || law.sign_of_force().is_some()))
     };
     let presses = |contact: &WindowContact| contact.mode == Mode::Pressing;
-    window.contacts.iter().any(presses) && window.contacts.iter().zip(window.laws).all(serves) && !unlike.any(is_stiff)
+    window.contacts.iter().any(presses)
+        && window.contacts.iter().zip(window.laws).all(serves)
+        && !window.laws.iter().enumerate().any(is_stiff)
 }
 
 impl Motion {
