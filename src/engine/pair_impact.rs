@@ -169,6 +169,7 @@ impl PairImpact {
         Some(Self { start: left.anchor, outcome, integrals, interior: OnceCell::new() })
     }
 
+    #[inline(never)] // for the same reason as `Ball::piece`
     fn on_arcs(balls: [&Ball; 2], law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
         let (models, flights) = (balls.map(|ball| ball.model), balls.map(|ball| &ball.flight));
         let steady = |k: usize| models[k].gamma == 0.0 && degree(&flights[k].forcing) == 0;
