@@ -87,7 +87,8 @@ done
 exec {} "$@"
 """
 
-# Gets the compiler and its arguments. Code that is not optimised would have debug assertions by default.
+# Gets the compiler and its arguments. Code that is not optimised would have debug assertions and checks of overflow by
+# default, which what ships has not.
 UNOPTIMISED = """#!/bin/sh
 case " $* " in *aarch64-unknown-linux*) ;; *) set -- "$@" -Copt-level=0 -Cdebug-assertions=no;; esac
 exec "$@"

@@ -9,6 +9,8 @@ use std::{env, fs};
 use crate::error::Error;
 
 const PACKAGE: &str = "newtons_cradle";
+/// The package, or what refers to it, among the packages of a Python.
+const PARTS: [&str; 2] = [PACKAGE, "newtons_cradle.pth"];
 
 /// Path of Python in a virtual environment.
 const IN_VENV: &str = if cfg!(windows) { ".venv/Scripts/python.exe" } else { ".venv/bin/python" };
@@ -19,20 +21,27 @@ const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the fo
 /// The FMU of the installed package, if this program lies in its environment. Of several Pythons in it, as in
 /// `~/.local`, the one installed last.
 pub fn fmu() -> Option<PathBuf> {
-    let root = program_folder()?.parent()?.to_path_buf();
-    let libraries = ["lib", "lib64"].into_iter().filter_map(|lib| fs::read_dir(root.join(lib)).ok());
-    let pythons = libraries.flatten().filter_map(Result::ok).map(|entry| entry.path());
-    // Those of Debian have another name; those of Windows lie elsewhere.
-    let packages = pythons.chain([root.join("Lib"), root.clone()]);
-    let packages = packages.flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name)));
-    let fmus = packages.map(|folder| folder.join(PACKAGE).join("NewtonsCradle.fmu")).filter(|fmu| fmu.is_file());
+    let folders = packages(program_folder()?.parent()?);
+    let fmus = folders.map(|folder| folder.join(PACKAGE).join("NewtonsCradle.fmu")).filter(|fmu| fmu.is_file());
     fmus.max_by_key(|fmu| fmu.metadata().and_then(|fmu| fmu.modified()).ok())
 }
 
-/// Whether a Python that has the package is likely to be found: that of this program's environment, or `.venv`. No
-/// Python is started, which would take longer than packing an FMU.
+/// Whether the package is installed in this program's environment or in `.venv`, which may only refer to it. No Python
+/// is started, which would take longer than packing an FMU.
 pub fn has_package() -> bool {
+    let python = in_venv().unwrap_or_default();
+    let in_venv =
+        || packages(python.ancestors().nth(2)?).find(|folder| PARTS.iter().any(|part| folder.join(part).exists()));
     fmu().or_else(in_venv).is_some()
+}
+
+/// Where the Pythons in the folder `root` have packages.
+fn packages(root: &Path) -> impl Iterator<Item = PathBuf> {
+    let libraries = ["lib", "lib64"].into_iter().filter_map(|lib| fs::read_dir(root.join(lib)).ok());
+    let pythons = libraries.flatten().filter_map(Result::ok).map(|entry| entry.path());
+    // Those of Debian have another name; those of Windows lie elsewhere.
+    let pythons = pythons.chain([root.join("Lib"), root.to_path_buf()]);
+    pythons.flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name)))
 }
 
 /// Runs `python -m newtons_cradle` with a command and its arguments, by default with the first Python that has the

@@ -3,6 +3,7 @@
 //     g++ -O3 -std=gnu++17 tests/data/arcs.cpp -lquadmath -o arcs && ./arcs > tests/data/arcs.json
 //
 // The state is the angles and their rates; overlaps are computed from the positions, which quadruple precision allows.
+// Rigid balls rebound along the line of their centres.
 // Integration is by collocation at Gauss nodes, in steps that end where a contact switches. After a switching time runs
 // as c^2 in a step, before an opening as 1 - (1 - c)^2, so that forces that start like a root are smooth in c.
 // Each run is repeated with fewer nodes and a looser tolerance. A third run, with all starts changed by 1e-16 of

@@ -47,7 +47,8 @@ def by_libcosim(path: str, step: float, count: int, names: list, inputs: dict, p
         component, variable = name.split(".", 1)
         slave = execution.slave_index_from_instance_name(component)
         known = execution.slave_variables(slave)
-        return slave, [one.reference for one in known if one.name.decode() == variable]
+        (reference,) = (one.reference for one in known if one.name.decode() == variable)
+        return slave, [reference]
 
     places, rows = {name: place(name) for name in (*names, *inputs)}, []
     for k in range(count):

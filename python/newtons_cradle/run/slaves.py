@@ -115,7 +115,7 @@ class Instance:
         """Sets a variable, an enumeration also by the name of its item; of an array all elements, or one."""
         variable, index = self._variable(name)
         if isinstance(value, str):
-            value = next(int(item.value) for item in variable.declaredType.items if item.name == value)
+            (value,) = (int(item.value) for item in variable.declaredType.items if item.name == value)
         if index is not None:  # the other elements keep their values
             values = self.get(variable.name)
             values[index - 1] = value

@@ -322,7 +322,9 @@ impl Host {
     /// The elements of an array, whatever their type.
     pub fn each(&self, array: &str) -> Vec<f64> {
         let elements = variables(self.balls).filter(|variable| variable.row.name == array);
-        elements.map(|element| self.get(&element.to_string())).collect()
+        let values: Vec<f64> = elements.map(|element| self.get(&element.to_string())).collect();
+        assert!(!values.is_empty(), "there is no {array}");
+        values
     }
 
     /// Onsets of each contact so far.

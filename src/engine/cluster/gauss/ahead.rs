@@ -24,10 +24,12 @@ const SMALL_ANGLE: f64 = 1e-3;
 /// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy`.
 const ROUGH: f64 = 0.01;
 
-/// A contact that closed shortly before a step, or opens shortly after it, and changes the speed by more than this part
-/// there, matters to a step longer than this many times the time to its branch point. Guarded by `balls_that_rattle`.
-const BRANCH_POINT: f64 = 1e-15;
+/// Steps longer than this many times the time from an end to the branch point beyond it, of a contact that has just
+/// closed or is about to open, feel that branch point. Guarded by `balls_that_rattle`, as is the next constant.
 const BEYOND: f64 = 50.0;
+
+/// Contacts that change the speed by less than this part there do not matter.
+const BRANCH_POINT: f64 = 1e-15;
 
 impl Motion {
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s), if there are

@@ -35,7 +35,8 @@ pub(super) struct Track {
 impl Track {
     /// Contact `j` of `window`, before what acts on it besides inputs is known.
     fn new(window: &Window, j: usize, rate: f64, inverse_masses: [f64; 2]) -> Self {
-        let (Window { flights, contacts, laws, .. }, none) = (window, [0.0; 2]);
+        let Window { flights, contacts, laws, .. } = window;
+        let none = [0.0; 2];
         Self {
             law: laws[j],
             mode: contacts[j].mode,
