@@ -34,7 +34,10 @@ impl Exchange {
         let state = &self.state;
         let ball = |(i, model)| {
             let forcing = [state.forcings[i], 0.0, 0.0, 0.0];
-            Ball::new(model, DoubleDouble::default(), Flight { x: state.x[i], v: state.v[i], forcing })
+            let mut ball = Ball::new(model, DoubleDouble::default(), Flight { x: state.x[i], v: state.v[i], forcing });
+            // Hosts may have stepped far over an onset: series that look back should hold for long.
+            ball.flies_on = true;
+            ball
         };
         self.cradle.balls.iter().enumerate().map(ball).collect()
     }

@@ -34,6 +34,8 @@ pub(crate) struct Ball {
     pub flight: Flight,
     pub integrals: RunningIntegrals,
     pub regime: Regime,
+    /// Whether a flight on an arc begins with a long step: no impact is near.
+    pub flies_on: bool,
     /// The part of a flight on an arc that was asked for last.
     piece: RefCell<Option<Box<Piece>>>,
 }
@@ -41,14 +43,23 @@ pub(crate) struct Ball {
 impl Ball {
     pub fn new(model: &BallModel, anchor: DoubleDouble, flight: Flight) -> Self {
         let (oscillator, integrals) = (Oscillator::new(model.omega2, model.gamma), RunningIntegrals::default());
-        Self { model: *model, oscillator, anchor, flight, integrals, regime: Regime::Flight, piece: RefCell::default() }
+        Self {
+            model: *model,
+            oscillator,
+            anchor,
+            flight,
+            integrals,
+            regime: Regime::Flight,
+            flies_on: false,
+            piece: RefCell::default(),
+        }
     }
 
     /// What the part of its flight on an arc about the time `t` says, given that and the time since its start (s).
     // Inlined, it would take the place of other code in the processor's cache: 14 % of the misses of separate impacts.
     #[inline(never)]
     fn piece<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> T {
-        let (mut known, origin) = (self.piece.borrow_mut(), (self.anchor, self.flight));
+        let (mut known, origin) = (self.piece.borrow_mut(), (self.anchor, self.flight, self.flies_on));
         let piece = known.take().filter(|piece| piece.leads_to(origin, t));
         let mut piece = piece.unwrap_or_else(|| Box::new(Piece::first(&self.model, origin)));
         piece.go_on(&self.model, t);
@@ -62,7 +73,7 @@ impl Ball {
         if t == self.anchor {
             return self.piece(t, |piece, _| say(&piece.path));
         }
-        say(&Path::new(&self.model, &self.flight_at(t)))
+        say(&Path::new(&self.model, &self.flight_at(t), self.flies_on))
     }
 
     /// What has ended its flight on an arc up to the time `t`, and when.
@@ -170,7 +181,7 @@ impl Ball {
             let (flight, displacement, sums) = self
                 .piece(t, |piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(&self.model, tau)));
             self.integrals.add(&sums);
-            (self.flight, self.anchor) = (flight, t);
+            (self.flight, self.anchor, self.flies_on) = (flight, t, false);
             return displacement;
         }
         let tau = t - self.anchor;

@@ -2,8 +2,8 @@
 //!
 //! With the state s along the path and its rate u, the pendulum's `s'' = -g sin(s / L) - 2 gamma u + f cos(s / L)`
 //! gives one coefficient after the other, those of sine and cosine by `sin' = angle' cos` and `cos' = -angle' sin`. A
-//! [`Path`] holds as long as its last terms are below rounding, a fraction of a period; a ball that flies on takes the
-//! next one ([`Piece`]). Of two neighbours, [`Approach`] has the series of
+//! [`Path`] holds as long as its last terms are below rounding, a third of a period or less; a ball that flies on takes
+//! the next one ([`Piece`]). Of two neighbours, [`Approach`] has the series of
 //!
 //! ```text
 //! G = (D_c^2 - D^2) / (2 D_c)
@@ -23,8 +23,10 @@ use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::quadrature::gauss_legendre;
 use crate::solver::series::{INVERSES, LANES, bound, of_derivatives, product_term, value, value_and_derivatives};
 
-/// Number of coefficients: more make longer steps, each of which costs more.
-const TERMS: usize = 24;
+/// Number of coefficients: more make longer steps, each of which costs more. After an impact the next one may follow at
+/// once, so a flight begins with a short step of a few.
+const TERMS: usize = 26;
+const FEW: usize = 9;
 type Terms = [f64; TERMS];
 
 /// Size of the last terms over the largest.
@@ -52,6 +54,7 @@ pub enum Fault {
 /// Coefficients of s (m) and of the sine and cosine of the angle, as functions of the time over `unit`.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
+    terms: usize,
     unit: f64,
     /// How long they hold, s, forwards and backwards.
     pub length: f64,
@@ -63,7 +66,9 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    pub fn new(ball: &BallModel, flight: &Flight) -> Self {
+    /// A long one, or a short one.
+    pub fn new(ball: &BallModel, flight: &Flight, long: bool) -> Self {
+        let terms = if long { TERMS } else { FEW };
         let BallModel { omega2, gamma, length, gravity, .. } = *ball;
         let largest = flight.forcing.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
         let pace = omega2.sqrt() + 2.0 * gamma + flight.v.abs() / length + (largest / length).sqrt();
@@ -74,14 +79,14 @@ impl Path {
         (sin[0], cos[0]) = libm::sincos(flight.x / length);
         (s[0], s[1]) = (flight.x, flight.v * unit);
         let (varies, damping) = (degree(&flight.forcing), 2.0 * gamma / unit);
-        for k in 0..TERMS {
+        for k in 0..terms {
             if k > 0 {
                 angle[k] = k as f64 * s[k] / length;
                 sin[k] = dot(&angle[1..=k], &cos_back[TERMS - k..]) * INVERSES[k];
                 cos[k] = -dot(&angle[1..=k], &sin_back[TERMS - k..]) * INVERSES[k];
             }
             (sin_back[TERMS - 1 - k], cos_back[TERMS - 1 - k]) = (sin[k], cos[k]);
-            if k + 2 < TERMS {
+            if k + 2 < terms {
                 let next = (k + 1) as f64;
                 let pushed: f64 = (0..=varies.min(k)).map(|i| forcing[i] * cos[k - i]).sum();
                 let a = pushed - gravity * sin[k] - damping * next * s[k + 1];
@@ -90,21 +95,21 @@ impl Path {
         }
         let size = |k: usize| s[k].abs().max(length * sin[k].abs()).max(length * cos[k].abs());
         let scale = (1..MAX_FORCE_ORDER + 3).map(size).fold(0.0, f64::max);
-        let last = size(TERMS - 2).max(size(TERMS - 1));
+        let last = size(terms - 2).max(size(terms - 1));
         let length = if last > 0.0 {
             let small = NEGLIGIBLE * scale / last;
-            unit * libm::pow(small, if small > 1.0 { INVERSES[TERMS - 1] } else { INVERSES[TERMS - 2] })
+            unit * libm::pow(small, if small > 1.0 { INVERSES[terms - 1] } else { INVERSES[terms - 2] })
         } else {
             LONGEST
         };
-        Self { unit, length: length.min(LONGEST), v: flight.v, s, sin, cos }
+        Self { terms, unit, length: length.min(LONGEST), v: flight.v, s, sin, cos }
     }
 
     /// Displacement (m) within `tau` (s), and the rate then (m/s).
     #[inline(always)]
     fn moved(&self, tau: f64) -> (f64, f64) {
         let time = tau / self.unit;
-        let [bend, change, _] = value_and_derivatives(&self.s[2..], time);
+        let [bend, change, _] = value_and_derivatives(&self.s[2..self.terms], time);
         (self.v * tau + time * time * bend, self.v + time * (2.0 * bend + time * change) / self.unit)
     }
 
@@ -187,8 +192,8 @@ pub(crate) fn integrals(
     sums
 }
 
-/// The anchor and the state that a flight begins with.
-pub(super) type Origin = (DoubleDouble, Flight);
+/// The anchor and the state that a flight begins with, and whether with a long step.
+pub(super) type Origin = (DoubleDouble, Flight, bool);
 
 /// The part of a flight that one [`Path`] describes.
 #[derive(Clone, Debug)]
@@ -206,15 +211,15 @@ pub(crate) struct Piece {
 impl Piece {
     /// The first one of a flight.
     pub fn first(ball: &BallModel, origin: Origin) -> Self {
-        let ((start, flight), before) = (origin, RunningIntegrals::default());
-        let mut piece = Self { origin, start, flight, before, path: Path::new(ball, &flight), fault: None };
+        let ((start, flight, long), before) = (origin, RunningIntegrals::default());
+        let mut piece = Self { origin, start, flight, before, path: Path::new(ball, &flight, long), fault: None };
         piece.look_for_fault(ball);
         piece
     }
 
     /// Whether it is, or follows, the first one of this flight on the way to the time `t`.
     pub fn leads_to(&self, origin: Origin, t: DoubleDouble) -> bool {
-        let (anchor, _) = origin;
+        let (anchor, ..) = origin;
         let forwards = anchor <= self.start && self.start <= t;
         let backwards = t <= self.start && self.start <= anchor;
         self.origin == origin && (self.start == anchor || if t > anchor { forwards } else { backwards })
@@ -240,7 +245,7 @@ impl Piece {
             self.before = self.integrals(ball, step);
             self.flight = self.flight_at(step);
             self.start += step;
-            self.path = Path::new(ball, &self.flight);
+            self.path = Path::new(ball, &self.flight, true);
             self.look_for_fault(ball);
         }
     }
@@ -265,9 +270,10 @@ impl Piece {
     }
 }
 
-/// G of two neighbours in flight as a function of the time since a common start over `unit`, s.
+/// G of two neighbours in flight: so many terms as a function of the time since a common start over `unit`, s.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Approach {
+    terms: usize,
     unit: f64,
     /// How long it holds, s, forwards and backwards.
     pub length: f64,
@@ -280,8 +286,9 @@ impl Approach {
     /// With the lengths of their pendulums (m), their paths, their overlap (m) at the start and its law.
     pub fn new([l, r]: [f64; 2], [left, right]: [&Path; 2], overlap: f64, law: &ContactLaw) -> Self {
         let (ratio, touch) = (left.unit / right.unit, law.pivots - law.clearance);
+        let terms = left.terms.min(right.terms);
         let (mut width, mut height, mut factor) = ([0.0; TERMS], [0.0; TERMS], 1.0);
-        for k in 0..TERMS {
+        for k in 0..terms {
             width[k] = factor * r * right.sin[k] - l * left.sin[k];
             height[k] = l * left.cos[k] - factor * r * right.cos[k];
             factor *= ratio;
@@ -291,22 +298,24 @@ impl Approach {
         let back = |c: &Terms| -> Terms { std::array::from_fn(|k| c[TERMS - 1 - k]) };
         let (width_back, height_back, factor) = (back(&width), back(&height), -0.5 / touch);
         let mut g = [0.0; TERMS];
-        for (k, c) in g.iter_mut().enumerate() {
+        for (k, c) in g[..terms].iter_mut().enumerate() {
             let back = TERMS - 1 - k..;
             *c = (dot(&width[..=k], &width_back[back.clone()]) + dot(&height[..=k], &height_back[back])) * factor;
         }
         g[0] = overlap * (1.0 - 0.5 * overlap / touch);
-        Self { unit: left.unit, length: left.length.min(right.length), touch, g }
+        Self { terms, unit: left.unit, length: left.length.min(right.length), touch, g }
     }
 
     pub fn is_sound(&self) -> bool {
         let scales = [self.unit, self.length, self.touch];
-        scales.iter().all(|scale| *scale > 0.0) && scales.iter().chain(&self.g).all(|value| value.is_finite())
+        (FEW..=TERMS).contains(&self.terms)
+            && scales.iter().all(|scale| *scale > 0.0)
+            && scales.iter().chain(&self.g).all(|value| value.is_finite())
     }
 
     /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s), while the series holds.
     pub fn at(&self, tau: f64) -> [f64; 3] {
-        let [g, slope, bend] = value_and_derivatives(&self.g, tau / self.unit);
+        let [g, slope, bend] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
         overlap_of_approach([g, slope / self.unit, bend / (self.unit * self.unit)], self.touch)
     }
 
@@ -314,10 +323,11 @@ impl Approach {
     /// (m/s) and an acceleration (m/s2) of this size are none.
     pub fn onset(&self, noise: f64, [rate, acceleration]: [f64; 2]) -> Option<DoubleDouble> {
         let (mut g, unit, until) = (self.g, self.unit, self.length / self.unit);
+        let g = &mut g[..self.terms];
         g[1] -= rate * unit;
         g[2] -= 0.5 * acceleration * unit * unit;
-        let onset = first_positive(&g, 1.0, 0.0, until)? * unit;
-        if value(&g, until) <= noise && first_positive(&g, 1.0, noise, until).is_none() {
+        let onset = first_positive(g, 1.0, 0.0, until)? * unit;
+        if value(g, until) <= noise && first_positive(g, 1.0, noise, until).is_none() {
             return None;
         }
         let [overlap, rate, _] = self.at(onset);

@@ -137,6 +137,7 @@ impl Engine {
         cluster.start = t;
         for i in cluster.members.clone() {
             self.balls[i].flight = cluster.flights[i - cluster.window.start];
+            self.balls[i].flies_on = false;
         }
     }
 

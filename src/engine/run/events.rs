@@ -54,6 +54,8 @@ impl Engine {
                 let worn = |j: usize| self.contacts[j].separation().is_some_and(worn);
                 let contacts = around(key, self.contacts.len(), worn);
                 self.reanchor_free(contacts.start..contacts.end + 1, t);
+                let balls = self.balls[contacts.start..contacts.end + 1].iter_mut();
+                balls.filter(|ball| ball.anchor == t).for_each(|ball| ball.flies_on = true);
                 for j in contacts {
                     let noise = self.contacts[j].separation().map_or(0.0, |separation| separation.noise);
                     self.stop_separation(j, t);

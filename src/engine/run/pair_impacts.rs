@@ -112,7 +112,7 @@ impl Engine {
             ball.flight.v = impact.outcome.velocities[side];
             ball.anchor = t;
             ball.integrals.add(&impact.integrals[side]);
-            ball.regime = Regime::Flight;
+            (ball.regime, ball.flies_on) = (Regime::Flight, false);
         }
         (0..2).for_each(|side| self.shift_contacts(i + side, impact.outcome.displacements[side]));
         self.end_pulse(i, t, observer);

@@ -41,8 +41,8 @@ struct RunState {
     totals: Totals,
 }
 
-/// The anchor of a ball, with its state and integrals.
-type BallState = (DoubleDouble, Flight, RunningIntegrals);
+/// The anchor of a ball, with its state and integrals, and whether it flies on from there.
+type BallState = (DoubleDouble, Flight, RunningIntegrals, bool);
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct ClusterState {
@@ -78,7 +78,7 @@ impl Engine {
     }
 
     fn run_state(&self) -> RunState {
-        let ball = |ball: &Ball| (ball.anchor, ball.flight, ball.integrals);
+        let ball = |ball: &Ball| (ball.anchor, ball.flight, ball.integrals, ball.flies_on);
         let cluster = |cluster: &Cluster| ClusterState {
             members: cluster.members.clone(),
             start: cluster.start,
@@ -136,7 +136,7 @@ impl Engine {
         let mut engine = Self { contacts, step: step.restored(), totals, ..apart };
         require(totals.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
         for (ball, state) in engine.balls.iter_mut().zip(balls) {
-            (ball.anchor, ball.flight, ball.integrals) = state;
+            (ball.anchor, ball.flight, ball.integrals, ball.flies_on) = state;
         }
         engine.onsets = engine.contacts.iter().fold(0, |sum, contact| sum.saturating_add(contact.ledger.pulses));
         for state in clusters {
@@ -263,7 +263,7 @@ impl RunState {
             "the time of a past event lies in the future",
         )?;
         let ball =
-            |(anchor, flight, integrals): &BallState| past(*anchor) && flight.is_finite() && integrals.is_finite();
+            |(anchor, flight, integrals, _): &BallState| past(*anchor) && flight.is_finite() && integrals.is_finite();
         require(self.balls.iter().all(ball), "the state of a ball is not finite, or lies in the future")?;
         require(self.contacts.iter().all(|contact| contact.ledger.is_sound()), "a ledger is not finite")?;
         for cluster in self.clusters.iter().flatten() {
