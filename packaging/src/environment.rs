@@ -21,8 +21,10 @@ const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the fo
 /// The FMU of the installed package, if this program lies in its environment. Of several Pythons in it, as in
 /// `~/.local`, the one installed last.
 pub fn fmu() -> Option<PathBuf> {
-    let folders = packages(program_folder()?.parent()?);
-    let fmus = folders.map(|folder| folder.join(PACKAGE).join("NewtonsCradle.fmu")).filter(|fmu| fmu.is_file());
+    let programs = program_folder()?;
+    let fmus = packages(programs.parent()?)
+        .map(|folder| folder.join(PACKAGE).join("NewtonsCradle.fmu"))
+        .filter(|fmu| fmu.is_file());
     fmus.max_by_key(|fmu| fmu.metadata().and_then(|fmu| fmu.modified()).ok())
 }
 
