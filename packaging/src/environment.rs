@@ -31,10 +31,9 @@ pub fn fmu() -> Option<PathBuf> {
 /// Whether the package is installed in this program's environment or in `.venv`, which may only refer to it. No Python
 /// is started, which would take longer than packing an FMU.
 pub fn has_package() -> bool {
-    let python = in_venv().unwrap_or_default();
-    let in_venv =
-        || packages(python.ancestors().nth(2)?).find(|folder| PARTS.iter().any(|part| folder.join(part).exists()));
-    fmu().or_else(in_venv).is_some()
+    let has_part = |folder: PathBuf| PARTS.iter().any(|part| folder.join(part).exists());
+    let has_package = |root: &Path| packages(root).any(has_part);
+    fmu().is_some() || in_venv().is_some_and(|python| python.ancestors().nth(2).is_some_and(has_package))
 }
 
 /// Where the Pythons in the folder `root` have packages.
