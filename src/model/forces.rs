@@ -1,5 +1,7 @@
 //! Forces of a contact at many overlaps at once: the formulas of `contact`, in loops that compilers vectorise.
 
+use std::array;
+
 use super::contact::ContactLaw;
 use super::damping::Damping;
 use crate::solver::power::powers;
@@ -11,24 +13,13 @@ impl ContactLaw {
         twice as usize as f64 == twice && twice as usize % 2 == 1
     }
 
-    /// Elastic forces at several overlaps (m), N; 0 for those <= 0.
+    /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), none < 0, times a `distance` (m) for each:
+    /// products, and one factor for the fractional part of the exponent.
     #[inline(always)]
-    pub fn elastic_forces<const N: usize>(&self, overlaps: &[f64; N]) -> [f64; N] {
-        self.powers(overlaps, |_, d| d)
-    }
-
-    /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), 0 for those <= 0, times the `distance` (m)
-    /// of each: products, and one factor for the fractional part of the exponent.
-    #[inline(always)]
-    fn powers<const N: usize>(&self, overlaps: &[f64; N], distance: impl Fn(usize, f64) -> f64) -> [f64; N] {
+    fn powers<const N: usize>(&self, overlaps: &[f64; N], distances: &[f64; N]) -> [f64; N] {
         let scale = 1.0 / self.overlap_ref;
-        let (mut forces, mut ratios) = ([0.0; N], [0.0; N]);
-        for m in 0..N {
-            // NaN stays NaN.
-            let overlap = if overlaps[m] <= 0.0 { 0.0 } else { overlaps[m] };
-            ratios[m] = overlap * scale;
-            forces[m] = self.stiffness * distance(m, overlap);
-        }
+        let ratios = overlaps.map(|overlap| overlap * scale);
+        let mut forces = distances.map(|distance| self.stiffness * distance);
         let mut times =
             |factors: &[f64; N]| forces.iter_mut().zip(factors).for_each(|(force, factor)| *force *= factor);
         // Finite differences in tests go below an exponent of 1.
@@ -46,34 +37,42 @@ impl ContactLaw {
     /// iteration, the elastic force is 0 and the damping is not.
     #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
-        match self.damping {
-            Damping::None => self.elastic_forces(overlaps),
-            Damping::KelvinVoigt { c, .. } => {
-                let mut forces = self.elastic_forces(overlaps);
-                forces.iter_mut().zip(rates).for_each(|(force, rate)| *force += c * rate);
-                forces
-            }
-            Damping::HuntCrossley { alpha } => self.powers(overlaps, |m, d| d * (1.0 + alpha * rates[m])),
+        let overlaps = overlaps.map(positive);
+        let distances = match self.damping {
+            Damping::None | Damping::KelvinVoigt { .. } => overlaps,
+            Damping::HuntCrossley { alpha } => array::from_fn(|m| overlaps[m] * (1.0 + alpha * rates[m])),
             // The elastic force with `d + p A r` in place of `d`, without a division by `d`.
             Damping::Viscoelastic { relaxation } => {
                 let relaxation = self.exponent * relaxation;
-                self.powers(overlaps, |m, d| d + relaxation * rates[m])
+                array::from_fn(|m| overlaps[m] + relaxation * rates[m])
             }
+        };
+        let mut forces = self.powers(&overlaps, &distances);
+        if let Damping::KelvinVoigt { c, .. } = self.damping {
+            forces.iter_mut().zip(rates).for_each(|(force, rate)| *force += c * rate);
         }
+        forces
     }
 
     /// Damping parts of the forces, N; as a difference they would lose digits where damping is weak.
     pub fn damping_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
-        match self.damping {
-            Damping::None => [0.0; N],
-            Damping::KelvinVoigt { c, .. } => rates.map(|rate| c * rate),
-            Damping::HuntCrossley { alpha } => self.powers(overlaps, |m, d| d * (alpha * rates[m])),
+        let overlaps = overlaps.map(positive);
+        let distances = match self.damping {
+            Damping::None => return [0.0; N],
+            Damping::KelvinVoigt { c, .. } => return rates.map(|rate| c * rate),
+            Damping::HuntCrossley { alpha } => array::from_fn(|m| overlaps[m] * (alpha * rates[m])),
             Damping::Viscoelastic { relaxation } => {
                 let relaxation = self.exponent * relaxation;
-                self.powers(overlaps, |m, _| relaxation * rates[m])
+                rates.map(|rate| relaxation * rate)
             }
-        }
+        };
+        self.powers(&overlaps, &distances)
     }
+}
+
+/// An overlap, or 0 for one that is < 0. NaN stays NaN.
+fn positive(overlap: f64) -> f64 {
+    if overlap <= 0.0 { 0.0 } else { overlap }
 }
 
 #[cfg(test)]
@@ -88,7 +87,7 @@ mod tests {
             [Damping::None, Damping::HuntCrossley { alpha: 0.4 }, Damping::Viscoelastic { relaxation: 1e-6 }];
         for (damping, exponent) in dampings.into_iter().flat_map(|damping| [1.0, 1.5, 2.3].map(|p| (damping, p))) {
             let law = ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, pivots: 0.0, damping };
-            assert_eq!(law.elastic_forces(&[0.0, -1e-6]), [0.0; 2], "{law:?}");
+            assert_eq!(law.unclipped_forces(&[0.0, -1e-6], &[0.0; 2]), [0.0; 2], "{law:?}");
             assert!(law.unclipped_forces(&[f64::NAN], &[0.1])[0].is_nan(), "{law:?}");
         }
     }
