@@ -31,15 +31,18 @@ impl EventQueue {
     /// is noticed.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {
         self.time[key] = if time.value().is_nan() { f64::NEG_INFINITY.into() } else { time };
-        let mut place = (self.time.len() + key) / 2;
-        while place > 0 {
-            let (left, right) = (self.earliest[2 * place], self.earliest[2 * place + 1]);
-            let earlier = if self.time[right as usize] < self.time[left as usize] { right } else { left };
-            if earlier == self.earliest[place] && earlier as usize != key {
+        let (mut place, mut earlier) = (self.time.len() + key, (self.time[key], key as u32));
+        while place > 1 {
+            let beside = self.earliest[place ^ 1];
+            let other = (self.time[beside as usize], beside);
+            if other < earlier {
+                earlier = other;
+            }
+            place /= 2;
+            if self.earliest[place] == earlier.1 && earlier.1 as usize != key {
                 break; // Nothing changes from here on.
             }
-            self.earliest[place] = earlier;
-            place /= 2;
+            self.earliest[place] = earlier.1;
         }
     }
 
