@@ -180,7 +180,7 @@ impl PairImpact {
         let outcome = outcome(&models, flights, law, shape)?;
         let Outcome { duration, displacements, velocities, .. } = outcome;
         let integrals =
-            [0, 1].map(|k| integrals_on_arc(&models[k], flights[k], duration, |_| (displacements[k], velocities[k])));
+            [0, 1].map(|k| integrals_on_arc(&models[k], flights[k], duration, &|_| (displacements[k], velocities[k])));
         Some(Self { start: balls[0].anchor, outcome, integrals, interior: OnceCell::new() })
     }
 
@@ -262,7 +262,7 @@ mod tests {
             let power = (0..twice).map(|i| end.powi(i) * s.powi(twice - 1 - i)).sum::<f64>() / (end + s);
             2.0 * s * s.powi(2 * g) / (power + beta + alpha * (root + s * s)).sqrt()
         };
-        gauss_legendre(integrand, 0.0, std::f64::consts::FRAC_PI_2, 20)
+        gauss_legendre(&integrand, 0.0, std::f64::consts::FRAC_PI_2, 20)
     }
 
     /// Also where single terms vanish: for p = 3 the one linear in beta, for p = 5 the one linear in alpha.

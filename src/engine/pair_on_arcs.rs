@@ -76,7 +76,7 @@ impl Shape {
             let (from, step) = (root, sigma * times[m] - before);
             root = (from * from + step).sqrt();
             for _ in 0..STEPS {
-                root -= (gauss_legendre(pace, from, root, 1) - step) / pace(root);
+                root -= (gauss_legendre(&pace, from, root, 1) - step) / pace(root);
             }
             before += step;
             let (sin, cos) = libm::sincos(angle(root));

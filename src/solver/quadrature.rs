@@ -24,7 +24,7 @@ pub fn of_samples(t: f64, f: impl Fn(&[f64; POINTS]) -> [f64; POINTS]) -> f64 {
 }
 
 /// Integral of `f` over `[a, b]`, the interval split into `panels` equal parts (at least 1).
-pub fn gauss_legendre(f: impl Fn(f64) -> f64, a: f64, b: f64, panels: usize) -> f64 {
+pub fn gauss_legendre(f: &dyn Fn(f64) -> f64, a: f64, b: f64, panels: usize) -> f64 {
     let width = (b - a) / panels as f64;
     let panel = |p: usize| of_samples(width, |places| places.map(|t| f(a + p as f64 * width + t)));
     (0..panels).map(panel).sum()

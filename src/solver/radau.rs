@@ -50,7 +50,7 @@ impl Radau {
             let others = (0..STAGES).filter(|&k| k != j);
             others.map(|k| (x - nodes[k]) / (nodes[j] - nodes[k])).product::<f64>()
         };
-        let entry = |i: usize, j: usize| gauss_legendre(|x| lagrange(j, x), 0.0, nodes[i], 1);
+        let entry = |i: usize, j: usize| gauss_legendre(&|x| lagrange(j, x), 0.0, nodes[i], 1);
         let integral = Matrix::from_fn(entry);
         let derivative = inverse(&integral);
         Self { nodes, integral, derivative }

@@ -155,7 +155,7 @@ impl<'a> Step<'a> {
     }
 
     /// The response of the overlap of contact `j`, or of its rate, to all accelerations of its balls.
-    fn relative(&self, j: usize, response: impl Fn(&Response) -> &Matrix, by_contacts: [Stages; 2]) -> Stages {
+    fn relative(&self, j: usize, response: fn(&Response) -> &Matrix, by_contacts: [Stages; 2]) -> Stages {
         let window = self.window;
         let (left, right) = (&window.balls[j], &window.balls[j + 1]);
         if left.oscillator == right.oscillator {

@@ -177,7 +177,7 @@ impl Cluster {
         let flight = &self.flights[j];
         let mut integrals = *integrals;
         if ball.model.on_arc {
-            integrals.add(&integrals_on_arc(&ball.model, flight, tau, |t| self.moved(i, t)));
+            integrals.add(&integrals_on_arc(&ball.model, flight, tau, &|t| self.moved(i, t)));
             return integrals;
         }
         integrals.x_integral += flight.x * tau + self.description.output().displacement_integral(j, tau);

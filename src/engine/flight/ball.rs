@@ -169,7 +169,7 @@ impl Ball {
             let (_, v) = flight.at(o, s.into());
             2.0 * o.gamma() * self.model.mass * v * v
         };
-        gauss_legendre(power, 0.0, tau, 1 + swung as usize)
+        gauss_legendre(&power, 0.0, tau, 1 + swung as usize)
     }
 
     /// Moves the anchor to `t` along the flight; returns the displacement, m.

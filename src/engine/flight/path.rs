@@ -166,7 +166,7 @@ pub(crate) fn integrals(
     ball: &BallModel,
     flight: &Flight,
     tau: f64,
-    moved: impl Fn(f64) -> (f64, f64),
+    moved: &dyn Fn(f64) -> (f64, f64),
 ) -> RunningIntegrals {
     let mut sums = RunningIntegrals::default();
     if flight.forcing != NO_FORCING {
@@ -182,12 +182,12 @@ pub(crate) fn integrals(
                     let (displacement, u) = moved(t);
                     forcing_at(&flight.forcing, t) * u * libm::cos((flight.x + displacement) / ball.length)
                 };
-                gauss_legendre(power, 0.0, tau, 2)
+                gauss_legendre(&power, 0.0, tau, 2)
             };
     }
     if ball.gamma > 0.0 {
         let power = |t: f64| moved(t).1 * moved(t).1;
-        sums.drag_loss = 2.0 * ball.gamma * ball.mass * gauss_legendre(power, 0.0, tau, 2);
+        sums.drag_loss = 2.0 * ball.gamma * ball.mass * gauss_legendre(&power, 0.0, tau, 2);
     }
     sums
 }
@@ -265,7 +265,7 @@ impl Piece {
     /// Integrals since the anchor of the flight.
     pub fn integrals(&self, ball: &BallModel, tau: f64) -> RunningIntegrals {
         let mut sums = self.before;
-        sums.add(&integrals(ball, &self.flight, tau, |t| self.path.moved(t)));
+        sums.add(&integrals(ball, &self.flight, tau, &|t| self.path.moved(t)));
         sums
     }
 }

@@ -105,7 +105,7 @@ impl Oscillator {
             // Where the fast decay is over, the equation would cancel.
             let (fast, slow) = self.decay_rates();
             let [of_fast, of_slow] =
-                [fast, slow].map(|rate| decay_integrals::<2>(rate, t).map(|integral| integral / (fast - slow)));
+                [fast, slow].map(|rate| decay_integrals(rate, t, 2).map(|integral| integral / (fast - slow)));
             u[5] = of_slow[1] - of_fast[1];
             let (mut of_fast, mut of_slow) = (of_fast[0], of_slow[0]);
             for u in u[..5].iter_mut().rev() {
@@ -216,7 +216,7 @@ impl Oscillator {
     /// `U_k` as differences of the repeated integrals of two exponentials.
     fn basis_by_decays<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
         let (fast, slow) = self.decay_rates();
-        let (of_fast, of_slow) = (decay_integrals::<COUNT>(fast, t), decay_integrals::<COUNT>(slow, t));
+        let (of_fast, of_slow) = (decay_integrals(fast, t, COUNT), decay_integrals(slow, t, COUNT));
         let mut u = [0.0; COUNT];
         u[0] = (fast * of_fast[0] - slow * of_slow[0]) / (fast - slow);
         for k in 1..COUNT {
@@ -287,20 +287,20 @@ pub(super) fn power(rate: f64, k: i32) -> f64 {
     (0..k).fold(1.0, |power, _| power * rate)
 }
 
-/// `exp(-rate t)` and its repeated integrals from 0.
-fn decay_integrals<const COUNT: usize>(rate: f64, t: f64) -> [f64; COUNT] {
-    let mut h = [0.0; COUNT];
+/// The first `count` of `exp(-rate t)` and its repeated integrals from 0.
+fn decay_integrals(rate: f64, t: f64, count: usize) -> [f64; BASIS] {
+    let mut h = [0.0; BASIS];
     let reach = rate * t;
     if reach > 1.0 {
         h[0] = libm::exp(-reach);
         let mut power = 1.0;
-        for k in 1..COUNT {
+        for k in 1..count {
             h[k] = (power - h[k - 1]) / rate;
             power *= t * INVERSES[k];
         }
     } else {
         let mut power = 1.0;
-        for (k, h) in h.iter_mut().enumerate() {
+        for (k, h) in h[..count].iter_mut().enumerate() {
             let (mut term, mut sum) = (1.0, 1.0);
             for m in 1..25 {
                 term *= -reach * INVERSES[k + m];
