@@ -142,8 +142,9 @@ impl Power {
     }
 }
 
-/// The coefficients for one stretching.
+/// The coefficients for one stretching. Aligned like [`Rule`].
 #[derive(Debug)]
+#[repr(align(16))]
 pub struct Table {
     /// `phi` at the nodes.
     pub times: Nodes,

@@ -16,8 +16,9 @@ type Pairs = [f64; PAIRS];
 /// What all tables share.
 static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
 
-/// Nodes, weights and Lagrange polynomials.
+/// Nodes, weights and Lagrange polynomials. Aligned, for instructions that take two numbers from memory.
 #[derive(Debug)]
+#[repr(align(16))]
 pub struct Rule {
     /// The nodes on [-1, 1].
     pub(super) x: [DoubleDouble; NODES],

@@ -40,29 +40,29 @@ impl Motion {
     }
 
     fn compute_moment(&self, moment: &mut Moment, tau: f64) {
-        let weights = self.weights(tau);
-        let [once, twice, _] = weights;
-        moment.tau = Some(tau);
-        moment.balls.clear();
+        (moment.tau, moment.weights) = (Some(tau), self.weights(tau));
+        let Moment { weights, balls, contacts, .. } = moment;
+        let [once, twice, _] = &*weights;
+        balls.clear();
         if self.needs_balls() {
-            let balls = self.flights.iter().zip(&self.ball_accelerations);
-            moment.balls.extend(balls.map(|(flight, a)| moved_by(&weights, flight.v, a, tau)));
+            let flights = self.flights.iter().zip(&self.ball_accelerations);
+            balls.extend(flights.map(|(flight, a)| moved_by(weights, flight.v, a, tau)));
         } else {
-            self.move_about_centres(&mut moment.balls, &weights, tau);
+            self.move_about_centres(balls, weights, tau);
         }
-        moment.contacts.clear();
+        contacts.clear();
         for (j, track) in self.tracks.iter().enumerate() {
-            moment.contacts.push(if track.mode == Mode::Pressing {
-                self.overlap_by(&once, &twice, j, tau)
+            contacts.push(if track.mode == Mode::Pressing {
+                self.overlap_by(once, twice, j, tau)
             } else if self.on_arcs() {
                 let pair = Pair { balls: [&self.arcs.balls[j], &self.arcs.balls[j + 1]], law: &track.law };
                 let states = [j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v));
-                let moves = [j, j + 1].map(|i| moment.balls[i]);
+                let moves = [j, j + 1].map(|i| balls[i]);
                 let then = [0, 1].map(|k| (states[k].0 + moves[k][0], states[k].1 + moves[k][1]));
                 let change = pair.change_of_overlap(states.map(|(place, _)| place), moves.map(|[way, ..]| way));
                 [track.overlap + change, pair.overlap_rate(then) - pair.overlap_rate(states)]
             } else {
-                let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
+                let [left, right] = [&balls[j], &balls[j + 1]];
                 [track.overlap + (left[0] - right[0]), left[1] - right[1]]
             });
         }
@@ -136,13 +136,12 @@ impl Motion {
     fn part(&self, tau: f64) -> Ref<'_, Part> {
         if self.part.borrow().tau != Some(tau) {
             let end = self.stretching.inverse(tau / self.length);
-            let (weights, early) = if end > EARLY {
-                (self.weights(tau)[0], None)
-            } else {
+            let mut part = self.part.borrow_mut();
+            (part.tau, part.early) = (Some(tau), None);
+            if end <= EARLY {
                 let [times, weights] = self.stretching.nodes_up_to(end).map(|nodes| nodes.map(|t| self.length * t));
-                (weights, Some(self.samples(times)))
-            };
-            *self.part.borrow_mut() = Part { tau: Some(tau), weights, early };
+                part.early = Some((self.samples(times), weights));
+            }
         }
         self.part.borrow()
     }
@@ -167,8 +166,10 @@ impl Motion {
 
     /// The integral up to `tau` (s) of `values` at the nodes.
     fn integral(&self, tau: f64, values: impl Fn(&Samples) -> Nodes) -> f64 {
-        let part = self.part(tau);
-        weighted(&part.weights, &values(part.early.as_ref().unwrap_or(&self.at_nodes)))
+        match &self.part(tau).early {
+            Some((samples, weights)) => weighted(weights, &values(samples)),
+            None => weighted(&self.moment(tau).weights[0], &values(&self.at_nodes)),
+        }
     }
 
     /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at the start, at the end or within the
