@@ -266,8 +266,7 @@ fn balls_that_rattle() {
             let work = engine.work();
             assert!((work.steps as f64) < most * work.events as f64, "p = {exponent}, {unequal}: {work:?}");
             let residual = engine.energy_residual() / engine.external_work();
-            let allowed = if exponent < 10.0 { 1e-13 } else { 2e-13 };
-            assert!(residual.abs() < allowed, "p = {exponent}, {unequal}, {press} N: {residual:e}");
+            assert!(residual.abs() < 1e-13, "p = {exponent}, {unequal}, {press} N: {residual:e}");
         }
     }
 }

@@ -26,7 +26,7 @@ const ROUGH: f64 = 0.01;
 
 /// Steps longer than this many times the time from an end to the branch point beyond it, of a contact that has just
 /// closed or is about to open, feel that branch point. Guarded by `balls_that_rattle`, as is the next constant.
-const BEYOND: f64 = 50.0;
+const BEYOND: f64 = 8.0;
 
 /// Contacts that change the speed by less than this part there do not matter.
 const BRANCH_POINT: f64 = 1e-15;
@@ -60,9 +60,12 @@ impl Motion {
 
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
     pub(super) fn fastest(&self, window: &Window, speed: f64) -> f64 {
-        let pressing = self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing);
-        let times = pressing.map(|(j, track)| track.law.largest_overlap(window.reduced_mass(j), speed) / speed);
-        times.fold(f64::INFINITY, f64::min)
+        let pressing = (0..self.tracks.len()).filter(|j| self.tracks[*j].mode == Mode::Pressing);
+        // Contacts have one exponent.
+        let softness = |j: usize| window.reduced_mass(j) / self.tracks[j].law.stiffness;
+        let fastest = pressing.min_by(|a, b| softness(*a).total_cmp(&softness(*b)));
+        let time = |j: usize| self.tracks[j].law.largest_overlap(window.reduced_mass(j), speed) / speed;
+        fastest.map_or(f64::INFINITY, time)
     }
 
     /// The longest step on which the pendulums hardly act, s.

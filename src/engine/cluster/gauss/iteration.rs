@@ -24,18 +24,23 @@ impl Motion {
     /// Start of the iteration: overlaps and rates by the first derivatives at the start of the step.
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
-        for (j, Track { overlap, rate, acceleration, jerk, .. }) in self.tracks.iter().enumerate() {
-            let (half, sixth) = (acceleration / 2.0, jerk / 6.0);
-            // Viscoelastic forces have no derivative at an onset, and a large one shortly after it.
-            let farthest = overlap.abs() + (rate.abs() + half.abs() * length) * length;
-            let sixth = if sixth.abs() * length * length * length <= farthest { sixth } else { 0.0 };
+        for (j, Track { overlap, rate, acceleration, jerk, snap, .. }) in self.tracks.iter().enumerate() {
+            let half = acceleration / 2.0;
+            let mut reach = overlap.abs() + (rate.abs() + half.abs() * length) * length;
+            // Fractional powers have no such derivatives at an onset, and large ones shortly after it.
+            let mut unless_large = |coefficient: f64, order: i32| {
+                let size = coefficient.abs() * length.powi(order);
+                reach += size;
+                if 2.0 * size <= reach { coefficient } else { 0.0 }
+            };
+            let (third, fourth) = (unless_large(jerk / 6.0, 3), unless_large(snap / 24.0, 4));
             for (value, part) in self.at_nodes.overlaps[j].iter_mut().zip(&table.times) {
                 let t = length * part;
-                *value = overlap + (rate + (half + sixth * t) * t) * t;
+                *value = overlap + (rate + (half + (third + fourth * t) * t) * t) * t;
             }
             for (value, part) in self.at_nodes.rates[j].iter_mut().zip(&table.times) {
                 let t = length * part;
-                *value = rate + (acceleration + 3.0 * sixth * t) * t;
+                *value = rate + (acceleration + (3.0 * third + 4.0 * fourth * t) * t) * t;
             }
         }
     }
@@ -110,7 +115,7 @@ impl Motion {
         if drag > 0.0 {
             (0..NODES).for_each(|m| sums[m] -= drag * rates[j][m]);
         }
-        if track.unlike != [0.0; 2] {
+        if self.unlike {
             let ([of_place, of_velocity], [left, right]) = (track.unlike, [&balls[j], &balls[j + 1]]);
             for m in 0..NODES {
                 let [place, velocity] = [0, 1].map(|k| 0.5 * (left[k][m] + right[k][m]));
@@ -230,7 +235,7 @@ impl Motion {
         let Track { overlap, rate, .. } = self.tracks[j];
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
         // In local arrays, which cannot alias their inputs.
-        let (mut overlaps, mut rates) = ([0.0; NODES], self.at_nodes.rates[j]);
+        let (mut overlaps, mut rates) = ([0.0; NODES], [0.0; NODES]);
         let integrates = self.needs_rates || later.abs() > FAR * length;
         let twice = if integrates {
             let [once, twice] = table.integrate_both(accelerations);
@@ -245,10 +250,13 @@ impl Motion {
             overlaps[m] = overlap + (closing * table.times[m] + square * twice[m]);
         }
         if later != 0.0 {
+            let now = if integrates { &rates } else { &self.at_nodes.rates[j] };
             for m in 0..NODES {
                 let after = later * table.times[m];
-                overlaps[m] += (rates[m] + 0.5 * accelerations[m] * after) * after;
-                rates[m] += accelerations[m] * after;
+                overlaps[m] += (now[m] + 0.5 * accelerations[m] * after) * after;
+            }
+            for m in 0..NODES {
+                rates[m] += accelerations[m] * (later * table.times[m]);
             }
         }
         self.at_nodes.overlaps[j] = overlaps;

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use super::arcs::{Arcs, Course, Direction};
-use crate::engine::cluster::window::{Switch, Window};
+use crate::engine::cluster::window::{Switch, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};
 use crate::model::{ContactLaw, Mode, Pair, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Stretching};
@@ -27,28 +27,35 @@ pub(super) struct Track {
     pub unlike: [f64; 2],
     /// Acceleration of an overlap of 0 by forcing and gravity at the start, m/s2.
     pub pull: f64,
-    /// Relative acceleration of the two at the start, m/s2, and its rate by the contact forces, m/s3.
+    /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 for a contact that does not press.
+    pub slopes: (f64, f64),
+    /// Relative acceleration of the two at the start, m/s2, its rate by the contact forces, m/s3, and about the rate of
+    /// that, m/s4 (0 on arcs).
     pub acceleration: f64,
     pub jerk: f64,
+    pub snap: f64,
 }
 
 impl Track {
     /// Contact `j` of `window`, before what acts on it besides inputs is known.
+    #[inline(always)]
     fn new(window: &Window, j: usize, rate: f64, inverse_masses: [f64; 2]) -> Self {
         let Window { flights, contacts, laws, .. } = window;
-        let none = [0.0; 2];
+        let (WindowContact { mode, overlap, .. }, none) = (contacts[j], [0.0; 2]);
         Self {
             law: laws[j],
-            mode: contacts[j].mode,
-            overlap: contacts[j].overlap,
+            mode,
+            overlap,
             rate,
             inverse_masses,
             forcing: std::array::from_fn(|k| flights[j].forcing[k] - flights[j + 1].forcing[k]),
             mean: none,
             unlike: none,
             pull: 0.0,
+            slopes: if mode == Mode::Pressing { laws[j].force_slopes(overlap, rate) } else { (0.0, 0.0) },
             acceleration: 0.0,
             jerk: 0.0,
+            snap: 0.0,
         }
     }
 
@@ -122,6 +129,8 @@ pub(super) struct Samples {
 pub(super) struct Moment {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
+    /// See [`Motion::weights`].
+    pub weights: [Nodes; 3],
     /// For each ball: displacement (m), change of velocity (m/s), and integral of the displacement (m.s).
     pub balls: Vec<[f64; 3]>,
     /// For each contact: overlap (m) and the change of its rate (m/s).
@@ -133,10 +142,8 @@ pub(super) struct Moment {
 pub(super) struct Part {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
-    /// The weights of the integral up to there, s.
-    pub weights: Nodes,
-    /// Values at nodes of their own, for times early in the step.
-    pub early: Option<Samples>,
+    /// For times early in the step, values at nodes of their own, and their weights in the integral up to there, s.
+    pub early: Option<(Samples, Nodes)>,
 }
 
 /// The motion of a window on a step.
@@ -185,15 +192,17 @@ impl Motion {
             return self.start_on_arcs(window);
         }
         self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
-        for (j, law) in laws.iter().enumerate() {
+        self.tracks.extend((0..laws.len()).map(|j| {
+            let inverse_masses = [j, j + 1].map(|i| 1.0 / balls[i].model.mass);
+            Track::new(window, j, flights[j].v - flights[j + 1].v, inverse_masses)
+        }));
+        for (j, track) in self.tracks.iter_mut().enumerate() {
             let (left, right) = (&flights[j], &flights[j + 1]);
             let pendulums = [&self.oscillators[j], &self.oscillators[j + 1]].map(|o| [o.omega2(), 2.0 * o.gamma()]);
-            let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
-            let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
-            let inverse_masses = [j, j + 1].map(|i| 1.0 / balls[i].model.mass);
-            let track = Track::new(window, j, left.v - right.v, inverse_masses);
-            let pull = track.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
-            self.tracks.push(Track { mean, unlike, pull, ..track });
+            track.mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
+            track.unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
+            track.pull =
+                track.forcing[0] - track.mean[0] * track.law.clearance - 0.5 * track.unlike[0] * (left.x + right.x);
         }
         let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
         let mut beside = flights.iter().zip(&flights[1..]);
@@ -203,6 +212,7 @@ impl Motion {
             track.acceleration = track.pushed(forces) + (track.pull + swing);
         });
         self.for_each_under(change_of_force, |track, changes| track.jerk = track.pushed(changes));
+        self.for_each_under(second_change, |track, changes| track.snap = track.pushed(changes));
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
         self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
         let lossy = self.tracks.iter().any(|track| !track.law.is_elastic());
@@ -293,6 +303,12 @@ impl Motion {
 
 /// Rate of the force of a contact at the start, N/s.
 fn change_of_force(track: &Track) -> f64 {
-    let (by_overlap, by_rate) = track.law.force_slopes(track.overlap, track.rate);
-    by_overlap * track.rate + by_rate * track.acceleration
+    track.slopes.0 * track.rate + track.slopes.1 * track.acceleration
+}
+
+/// About the rate of that, N/s2: that of an elastic force, and the dashpot's share of jerk.
+fn second_change(track: &Track) -> f64 {
+    let (by_overlap, by_rate) = track.slopes;
+    let bend = (track.law.exponent - 1.0) * by_overlap / track.overlap.max(f64::MIN_POSITIVE);
+    bend * track.rate * track.rate + by_overlap * track.acceleration + by_rate * track.jerk
 }

@@ -18,13 +18,14 @@ const STILL_CHANGING: f64 = 1e5;
 const SMOOTH_STILL_CHANGING: f64 = 1e8;
 
 /// The iteration has converged if it changes overlaps by less than this part of their size, or if at the present rate
-/// the next change, or the one after it, would be less, with a margin because velocities at the end are more sensitive.
-/// With changes below the second limit, only rounding keeps it from converging.
+/// the next change would be less, or this margin times the one after it, because velocities at the end are more
+/// sensitive, the more so for a large exponent: the margin is for the square of the exponent. Guarded by
+/// `balls_that_rattle`. With changes below the last limit, only rounding keeps it from converging.
 const CONVERGED: f64 = 8e-16;
-const FELT: f64 = 64.0;
+const MARGIN: f64 = 7.0;
 const NOISE: f64 = 2e-15;
 
-/// Rates, where forces depend on them, have converged if their next change is less than this part of the scale of
+/// Rates, where forces depend on them, have converged if such a change is less than this part of the scale of
 /// velocities; under strong damping long after the overlaps. Guarded by `deep_overlaps_at_the_start_of_lossy_contacts`.
 const CONVERGED_RATE: f64 = 4e-15;
 
@@ -85,6 +86,8 @@ impl Motion {
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, 0.0, false, false);
         let smooth = self.on_arcs() && self.stretching_power().is_none();
         let (mut turns, mut turned) = (0, [f64::INFINITY, 0.0]);
+        let exponent = self.tracks[0].law.exponent;
+        let margin = MARGIN * exponent * exponent;
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
@@ -109,8 +112,9 @@ impl Motion {
             }
             let mut later = 0.0;
             if let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) {
-                let from_start = self.switching(j, table, tolerance).map(|(_, time)| time);
-                match self.switching_near_end(j, table).or(from_start) {
+                self.move_if_open(j, table);
+                let from_start = || self.switching(j, table, tolerance).map(|(_, time)| time);
+                match self.switching_near_end(j, table).or_else(from_start) {
                     Some(time) if time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest) => {
                         (later, self.end) = (time - self.length, Some((j, self.tracks[j].switch())));
                     }
@@ -131,13 +135,14 @@ impl Motion {
                 }
                 // Right after the end has moved far, the change falls faster than it will later.
                 let rate = (change / last_change).max(0.5 * last_rate);
+                let next = rate.min(1.0) * (margin * rate).min(1.0);
                 let converged = change <= CONVERGED
-                    || (rate < 0.5 && change * rate * (FELT * rate).min(1.0) <= CONVERGED)
+                    || (rate < 0.5 && change * next <= CONVERGED)
                     || (change <= NOISE && rate > 0.5);
                 // Contacts in equilibrium do not change, however far the end of the step still moves.
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
-                if converged && of_rate * rate.min(1.0) <= CONVERGED_RATE * tolerance.speed {
+                if converged && of_rate * next <= CONVERGED_RATE * tolerance.speed {
                     if self.on_arcs() && (turns < TURNS.len() || !self.stands(turned)) {
                         turned = self.turn_on(true, turned);
                         turns = TURNS.len();

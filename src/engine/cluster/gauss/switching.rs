@@ -76,6 +76,7 @@ impl Motion {
             if self.stays_closed(j, table) {
                 continue;
             }
+            self.move_if_open(j, table);
             if let Some((switch, time)) = self.switching(j, table, tolerance)
                 && first.is_none_or(|(.., before)| time < before)
             {
@@ -93,8 +94,8 @@ impl Motion {
             && self.overlap_at_end(j, self.curvature(j, table)) > 0.0
     }
 
-    /// The onset or release of contact `j`, within the step or after it.
-    pub(super) fn switching(&mut self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<(Switch, f64)> {
+    /// Moves contact `j` by the forces of its neighbours, unless it presses.
+    pub(super) fn move_if_open(&mut self, j: usize, table: &Table) {
         if self.tracks[j].mode != Mode::Pressing {
             self.accelerate(j);
             // By its pendulums an overlap acts on itself: a little, but the end of the step needs all digits.
@@ -102,6 +103,10 @@ impl Motion {
                 self.move_contact(j, table, 0.0);
             }
         }
+    }
+
+    /// The onset or release of contact `j`, within the step or after it.
+    pub(super) fn switching(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<(Switch, f64)> {
         let (track, curvature) = (&self.tracks[j], self.curvature(j, table));
         if track.mode == Mode::Open {
             if track.is_resting(&tolerance.rounding) {
