@@ -62,7 +62,7 @@ fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {
 
 /// The `values`, finite and not negative, to an `exponent` between -1 and 1, with a relative error below 4e-16. Values
 /// below the smallest normal number give 0; values that are not finite give any number.
-#[inline(never)]
+#[inline(never)] // it is long, and called by several loops
 pub fn powers<const N: usize>(values: &[f64; N], exponent: f64) -> [f64; N] {
     // The products of the first part with the k are exact.
     let high = f64::from_bits(exponent.to_bits() & !0xff_ffff);
