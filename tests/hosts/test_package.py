@@ -341,11 +341,8 @@ def test_calibration_finds_restitution_and_drag(fmu, restitution, lift):
     # e = exp(-pi zeta / sqrt(1 - zeta^2)), c = 2 zeta sqrt(k m / 2)
     decay = -np.log(restitution) / np.pi
     zeta = decay / np.sqrt(1.0 + decay**2)
-    desk |= {
-        "contact.dampingLaw": "kelvinVoigt",
-        "contact.damping": 2.0 * zeta * np.sqrt(1e9 * 0.04377 / 2.0),
-    }
-    desk |= {"x_start[1]": -lift}
+    desk |= {"contact.dampingLaw": "kelvinVoigt", "x_start[1]": -lift}
+    desk["contact.damping"] = 2.0 * zeta * np.sqrt(1e9 * 0.04377 / 2.0)
     show = filmed(fmu, desk)
     found = nc.calibrate(lift=lift, length=0.14, mass=0.04377, **show)
     assert found.restitution == pytest.approx(restitution, abs=2e-4)

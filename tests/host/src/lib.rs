@@ -9,7 +9,6 @@ pub mod fmi3;
 mod log;
 pub mod scenes;
 
-use std::f64::consts::TAU;
 use std::ffi::CString;
 use std::path::PathBuf;
 use std::ptr::{null, null_mut};
@@ -24,6 +23,7 @@ use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settin
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
 
 pub use log::{Line, Lines, callbacks};
+pub use scenes::{CUBIC, FIGURE_6};
 
 /// A component and its log.
 pub struct Host {
@@ -372,19 +372,6 @@ impl Host {
         self.log();
     }
 }
-
-/// Figure 6's set-up but for how far the first two of five balls are lifted, 1 m.
-pub const FIGURE_6: [(&str, f64); 2] = [("contact.stiffness", 2.9e14), ("contact.deadBand", 1.46e-7)];
-
-/// Cubic contacts of pendulums with a period of 1 s, for two of five balls lifted by 0.05 m.
-pub const CUBIC: [(&str, f64); 6] = [
-    ("gravity", TAU * TAU),
-    ("pendulum.length", 1.0),
-    ("contact.stiffness", 5e18),
-    ("contact.overlapRef", 1.0),
-    ("contact.exponent", 3.0),
-    ("contact.deadBand", 2e-5),
-];
 
 /// A folder of resources with this text in it, and its location. It lies beside the running program, in Cargo's target
 /// folder.
