@@ -121,6 +121,7 @@ def test_the_table_has_every_variable_and_outputs_in_their_order(fmu):
     assert sorted(fmu.variables) == sorted(element for name in VARIABLES for element in spread(name))
     wanted = [name for name, (kind, *_) in VARIABLES.items() if kind.endswith("output")]
     assert list(fmu.outputs) == [element for name in wanted for element in spread(name)]
+    assert [unknown.variable.name for unknown in fmu.description.outputs] == list(fmu.outputs)
 
 
 def test_states_of_model_exchange_in_their_order(fmu):
