@@ -13,10 +13,10 @@ impl ContactLaw {
         twice as usize as f64 == twice && twice as usize % 2 == 1
     }
 
-    /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), none < 0, times a `distance` (m) for each:
+    /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), none < 0, times the `distances` (m):
     /// products, and one factor for the fractional part of the exponent.
     #[inline(always)]
-    fn powers<const N: usize>(&self, overlaps: &[f64; N], distances: &[f64; N]) -> [f64; N] {
+    fn secant_forces<const N: usize>(&self, overlaps: &[f64; N], distances: &[f64; N]) -> [f64; N] {
         let scale = 1.0 / self.overlap_ref;
         let ratios = overlaps.map(|overlap| overlap * scale);
         let mut forces = distances.map(|distance| self.stiffness * distance);
@@ -34,7 +34,7 @@ impl ContactLaw {
     }
 
     /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, as within an
-    /// iteration, the elastic force is 0 and the damping is not.
+    /// iteration, only `c r` is left.
     #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         let overlaps = overlaps.map(positive);
@@ -47,7 +47,7 @@ impl ContactLaw {
                 array::from_fn(|m| overlaps[m] + relaxation * rates[m])
             }
         };
-        let mut forces = self.powers(&overlaps, &distances);
+        let mut forces = self.secant_forces(&overlaps, &distances);
         if let Damping::KelvinVoigt { c, .. } = self.damping {
             forces.iter_mut().zip(rates).for_each(|(force, rate)| *force += c * rate);
         }
@@ -66,11 +66,11 @@ impl ContactLaw {
                 rates.map(|rate| relaxation * rate)
             }
         };
-        self.powers(&overlaps, &distances)
+        self.secant_forces(&overlaps, &distances)
     }
 }
 
-/// An overlap, or 0 for one that is < 0. NaN stays NaN.
+/// The overlap, or 0 if it is negative; NaN stays NaN.
 fn positive(overlap: f64) -> f64 {
     if overlap <= 0.0 { 0.0 } else { overlap }
 }

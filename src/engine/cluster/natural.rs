@@ -32,8 +32,8 @@ pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
     apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
         true => SERIES,
         false if quiet < SERIES && window.rings() => SERIES,
-        // Only series keep balls that the motion has not reached exactly at rest, and resolve motions that grow from 0;
-        // by modes, rows of 40 to 60 balls with ten times critical damping take ten times as long.
+        // Only series keep balls that the motion has not reached exactly at rest, and resolve motions that grow from 0.
+        // Modes would also be slower: tenfold for rows of 40 to 60 balls at ten times the critical damping.
         false if window.holds_front() => SERIES_OF_FRONT,
         false if window.rings() => SERIES,
         false => 0,

@@ -35,7 +35,7 @@ pub(crate) fn time_of_change(forcing: &Forcing) -> f64 {
 }
 
 /// Its value `tau` (s) after the anchor, m/s2.
-#[inline(never)] // otherwise a hundredth of the library is copies of it
+#[inline(never)] // inlined, its copies would be a hundredth of the library
 pub(crate) fn forcing_at(forcing: &Forcing, tau: f64) -> f64 {
     (0..=degree(forcing)).rev().fold(0.0, |sum, k| forcing[k] + sum * tau / (k + 1) as f64)
 }

@@ -287,7 +287,7 @@ pub(super) fn power(rate: f64, k: i32) -> f64 {
     (0..k).fold(1.0, |power, _| power * rate)
 }
 
-/// The first `count` of `exp(-rate t)` and its repeated integrals from 0.
+/// The first `count` of `exp(-rate t)` and its repeated integrals from 0; the others are 0.
 fn decay_integrals(rate: f64, t: f64, count: usize) -> [f64; BASIS] {
     let mut h = [0.0; BASIS];
     let reach = rate * t;

@@ -24,8 +24,8 @@ const SMALL_ANGLE: f64 = 1e-3;
 /// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy`.
 const ROUGH: f64 = 0.01;
 
-/// Steps longer than this many times the time from an end to the branch point beyond it, of a contact that has just
-/// closed or is about to open, feel that branch point. Guarded by `balls_that_rattle`, as is the next constant.
+/// A step feels the branch point before its start or after its end, of a contact that has just closed or is about to
+/// open, if it is longer than this many times the time to it. Guarded by `balls_that_rattle`, as is the next constant.
 const BEYOND: f64 = 8.0;
 
 /// Contacts that change the speed by less than this part there do not matter.
@@ -60,12 +60,11 @@ impl Motion {
 
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
     pub(super) fn fastest(&self, window: &Window, speed: f64) -> f64 {
+        // Laws of contacts differ in stiffness only.
+        let squared_time = |j: &usize| window.reduced_mass(*j) / self.tracks[*j].law.stiffness;
         let pressing = (0..self.tracks.len()).filter(|j| self.tracks[*j].mode == Mode::Pressing);
-        // Contacts have one exponent.
-        let softness = |j: usize| window.reduced_mass(j) / self.tracks[j].law.stiffness;
-        let fastest = pressing.min_by(|a, b| softness(*a).total_cmp(&softness(*b)));
-        let time = |j: usize| self.tracks[j].law.largest_overlap(window.reduced_mass(j), speed) / speed;
-        fastest.map_or(f64::INFINITY, time)
+        let fastest = pressing.min_by(|a, b| squared_time(a).total_cmp(&squared_time(b)));
+        fastest.map_or(f64::INFINITY, |j| self.tracks[j].law.largest_overlap(window.reduced_mass(j), speed) / speed)
     }
 
     /// The longest step on which the pendulums hardly act, s.

@@ -21,19 +21,21 @@ const FAR: f64 = 1e-3;
 const LEFT_OUT: f64 = 1e-17;
 
 impl Motion {
-    /// Start of the iteration: overlaps and rates by the first derivatives at the start of the step.
+    /// Start of the iteration: overlaps and rates by their Taylor polynomials about the start of the step.
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
+        let cube = length * length * length;
         for (j, Track { overlap, rate, acceleration, jerk, snap, .. }) in self.tracks.iter().enumerate() {
             let half = acceleration / 2.0;
             let mut reach = overlap.abs() + (rate.abs() + half.abs() * length) * length;
-            // Fractional powers have no such derivatives at an onset, and large ones shortly after it.
-            let mut unless_large = |coefficient: f64, order: i32| {
-                let size = coefficient.abs() * length.powi(order);
-                reach += size;
-                if 2.0 * size <= reach { coefficient } else { 0.0 }
+            // Fractional powers have no such derivatives at an onset, and large ones shortly after it: the polynomial
+            // ends before the first term that is larger than all before it.
+            let mut unless_large = |term: f64, power: f64| {
+                let size = term.abs() * power;
+                reach = if size <= reach { reach + size } else { 0.0 };
+                if reach > 0.0 { term } else { 0.0 }
             };
-            let (third, fourth) = (unless_large(jerk / 6.0, 3), unless_large(snap / 24.0, 4));
+            let (third, fourth) = (unless_large(jerk / 6.0, cube), unless_large(snap / 24.0, cube * length));
             for (value, part) in self.at_nodes.overlaps[j].iter_mut().zip(&table.times) {
                 let t = length * part;
                 *value = overlap + (rate + (half + (third + fourth * t) * t) * t) * t;

@@ -27,10 +27,11 @@ pub(super) struct Track {
     pub unlike: [f64; 2],
     /// Acceleration of an overlap of 0 by forcing and gravity at the start, m/s2.
     pub pull: f64,
-    /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 for a contact that does not press.
+    /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 for a contact that does not press, has no overlap,
+    /// or would pull.
     pub slopes: (f64, f64),
-    /// Relative acceleration of the two at the start, m/s2, its rate by the contact forces, m/s3, and about the rate of
-    /// that, m/s4 (0 on arcs).
+    /// At the start: relative acceleration of the two, m/s2; its derivative by the contact forces, m/s3; roughly the
+    /// second one, m/s4 (0 on arcs).
     pub acceleration: f64,
     pub jerk: f64,
     pub snap: f64,
@@ -211,8 +212,8 @@ impl Motion {
             let swing = track.swing(track.overlap, track.rate) - 0.5 * track.unlike[1] * both;
             track.acceleration = track.pushed(forces) + (track.pull + swing);
         });
-        self.for_each_under(change_of_force, |track, changes| track.jerk = track.pushed(changes));
-        self.for_each_under(second_change, |track, changes| track.snap = track.pushed(changes));
+        self.for_each_under(derivative_of_force, |track, changes| track.jerk = track.pushed(changes));
+        self.for_each_under(second_derivative_of_force, |track, changes| track.snap = track.pushed(changes));
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
         self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
         let lossy = self.tracks.iter().any(|track| !track.law.is_elastic());
@@ -265,7 +266,7 @@ impl Motion {
             track.acceleration = of.next().map_or(0.0, |factors| pushed(*factors, forces)) + track.pull;
         });
         let mut of = factors.iter();
-        self.for_each_under(change_of_force, |track, changes| {
+        self.for_each_under(derivative_of_force, |track, changes| {
             track.jerk = of.next().map_or(0.0, |factors| pushed(*factors, changes));
         });
         (self.unlike, self.varies, self.drags) = (false, false, false);
@@ -301,14 +302,15 @@ impl Motion {
     }
 }
 
-/// Rate of the force of a contact at the start, N/s.
-fn change_of_force(track: &Track) -> f64 {
+/// Derivative of the force of a contact by time at the start, N/s.
+fn derivative_of_force(track: &Track) -> f64 {
     track.slopes.0 * track.rate + track.slopes.1 * track.acceleration
 }
 
-/// About the rate of that, N/s2: that of an elastic force, and the dashpot's share of jerk.
-fn second_change(track: &Track) -> f64 {
+/// The second one, N/s2: exact for an elastic force and for a dashpot, rough for other damping.
+fn second_derivative_of_force(track: &Track) -> f64 {
     let (by_overlap, by_rate) = track.slopes;
+    // Without overlap the slope is 0.
     let bend = (track.law.exponent - 1.0) * by_overlap / track.overlap.max(f64::MIN_POSITIVE);
     bend * track.rate * track.rate + by_overlap * track.acceleration + by_rate * track.jerk
 }

@@ -41,28 +41,28 @@ impl Motion {
 
     fn compute_moment(&self, moment: &mut Moment, tau: f64) {
         (moment.tau, moment.weights) = (Some(tau), self.weights(tau));
-        let Moment { weights, balls, contacts, .. } = moment;
-        let [once, twice, _] = &*weights;
-        balls.clear();
+        let weights = &moment.weights;
+        let [once, twice, _] = weights;
+        moment.balls.clear();
         if self.needs_balls() {
-            let flights = self.flights.iter().zip(&self.ball_accelerations);
-            balls.extend(flights.map(|(flight, a)| moved_by(weights, flight.v, a, tau)));
+            let balls = self.flights.iter().zip(&self.ball_accelerations);
+            moment.balls.extend(balls.map(|(flight, a)| moved_by(weights, flight.v, a, tau)));
         } else {
-            self.move_about_centres(balls, weights, tau);
+            self.move_about_centres(&mut moment.balls, weights, tau);
         }
-        contacts.clear();
+        moment.contacts.clear();
         for (j, track) in self.tracks.iter().enumerate() {
-            contacts.push(if track.mode == Mode::Pressing {
+            moment.contacts.push(if track.mode == Mode::Pressing {
                 self.overlap_by(once, twice, j, tau)
             } else if self.on_arcs() {
                 let pair = Pair { balls: [&self.arcs.balls[j], &self.arcs.balls[j + 1]], law: &track.law };
                 let states = [j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v));
-                let moves = [j, j + 1].map(|i| balls[i]);
+                let moves = [j, j + 1].map(|i| moment.balls[i]);
                 let then = [0, 1].map(|k| (states[k].0 + moves[k][0], states[k].1 + moves[k][1]));
                 let change = pair.change_of_overlap(states.map(|(place, _)| place), moves.map(|[way, ..]| way));
                 [track.overlap + change, pair.overlap_rate(then) - pair.overlap_rate(states)]
             } else {
-                let [left, right] = [&balls[j], &balls[j + 1]];
+                let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
                 [track.overlap + (left[0] - right[0]), left[1] - right[1]]
             });
         }

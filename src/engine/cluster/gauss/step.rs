@@ -17,16 +17,16 @@ const TOO_LONG: f64 = 1.5;
 const STILL_CHANGING: f64 = 1e5;
 const SMOOTH_STILL_CHANGING: f64 = 1e8;
 
-/// The iteration has converged if it changes overlaps by less than this part of their size, or if at the present rate
-/// the next change would be less, or this margin times the one after it, because velocities at the end are more
-/// sensitive, the more so for a large exponent: the margin is for the square of the exponent. Guarded by
-/// `balls_that_rattle`. With changes below the last limit, only rounding keeps it from converging.
+/// The iteration has converged if it changes overlaps by less than `CONVERGED` of their size; or if, at the present
+/// rate, the next change would be less, or `SENSITIVITY` p^2 times the one after it: velocities at the end are more
+/// sensitive, the more so the larger the exponent p. Guarded by `balls_that_rattle`. Changes below `NOISE` that no
+/// longer fall are rounding.
 const CONVERGED: f64 = 8e-16;
-const MARGIN: f64 = 7.0;
+const SENSITIVITY: f64 = 7.0;
 const NOISE: f64 = 2e-15;
 
-/// Rates, where forces depend on them, have converged if such a change is less than this part of the scale of
-/// velocities; under strong damping long after the overlaps. Guarded by `deep_overlaps_at_the_start_of_lossy_contacts`.
+/// Rates, where forces depend on them, have converged if their next change, or the one after it with that factor, is
+/// less than this part of the scale of velocities; under strong damping long after the overlaps. Guarded by `deep_overlaps_at_the_start_of_lossy_contacts`.
 const CONVERGED_RATE: f64 = 4e-15;
 
 /// Switchings are searched once the iteration changes overlaps by no more than this part of that of the contact that
@@ -86,8 +86,8 @@ impl Motion {
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, 0.0, false, false);
         let smooth = self.on_arcs() && self.stretching_power().is_none();
         let (mut turns, mut turned) = (0, [f64::INFINITY, 0.0]);
-        let exponent = self.tracks[0].law.exponent;
-        let margin = MARGIN * exponent * exponent;
+        let exponent = self.tracks[0].law.exponent; // contacts have one
+        let sensitivity = SENSITIVITY * exponent * exponent;
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
@@ -112,7 +112,7 @@ impl Motion {
             }
             let mut later = 0.0;
             if let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) {
-                self.move_if_open(j, table);
+                self.accelerate_unless_pressing(j, table);
                 let from_start = || self.switching(j, table, tolerance).map(|(_, time)| time);
                 match self.switching_near_end(j, table).or_else(from_start) {
                     Some(time) if time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest) => {
@@ -135,14 +135,15 @@ impl Motion {
                 }
                 // Right after the end has moved far, the change falls faster than it will later.
                 let rate = (change / last_change).max(0.5 * last_rate);
-                let next = rate.min(1.0) * (margin * rate).min(1.0);
+                // From this change to the next one or, with the sensitivity, to the one after it.
+                let ahead = |rate: f64| rate.min(1.0) * (sensitivity * rate).min(1.0);
                 let converged = change <= CONVERGED
-                    || (rate < 0.5 && change * next <= CONVERGED)
+                    || (rate < 0.5 && change * ahead(rate) <= CONVERGED)
                     || (change <= NOISE && rate > 0.5);
                 // Contacts in equilibrium do not change, however far the end of the step still moves.
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
-                if converged && of_rate * next <= CONVERGED_RATE * tolerance.speed {
+                if converged && of_rate * ahead(rate) <= CONVERGED_RATE * tolerance.speed {
                     if self.on_arcs() && (turns < TURNS.len() || !self.stands(turned)) {
                         turned = self.turn_on(true, turned);
                         turns = TURNS.len();

@@ -76,7 +76,7 @@ impl Motion {
             if self.stays_closed(j, table) {
                 continue;
             }
-            self.move_if_open(j, table);
+            self.accelerate_unless_pressing(j, table);
             if let Some((switch, time)) = self.switching(j, table, tolerance)
                 && first.is_none_or(|(.., before)| time < before)
             {
@@ -94,8 +94,9 @@ impl Motion {
             && self.overlap_at_end(j, self.curvature(j, table)) > 0.0
     }
 
-    /// Moves contact `j` by the forces of its neighbours, unless it presses.
-    pub(super) fn move_if_open(&mut self, j: usize, table: &Table) {
+    /// Unless contact `j` presses: its accelerations by the forces of its neighbours and, if it ends the step, its
+    /// overlaps.
+    pub(super) fn accelerate_unless_pressing(&mut self, j: usize, table: &Table) {
         if self.tracks[j].mode != Mode::Pressing {
             self.accelerate(j);
             // By its pendulums an overlap acts on itself: a little, but the end of the step needs all digits.
