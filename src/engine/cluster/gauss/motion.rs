@@ -39,7 +39,6 @@ pub(super) struct Track {
 
 impl Track {
     /// Contact `j` of `window`, before what acts on it besides inputs is known.
-    #[inline(always)]
     fn new(window: &Window, j: usize, rate: f64, inverse_masses: [f64; 2]) -> Self {
         let Window { flights, contacts, laws, .. } = window;
         let (WindowContact { mode, overlap, .. }, none) = (contacts[j], [0.0; 2]);
@@ -193,17 +192,15 @@ impl Motion {
             return self.start_on_arcs(window);
         }
         self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
-        self.tracks.extend((0..laws.len()).map(|j| {
-            let inverse_masses = [j, j + 1].map(|i| 1.0 / balls[i].model.mass);
-            Track::new(window, j, flights[j].v - flights[j + 1].v, inverse_masses)
-        }));
-        for (j, track) in self.tracks.iter_mut().enumerate() {
+        for (j, law) in laws.iter().enumerate() {
             let (left, right) = (&flights[j], &flights[j + 1]);
             let pendulums = [&self.oscillators[j], &self.oscillators[j + 1]].map(|o| [o.omega2(), 2.0 * o.gamma()]);
-            track.mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
-            track.unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
-            track.pull =
-                track.forcing[0] - track.mean[0] * track.law.clearance - 0.5 * track.unlike[0] * (left.x + right.x);
+            let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
+            let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
+            let inverse_masses = [j, j + 1].map(|i| 1.0 / balls[i].model.mass);
+            let track = Track::new(window, j, left.v - right.v, inverse_masses);
+            let pull = track.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
+            self.tracks.push(Track { mean, unlike, pull, ..track });
         }
         let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
         let mut beside = flights.iter().zip(&flights[1..]);
