@@ -61,6 +61,18 @@ fn long_runs_keep_their_energy() {
     }
 }
 
+/// Unequal pendulums swing together, pressed by almost nothing: the turn of their directions moves the time at which two
+/// of them part.
+#[test]
+fn balls_part_under_hardly_any_force() {
+    let mut p = Parameters { dead_band: 0.0, gravity: 10.2, radius: 5.0, length: 1.4, ..lifted(6, 0, 0.0) };
+    (p.stiffness, p.damping) = (8.2e6, 4800.0);
+    p.stiffness_ratio = vec![1.0, 1.0, 48.0, 1.5, 7.5];
+    p.length_ratio = vec![1.23, 0.7, 1.06, 1.4, 1.02, 0.73];
+    p.x_start[..2].copy_from_slice(&[-1.2e-3, -8.5e-5]);
+    assert_energy(&run(&p, 2.16), 1e-13, "parting");
+}
+
 #[test]
 fn heights_angles_and_forces_on_the_support() {
     let mut p = lifted(2, 1, 60.0);

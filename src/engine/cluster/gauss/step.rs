@@ -85,7 +85,7 @@ impl Motion {
         self.begin(table);
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, 0.0, false, false);
         let smooth = self.on_arcs() && self.stretching_power().is_none();
-        let (mut turns, mut turned) = (0, [f64::INFINITY, 0.0]);
+        let (mut turns, mut turned) = (0, [f64::INFINITY, 0.0, 0.0]);
         let exponent = self.tracks[0].law.exponent; // contacts have one
         let sensitivity = SENSITIVITY * exponent * exponent;
         for count in 0..MOST {
@@ -158,19 +158,19 @@ impl Motion {
         Outcome::Failed
     }
 
-    /// Computes the directions anew, for `all` contacts or for those that press. Returns the change, and the largest so
-    /// far.
-    fn turn_on(&mut self, all: bool, [_, largest]: [f64; 2]) -> [f64; 2] {
+    /// Computes the directions anew, for `all` contacts or for those that press. Returns the change, the largest so far,
+    /// and the length of the step (s).
+    fn turn_on(&mut self, all: bool, [_, largest, _]: [f64; 3]) -> [f64; 3] {
         let change = self.turn(all);
-        [change, largest.max(change)]
+        [change, largest.max(change), self.length]
     }
 
-    /// Whether directions, and forces of gravity and drag, stand after these changes: the next one, and its part in the
-    /// accelerations.
-    fn stands(&self, [change, largest]: [f64; 2]) -> bool {
+    /// Whether directions, and forces of gravity and drag, stand after these changes, computed for a step of this
+    /// length (s): the next change, with that by which the end has moved since, and its part in the accelerations.
+    fn stands(&self, [change, largest, length]: [f64; 3]) -> bool {
         let (reach, drags) = (self.pace() * self.length, self.arcs.balls.iter().any(|ball| ball.gamma > 0.0));
         let gain = if drags { 2.0 * reach } else { reach * reach };
-        let next = change * (largest + gain);
+        let next = change * (largest + gain) + largest * (self.length / length - 1.0).abs();
         next <= STANDS && next * gain <= STANDS * largest
     }
 
