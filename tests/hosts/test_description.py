@@ -124,6 +124,12 @@ def test_the_table_has_every_variable_and_outputs_in_their_order(fmu):
     assert [unknown.variable.name for unknown in fmu.description.outputs] == list(fmu.outputs)
 
 
+def test_value_references_stay(fmu):
+    """They count the rows of the table: a row that is not its last would change those that follow."""
+    names = ("gravity", "x[1]", "pendulum.model", "F_support_vertical")
+    assert [fmu.variables[name].valueReference / 2**14 for name in names] == [0, 30, 60, 63]
+
+
 def test_states_of_model_exchange_in_their_order(fmu):
     states = ["x[1]", "overlap[#c]", "v[#n]", "impulse[#c]", "E_dissipated", "W_external"]
     rates = ["v[1]", "der(overlap[#c])", "a[#n]", "F[#c]", "der(E_dissipated)", "der(W_external)"]
