@@ -36,7 +36,7 @@ fn a_wave_through_a_hundred_steel_balls() {
     (parameters.contact_model, parameters.dead_band, parameters.gravity) = (ContactModel::Hertz, 0.0, 0.0);
     parameters.x_start.fill(0.0);
     parameters.v_start[0] = 1.0;
-    assert_bounds(&parameters, 0.02, 700, 36_500, 180..=200);
+    assert_bounds(&parameters, 0.02, 700, 36_500, 175..=200);
 }
 
 /// One ball strikes four that touch at 1 m/s: a few steps for each of the eight switchings, whether a power is a
