@@ -61,8 +61,8 @@ fn long_runs_keep_their_energy() {
     }
 }
 
-/// Unequal pendulums swing together, pressed by almost nothing: the turn of their directions moves the time at which two
-/// of them part.
+/// Unequal pendulums swing together, pressed by almost nothing: the turn of their directions moves the time at which
+/// two of them part.
 #[test]
 fn balls_part_under_hardly_any_force() {
     let mut p = Parameters { dead_band: 0.0, gravity: 10.2, radius: 5.0, length: 1.4, ..lifted(6, 0, 0.0) };

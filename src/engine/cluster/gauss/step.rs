@@ -26,7 +26,8 @@ const SENSITIVITY: f64 = 7.0;
 const NOISE: f64 = 2e-15;
 
 /// Rates, where forces depend on them, have converged if their next change, or the one after it with that factor, is
-/// less than this part of the scale of velocities; under strong damping long after the overlaps. Guarded by `deep_overlaps_at_the_start_of_lossy_contacts`.
+/// less than this part of the scale of velocities; under strong damping long after the overlaps. Guarded by
+/// `deep_overlaps_at_the_start_of_lossy_contacts`.
 const CONVERGED_RATE: f64 = 4e-15;
 
 /// Switchings are searched once the iteration changes overlaps by no more than this part of that of the contact that
@@ -158,8 +159,8 @@ impl Motion {
         Outcome::Failed
     }
 
-    /// Computes the directions anew, for `all` contacts or for those that press. Returns the change, the largest so far,
-    /// and the length of the step (s).
+    /// Computes the directions anew, for `all` contacts or for those that press. Returns the change, the largest so
+    /// far, and the length of the step (s).
     fn turn_on(&mut self, all: bool, [_, largest, _]: [f64; 3]) -> [f64; 3] {
         let change = self.turn(all);
         [change, largest.max(change), self.length]
