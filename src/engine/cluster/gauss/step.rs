@@ -137,14 +137,14 @@ impl Motion {
                 // Right after the end has moved far, the change falls faster than it will later.
                 let rate = (change / last_change).max(0.5 * last_rate);
                 // From this change to the next one or, with the sensitivity, to the one after it.
-                let ahead = |rate: f64| rate.min(1.0) * (sensitivity * rate).min(1.0);
+                let ahead = rate.min(1.0) * (sensitivity * rate).min(1.0);
                 let converged = change <= CONVERGED
-                    || (rate < 0.5 && change * ahead(rate) <= CONVERGED)
+                    || (rate < 0.5 && change * ahead <= CONVERGED)
                     || (change <= NOISE && rate > 0.5);
                 // Contacts in equilibrium do not change, however far the end of the step still moves.
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
-                if converged && of_rate * ahead(rate) <= CONVERGED_RATE * tolerance.speed {
+                if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.speed {
                     if self.on_arcs() && (turns < TURNS.len() || !self.stands(turned)) {
                         turned = self.turn_on(true, turned);
                         turns = TURNS.len();
