@@ -16,8 +16,7 @@ type Pairs = [f64; PAIRS];
 /// What all tables share.
 static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
 
-/// Nodes, weights and Lagrange polynomials. Aligned, so that instructions on two numbers can take
-/// them from memory.
+/// Nodes, weights and Lagrange polynomials. Aligned, so that instructions on two numbers can take them from memory.
 #[derive(Debug)]
 #[repr(align(16))]
 pub struct Rule {

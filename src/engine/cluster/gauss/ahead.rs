@@ -60,7 +60,7 @@ impl Motion {
 
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
     pub(super) fn fastest(&self, window: &Window, speed: f64) -> f64 {
-        // Laws of contacts differ in stiffness only.
+        // Contacts have one exponent and one reference overlap.
         let squared_time = |j: &usize| window.reduced_mass(*j) / self.tracks[*j].law.stiffness;
         let pressing = (0..self.tracks.len()).filter(|j| self.tracks[*j].mode == Mode::Pressing);
         let fastest = pressing.min_by(|a, b| squared_time(a).total_cmp(&squared_time(b)));
