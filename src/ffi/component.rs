@@ -123,12 +123,11 @@ pub(super) unsafe fn marked<T>(pointer: *mut c_void, magic: u64) -> Option<*mut 
 ///
 /// # Safety
 /// As for [`Component::from_raw`].
-#[inline]
 pub(crate) unsafe fn call<V: Version>(
     c: *mut c_void,
     function: &'static str,
     call: Call,
-    body: impl FnOnce(&mut Instance) -> Result<(), Refusal>,
+    body: &mut dyn FnMut(&mut Instance) -> Result<(), Refusal>,
 ) -> V::Status {
     // SAFETY: as the caller promises.
     let Some(component) = (unsafe { Component::<V>::from_raw(c) }) else { return V::status(Severity::Error) };

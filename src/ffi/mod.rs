@@ -24,10 +24,10 @@ macro_rules! export_by {
         pub unsafe extern "C" fn $name($component: $handle, $($argument: $type),*) -> $status {
             // SAFETY: the host's promises, see the module.
             unsafe {
-                let body =
+                let mut body =
                     |$instance: &mut crate::instance::Instance| -> Result<(), crate::variables::Refusal> { $body };
                 let call = crate::instance::Call::$call;
-                crate::ffi::call::<$version>($component, stringify!($name), call, body)
+                crate::ffi::call::<$version>($component, stringify!($name), call, &mut body)
             }
         }
     )*};

@@ -53,9 +53,9 @@ mod tests {
     }
 
     /// Resets the component, with `body` as the body of that call.
-    fn reset(c: *mut c_void, body: impl FnOnce(&mut Instance)) -> fmi2Status {
+    fn reset(c: *mut c_void, mut body: impl FnMut(&mut Instance)) -> fmi2Status {
         unsafe {
-            call::<Fmi2>(c, "fmi2Reset", Call::Reset, |instance| {
+            call::<Fmi2>(c, "fmi2Reset", Call::Reset, &mut |instance| {
                 body(instance);
                 instance.reset();
                 Ok(())

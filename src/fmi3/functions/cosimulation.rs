@@ -32,7 +32,7 @@ pub unsafe extern "C" fn fmi3DoStep(
         let end = &mut end;
         // SAFETY: the host's promises, here and below.
         let status = unsafe {
-            call::<Fmi3>(instance, "fmi3DoStep", legal, |instance| {
+            call::<Fmi3>(instance, "fmi3DoStep", legal, &mut |instance| {
                 let reached = body(instance)?;
                 *end = Some(reached);
                 answer("eventHandlingNeeded", eventHandlingNeeded, reached.events.into())?;
