@@ -21,12 +21,12 @@ pub(crate) trait Chain<S: Scalar = f64> {
 }
 
 /// The place of ball `i` on its path.
-fn place<S: Scalar>(chain: &impl Chain<S>, i: usize) -> Place<S> {
+fn place<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> Place<S> {
     chain.cradle().balls[i].place(chain.state_of(i).0)
 }
 
 /// The sum of the contact forces on ball `i` along its path, and that away from the pivot, N.
-fn pushed<S: Scalar>(chain: &impl Chain<S>, i: usize) -> [S; 2] {
+fn pushed<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> [S; 2] {
     let contacts = &chain.cradle().contacts;
     let from_left = if i > 0 { chain.force_of(i - 1) } else { S::default() };
     let from_right = if i < contacts.len() { chain.force_of(i) } else { S::default() };
@@ -48,7 +48,7 @@ fn pushed<S: Scalar>(chain: &impl Chain<S>, i: usize) -> [S; 2] {
 }
 
 /// Horizontal and vertical force, upwards, of ball `i` on the support, N: by the tension of its string and the drag.
-fn on_support<S: Scalar>(chain: &impl Chain<S>, i: usize) -> [S; 2] {
+fn on_support<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> [S; 2] {
     let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
     if !ball.on_arc {
         return [ball.support_force(s, u), -ball.mass * ball.gravity];
@@ -61,23 +61,23 @@ fn on_support<S: Scalar>(chain: &impl Chain<S>, i: usize) -> [S; 2] {
 
 // The functions of `Results`, which has their units.
 
-pub(crate) fn x<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn x<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     place(chain, i).x
 }
 
-pub(crate) fn v<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn v<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     chain.state_of(i).1 * place(chain, i).cos
 }
 
-pub(crate) fn angle<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn angle<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     chain.state_of(i).0 / chain.cradle().balls[i].length
 }
 
-pub(crate) fn y<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn y<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     place(chain, i).y
 }
 
-pub(crate) fn a<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn a<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
     let [force, _] = pushed(chain, i);
     if !ball.on_arc {
@@ -89,12 +89,12 @@ pub(crate) fn a<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     along * cos - u * u / ball.length * sin
 }
 
-pub(crate) fn kinetic_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn kinetic_energy<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     let (_, v) = chain.state_of(i);
     S::from(0.5) * chain.cradle().balls[i].mass * v * v
 }
 
-pub(crate) fn gravity_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn gravity_energy<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     let (ball, (x, _)) = (&chain.cradle().balls[i], chain.state_of(i));
     if ball.on_arc {
         return ball.mass * ball.gravity * ball.place(x).y;
@@ -102,11 +102,11 @@ pub(crate) fn gravity_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
     S::from(0.5) * ball.mass * ball.omega2 * x * x
 }
 
-pub(crate) fn contact_energy<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn contact_energy<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     chain.cradle().contacts[i].elastic_energy(chain.overlap_of(i))
 }
 
-pub(crate) fn total_energy<S: Scalar>(chain: &impl Chain<S>) -> S {
+pub(crate) fn total_energy<S: Scalar>(chain: &dyn Chain<S>) -> S {
     let Cradle { balls, contacts, .. } = chain.cradle();
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
         if ball.on_arc {
@@ -118,23 +118,23 @@ pub(crate) fn total_energy<S: Scalar>(chain: &impl Chain<S>) -> S {
     balls.iter().enumerate().map(of_ball).sum::<S>() + (0..contacts.len()).map(|i| contact_energy(chain, i)).sum()
 }
 
-pub(crate) fn momentum<S: Scalar>(chain: &impl Chain<S>) -> S {
+pub(crate) fn momentum<S: Scalar>(chain: &dyn Chain<S>) -> S {
     chain.cradle().balls.iter().enumerate().map(|(i, ball)| ball.mass * v(chain, i)).sum()
 }
 
-pub(crate) fn support_force<S: Scalar>(chain: &impl Chain<S>) -> S {
+pub(crate) fn support_force<S: Scalar>(chain: &dyn Chain<S>) -> S {
     (0..chain.cradle().balls.len()).map(|i| on_support(chain, i)[0]).sum()
 }
 
-pub(crate) fn support_force_vertical<S: Scalar>(chain: &impl Chain<S>) -> S {
+pub(crate) fn support_force_vertical<S: Scalar>(chain: &dyn Chain<S>) -> S {
     (0..chain.cradle().balls.len()).map(|i| on_support(chain, i)[1]).sum()
 }
 
-pub(crate) fn overlap_rate<S: Scalar>(chain: &impl Chain<S>, i: usize) -> S {
+pub(crate) fn overlap_rate<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> S {
     chain.cradle().pair(i).overlap_rate([chain.state_of(i), chain.state_of(i + 1)])
 }
 
-pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {
+pub(crate) fn dissipation<S: Scalar>(chain: &dyn Chain<S>) -> S {
     let Cradle { balls, contacts, .. } = chain.cradle();
     let of_ball = |(i, ball): (usize, &BallModel<S>)| {
         let (_, v) = chain.state_of(i);
@@ -147,14 +147,14 @@ pub(crate) fn dissipation<S: Scalar>(chain: &impl Chain<S>) -> S {
     balls.iter().enumerate().map(of_ball).sum::<S>() + contacts.iter().enumerate().map(of_contact).sum()
 }
 
-pub(crate) fn external_power<S: Scalar>(chain: &impl Chain<S>) -> S {
+pub(crate) fn external_power<S: Scalar>(chain: &dyn Chain<S>) -> S {
     let of_ball = |(i, ball): (usize, &BallModel<S>)| ball.mass * chain.forcing_of(i) * v(chain, i);
     chain.cradle().balls.iter().enumerate().map(of_ball).sum()
 }
 
 impl Differential {
     /// Derivatives of these outputs by the state of `chain` and the inputs.
-    pub(crate) fn along(chain: &impl Chain<Dual>) -> Self {
+    pub(crate) fn along(chain: &dyn Chain<Dual>) -> Self {
         let Cradle { balls, contacts, .. } = chain.cradle();
         let of_balls = |value: &dyn Fn(usize) -> Dual| (0..balls.len()).map(|i| value(i).tangent()).collect();
         let of_contacts = |value: &dyn Fn(usize) -> Dual| (0..contacts.len()).map(|i| value(i).tangent()).collect();

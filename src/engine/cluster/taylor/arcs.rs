@@ -99,7 +99,7 @@ impl<S: Scalar> Arcs<S> {
         k: usize,
         displacements: &[S],
         overlaps: &mut [S],
-        given: &impl Fn(usize) -> bool,
+        given: &dyn Fn(usize) -> bool,
     ) {
         let (stride, two, arcs) = (self.stride, S::from(2.0), self);
         for i in 0..window.models.len() {

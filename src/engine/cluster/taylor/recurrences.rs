@@ -35,8 +35,8 @@ impl<S: Scalar> Series<S> {
         &mut self,
         window: &Window<'_, S>,
         powers: &mut [Vec<S>],
-        negligible: impl Fn(usize) -> bool,
-        given: impl Fn(usize) -> bool,
+        negligible: &dyn Fn(usize) -> bool,
+        given: &dyn Fn(usize) -> bool,
     ) {
         for k in 0..self.order {
             for (j, powers) in powers.iter_mut().enumerate() {
@@ -45,9 +45,9 @@ impl<S: Scalar> Series<S> {
                 }
             }
             if window.models[0].on_arc {
-                self.expand_motion_on_arcs(window, k, &given);
+                self.expand_motion_on_arcs(window, k, given);
             } else {
-                self.expand_motion(window, k, &given);
+                self.expand_motion(window, k, given);
             }
         }
     }
@@ -68,7 +68,7 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
-    fn expand_motion(&mut self, window: &Window<'_, S>, k: usize, given: impl Fn(usize) -> bool) {
+    fn expand_motion(&mut self, window: &Window<'_, S>, k: usize, given: &dyn Fn(usize) -> bool) {
         let (stride, unit, contacts) = (self.stride, S::from(self.unit), window.models.len() - 1);
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let next = (k + 1) as f64;
@@ -110,7 +110,7 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the geometry.
-    fn expand_motion_on_arcs(&mut self, window: &Window<'_, S>, k: usize, given: &impl Fn(usize) -> bool) {
+    fn expand_motion_on_arcs(&mut self, window: &Window<'_, S>, k: usize, given: &dyn Fn(usize) -> bool) {
         let (stride, unit, next) = (self.stride, S::from(self.unit), (k + 1) as f64);
         for i in 0..window.models.len() {
             let (ball, at) = (window.models[i], i * stride);
@@ -143,8 +143,8 @@ impl<S: Scalar> Series<S> {
         self.fill(
             window,
             &mut vec![Vec::new(); contacts.len()],
-            |j| negligible[j] > 0.0 || !window.needs_force(j),
-            |_| false,
+            &|j| negligible[j] > 0.0 || !window.needs_force(j),
+            &|_| false,
         );
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So
         // more terms are checked than a gap has.
