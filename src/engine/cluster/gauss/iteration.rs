@@ -25,7 +25,8 @@ impl Motion {
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         let cube = length * length * length;
-        for (j, Track { overlap, rate, acceleration, jerk, snap, .. }) in self.tracks.iter().enumerate() {
+        for (j, Track { mode, overlap, rate, acceleration, jerk, snap, crackle, .. }) in self.tracks.iter().enumerate()
+        {
             let half = acceleration / 2.0;
             let mut reach = overlap.abs() + (rate.abs() + half.abs() * length) * length;
             // Fractional powers have no such derivatives at an onset, and large ones shortly after it: the polynomial
@@ -35,14 +36,18 @@ impl Motion {
                 reach = if size <= reach { reach + size } else { 0.0 };
                 if reach > 0.0 { term } else { 0.0 }
             };
-            let (third, fourth) = (unless_large(jerk / 6.0, cube), unless_large(snap / 24.0, cube * length));
+            let third = unless_large(jerk / 6.0, cube);
+            let fourth = unless_large(snap / 24.0, cube * length);
+            let fifth = unless_large(crackle / 120.0, cube * length * length);
             for (value, part) in self.at_nodes.overlaps[j].iter_mut().zip(&table.times) {
                 let t = length * part;
-                *value = overlap + (rate + (half + (third + fourth * t) * t) * t) * t;
+                *value = overlap + (rate + (half + (third + (fourth + fifth * t) * t) * t) * t) * t;
             }
-            for (value, part) in self.at_nodes.rates[j].iter_mut().zip(&table.times) {
-                let t = length * part;
-                *value = rate + (acceleration + (3.0 * third + 4.0 * fourth * t) * t) * t;
+            if *mode == Mode::Pressing || self.needs_rates {
+                for (value, part) in self.at_nodes.rates[j].iter_mut().zip(&table.times) {
+                    let t = length * part;
+                    *value = rate + (acceleration + (3.0 * third + (4.0 * fourth + 5.0 * fifth * t) * t) * t) * t;
+                }
             }
         }
     }

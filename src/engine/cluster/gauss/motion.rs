@@ -31,10 +31,11 @@ pub(super) struct Track {
     /// or would pull.
     pub slopes: (f64, f64),
     /// At the start: relative acceleration of the two, m/s2; its derivative by the contact forces, m/s3; roughly the
-    /// second one, m/s4 (0 on arcs).
+    /// second and the third one, m/s4 and m/s5 (0 on arcs).
     pub acceleration: f64,
     pub jerk: f64,
     pub snap: f64,
+    pub crackle: f64,
 }
 
 impl Track {
@@ -56,6 +57,7 @@ impl Track {
             acceleration: 0.0,
             jerk: 0.0,
             snap: 0.0,
+            crackle: 0.0,
         }
     }
 
@@ -131,8 +133,10 @@ pub(super) struct Moment {
     pub tau: Option<f64>,
     /// See [`Motion::weights`].
     pub weights: [Nodes; 3],
-    /// For each ball: displacement (m), change of velocity (m/s), and integral of the displacement (m.s).
+    /// For each ball: displacement (m), change of velocity (m/s), and integral of the displacement (m.s); the same of
+    /// the left ball relative to the right one for each contact, 0 if it does not press.
     pub balls: Vec<[f64; 3]>,
+    pub relative: Vec<[f64; 3]>,
     /// For each contact: overlap (m) and the change of its rate (m/s).
     pub contacts: Vec<[f64; 2]>,
 }
@@ -211,6 +215,7 @@ impl Motion {
         });
         self.for_each_under(derivative_of_force, |track, changes| track.jerk = track.pushed(changes));
         self.for_each_under(second_derivative_of_force, |track, changes| track.snap = track.pushed(changes));
+        self.for_each_under(third_derivative_of_force, |track, changes| track.crackle = track.pushed(changes));
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
         self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
         let lossy = self.tracks.iter().any(|track| !track.law.is_elastic());
@@ -307,7 +312,18 @@ fn derivative_of_force(track: &Track) -> f64 {
 /// The second one, N/s2: exact for an elastic force and for a dashpot, rough for other damping.
 fn second_derivative_of_force(track: &Track) -> f64 {
     let (by_overlap, by_rate) = track.slopes;
+    bend(track) * track.rate * track.rate + by_overlap * track.acceleration + by_rate * track.jerk
+}
+
+/// The third one, N/s3, as exact.
+fn third_derivative_of_force(track: &Track) -> f64 {
+    let (by_overlap, by_rate) = track.slopes;
+    let twist = (track.law.exponent - 2.0) * track.rate * track.rate / track.overlap.max(f64::MIN_POSITIVE);
+    bend(track) * (twist + 3.0 * track.acceleration) * track.rate + by_overlap * track.jerk + by_rate * track.snap
+}
+
+/// Second derivative of the force by the overlap, N/m2.
+fn bend(track: &Track) -> f64 {
     // Without overlap the slope is 0.
-    let bend = (track.law.exponent - 1.0) * by_overlap / track.overlap.max(f64::MIN_POSITIVE);
-    bend * track.rate * track.rate + by_overlap * track.acceleration + by_rate * track.jerk
+    (track.law.exponent - 1.0) * track.slopes.0 / track.overlap.max(f64::MIN_POSITIVE)
 }

@@ -42,18 +42,22 @@ impl Motion {
     fn compute_moment(&self, moment: &mut Moment, tau: f64) {
         (moment.tau, moment.weights) = (Some(tau), self.weights(tau));
         let weights = &moment.weights;
-        let [once, twice, _] = weights;
+        moment.relative.clear();
+        moment.relative.extend(self.tracks.iter().zip(&self.accelerations).map(|(track, a)| match track.mode {
+            Mode::Pressing => moved_by(weights, track.rate, a, tau),
+            Mode::Open | Mode::Clipped => [0.0; 3],
+        }));
         moment.balls.clear();
         if self.needs_balls() {
             let balls = self.flights.iter().zip(&self.ball_accelerations);
             moment.balls.extend(balls.map(|(flight, a)| moved_by(weights, flight.v, a, tau)));
         } else {
-            self.move_about_centres(&mut moment.balls, weights, tau);
+            self.move_about_centres(&mut moment.balls, &moment.relative, tau);
         }
         moment.contacts.clear();
         for (j, track) in self.tracks.iter().enumerate() {
             moment.contacts.push(if track.mode == Mode::Pressing {
-                self.overlap_by(once, twice, j, tau)
+                [track.overlap + moment.relative[j][0], moment.relative[j][1]]
             } else if self.on_arcs() {
                 let pair = Pair { balls: [&self.arcs.balls[j], &self.arcs.balls[j + 1]], law: &track.law };
                 let states = [j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v));
@@ -70,7 +74,7 @@ impl Motion {
 
     /// Equal pendulums without drag at `tau` (s): the centre of balls that press on each other flies, and the changes
     /// of the overlaps give their places about it.
-    fn move_about_centres(&self, balls: &mut Vec<[f64; 3]>, weights: &[Nodes; 3], tau: f64) {
+    fn move_about_centres(&self, balls: &mut Vec<[f64; 3]>, relative: &[[f64; 3]], tau: f64) {
         let (o, mut first) = (&self.oscillators[0], 0);
         let [_, u1, u2, u3]: [f64; 4] = o.basis(tau.into());
         for last in 0..self.flights.len() {
@@ -87,10 +91,9 @@ impl Motion {
             let [x, v, forcing] = sums.map(|sum| sum / all);
             let pull = forcing - o.omega2() * x;
             let mut place = [v * u1 + pull * u2, pull * u1 - v * o.omega2() * u2, v * u2 + pull * u3];
-            let changes = (first..last).map(|j| moved_by(weights, self.tracks[j].rate, &self.accelerations[j], tau));
             let (begin, mut right) = (balls.len(), all);
             balls.push(place);
-            for (j, change) in (first..).zip(changes) {
+            for (j, change) in (first..).zip(&relative[first..last]) {
                 right -= mass(j);
                 // All balls so far are farther left, by the mass share of those beyond.
                 let share = right / all;
@@ -100,12 +103,6 @@ impl Motion {
             }
             first = last + 1;
         }
-    }
-
-    /// Overlap of the pressing contact `j` (m) at `tau` and the change of its rate (m/s), by these weights.
-    fn overlap_by(&self, once: &Nodes, twice: &Nodes, j: usize, tau: f64) -> [f64; 2] {
-        let (track, accelerations) = (&self.tracks[j], &self.accelerations[j]);
-        [track.overlap + (track.rate * tau + weighted(twice, accelerations)), weighted(once, accelerations)]
     }
 
     /// The weights of the integral from the start to `tau` (s), s, of the double one, s2, and of the triple one, s3.
@@ -180,8 +177,8 @@ impl Motion {
             0.0 => [track.overlap, 0.0],
             tau if tau == self.length => self.moment(tau).contacts[j],
             _ => {
-                let [once, twice, _] = self.weights(tau);
-                self.overlap_by(&once, &twice, j, tau)
+                let [change, of_rate, _] = moved_by(&self.weights(tau), track.rate, &self.accelerations[j], tau);
+                [track.overlap + change, of_rate]
             }
         };
         // Where the overlap is 0, a dashpot acts all the same.

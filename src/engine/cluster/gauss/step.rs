@@ -223,10 +223,8 @@ impl Motion {
             self.accelerate(j);
             if self.may_close(j) {
                 self.move_contact(j, table, 0.0);
-                for _ in 0..2 {
-                    self.accelerate(j);
-                    self.move_contact(j, table, 0.0);
-                }
+                self.accelerate(j);
+                self.move_contact(j, table, 0.0);
             }
         }
         match self.first_switching(table, tolerance) {
