@@ -119,7 +119,7 @@ impl Motion {
             // Its force drives the balls apart and vanishes on the way: the rate follows from its remaining energy.
             let last = (track.rate * track.rate + 2.0 * own * track.overlap / (track.law.exponent + 1.0)).sqrt();
             let rate = (1.0 - LAST_IN_MEAN) * track.rate - LAST_IN_MEAN * last;
-            Some((rate, (track.acceleration + own).max(0.0)))
+            Some((rate, (track.accelerations[0] + own).max(0.0)))
         })
     }
 
@@ -132,7 +132,7 @@ impl Motion {
                 Mode::Clipped => track.rate < 0.0,
                 Mode::Pressing => false,
             };
-            switches.then_some((track.rate, track.acceleration))
+            switches.then_some((track.rate, track.accelerations[0]))
         })
     }
 

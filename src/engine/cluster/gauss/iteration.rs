@@ -25,8 +25,8 @@ impl Motion {
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         let cube = length * length * length;
-        for (j, Track { mode, overlap, rate, acceleration, jerk, snap, crackle, .. }) in self.tracks.iter().enumerate()
-        {
+        for (j, Track { mode, overlap, rate, accelerations, .. }) in self.tracks.iter().enumerate() {
+            let [acceleration, jerk, snap, crackle] = accelerations;
             let half = acceleration / 2.0;
             let mut reach = overlap.abs() + (rate.abs() + half.abs() * length) * length;
             // Fractional powers have no such derivatives at an onset, and large ones shortly after it: the polynomial

@@ -30,12 +30,9 @@ pub(super) struct Track {
     /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 for a contact that does not press, has no overlap,
     /// or would pull.
     pub slopes: (f64, f64),
-    /// At the start: relative acceleration of the two, m/s2; its derivative by the contact forces, m/s3; roughly the
-    /// second and the third one, m/s4 and m/s5 (0 on arcs).
-    pub acceleration: f64,
-    pub jerk: f64,
-    pub snap: f64,
-    pub crackle: f64,
+    /// At the start: relative acceleration of the two, m/s2, and its derivatives by the contact forces; roughly from the
+    /// second one on (0 on arcs).
+    pub accelerations: [f64; 4],
 }
 
 impl Track {
@@ -54,10 +51,7 @@ impl Track {
             unlike: none,
             pull: 0.0,
             slopes: if mode == Mode::Pressing { laws[j].force_slopes(overlap, rate) } else { (0.0, 0.0) },
-            acceleration: 0.0,
-            jerk: 0.0,
-            snap: 0.0,
-            crackle: 0.0,
+            accelerations: [0.0; 4],
         }
     }
 
@@ -89,7 +83,10 @@ impl Track {
 
     /// What has the sign of the way that its balls, at rest, begin to move: together if it is positive.
     pub fn first_change(&self) -> f64 {
-        if self.acceleration == 0.0 { self.jerk + self.forcing[1] } else { self.acceleration }
+        match self.accelerations {
+            [0.0, jerk, ..] => jerk + self.forcing[1],
+            [acceleration, ..] => acceleration,
+        }
     }
 
     /// Whether its balls are side by side, as far as rounding tells.
@@ -211,11 +208,14 @@ impl Motion {
         self.for_each_under(force, |track, forces| {
             let both = beside.next().map_or(0.0, |(left, right)| left.v + right.v);
             let swing = track.swing(track.overlap, track.rate) - 0.5 * track.unlike[1] * both;
-            track.acceleration = track.pushed(forces) + (track.pull + swing);
+            track.accelerations[0] = track.pushed(forces) + (track.pull + swing);
         });
-        self.for_each_under(derivative_of_force, |track, changes| track.jerk = track.pushed(changes));
-        self.for_each_under(second_derivative_of_force, |track, changes| track.snap = track.pushed(changes));
-        self.for_each_under(third_derivative_of_force, |track, changes| track.crackle = track.pushed(changes));
+        for k in 1..4 {
+            self.for_each_under(
+                |track| derivative_of_force(track, k),
+                |track, changes| track.accelerations[k] = track.pushed(changes),
+            );
+        }
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
         self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
         let lossy = self.tracks.iter().any(|track| !track.law.is_elastic());
@@ -265,11 +265,12 @@ impl Motion {
         let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
         let mut of = factors.iter();
         self.for_each_under(force, |track, forces| {
-            track.acceleration = of.next().map_or(0.0, |factors| pushed(*factors, forces)) + track.pull;
+            track.accelerations[0] = of.next().map_or(0.0, |factors| pushed(*factors, forces)) + track.pull;
         });
         let mut of = factors.iter();
-        self.for_each_under(derivative_of_force, |track, changes| {
-            track.jerk = of.next().map_or(0.0, |factors| pushed(*factors, changes));
+        let first = |track: &Track| derivative_of_force(track, 1);
+        self.for_each_under(first, |track, changes| {
+            track.accelerations[1] = of.next().map_or(0.0, |factors| pushed(*factors, changes));
         });
         (self.unlike, self.varies, self.drags) = (false, false, false);
         self.needs_rates = self.tracks.iter().any(|track| !track.law.is_elastic());
@@ -304,26 +305,17 @@ impl Motion {
     }
 }
 
-/// Derivative of the force of a contact by time at the start, N/s.
-fn derivative_of_force(track: &Track) -> f64 {
-    track.slopes.0 * track.rate + track.slopes.1 * track.acceleration
-}
-
-/// The second one, N/s2: exact for an elastic force and for a dashpot, rough for other damping.
-fn second_derivative_of_force(track: &Track) -> f64 {
-    let (by_overlap, by_rate) = track.slopes;
-    bend(track) * track.rate * track.rate + by_overlap * track.acceleration + by_rate * track.jerk
-}
-
-/// The third one, N/s3, as exact.
-fn third_derivative_of_force(track: &Track) -> f64 {
-    let (by_overlap, by_rate) = track.slopes;
-    let twist = (track.law.exponent - 2.0) * track.rate * track.rate / track.overlap.max(f64::MIN_POSITIVE);
-    bend(track) * (twist + 3.0 * track.acceleration) * track.rate + by_overlap * track.jerk + by_rate * track.snap
-}
-
-/// Second derivative of the force by the overlap, N/m2.
-fn bend(track: &Track) -> f64 {
-    // Without overlap the slope is 0.
-    (track.law.exponent - 1.0) * track.slopes.0 / track.overlap.max(f64::MIN_POSITIVE)
+/// Derivative `k` (1 to 3) of the force of a contact by time at the start, N/s^k: exact for an elastic force and for a
+/// dashpot, rough for other damping from the second one on.
+fn derivative_of_force(track: &Track, k: usize) -> f64 {
+    let Track { slopes: (by_overlap, by_rate), overlap, rate, accelerations, .. } = *track;
+    let (exponent, overlap) = (track.law.exponent, overlap.max(f64::MIN_POSITIVE)); // without overlap the slope is 0
+    let bend = (exponent - 1.0) * by_overlap / overlap;
+    let by_bend = match k {
+        1 => 0.0,
+        2 => bend * rate * rate,
+        _ => bend * ((exponent - 2.0) * rate * rate / overlap + 3.0 * accelerations[0]) * rate,
+    };
+    let moved = if k == 1 { rate } else { accelerations[k - 2] };
+    by_bend + by_overlap * moved + by_rate * accelerations[k - 1]
 }
