@@ -21,7 +21,9 @@ impl Build {
         if !self.set.is_empty() || !self.parameters.is_empty() {
             recipe.settings()?.doubts().iter().for_each(|doubt| eprintln!("warning: {doubt}"));
         }
-        if let Some(missing) = self.out.as_deref().and_then(Path::parent).filter(|folder| !exists(folder)) {
+        // An empty name is the current folder.
+        let missing = |folder: &&Path| *folder != Path::new("") && !folder.is_dir();
+        if let Some(missing) = self.out.as_deref().and_then(Path::parent).filter(missing) {
             return Err(Error::Usage(format!("--out: there is no folder {}", missing.display())));
         }
         let (ready, folder) = self.ready()?;
@@ -138,11 +140,6 @@ fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &s
 /// A path as typed from the current folder.
 fn shown(path: &Path) -> &Path {
     std::env::current_dir().ok().and_then(|here| path.strip_prefix(here).ok()).unwrap_or(path)
-}
-
-/// Whether this folder exists; an empty name is the current one.
-fn exists(folder: &Path) -> bool {
-    folder.as_os_str().is_empty() || folder.is_dir()
 }
 
 /// A word for the shell.
