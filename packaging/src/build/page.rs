@@ -77,8 +77,9 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
             Causality::StructuralParameter => start.balls().to_string(),
             _ => start_value(start, variables),
         };
-        let description = row.description.replace("{i}", "i").replace("{j}", "i+1");
-        line(name, row.unit(), &value, &(description + &remarks(row)))
+        let description = row.description.replace("{i}", "i").replace("{j}", "i+1") + &remarks(row);
+        let (unit, meaning) = (row.unit(), escaped(&description));
+        format!("<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{meaning}</td></tr>\n")
     };
     if standard == Standard::Fmi2 {
         let rows = TABLE.iter().enumerate().filter(|(_, row)| causalities.contains(&row.causality));
@@ -101,11 +102,6 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
             of(array.row, name, &mut array.variables(start.balls()))
         })
         .collect()
-}
-
-fn line(name: &str, unit: &str, value: &str, description: &str) -> String {
-    let description = escaped(description);
-    format!("<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{description}</td></tr>\n")
 }
 
 /// Start value, if it is the same for all balls or contacts; otherwise the first and the last.
