@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use cradle_packaging::archive;
 use cradle_packaging::build::{self, Binary, Choice, Preset, Ready, Standard, Workspace};
-use cradle_packaging::platform::{self, Platform};
+use cradle_packaging::platform::Platform;
 use cradle_packaging::{Error, environment, reference};
 use newtons_cradle::variables::MODEL_IDENTIFIER;
 
@@ -101,8 +101,7 @@ impl Build {
         for text in &self.binary {
             let refused = |reason: &str| Error::Usage(format!("--binary {text} is refused: {reason}"));
             let (folder, file) = text.split_once('=').ok_or_else(|| refused("allowed: PLATFORM=FILE"))?;
-            let platform = Platform::named(folder)
-                .ok_or_else(|| refused(&format!("allowed platforms: {}", platform::folders())))?;
+            let platform = Platform::named(folder).map_err(|reason| refused(&reason))?;
             add(&mut ready, platform, Path::new(file), &format!("--binary {folder}"))?;
         }
         let here = self.target.is_empty();

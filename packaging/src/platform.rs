@@ -29,9 +29,12 @@ pub static PLATFORMS: &[Platform] = &[
 const ARM_LINUX: &str = "aarch64-linux";
 
 impl Platform {
-    /// The platform with this folder.
-    pub fn named(folder: &str) -> Option<&'static Self> {
-        PLATFORMS.iter().find(|platform| platform.folder == folder)
+    /// The platform with this folder; the error lists all folders.
+    pub fn named(folder: &str) -> Result<&'static Self, String> {
+        PLATFORMS.iter().find(|platform| platform.folder == folder).ok_or_else(|| {
+            let folders: Vec<&str> = PLATFORMS.iter().map(|platform| platform.folder).collect();
+            format!("allowed platforms: {}", folders.join(", "))
+        })
     }
 
     fn of_tuple(tuple: &str) -> Option<&'static Self> {
@@ -129,12 +132,6 @@ pub fn libraries<'a>(entries: &'a Entries, identifier: &str, fmi3: bool) -> Vec<
         }
     }
     found
-}
-
-/// The folders, for messages.
-pub fn folders() -> String {
-    let folders: Vec<&str> = PLATFORMS.iter().map(|platform| platform.folder).collect();
-    folders.join(", ")
 }
 
 /// The platforms as targets of Rust, for messages.
