@@ -123,8 +123,7 @@ impl Platform {
 pub fn libraries<'a>(entries: &'a Entries, identifier: &str, fmi3: bool) -> Vec<(&'static Platform, String, &'a [u8])> {
     let mut found = Vec::new();
     for platform in PLATFORMS {
-        let folder = [platform.folder];
-        for folder in if fmi3 { platform.tuples } else { &folder } {
+        for folder in if fmi3 { platform.tuples } else { std::slice::from_ref(&platform.folder) } {
             let path = platform.path(folder, identifier);
             if let Some(library) = entries.get(&path) {
                 found.push((platform, path, library.as_slice()));
