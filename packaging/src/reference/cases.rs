@@ -2,8 +2,6 @@
 //! with the parameters that a host must set, also as a parameter set (SSV) of System Structure and Parameterization,
 //! version 1.0, or 2.0 for arrays.
 
-use std::fmt::Write;
-
 use newtons_cradle::variables::{
     Access, Causality, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable, enumerations, escaped, padding,
     variables,
@@ -82,7 +80,6 @@ impl Case {
              xmlns:ssc=\"http://ssp-standard.org/SSP1/SystemStructureCommon\"\n    \
              version=\"{version}\" name=\"{name}\" description=\"{title}\">\n  <ssv:Parameters>\n"
         );
-        // Writing to a string cannot fail, here and below.
         let mut written = None;
         for variable in &self.parameters {
             let is_array = is_array(variable);
@@ -99,13 +96,13 @@ impl Case {
             } else {
                 format!("<ssv:Real value=\"{value}\" unit=\"{unit}\"/>")
             };
-            let _ = writeln!(xml, "    <ssv:Parameter name=\"{name}\">{value}</ssv:Parameter>");
+            xml += &format!("    <ssv:Parameter name=\"{name}\">{value}</ssv:Parameter>\n");
         }
         xml.push_str("  </ssv:Parameters>\n  <ssv:Enumerations>\n");
         for enumeration in enumerations(false) {
-            let _ = writeln!(xml, "    <ssc:Enumeration name=\"{}\">", enumeration.type_name);
+            xml += &format!("    <ssc:Enumeration name=\"{}\">\n", enumeration.type_name);
             for item in enumeration.items {
-                let _ = writeln!(xml, "      <ssc:Item name=\"{}\" value=\"{}\"/>", item.name, item.value);
+                xml += &format!("      <ssc:Item name=\"{}\" value=\"{}\"/>\n", item.name, item.value);
             }
             xml.push_str("    </ssc:Enumeration>\n");
         }
@@ -113,7 +110,7 @@ impl Case {
         for Quantity { unit, exponents, .. } in QUANTITIES {
             let powers = ["kg", "m", "s"].into_iter().zip(exponents).filter(|(_, power)| **power != 0);
             let base: String = powers.map(|(base, power)| format!(" {base}=\"{power}\"")).collect();
-            let _ = writeln!(xml, "    <ssc:Unit name=\"{unit}\"><ssc:BaseUnit{base}/></ssc:Unit>");
+            xml += &format!("    <ssc:Unit name=\"{unit}\"><ssc:BaseUnit{base}/></ssc:Unit>\n");
         }
         xml.push_str("  </ssv:Units>\n</ssv:ParameterSet>\n");
         xml

@@ -8,7 +8,6 @@ mod cases;
 mod host;
 mod record;
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use newtons_cradle::variables::{MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME, escaped};
@@ -98,10 +97,8 @@ fn manifest(cases: &[Case], results: bool) -> String {
     );
     let mut related = |of_type: &str, source: &str, role: &str, description: &str, end: &str| {
         let description = escaped(description);
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            xml,
-            "  <Related type=\"{of_type}\" source=\"{source}\" role=\"{role}\" description=\"{description}\"{end}"
+        xml += &format!(
+            "  <Related type=\"{of_type}\" source=\"{source}\" role=\"{role}\" description=\"{description}\"{end}\n"
         );
     };
     for case in cases {
