@@ -3,11 +3,8 @@
 import textwrap
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from plots import plt
 
 QUANTITIES = {  # column: (title, colour map)
     "overlap": ("impulse shared by neighbouring pulses", "viridis"),

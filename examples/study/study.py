@@ -23,11 +23,11 @@ import numpy as np
 import one_run
 from dask.system import CPU_COUNT
 from distributed import Client, as_completed
-from maps import save_maps
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 import support
+from maps import save_maps
 from support import nc
 
 MEASURED = ["overlap", "last_ball", "middle_ball", "energy_left", "energy_error", "pulses"]
