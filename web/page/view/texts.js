@@ -1,7 +1,6 @@
 // What the page says: the tables of web/page/texts, one for each language.
 
-let tables = {}, language = "en", table = {};
-let plurals = new Intl.PluralRules("en"), roughly = new Intl.NumberFormat("en");
+let tables, language, table, plurals, roughly; // until `learn` has been called, nothing is said
 
 /** Takes the tables by language code, and chooses the first available of `languages`, otherwise English. */
 export function learn(all, languages = []) {
