@@ -19,12 +19,8 @@ pub type Entries = BTreeMap<String, Vec<u8>>;
 pub fn replace(path: &Path, contents: &[u8]) -> Result<(), Error> {
     let failed = |error: &dyn std::fmt::Display| Error::Failure(format!("cannot write {}: {error}", path.display()));
     let name = path.file_name().ok_or_else(|| failed(&"it names no file"))?;
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    let draft = folder.join(format!(".{}.{}", name.to_string_lossy(), std::process::id()));
-    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&draft, contents));
+    let draft = path.with_file_name(format!(".{}.{}", name.to_string_lossy(), std::process::id()));
+    let written = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&draft, contents));
     written.and_then(|()| fs::rename(&draft, path)).map_err(|error| {
         // It may not be there.
         let _ = fs::remove_file(&draft);
