@@ -205,12 +205,6 @@ mod tests {
 
     use super::*;
 
-    fn recipe(preset: &Preset) -> Recipe {
-        let mut choice = Choice::default();
-        choice.preset(preset).unwrap();
-        choice.recipe().unwrap()
-    }
-
     #[test]
     fn every_file_is_a_preset() {
         let listed: Vec<&str> = include_str!("../../presets/order.txt").lines().collect();
@@ -222,7 +216,9 @@ mod tests {
     #[test]
     fn a_preset_states_every_parameter_that_has_an_effect() {
         for preset in PRESETS {
-            let recipe = recipe(preset);
+            let mut choice = Choice::default();
+            choice.preset(preset).unwrap();
+            let recipe = choice.recipe().unwrap();
             let parameters = recipe.settings().unwrap().parameters;
             let stated = |name: &str| recipe.start.contains_key(name);
             // The solver is not part of a cradle.
