@@ -36,20 +36,17 @@ const TOLERANCE: f64 = 1e-6;
 pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result<Option<String>, Error> {
     let cases = cases(recipe)?;
     let names: Vec<&str> = cases.iter().map(|case| case.name).collect();
-    let (results, missing) = match record(entries, &names) {
-        Ok(results) => (results, None),
-        Err(reason) => (Vec::new(), Some(reason)),
-    };
+    let results = record(entries, &names);
     let mut put = |name: &str, text: String| entries.insert(format!("{FOLDER}/{name}"), text.into_bytes());
-    put("fmi-ls-manifest.xml", manifest(&cases, !results.is_empty()));
+    put("fmi-ls-manifest.xml", manifest(&cases, results.is_ok()));
     for case in &cases {
         put(&format!("{}.ssv", case.name), case.ssv(standard.has_arrays()));
     }
-    for (name, csv) in names.iter().zip(results) {
-        put(&format!("{name}.csv"), csv);
+    for (name, csv) in names.iter().zip(results.iter().flatten()) {
+        put(&format!("{name}.csv"), csv.clone());
     }
     entries.insert("documentation/fmi-ls-ref.txt".to_owned(), PAGE.as_bytes().to_vec());
-    Ok(missing)
+    Ok(results.err())
 }
 
 /// Checks that the FMU's binary for this machine computes the FMU's reference results.
