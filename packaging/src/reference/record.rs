@@ -81,22 +81,21 @@ pub fn run(folder: &Path, name: &str) -> Result<(), Error> {
         abort();
     });
     let written = csv(folder, name)
-        .and_then(|csv| fs::write(results(folder, name), csv).map_err(|error| format!("cannot write: {error}")));
+        .and_then(|csv| fs::write(results(folder, name), csv).map_err(|error| format!("cannot write: {error}").into()));
     written.map_err(|problem| Error::Failure(format!("{name}: {problem}")))
 }
 
 /// The results in the form of FMI's cross-check: quoted names, commas, numbers as in C.
-fn csv(folder: &Path, name: &str) -> Result<String, String> {
+fn csv(folder: &Path, name: &str) -> Result<String, Box<dyn std::error::Error>> {
     let resources = folder.join("resources");
-    let recipe = fs::read(resources.join(FILE_NAME)).map_err(|error| error.to_string())?;
-    let recipe = Recipe::from_json(&recipe).map_err(|error| error.to_string())?;
+    let recipe = Recipe::from_json(&fs::read(resources.join(FILE_NAME))?)?;
     let (of, times) = if name == EXPERIMENT {
         let steps = (STOP_TIME / STEP_SIZE).round() as u32;
         (START, (0..=steps).map(|step| f64::from(step) * STOP_TIME / f64::from(steps)).collect())
     } else {
         (name, times(recipe.balls))
     };
-    let cases = cases(&recipe).map_err(|error| error.to_string())?;
+    let cases = cases(&recipe)?;
     let case = cases.iter().find(|case| case.name == of).ok_or("there is no such case")?;
     // The first is the FMU as it is.
     let guid = Description::of(&cases[0].settings).guid();
