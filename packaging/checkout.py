@@ -91,9 +91,8 @@ def make_venv(requirements: Path) -> None:
         digest.update(file.read_bytes())
         wanted.append(digest.hexdigest())
     stamp, index = VENV / "requirements.sha256", REQUIREMENTS.index(requirements)
-    present, _, name = (
-        stamp.read_text().partition(" ") if PYTHON.exists() and stamp.exists() else ("", "", "")
-    )
+    known = stamp.read_text() if PYTHON.exists() and stamp.exists() else ""
+    present, _, name = known.partition(" ")
     if present in wanted[index:]:
         say("  .venv is up to date")
         return
@@ -118,9 +117,8 @@ def fmu_builds(*producer) -> tuple[list, dict]:
     options, environment = old_linux()
     FMU.parent.mkdir(parents=True, exist_ok=True)
     build = [*producer, "build", "--release", *options]
-    return [
-        [*build, "--balls", str(balls), "--out", path] for balls, path in ((5, FMU), (13, FMU13))
-    ], environment
+    commands = [[*build, "--balls", balls, "--out", path] for balls, path in ((5, FMU), (13, FMU13))]
+    return commands, environment
 
 
 def old_linux() -> tuple[list, dict]:
