@@ -16,12 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / "examples/paper"), str(ROOT / "benchmark")]
+sys.path += [str(Path(__file__).resolve().parents[2] / name) for name in ("examples/paper", "benchmark")]
 
-from plots import diagrams  # noqa: E402
-from rigid import impacts  # noqa: E402
-from support import command_line, nc, parsed, tracked  # noqa: E402
+from plots import diagrams
+from rigid import impacts
+from support import command_line, nc, parsed, tracked
 
 TIMES = np.linspace(0.0, 15.0, 301)  # s
 FREE = {"gravity": 0.0, "contact.deadBand": 0.0, "contact.gap": [1.0] * 3, "x_start": [0.0] * 4}
