@@ -58,8 +58,8 @@ class Column:
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: columns side by side, and a caption that says what to see. `height`: of a strip, in inches; `files`:
-    CSV files with its numbers, in the folder of the report."""
+    """A figure: columns of as many strips side by side, and a caption that says what to see. `height`: of a strip, in
+    inches; `files`: CSV files with its numbers, in the folder of the report."""
 
     name: str
     title: str
@@ -96,7 +96,7 @@ STYLE = {
 def save_picture(plot: Plot, path: Path, **options) -> None:
     """Draws a plot with its title and caption and writes it, as PNG or what the path's suffix says."""
     plt.rcParams.update(STYLE)
-    rows = max(len(column.strips) for column in plot.columns)
+    rows = len(plot.columns[0].strips)
     size = (9.0, 1.7 + plot.height * rows)
     shape = {"sharex": "col", "squeeze": False, "layout": "constrained", "figsize": size}
     figure, axes = plt.subplots(rows, len(plot.columns), **shape)
@@ -124,7 +124,7 @@ def diagrams(path: Path, height: float, **options):
 
 def _draw_column(column: Column, axes) -> None:
     view = next(iter(column.views.values()))
-    for strip, axis in zip(column.strips, axes, strict=False):
+    for strip, axis in zip(column.strips, axes, strict=True):
         for trace in strip.traces:
             kind = {"points": "o", "dashed": "--"}.get(trace.style, "-")
             width = 0.9 if trace.style == "dashed" else None
@@ -137,9 +137,5 @@ def _draw_column(column: Column, axes) -> None:
         axis.yaxis.set_major_locator(plt.MaxNLocator(4))
         if any(trace.label for trace in strip.traces):
             axis.legend(frameon=False, fontsize=8)
-    for axis in axes[len(column.strips) :]:
-        axis.set_visible(False)
     axes[0].set_title(column.title, fontsize=10, loc="left")
-    last = axes[len(column.strips) - 1]
-    last.tick_params(labelbottom=True)
-    last.set_xlabel(column.xlabel)
+    axes[-1].set_xlabel(column.xlabel)
