@@ -7,7 +7,6 @@ from xml.etree import ElementTree
 import newtons_cradle as nc
 import pytest
 from conftest import ROOT, ended, repacked
-from fmpy.ssp.ssd import read_ssv
 from live_page import node
 
 pytestmark = pytest.mark.all
@@ -21,21 +20,17 @@ def numbers(fmu, values: dict) -> dict:
 
 
 def in_set(fmu, path, source: str) -> dict:
-    """The values in a parameter set, which has the FMU's units. FMPy knows version 1 of SSP, which has no arrays."""
+    """The values in a parameter set, which has the FMU's units; in that of FMI 3.0 arrays have their size."""
     with zipfile.ZipFile(path) as archive:
         root = ElementTree.fromstring(archive.read(source))
-    if root.get("version") == "1.0":
-        parameters = read_ssv(path, source).parameters
-        for parameter in parameters:
-            assert parameter.type != "Real" or parameter.unit == (fmu.variables[parameter.name].unit or "1")
-        return numbers(fmu, {parameter.name: parameter.value for parameter in parameters})
     values = {}
-    for parameter in root.iter(f"{{{root.tag[1:].split('}')[0]}}}Parameter"):
+    for parameter in root.iterfind(".//{*}Parameter"):
         name, value, *size = parameter.get("name"), *parameter
         elements = value.get("value").split()
         assert not size or len(elements) == int(size[0].get("size")) == fmu.balls
         # Of contacts the last element belongs to none.
         named = {f"{name}[{i}]": text for i, text in enumerate(elements, 1)} if size else {name: elements[0]}
+        assert value.get("unit", "") == fmu.unit(next(iter(named)))
         values |= {key: text for key, text in named.items() if key != f"contact.gap[{fmu.balls}]"}
     return numbers(fmu, values)
 
