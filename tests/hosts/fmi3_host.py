@@ -2,7 +2,7 @@
 
 import numpy as np
 from fmpy.fmi3 import FMU3Model, FMU3Slave
-from newtons_cradle.run.slaves import Version3
+from newtons_cradle.run.slaves import Log, Version3
 
 BOTH = {"eventModeUsed": True, "earlyReturnAllowed": True}
 RESOLVED, MAPPED = 1, 2  # exchange.contacts
@@ -13,12 +13,9 @@ class Host(Version3):
 
     def make(self, **options):
         """Instantiates with logging into `lines`."""
-        self.lines = []
-
-        def log(_environment, status, category, message):
-            self.lines.append((status, category.decode(), message.decode()))
-
-        self.instantiate(**{"loggingOn": True, "logMessage": log} | options)
+        self.lines = Log()
+        options = {"loggingOn": True, "logMessage": lambda _, *said: self.lines.take(*said)} | options
+        self.instantiate(**options)
         return self
 
     def start(self, parameters=None, balls=None, **options):

@@ -11,7 +11,7 @@ from fmi3_host import BOTH
 
 def pulses(lines):
     """The pulses of the log: contact, onset, release, peak, impulse."""
-    return [nc.parse_pulse(text) for _, category, text in lines if category == "logEvents"]
+    return [nc.parse_pulse(line.text) for line in lines if line.category == "logEvents"]
 
 
 @pytest.mark.parametrize("options", [BOTH, {"eventModeUsed": True}])
