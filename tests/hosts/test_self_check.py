@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from conftest import ROOT, SCRIPTS, ended, repacked
 from fmpy.ssp.ssd import read_ssv
-from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.all
 
@@ -29,7 +28,6 @@ ENVIRONMENT = os.environ | {
 def test_parameter_sets_give_the_reference_results(producer, fmu_path, balls, tmp_path):
     """Each parameter set of the manifest, applied by FMPy, gives the results with the same label."""
     path = repacked(producer, fmu_path, tmp_path / "some.fmu", "--balls", balls)
-    assert validate_fmu(str(path)) == []
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path)
     files = {}
@@ -57,9 +55,9 @@ def test_parameter_sets_give_the_reference_results(producer, fmu_path, balls, tm
                 assert error <= 1e-9 * np.abs(expected[column]).max(), (name, column, error)
 
 
-def test_a_desk_cradle_comes_to_rest(producer, fmu_path, tmp_path):
+def test_a_desk_cradle_comes_to_rest(fmu_path):
     """Below 1 mm after about a minute."""
-    with nc.Fmu(repacked(producer, fmu_path, tmp_path / "desk.fmu", "--preset", "desk")) as fmu:
+    with nc.build(preset="desk", binaries=fmu_path) as fmu:
         result = fmu.simulate(stop=70.0, record=["x"])
     assert 50.0 < result["time"][np.abs(result["x"]).max(axis=1) > 1e-3][-1] < 65.0
 
