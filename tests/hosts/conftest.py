@@ -12,10 +12,11 @@ from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
-from newtons_cradle import files
+from newtons_cradle import files, testing
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
+cradle = testing.cradle  # a fixture
 AXE = "4.14.1"  # version of axe-core, which the tests install below target
 
 
@@ -71,17 +72,15 @@ def producer() -> Path:
 
 
 @pytest.fixture(scope="session")
-def fmu3_path(fmu_path, producer, tmp_path_factory):
-    """The FMU under test as one of FMI 3.0, with the same binaries."""
-    out = tmp_path_factory.mktemp("fmi3") / "NewtonsCradle.fmi3.fmu"
-    return repacked(producer, fmu_path, out, "--fmi", "3")
+def fmu3(cradle, fmu_path, producer) -> nc.Fmu:
+    """The FMU under test as one of FMI 3.0, with the same binaries, unpacked once."""
+    return cradle(fmi=3, binaries=fmu_path)
 
 
 @pytest.fixture(scope="session")
-def fmu3(fmu3_path) -> nc.Fmu:
-    """The FMU of FMI 3.0, unpacked once."""
-    with nc.Fmu(fmu3_path) as opened:
-        yield opened
+def fmu3_path(fmu3) -> Path:
+    """Its file."""
+    return fmu3.path
 
 
 @pytest.fixture
