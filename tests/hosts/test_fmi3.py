@@ -228,8 +228,6 @@ def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):
     options = {"output": ["x", "pulses"], "stop_time": 2.0, "use_event_mode": True}
     one, other = (fmpy.simulate_fmu(fmu, early_return_allowed=True, **options) for fmu in (path, fmu3_path))
     assert one.tobytes() == other.tobytes()
-    refused = ended(producer, "build", "--from", fmu_path, *without, "--out", path, code=2)
-    assert "together with --fmi 3" in refused.stderr
 
 
 @pytest.mark.parametrize("clocks", [[], ["--clocks", "none"]], ids=["clocks", "no clocks"])

@@ -17,11 +17,7 @@ def pulses(lines):
 @pytest.mark.parametrize("options", [BOTH, {"eventModeUsed": True}])
 def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
     cradle = make3().start(nc.preset("figure6"), **options)
-    ticks = cradle.told
-    if "earlyReturnAllowed" in options:
-        ticks += cradle.walk(0.0, 600.0)
-    else:
-        ticks += [tick for i in range(6) for tick in cradle.walk(100.0 * i, 100.0 * (i + 1))]
+    ticks = [*cradle.told, *(tick for i in range(6) for tick in cradle.walk(100.0 * i, 100.0 * (i + 1)))]
     log = pulses(cradle.lines)
     onsets = [(time, which) for tick in ticks if "onset" in tick for time, which in [tick["onset"]]]
     ended = [
