@@ -18,18 +18,12 @@ def modules(folder) -> dict:
 
 
 def paths(tree: str) -> list:
-    """The paths in a tree of a `use` declaration."""
-    if "{" not in tree:
-        return [tree.strip().split(" as ")[0].split("::")]
-    head, inner = tree.split("{", 1)
-    inner, branches, depth = inner.rsplit("}", 1)[0], [""], 0
-    for letter in inner:
-        depth += (letter == "{") - (letter == "}")
-        if letter == "," and depth == 0:
-            branches.append("")
-        else:
-            branches[-1] += letter
-    return [path for branch in branches if branch.strip() for path in paths(head.strip() + branch.strip())]
+    """The paths in a tree of a `use` declaration, whose innermost braces are resolved one after the other."""
+    while braces := re.search(r"([\w:]*){([^{}]*)}", tree):
+        head, branches = braces.groups()
+        tree = tree.replace(braces[0], ",".join(head + branch.strip() for branch in branches.split(",")))
+    found = (path.split(" as ")[0].strip() for path in tree.split(","))
+    return [path.split("::") for path in found if path and not path.endswith("::")]
 
 
 def imports(texts: dict) -> dict:
