@@ -4,20 +4,18 @@ documentation."""
 import os
 import re
 import sys
-import zipfile
 from html import unescape
+from pathlib import Path
 from xml.etree import ElementTree
 
 import fmpy
-import newtons_cradle as nc
 import numpy as np
 import pytest
-from conftest import ROOT, SCRIPTS, ended, repacked
+from conftest import ROOT, SCRIPTS, ended
 from fmpy.ssp.ssd import read_ssv
 
 pytestmark = pytest.mark.all
 
-FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 ENVIRONMENT = os.environ | {
     "PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}",
     "PYTHONPATH": str(ROOT / "python"),
@@ -25,14 +23,12 @@ ENVIRONMENT = os.environ | {
 
 
 @pytest.mark.parametrize("balls", [1, 5, 13])
-def test_parameter_sets_give_the_reference_results(producer, fmu_path, balls, tmp_path):
+def test_parameter_sets_give_the_reference_results(cradle, fmu_path, balls):
     """Each parameter set of the manifest, applied by FMPy, gives the results with the same label."""
-    path = repacked(producer, fmu_path, tmp_path / "some.fmu", "--balls", balls)
-    with zipfile.ZipFile(path) as archive:
-        archive.extractall(tmp_path)
-    files = {}
-    for related in ElementTree.parse(tmp_path / FOLDER / "fmi-ls-manifest.xml").getroot():
-        source = (tmp_path / FOLDER / related.get("source")).resolve()
+    fmu, files = cradle(balls=balls, binaries=fmu_path), {}
+    folder = Path(fmu.folder, "extra/org.fmi-standard.fmi-ls-ref")
+    for related in ElementTree.parse(folder / "fmi-ls-manifest.xml").getroot():
+        source = (folder / related.get("source")).resolve()
         assert source.exists(), source
         for label in related.findall("Label"):
             files.setdefault(label.get("name"), {})[related.get("role")] = source
@@ -42,31 +38,28 @@ def test_parameter_sets_give_the_reference_results(producer, fmu_path, balls, tm
         13: {"start", "figure3"},
     }
     assert set(files) == {f"cradle:{name}" for name in names[balls]}
-    with nc.Fmu(path) as fmu:
-        for name, roles in files.items():
-            expected = np.genfromtxt(roles["result"], delimiter=",", names=True, deletechars="")
-            set_up = read_ssv(str(roles["parameter"])).parameters
-            start = {p.name: fmu.number(p.name, p.value) for p in set_up}
-            columns, stop = list(expected.dtype.names)[1:], expected["time"][-1]
-            options = {"stop_time": stop, "output_interval": 0.1, "output": columns}
-            result = fmpy.simulate_fmu(str(path), start_values=start, **options)
-            for column in ("time", *columns):
-                error = np.abs(result[column] - expected[column]).max()
-                assert error <= 1e-9 * np.abs(expected[column]).max(), (name, column, error)
+    for name, roles in files.items():
+        expected = np.genfromtxt(roles["result"], delimiter=",", names=True, deletechars="")
+        set_up = read_ssv(str(roles["parameter"])).parameters
+        start = {p.name: fmu.number(p.name, p.value) for p in set_up}
+        columns, stop = list(expected.dtype.names)[1:], expected["time"][-1]
+        options = {"stop_time": stop, "output_interval": 0.1, "output": columns}
+        result = fmpy.simulate_fmu(str(fmu.path), start_values=start, **options)
+        for column in ("time", *columns):
+            error = np.abs(result[column] - expected[column]).max()
+            assert error <= 1e-9 * np.abs(expected[column]).max(), (name, column, error)
 
 
-def test_a_desk_cradle_comes_to_rest(fmu_path):
+def test_a_desk_cradle_comes_to_rest(cradle, fmu_path):
     """Below 1 mm after about a minute."""
-    with nc.build(preset="desk", binaries=fmu_path) as fmu:
-        result = fmu.simulate(stop=70.0, record=["x"])
+    result = cradle(preset="desk", binaries=fmu_path).simulate(stop=70.0, record=["x"])
     assert 50.0 < result["time"][np.abs(result["x"]).max(axis=1) > 1e-3][-1] < 65.0
 
 
-def test_the_lines_of_the_documentation_run(producer, fmu_path, tmp_path):
+def test_the_lines_of_the_documentation_run(cradle, fmu_path, tmp_path):
     """The Python program and the command of the page, as they stand."""
-    path = repacked(producer, fmu_path, tmp_path / "NewtonsCradle.fmu", "--balls", 2)
-    with zipfile.ZipFile(path) as archive:
-        page = archive.read("documentation/index.html").decode()
+    two = cradle(balls=2, out=tmp_path / "NewtonsCradle.fmu", binaries=fmu_path)
+    page = Path(two.folder, "documentation/index.html").read_text(encoding="utf-8")
     program, command = (
         unescape(re.search(rf'id="{name}"[^>]*>(.*?)</', page, re.DOTALL)[1])
         for name in ("python", "command")
