@@ -5,6 +5,7 @@ the environment variable CRADLE_FMU.
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -32,6 +33,14 @@ def repacked(producer: Path, fmu: Path, out: Path, *arguments) -> Path:
     """An FMU with the binaries of another one, packed anew with these arguments of `cradle-fmu build`."""
     ended(producer, "build", "--from", fmu, "--out", out, *arguments)
     return out
+
+
+def table(document: str, heading: str) -> dict[str, list[str]]:
+    """The first table below a heading, as the cells of each row by its first cell."""
+    text = (ROOT / document).read_text(encoding="utf-8").split(f"\n{heading}\n")[1]
+    rows = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)[0].splitlines()
+    cells = [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+    return {first: rest for first, *rest in cells}
 
 
 def pytest_addoption(parser):

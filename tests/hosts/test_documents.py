@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from checkout import FMU, VENV, host_target, old_linux
-from conftest import ROOT, ended
+from conftest import ROOT, ended, table
 from markdown_it import MarkdownIt
 
 pytestmark = pytest.mark.all
@@ -133,14 +133,6 @@ def test_every_link_leads_somewhere(document):
         assert target.exists(), f"{document}: {link}"
         if anchor:
             assert anchor in anchors(str(target.resolve().relative_to(ROOT))), f"{document}: {link}"
-
-
-def table(document: str, heading: str) -> dict[str, list[str]]:
-    """The first table below a heading, as the cells of each row by its first cell."""
-    text = (ROOT / document).read_text(encoding="utf-8").split(f"\n{heading}\n")[1]
-    rows = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)[0].splitlines()
-    cells = [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
-    return {first: rest for first, *rest in cells}
 
 
 def test_the_readme_shows_the_times_that_were_measured():

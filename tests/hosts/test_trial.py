@@ -5,13 +5,12 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT, ended
+from conftest import ended, table
 from newtons_cradle import Fmu, InvalidValue
 from newtons_cradle.trial import CASES, judge
 from newtons_cradle.trial.master import run
 from trial import HOSTS, by_fmpy, short, verdict
 
-DOCUMENT = (ROOT / "docs/hosts.md").read_text(encoding="utf-8")
 MISTAKES = [(name, wrong) for name, case in CASES.items() for wrong in (*case.other, *case.wrong)]
 
 
@@ -119,10 +118,9 @@ def test_the_program_hands_over(producer, folders):
 
 def expected(host: str) -> dict[str, str]:
     """The verdicts on a host in the document's table, by case, without digits."""
-    rows = [line.strip("|").split("|") for line in DOCUMENT.splitlines() if line.startswith("| ")]
-    head = next(row for row in rows if host in " ".join(row))
-    column = [cell.strip() for cell in head].index(host)
-    return {row[0].strip(" `"): numberless(row[column].strip()) for row in rows if len(row) == len(head)}
+    rows = table("docs/hosts.md", "## The hosts")
+    column = rows["case"].index(host)
+    return {case.strip("`"): numberless(verdicts[column]) for case, verdicts in rows.items()}
 
 
 def numberless(text: str) -> str:
