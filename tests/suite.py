@@ -31,15 +31,13 @@ from checkout import (
 # tests anew.
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU3 = FMU.with_suffix(".fmi3.fmu")
-HOSTS, FUZZ = (ROOT / "target" / name for name in ("hosts", "fuzz"))
+FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
 FEW_CASES = "15"  # of each property in `test` without `--all`
-OF_RUST_HOST = ["--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", HOSTS]
 CLIPPY = "clippy-driver"
 UNREACHABLE = "their database cannot be reached"  # accepted by `--strict`: installing something does not help
-LIBCLANG = "libclang is missing: on Debian, `apt install libclang-dev`"
 
 
 def counts(line: str, ignored: bool = True) -> tuple[int, int, int] | None:
@@ -195,7 +193,10 @@ def everything(results: Results) -> None:
     if not FMU3.exists():
         return results.fail("hosts: without the FMU they cannot run")
     # The tests of platforms keep one core busy.
-    return results.beside(python=lambda part: python_hosts(part, FMU, files=OF_PLATFORMS), others=rust_host)
+    return results.beside(
+        python=lambda part: python_hosts(part, FMU, files=OF_PLATFORMS),
+        others=lambda part: rust_host(part, "Rust host", "test"),
+    )
 
 
 def linting() -> dict:
@@ -247,7 +248,8 @@ def apart(results: Results, made: threading.Event) -> None:
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
-    fmi_sim(results)
+    # A host that tests/hosts/test_hosts.py runs if it is there.
+    rust_host(results, "fmi-sim", "build", "--package=fmi-sim", "--bin=fmi-sim")
 
 
 def unpacking() -> dict:
@@ -299,19 +301,13 @@ def python_hosts(results: Results, fmu: Path, *options, files="tests/hosts") -> 
     results.step("Python hosts", [*command, *cores])
 
 
-def rust_host(results: Results) -> None:
+def rust_host(results: Results, what: str, *command: str) -> None:
     """The crates `fmi` and `fmi-rs` as hosts: a workspace of its own, because the bindings of `fmi` need libclang."""
     if not has_libclang():
-        return results.skip("Rust host", LIBCLANG)
+        return results.skip(what, "libclang is missing: on Debian, `apt install libclang-dev`")
+    options = ["--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", ROOT / "target/hosts"]
     fmus = {"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(FMU3)}
-    return results.step("Rust host", ["cargo", "test", *OF_RUST_HOST], env=fmus)
-
-
-def fmi_sim(results: Results) -> None:
-    """fmi-sim, a host that tests/hosts/test_hosts.py runs if it is there: of the packages of the Rust host."""
-    if not has_libclang():
-        return results.skip("fmi-sim", LIBCLANG)
-    return results.step("fmi-sim", ["cargo", "build", "--package=fmi-sim", "--bin=fmi-sim", *OF_RUST_HOST])
+    return results.step(what, ["cargo", *command, *options], env=fmus)
 
 
 def has_libclang() -> bool:
