@@ -19,10 +19,8 @@ def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
     cradle = make3().start(nc.preset("figure6"), **options)
     ticks = [*cradle.told, *(tick for i in range(6) for tick in cradle.walk(100.0 * i, 100.0 * (i + 1)))]
     log = pulses(cradle.lines)
-    onsets = [(time, which) for tick in ticks if "onset" in tick for time, which in [tick["onset"]]]
-    ended = [
-        (tick["release"][0], *pulse) for tick in ticks if "release" in tick for pulse in tick["release"][1]
-    ]
+    onsets, releases = ([tick[edge] for tick in ticks if edge in tick] for edge in ("onset", "release"))
+    ended = [(time, *pulse) for time, which in releases for pulse in which]
     assert len(ended) == len(log) == sum(len(which) for _, which in onsets) == 2562
     # Order, times and values are those of the log.
     told = [(time, contact + 1, peak, impulse) for time, contact, impulse, peak, _ in ended]
