@@ -19,7 +19,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import ROOT, SCRIPTS, ended, repacked
+from conftest import ROOT, SCRIPTS, ended
 from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.all
@@ -31,11 +31,10 @@ QEMU = [[name, "-L", "/usr/aarch64-linux-gnu"] for name in ("qemu-aarch64-static
 WINE32 = ROOT / os.environ.get("CRADLE_WINE32", "target/wine32") / "wine"  # unpacked by .ci/wine32
 
 
-def test_start_values_count_whether_or_not_the_host_writes_them(producer, fmu_path, tmp_path):
+def test_start_values_count_whether_or_not_the_host_writes_them(cradle, fmu_path):
     """The same run from values in the FMU, from the host, and from both."""
     values = {"contact.stiffness": 1e9, "x_start[1]": -0.2, "ball.massRatio[3]": 2.0}
-    given = [part for name, value in values.items() for part in ("--set", f"{name}={value}")]
-    own = repacked(producer, fmu_path, tmp_path / "own.fmu", *given)
+    own = cradle(set=values, binaries=fmu_path).path
     runs = [
         fmpy.simulate_fmu(str(path), stop_time=2.0, output_interval=0.01, start_values=start)
         for path, start in ((own, {}), (own, values), (fmu_path, values))

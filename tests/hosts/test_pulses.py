@@ -29,9 +29,8 @@ def test_only_pulses_that_share_a_ball_can_overlap():
 
 def test_the_momentum_of_a_sequence_shows_a_missing_impulse():
     """Two balls' worth of momentum against the support's: a defect is found where it was put."""
-    time = np.array([0.0, 0.1, 0.2, 0.3])
-    dtype = [("time", "f8"), ("p_total", "f8"), ("F_support_mean", "f8")]
-    samples = np.array(list(zip(time, [0, -1, -2.5, -3.5], [0, 10, 10, 10], strict=True)), dtype=dtype)
+    columns = [0.0, 0.1, 0.2, 0.3], [0, -1, -2.5, -3.5], [0, 10, 10, 10]
+    samples = np.rec.fromarrays(columns, names="time, p_total, F_support_mean")
     result = nc.Result(samples, pulses((1, 0.15, 0.151)))
     assert nc.momentum_of_sequences(result) == pytest.approx([-0.5])
 
@@ -40,8 +39,7 @@ def test_overlap_of_neighbouring_pulses():
     """Triangles of height 1 and length 2 that begin one after the other share a quarter of their impulse."""
     time = np.linspace(0.0, 3.0, 301)
     triangle = [np.clip(1 - np.abs(time - middle), 0, None) for middle in (1.0, 2.0)]
-    dtype = [("time", "f8"), ("F[1]", "f8"), ("F[2]", "f8"), ("F[3]", "f8")]
-    samples = np.array(list(zip(time, *triangle, np.zeros(301), strict=True)), dtype=dtype)
+    samples = np.rec.fromarrays([time, *triangle, np.zeros(301)], names="time, F[1], F[2], F[3]")
     assert nc.overlaps(nc.Result(samples, pulses())) == pytest.approx([0.25, 0.0])
 
 
