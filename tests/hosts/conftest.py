@@ -13,7 +13,10 @@ from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
+from fmi3_host import Cradle
 from newtons_cradle import files, testing
+from newtons_cradle.page import PageError, save_page
+from newtons_cradle.views import from_fmu
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
@@ -95,7 +98,6 @@ def fmu3_path(fmu3) -> Path:
 @pytest.fixture
 def make3(fmu3):
     """Makes instances of the FMU of FMI 3.0."""
-    from fmi3_host import Cradle
 
     def make(version=Cradle):
         made.append(version(fmu3))
@@ -153,8 +155,6 @@ def axe() -> str:
 @pytest.fixture(scope="session")
 def live_path(tmp_path_factory) -> Path:
     """The page without a recording."""
-    from newtons_cradle.page import PageError, save_page
-
     path = tmp_path_factory.mktemp("live") / "cradle.html"
     try:
         save_page(path)
@@ -178,9 +178,6 @@ def page(browser, live_path):
 @pytest.fixture(scope="session")
 def recorded_path(fmu_path, tmp_path_factory) -> Path:
     """The page of the default experiment."""
-    from newtons_cradle.page import save_page
-    from newtons_cradle.views import from_fmu
-
     path = tmp_path_factory.mktemp("recorded") / "cradle.html"
     save_page(path, from_fmu(fmu_path))
     return path
