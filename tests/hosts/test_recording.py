@@ -45,15 +45,13 @@ def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
 
 
 ONE, TWO = "time,x[1],v[1]\n", "time,x[1],x[2],v[1],v[2],F[1]\n"
+NO_TABLE = "this is not a table of a run: its first line must name time, x[1], ..., separated by commas"
 
 
 #: What is in a file, what a command says of it, and what the page says where it has words of its own.
 REFUSED = [
-    ("", "this is not a table of a run: its first line must name time, x[1], ..., separated by commas"),
-    (
-        "time;x[1]\n0;1\n",
-        "this is not a table of a run: its first line must name time, x[1], ..., separated by commas",
-    ),
+    ("", NO_TABLE),
+    ("time;x[1]\n0;1\n", NO_TABLE),
     ("time,y\n0,1\n1,2\n", "missing: x[1], v[1]"),
     (ONE + "0,1,0\n1,1,0\n", "has only one ball. If the cradle has one, say `--balls 1`"),
     ("time,x[1],x[3],v[1],v[2],v[3],F[1],F[2]\n0,1,1,0,0,0,0,0\n", "of 3 balls is incomplete; missing: x[2]"),
