@@ -91,7 +91,6 @@ def either(request) -> nc.Fmu:
         (lambda fmu: nc.build(set={"ball.mass": (5, "g")}, binaries=fmu.path), "(5, 'g') is refused; allowed: a num"),
         (lambda fmu: nc.build(balls=0, binaries=fmu.path), "balls = 0 is refused; allowed: a whole number from 1 to"),
         (lambda fmu: nc.build(balls="7", binaries=fmu.path), "balls = '7' is refused; allowed: a whole number from 1"),
-        (lambda fmu: nc.build(balls=7, preset="desk", binaries=fmu.path), "preset desk is of 5 balls, not 7; leave"),
         (lambda fmu: nc.build(preset=nc.preset("desk"), binaries=fmu.path), "preset: a name such as 'desk' is needed"),
         (lambda fmu: nc.build(fmi=4, binaries=fmu.path), "fmi = 4 is refused; allowed: a whole number from 2 to 3"),
     ],
