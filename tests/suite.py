@@ -35,7 +35,6 @@ FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
-FEW_CASES = "15"  # of each property in `test` without `--all`
 CLIPPY = "clippy-driver"
 UNREACHABLE = "their database cannot be reached"  # accepted by `--strict`: installing something does not help
 
@@ -148,12 +147,10 @@ def test(options) -> int:
 
 def what_a_change_needs(results: Results) -> None:
     """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
-
-    def rust(part):
-        rust_style(part)
-        rust_tests(part, PROPTEST_CASES=FEW_CASES)
-
-    results.beside(python=lambda part: python_style(part, TESTS), rust=rust)
+    results.beside(
+        python=lambda part: python_style(part, TESTS),
+        rust=lambda part: rust_tests(part, PROPTEST_CASES="15"),  # cases of each property
+    )
     system, library = {
         "win32": ("win", "newtons_cradle.dll"),
         "darwin": ("darwin", "libnewtons_cradle.dylib"),
@@ -176,7 +173,11 @@ def everything(results: Results) -> None:
     def here(part):
         try:
             # The Python packages are there long before the FMU is linked by one of them.
-            part.beside(build=compiled, fuzz=fuzz, others=lambda lane: apart(lane, made))
+            part.beside(
+                build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
+                fuzz=fuzz,
+                others=lambda lane: apart(lane, made),
+            )
         finally:
             made.set()
         if FMU3.exists():
@@ -206,8 +207,9 @@ def linting() -> dict:
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
-    """All tests that cargo knows, with what builds the FMU. Unit tests run for a second: optimised, the library that
-    they are in would take half a minute longer to compile."""
+    """Style, and all tests that cargo knows, with what builds the FMU. Unit tests run for a second: optimised, the
+    library that they are in would take half a minute longer to compile."""
+    rust_style(results)
     kinds = {
         "Unit tests": (["--lib", "--bins"], {"CARGO_PROFILE_TEST_OPT_LEVEL": "0"}),
         "Rust tests": (["--test=*"], {}),
@@ -216,12 +218,6 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
     for what, (targets, unoptimised) in kinds.items():
         command = ["cargo", "test", "--workspace", "--no-fail-fast", *targets, *options]
         results.step(what, command, env=linting() | environment | unoptimised)
-
-
-def compiled(results: Results) -> None:
-    """Style, and all tests in Rust, which compile the root package."""
-    rust_style(results)
-    rust_tests(results, "--", "--include-ignored")
 
 
 def all_platforms(results: Results) -> None:
