@@ -1,6 +1,6 @@
 """The hosts on trial: the cases of the package in every host that is installed, as a table of verdicts.
 
-python tests/hosts/trial.py [FMU]      prints the table of docs/hosts.md
+.venv/bin/python tests/hosts/trial.py [FMU]      prints the table of docs/hosts.md
 """
 
 import json
@@ -14,18 +14,15 @@ from importlib import metadata
 from io import StringIO
 from pathlib import Path
 
+import fmpy
+import numpy as np
+from fmi3_host import Cradle
+from newtons_cradle import Fmu, files
+from newtons_cradle.trial import CASES, judge, write_cases
+from newtons_cradle.trial.master import interpolated
+from other_hosts import command, container
+
 ROOT = Path(__file__).resolve().parents[2]
-if __name__ == "__main__":
-    sys.path[:0] = [str(ROOT / "python"), str(ROOT / "tests/hosts")]
-
-import fmpy  # noqa: E402
-import numpy as np  # noqa: E402
-from fmi3_host import Cradle  # noqa: E402
-from newtons_cradle import Fmu, files  # noqa: E402
-from newtons_cradle.trial import CASES, judge, write_cases  # noqa: E402
-from newtons_cradle.trial.master import interpolated  # noqa: E402
-from other_hosts import command, container  # noqa: E402
-
 FMI_SIM = ROOT / "target/hosts/debug/fmi-sim"
 FMI_RS = ROOT / "target/hosts/debug/examples/run"
 
