@@ -11,15 +11,10 @@ from xml.etree import ElementTree
 import fmpy
 import numpy as np
 import pytest
-from conftest import ROOT, SCRIPTS, ended
+from conftest import SCRIPTS, ended
 from fmpy.ssp.ssd import read_ssv
 
 pytestmark = pytest.mark.all
-
-ENVIRONMENT = os.environ | {
-    "PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}",
-    "PYTHONPATH": str(ROOT / "python"),
-}
 
 
 @pytest.mark.parametrize("balls", [1, 5, 13])
@@ -64,8 +59,9 @@ def test_the_lines_of_the_documentation_run(cradle, fmu_path, tmp_path):
         unescape(re.search(rf'id="{name}"[^>]*>(.*?)</', page, re.DOTALL)[1])
         for name in ("python", "command")
     )
-    printed = ended(sys.executable, "-c", program, cwd=tmp_path, env=ENVIRONMENT).stdout.splitlines()
+    printed = ended(sys.executable, "-c", program, cwd=tmp_path).stdout.splitlines()
     assert len(printed) == 21 and "ball 1 at -0.1000 m" in printed[0]
-    ended("sh", "-c", command, cwd=tmp_path, env=ENVIRONMENT)
+    environment = os.environ | {"PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}"}
+    ended("sh", "-c", command, cwd=tmp_path, env=environment)
     header, *rows = (tmp_path / "result.csv").read_text().splitlines()
     assert '"x[2]"' in header and len(rows) == 1001
