@@ -1,6 +1,5 @@
 """The wheel in a bare virtual environment: no checkout, no Rust, no compiler."""
 
-import os
 import re
 import subprocess
 import sys
@@ -57,7 +56,6 @@ def bare(wheel, work, tmp_path_factory):
     offline = ["install", "-q", "--no-compile", "--no-index", "--find-links", downloads, wanted]
     subprocess.run([programs / "python", "-m", "pip", *offline], check=True)
     environment = {"PATH": str(programs), "HOME": str(work), "LANG": "C.UTF-8"}
-    environment |= {name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ}
     return lambda program, *arguments: ended(programs / program, *arguments, cwd=work, env=environment)
 
 
