@@ -1,6 +1,6 @@
 //! Inputs that change within a step: fmi2SetRealInputDerivatives.
 
-use cradle_host::{Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 /// Position and velocity at `t` of an undamped pendulum of 1 kg that starts at -0.1 m, at rest, under a force with
@@ -92,17 +92,17 @@ fn what_is_no_derivative_is_refused() {
         let status = unsafe {
             fmi2SetRealInputDerivatives(host.c, references.as_ptr(), 2, orders.as_ptr(), [1e3, value].as_ptr())
         };
-        assert_eq!(status, fmi2Error);
-        let error = host.error();
-        assert!(error.starts_with("fmi2SetRealInputDerivatives: ") && error.contains(expected), "{error}");
+        host.refused(status, &format!("fmi2SetRealInputDerivatives: {expected}"));
     };
     refused("F_ext[2]", 0, 1.0, "order of the derivative of F_ext[2] = 0 is refused; allowed: 1 to 3");
     refused("a_support", 4, 1.0, "order of the derivative of a_support = 4 is refused; allowed: 1 to 3");
-    refused("a_support", i32::MIN, 1.0, "allowed: 1 to 3");
+    refused("a_support", i32::MIN, 1.0, "order of the derivative of a_support = -2147483648 is refused");
     refused("F_ext[2]", 1, f64::NAN, "derivative 1 of F_ext[2] = NaN is refused; allowed: any finite value");
     refused("x[1]", 1, 1.0, "no derivative of x[1] can be set: only those of inputs can, and its causality is Output");
-    refused("ball.mass", 1, 1.0, "its causality is Parameter");
-    refused("contact.model", 1, 1.0, "its causality is Parameter");
+    for name in ["ball.mass", "contact.model"] {
+        let only = "only those of inputs can, and its causality is Parameter";
+        refused(name, 1, 1.0, &format!("no derivative of {name} can be set: {only}"));
+    }
     host.refused(unsafe { fmi2SetRealInputDerivatives(host.c, &u32::MAX, 1, &1, &1.0) }, "value reference 4294967295");
 
     let untouched = Host::started();

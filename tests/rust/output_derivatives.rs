@@ -1,6 +1,6 @@
 //! fmi2GetRealOutputDerivatives: time derivatives, checked against finite differences of a finely stepped run.
 
-use cradle_host::{Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 use crate::differences::{LAWS, names};
@@ -231,13 +231,12 @@ fn what_has_no_derivative_is_refused() {
         let status = unsafe {
             fmi2GetRealOutputDerivatives(host.c, references.as_ptr(), 2, [1, order].as_ptr(), values.as_mut_ptr())
         };
-        assert_eq!((status, values), (fmi2Error, [7.0; 2]));
-        let error = host.error();
-        assert!(error.starts_with("fmi2GetRealOutputDerivatives: ") && error.contains(expected), "{error}");
+        host.refused(status, &format!("fmi2GetRealOutputDerivatives: {expected}"));
+        assert_eq!(values, [7.0; 2]);
     };
     refused("x[2]", 0, "order of the derivative of x[2] = 0 is refused; allowed: 1 to 3");
     refused("F[2]", 4, "order of the derivative of F[2] = 4 is refused; allowed: 1 to 3");
-    refused("F[2]", i32::MIN, "allowed: 1 to 3");
+    refused("F[2]", i32::MIN, "order of the derivative of F[2] = -2147483648 is refused");
     refused("overlap[2]", 1, "overlap[2] has no such derivative; allowed: real outputs");
     refused("ball.mass", 1, "ball.mass has no such derivative");
     refused("F_ext[1]", 1, "F_ext[1] has no such derivative");
