@@ -112,6 +112,11 @@ impl Host {
         Self::default()
     }
 
+    /// The same, which logs all categories from the start.
+    pub fn logging() -> Self {
+        Instantiate { logging: true, ..Default::default() }.host().unwrap()
+    }
+
     /// A component of the FMU with this many balls.
     pub fn with_balls(balls: usize) -> Self {
         Self::of_kind(fmi2CoSimulation, balls)
@@ -140,9 +145,7 @@ impl Host {
 
     /// Sets up, enters and exits Initialization Mode.
     pub fn start(&self) {
-        assert_eq!(self.set_up(0.0), fmi2OK);
-        assert_eq!(self.enter(), fmi2OK);
-        assert_eq!(self.exit(), fmi2OK);
+        assert_eq!((self.set_up(0.0), self.enter(), self.exit()), (fmi2OK, fmi2OK, fmi2OK), "{:?}", self.log());
     }
 
     /// Sets up an experiment that starts at `start` (s), without tolerance and stop time.
@@ -188,6 +191,13 @@ impl Host {
 
     fn variable(&self, name: &str) -> Variable {
         Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}"))
+    }
+
+    /// The time that the last step has reached, s; none where there is no such step.
+    pub fn time(&self) -> Option<f64> {
+        let mut time = f64::NAN;
+        let status = unsafe { fmi2GetRealStatus(self.c, fmi2LastSuccessfulTime, &mut time) };
+        (status == fmi2OK).then_some(time)
     }
 
     /// Value reference of a variable.

@@ -2,14 +2,14 @@
 
 use std::ptr::null_mut;
 
-use cradle_host::{Host, Instantiate, Line, fmi2Error, fmi2OK, guid};
+use cradle_host::{Host, Line, fmi2Error, fmi2OK, guid};
 use newtons_cradle::fmi2::*;
 
 /// Values set before the start.
 type Setup = &'static [(&'static str, f64)];
 
 fn instantiated(setup: Setup) -> Host {
-    let host = Instantiate { logging: true, ..Default::default() }.host().unwrap();
+    let host = Host::logging();
     host.give(setup);
     host
 }
@@ -132,7 +132,7 @@ fn a_restored_run_goes_on_with_the_same_bits() {
             expected.push((whole.everything(), whole.log()));
         }
         // New at the first point; at the others it has come to the end before, and knows what lies behind them.
-        let restored = Instantiate { logging: true, ..Default::default() }.host().unwrap();
+        let restored = Host::logging();
         for (i, (bytes, values)) in saved.iter().enumerate() {
             assert_eq!(restored.set_bytes(bytes), fmi2OK, "{name}, point {i}: {:?}", restored.log());
             assert_eq!(&restored.to_bytes(), bytes, "{name}, point {i}");
