@@ -110,12 +110,11 @@ fn plus(y: &[f64], h: f64, rates: &[f64]) -> Vec<f64> {
 }
 
 impl<'a> Master<'a> {
-    /// Starts a component that has been set up at the time `start` (s).
-    pub fn start(host: &'a Host, start: f64) -> Self {
-        assert_eq!((host.set_up(start), host.enter(), host.exit()), (fmi2OK, fmi2OK, fmi2OK), "{:?}", host.log());
-        let mut master = Self { host, time: start, next: f64::INFINITY, events: 0, indicators: Vec::new() };
-        let info = host.update();
-        master.after(info);
+    /// Starts a component at t = 0.
+    pub fn start(host: &'a Host) -> Self {
+        host.start();
+        let mut master = Self { host, time: 0.0, next: f64::INFINITY, events: 0, indicators: Vec::new() };
+        master.after(host.update());
         master
     }
 
@@ -128,8 +127,7 @@ impl<'a> Master<'a> {
 
     /// An event now.
     pub fn event(&mut self) {
-        let info = self.host.event();
-        self.after(info);
+        self.after(self.host.event());
     }
 
     /// A step to the time `to` (s), with an event at its end if one is due.

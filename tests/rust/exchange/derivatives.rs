@@ -41,7 +41,7 @@ fn pressed((model, law, exponent): (i32, i32, f64), pendulum: f64) -> Host {
         ("a_support", 0.7),
         ("exchange.contacts", 1.0),
     ]);
-    Master::start(&host, 0.0);
+    Master::start(&host);
     host
 }
 
@@ -151,7 +151,7 @@ fn the_structure_is_what_depends() {
 #[test]
 fn rates_are_those_of_the_variables() {
     let host = Host::exchanging(BALLS);
-    let mut master = Master::start(&host, 0.0);
+    let mut master = Master::start(&host);
     for k in 1..20 {
         master.steps(0.1 * f64::from(k), 1e-3, Method::Rk4);
         for ((state, rate), (y, dy)) in states(BALLS).zip(host.states().into_iter().zip(host.rates())) {

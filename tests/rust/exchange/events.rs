@@ -20,7 +20,7 @@ const BOTH_ENDS: Values = &[("x_start[1]", -0.1), ("x_start[2]", 0.0), ("x_start
 fn balls_at_rest_in_touch_stay_so() {
     for contacts in [1, 2] {
         let host = with(AT_REST, contacts);
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         assert_eq!(master.next, f64::INFINITY);
         master.whole_steps(1.0, 1e-2, Method::Rk4);
         assert!(host.states().iter().all(|state| *state == 0.0));
@@ -32,7 +32,7 @@ fn balls_at_rest_in_touch_stay_so() {
 #[test]
 fn a_ball_hits_four_at_rest_in_touch() {
     let host = with(ONE_LIFTED, 2);
-    let mut master = Master::start(&host, 0.0);
+    let mut master = Master::start(&host);
     master.steps(1.0, 1e-3, Method::Rk4);
     let other = stepped(ONE_LIFTED, 1.0);
     assert_eq!(host.pulses(), other.pulses());
@@ -45,7 +45,7 @@ fn a_ball_hits_four_at_rest_in_touch() {
 #[test]
 fn ties_from_both_ends_stay_mirrored() {
     let host = with(BOTH_ENDS, 2);
-    let mut master = Master::start(&host, 0.0);
+    let mut master = Master::start(&host);
     for k in 1..=10 {
         master.steps(f64::from(k), 1e-3, Method::Rk4);
         let (x, pulses) = (host.each("x"), host.pulses());
@@ -73,7 +73,7 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
         assert_eq!(host.reset(), fmi2OK);
         host.give(values);
         host.give(&[("exchange.contacts", contacts.into())]);
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         if contacts == 2 {
             assert_eq!((host.get("F[1]"), host.get_boolean("inContact[1]")), (0.0, false));
         }
@@ -97,7 +97,7 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
         (fmi2OK, fmi2OK, fmi2OK)
     );
     let host = with(&[], 2);
-    let mut master = Master::start(&host, 0.0);
+    let mut master = Master::start(&host);
     master.steps(master.next - 1e-3, 1e-3, Method::Rk4);
     let (time, y) = (master.time, host.states());
     // Swings in closed form, to be there exactly.
@@ -131,7 +131,7 @@ fn a_chain_that_stays_pressed_is_resolved() {
     for (gravity, contacts) in [(9.81, 1), (9.81, 2), (0.0, 1), (0.0, 2)] {
         let values = [&[("gravity", gravity)], values].concat();
         let (other, host) = (stepped(&values, 1e-3), with(&values, contacts));
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         assert!(master.next < 1e-12);
         master.steps(2e-6, 1e-7, Method::Rk4);
         assert_eq!(master.next, f64::INFINITY);
@@ -157,7 +157,7 @@ fn a_short_impact_beside_a_pair_that_stays_pressed_is_mapped() {
             ("F_ext[5]", -1e3),
         ];
         let (host, other) = (with(values, 2), stepped(values, 1e-4));
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         assert_eq!((host.pulses()[..3].to_vec(), host.get("F[1]")), (vec![1, 0, 0], 0.0));
         assert_eq!(host.each("inContact"), [0.0, 0.0, 0.0, f64::from(closed)]);
         master.steps(1e-4, 1e-8, Method::Rk4);
@@ -173,7 +173,7 @@ fn a_short_impact_beside_a_pair_that_stays_pressed_is_mapped() {
 #[test]
 fn a_late_event_goes_back_to_every_onset() {
     let host = with(BOTH_ENDS, 2);
-    let mut master = Master::start(&host, 0.0);
+    let mut master = Master::start(&host);
     for k in 1..=500 {
         master.whole_steps(0.02 * f64::from(k), 0.02, Method::Euler);
         for i in 1..5 {
@@ -188,7 +188,7 @@ fn a_late_event_goes_back_to_every_onset() {
 fn an_event_with_nothing_due_changes_nothing() {
     for contacts in [1, 2] {
         let host = with(&[], contacts);
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         // Up to the first onset where the host would have to integrate it.
         for k in 1..if contacts == 1 { 14 } else { 40 } {
             master.steps(0.05 * f64::from(k), 1e-3, Method::Rk4);
@@ -207,7 +207,7 @@ fn an_event_with_nothing_due_changes_nothing() {
 fn a_resolved_pulse_is_that_of_co_simulation() {
     let other = stepped(&[], 0.71);
     let host = with(&[], 1);
-    let mut master = Master::start(&host, 0.0);
+    let mut master = Master::start(&host);
     master.steps(0.70, 1e-3, Method::Rk4);
     while master.time < 0.71 {
         let closed = host.each("inContact").contains(&1.0);

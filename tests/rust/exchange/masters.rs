@@ -14,7 +14,7 @@ fn figure_6(pendulum: f64) -> Vec<(&'static str, f64)> {
 fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
     for whole in [true, false] {
         let host = exchanging(&figure_6(1.0));
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         match whole {
             true => master.whole_steps(240.0, 1e-3, Method::Rk4),
             false => {
@@ -35,7 +35,7 @@ fn rk4_follows_figure_6_on_arcs() {
     let host = exchanging(&figure_6(2.0));
     // Near a contact an overlap changes within the time in which balls pass each other, 0.03 s. Later the impacts do
     // not come one after the other any more, and rounding grows.
-    Master::start(&host, 0.0).steps(4.0, 1e-4, Method::Rk4);
+    Master::start(&host).steps(4.0, 1e-4, Method::Rk4);
     pulses_are_those_of_co_simulation(&host, 2.0, 4.0);
 }
 
@@ -54,7 +54,7 @@ fn pulses_are_those_of_co_simulation(host: &Host, pendulum: f64, time: f64) {
 #[test]
 fn euler_leaves_exactly_what_euler_does() {
     let host = exchanging(&figure_6(1.0));
-    let mut master = Master::start(&host, 0.0);
+    let mut master = Master::start(&host);
     let (h, steps) = (1e-3, 20_000);
     master.whole_steps(f64::from(steps) * h, h, Method::Euler);
     // Every step multiplies the energy of a pendulum by 1 + omega^2 h^2, whatever its phase.
@@ -67,14 +67,14 @@ fn euler_leaves_exactly_what_euler_does() {
 #[test]
 fn one_ball_swings_and_two_free_balls_meet_once() {
     let alone = Host::exchanging(1);
-    let mut master = Master::start(&alone, 0.0);
+    let mut master = Master::start(&alone);
     assert_eq!((master.next, alone.states().len(), alone.indicators().len()), (f64::INFINITY, 4, 0));
     master.steps(1.0, 1e-3, Method::Rk4);
     let (x, expected) = (alone.get("x[1]"), -0.1 * 5f64.sqrt().cos());
     assert!((x - expected).abs() < 1e-12, "{x} {expected}");
     let pair = Host::exchanging(2);
     pair.give(&[("gravity", 0.0), ("v_start[1]", 1.0)]);
-    let mut master = Master::start(&pair, 0.0);
+    let mut master = Master::start(&pair);
     assert!((master.next - 0.100_002_6).abs() < 1e-12, "{}", master.next);
     master.steps(1.0, 0.1, Method::Euler);
     assert_eq!((pair.get_integer("pulses[1]"), master.next), (1, f64::INFINITY));

@@ -19,7 +19,7 @@ fn impacts_are_those_of_co_simulation() {
     for (restitution, pendulum) in [1.0, 0.9].into_iter().flat_map(|e| PENDULUMS.map(|model| (e, model))) {
         let values = rigid(pendulum, restitution, &[]);
         let (other, host) = (stepped(&values, 3.0), exchanging(&values));
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         master.steps(3.0, 1e-3, Method::Rk4);
         assert_eq!(host.pulses(), other.pulses(), "{restitution}");
         assert_close(&host, &other, &["x", "v", "impulse", "t_onset"], 1e-9);
@@ -33,7 +33,7 @@ fn pressed_balls_move_as_a_body_until_they_part() {
         [("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -3.0)];
     for pendulum in PENDULUMS {
         let host = exchanging(&rigid(pendulum, 0.5, &values));
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         for (i, force) in [(1, 4.6), (2, 4.2), (3, 3.8), (4, 3.4)] {
             assert!((host.get(&format!("F[{i}]")) - force).abs() < 1e-12);
             assert!(host.get_boolean(&format!("inContact[{i}]")));
@@ -57,7 +57,7 @@ fn chatter_comes_to_an_end() {
         [("contact.deadBand", 0.0), ("x_start[1]", -0.01), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -5.0)];
     for pendulum in PENDULUMS {
         let host = exchanging(&rigid(pendulum, 0.5, &values));
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         master.steps(2.0, 1e-3, Method::Rk4);
         assert!(master.events < 1000, "{}", master.events);
         assert!((1..5).all(|i| host.get_boolean(&format!("inContact[{i}]"))));

@@ -14,7 +14,7 @@ fn a_restored_run_goes_on_with_the_same_bits() {
     for (model, contacts, until) in [(1.0, 2.0, 1.0), (1.0, 1.0, 0.7025), (3.0, 2.0, 1.0)] {
         let host = Host::exchanging(5);
         host.give(&[("contact.model", model), ("exchange.contacts", contacts)]);
-        let mut master = Master::start(&host, 0.0);
+        let mut master = Master::start(&host);
         master.steps(until, 1e-3, Method::Rk4);
         let (time, next, bytes, state) = (master.time, master.next, host.to_bytes(), host.save());
         let go_on = |host: &Host| {

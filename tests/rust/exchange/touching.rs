@@ -15,7 +15,7 @@ const TOTAL: usize = 300;
 /// events.
 fn events(host: &Host, time: f64) -> (usize, usize, usize) {
     let onsets = || host.pulses().into_iter().sum::<i32>() as usize;
-    let mut master = Master::start(host, 0.0);
+    let mut master = Master::start(host);
     let (mut before, mut at, mut most) = (onsets(), master.events, 0);
     while master.time < time && most <= MOST && master.events < TOTAL {
         master.step((master.time + 1e-5).min(master.next).min(time), Method::Rk4);
