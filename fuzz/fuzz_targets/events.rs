@@ -4,6 +4,7 @@
 //! Forged states are refused, or can be looked at, written and gone on from.
 #![no_main]
 
+use std::fmt::Arguments;
 use std::ptr::null_mut;
 use std::sync::LazyLock;
 
@@ -89,8 +90,17 @@ impl Driver<'_> {
     /// Takes an answer: success where the call is legal and its arguments are `possible`, else the end of the run. Says
     /// whether it succeeded.
     fn take(&mut self, what: &Operation, possible: bool, status: fmi3Status) -> bool {
-        let (picture, legal) = (&self.picture, possible && self.picture.allows(what));
-        assert_eq!(status, if legal { fmi3OK } else { fmi3Error }, "{what:?} in {picture:?}");
+        self.take_of_setter(format_args!("{what:?}"), possible && self.picture.allows(what), true, status)
+    }
+
+    /// The same of a setter, which discards values that are not `valid`.
+    fn take_of_setter(&mut self, what: Arguments, legal: bool, valid: bool, status: fmi3Status) -> bool {
+        let expected = match (legal, valid) {
+            (false, _) => fmi3Error,
+            (true, false) => fmi3Discard,
+            (true, true) => fmi3OK,
+        };
+        assert_eq!(status, expected, "{what} in {:?}", self.picture);
         self.given_up(status)
     }
 
@@ -160,14 +170,8 @@ impl Driver<'_> {
                 Operation::SetBalls(balls) => {
                     let balls = u64::from(*balls) % (BALLS as u64 + 1);
                     let status = fmi3SetUInt64(c, &vr("n"), 1, &balls, 1);
-                    let allowed = self.picture.phase == Phase::Configuration;
-                    let expected = match (allowed, balls) {
-                        (false, _) => fmi3Error,
-                        (true, 0) => fmi3Discard,
-                        (true, _) => fmi3OK,
-                    };
-                    assert_eq!(status, expected, "{operation:?} in {:?}", self.picture);
-                    if self.given_up(status) {
+                    let legal = self.picture.phase == Phase::Configuration;
+                    if self.take_of_setter(format_args!("{operation:?}"), legal, balls > 0, status) {
                         self.picture.balls = balls as usize;
                     }
                 }
@@ -176,13 +180,8 @@ impl Driver<'_> {
                     let array = ITEMS[usize::from(*which) % ITEMS.len()];
                     let value = i64::from(*value);
                     let status = fmi3SetInt64(c, &array.reference(), 1, &value, 1);
-                    let expected = match (self.picture.may_set(array), array.variable(0).check_item(value).is_ok()) {
-                        (false, _) => fmi3Error,
-                        (true, false) => fmi3Discard,
-                        (true, true) => fmi3OK,
-                    };
-                    assert_eq!(status, expected, "{operation:?} of {array} in {:?}", self.picture);
-                    self.given_up(status);
+                    let (legal, valid) = (self.picture.may_set(array), array.variable(0).check_item(value).is_ok());
+                    self.take_of_setter(format_args!("{operation:?} of {array}"), legal, valid, status);
                 }
                 Operation::Get { which, excess } => {
                     let array = FLOATS[usize::from(*which) % FLOATS.len()];
@@ -366,19 +365,13 @@ impl Driver<'_> {
             let element = array.element(index, BALLS).or(array.element(0, BALLS));
             element.is_none_or(|variable| variable.row.range.contains(*value))
         };
-        if set.len() != n || !self.picture.may_set(array) {
-            assert_eq!(status, fmi3Error, "{operation:?} of {array} in {:?}", self.picture);
-        } else if !set.iter().all(|value| value.is_finite()) || !set.iter().enumerate().all(admitted) {
-            assert_eq!(status, fmi3Discard, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
-        } else {
-            assert_eq!(status, fmi3OK, "{operation:?} of {array} to {set:?} in {:?}", self.picture);
-            if self.picture.may_get(array) && array.element(0, BALLS).is_some_and(|own| own.row.settable()) {
-                assert_eq!(self.host.floats(&array.to_string(), n), set, "{array}");
-            }
-        }
-        if status == fmi3Discard {
+        let legal = set.len() == n && self.picture.may_set(array);
+        let valid = set.iter().all(|value| value.is_finite()) && set.iter().enumerate().all(admitted);
+        let told = array.element(0, BALLS).is_some_and(|own| own.row.settable());
+        if self.take_of_setter(format_args!("{operation:?} of {array} to {set:?}"), legal, valid, status) {
+            assert!(!told || !self.picture.may_get(array) || self.host.floats(&array.to_string(), n) == set, "{array}");
+        } else if status == fmi3Discard {
             assert!(self.host.to_bytes() == before, "{operation:?} was discarded and changed something");
         }
-        self.given_up(status);
     }
 }
