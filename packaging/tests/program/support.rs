@@ -41,14 +41,20 @@ pub fn run_in(folder: &Folder, arguments: &[&str]) -> Ended {
     ended(Command::new(PROGRAM).args(arguments).current_dir(&folder.0))
 }
 
-/// Writes an FMU with the library for this machine, unless the arguments name another source: the path. There must be
-/// no warning.
-pub fn build(folder: &Folder, name: &str, arguments: &[&str]) -> String {
+/// Writes an FMU with the library for this machine, unless the arguments name another source: the warnings.
+pub fn warnings(folder: &Folder, name: &str, arguments: &[&str]) -> String {
     let (out, library) = (folder.file(name), library());
-    let ours = if arguments.contains(&"--from") { vec![] } else { vec!["--binary", &library] };
+    let has_source = arguments.iter().any(|argument| ["--from", "--binary"].contains(argument));
+    let ours = if has_source { vec![] } else { vec!["--binary", &library] };
     let built = run(&[&["build", "--out", &out], &ours[..], arguments].concat());
-    assert_eq!((built.code, built.error.as_str()), (0, ""), "{arguments:?}");
-    out
+    assert_eq!(built.code, 0, "{arguments:?}: {}", built.error);
+    built.error
+}
+
+/// The same without a warning: the path.
+pub fn build(folder: &Folder, name: &str, arguments: &[&str]) -> String {
+    assert_eq!(warnings(folder, name, arguments), "", "{arguments:?}");
+    folder.file(name)
 }
 
 /// What `check` and `info` say of a sound FMU.
