@@ -11,14 +11,11 @@ fn critical() -> f64 {
     2.0 * (1e10f64 / 2.0).sqrt()
 }
 
-/// Five balls that two forces of `press` (N) hold together while they swing by 0.02 m.
-fn pressed(press: f64) -> (Parameters, Inputs) {
-    let mut parameters = Parameters::default_for(5);
-    parameters.x_start = vec![-0.02; 5];
-    parameters.damping = 0.5 * critical();
-    let mut inputs = Inputs::zero(5);
-    (inputs.force[0], inputs.force[4]) = (press, -press);
-    (parameters, inputs)
+/// Forces of `press` (N) that hold a row of balls together.
+fn pressing(balls: usize, press: f64) -> Inputs {
+    let mut inputs = Inputs::zero(balls);
+    (inputs.force[0], inputs.force[balls - 1]) = (press, -press);
+    inputs
 }
 
 /// A run under inputs with these derivatives at its start, by explicit steps only: inputs that are set anew time and
@@ -52,37 +49,31 @@ fn assert_same(name: &str, implicit: &Engine, explicit: &Engine) {
     }
 }
 
-/// Nonlinear or unequal chains; only the linear ones of equal pendulums have natural modes.
-fn chains() -> Vec<(&'static str, Parameters, Inputs)> {
+/// Five balls that swing by 0.02 m, nonlinear or unequal; only the linear ones of equal pendulums have natural modes.
+fn chains() -> Vec<(&'static str, Parameters)> {
+    let equal = Parameters { x_start: vec![-0.02; 5], damping: 0.5 * critical(), ..Parameters::default_for(5) };
+    let unequal = Parameters { mass_ratio: vec![1.0, 2.0, 1.5, 0.7, 1.0], ..equal.clone() };
     let mut chains = Vec::new();
-    for (name, model, exponent) in [
+    for (name, contact_model, exponent) in [
         ("cubic", ContactModel::PowerLaw, 3.0),
         ("exponent 2.3", ContactModel::PowerLaw, 2.3),
         ("Hertz", ContactModel::Hertz, 1.0),
         ("linear", ContactModel::PowerLaw, 1.0),
     ] {
-        for law in [DampingLaw::KelvinVoigt, DampingLaw::KelvinVoigtNoPull] {
-            let (mut parameters, inputs) = pressed(10.0);
-            (parameters.contact_model, parameters.exponent, parameters.damping_law) = (model, exponent, law);
-            parameters.mass_ratio = vec![1.0, 2.0, 1.5, 0.7, 1.0];
-            chains.push((name, parameters, inputs));
+        for damping_law in [DampingLaw::KelvinVoigt, DampingLaw::KelvinVoigtNoPull] {
+            chains.push((name, Parameters { contact_model, exponent, damping_law, ..unequal.clone() }));
         }
     }
     // Strong enough that it brings also such contacts to rest.
-    let (mut parameters, inputs) = pressed(10.0);
-    (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 1e4);
-    (parameters.exponent, parameters.damping) = (3.0, 0.0);
-    chains.push(("Hunt-Crossley", parameters, inputs));
+    let (damping_law, hunt_crossley) = (DampingLaw::HuntCrossley, 1e4);
+    let no_dashpots = Parameters { damping: 0.0, exponent: 3.0, ..equal.clone() };
+    chains.push(("Hunt-Crossley", Parameters { damping_law, hunt_crossley, ..no_dashpots.clone() }));
+    let (damping_law, relaxation_time) = (DampingLaw::Viscoelastic, 1e-4);
     for exponent in [1.5, 3.0] {
-        let (mut parameters, inputs) = pressed(10.0);
-        (parameters.damping_law, parameters.relaxation_time) = (DampingLaw::Viscoelastic, 1e-4);
-        (parameters.exponent, parameters.damping) = (exponent, 0.0);
-        chains.push(("viscoelastic", parameters, inputs));
+        chains.push(("viscoelastic", Parameters { damping_law, relaxation_time, exponent, ..no_dashpots.clone() }));
     }
-    let (mut parameters, inputs) = pressed(10.0);
-    (parameters.contact_model, parameters.drag) = (ContactModel::Hertz, 0.1);
-    parameters.length_ratio = vec![1.0, 1.1, 0.95, 1.0, 1.05];
-    chains.push(("unequal pendulums", parameters, inputs));
+    let (contact_model, length_ratio) = (ContactModel::Hertz, vec![1.0, 1.1, 0.95, 1.0, 1.05]);
+    chains.push(("unequal pendulums", Parameters { contact_model, length_ratio, drag: 0.1, ..equal }));
     chains
 }
 
@@ -94,7 +85,8 @@ fn implicit_steps_give_the_results_of_explicit_ones() {
         Inputs { force, support_acceleration: support }
     };
     let changing = [change(50.0, 1.0), change(-1e3, 20.0), change(1e4, -300.0)];
-    for (name, parameters, inputs) in chains() {
+    let inputs = pressing(5, 10.0);
+    for (name, parameters) in chains() {
         for derivatives in [&[Inputs::zero(5)][..], &changing] {
             let mut implicit = Engine::new(&parameters, &inputs, 0.0).unwrap();
             implicit.hold(&inputs, derivatives).unwrap();
@@ -106,8 +98,8 @@ fn implicit_steps_give_the_results_of_explicit_ones() {
 
 #[test]
 fn pressed_chains_swing_as_one() {
-    for (name, parameters, inputs) in chains().into_iter().filter(|(name, ..)| *name != "unequal pendulums") {
-        let engine = run_under(&parameters, &inputs, 100.0);
+    for (name, parameters) in chains().into_iter().filter(|(name, _)| *name != "unequal pendulums") {
+        let engine = run_under(&parameters, &pressing(5, 10.0), 100.0);
         let swing = -0.02 * libm::cos((9.81f64 / 1.962).sqrt() * 100.0);
         for i in 0..5 {
             // But for the dead bands, which the forces close.
@@ -257,12 +249,10 @@ fn balls_that_rattle() {
         for (unequal, press) in [(false, 19.0), (true, 19.0), (false, 20.0), (true, 20.0)] {
             let mut parameters =
                 Parameters { exponent, dead_band: 0.0, x_start: vec![0.0; 13], ..Parameters::default_for(13) };
-            let mut inputs = Inputs::zero(13);
-            (inputs.force[0], inputs.force[12]) = (press, -press);
             if unequal {
                 (parameters.mass_ratio[3], parameters.length_ratio[5]) = (2.0, 0.9);
             }
-            let engine = run_under(&parameters, &inputs, time);
+            let engine = run_under(&parameters, &pressing(13, press), time);
             let work = engine.work();
             assert!((work.steps as f64) < most * work.events as f64, "p = {exponent}, {unequal}: {work:?}");
             let residual = engine.energy_residual() / engine.external_work();
@@ -364,9 +354,7 @@ fn pressed_rows_settle_under_strong_dashpots() {
             let mut parameters = Parameters { damping, dead_band: 0.0, ..Parameters::default_for(balls) };
             parameters.x_start = vec![0.0; balls];
             parameters.x_start[0] = -lifted;
-            let mut inputs = Inputs::zero(balls);
-            (inputs.force[0], inputs.force[balls - 1]) = (press, -press);
-            let work = run_under(&parameters, &inputs, 600.0).work();
+            let work = run_under(&parameters, &pressing(balls, press), 600.0).work();
             assert!(work.steps < 1000, "{balls}, {press} N, {factor}: {work:?}");
         }
     }
