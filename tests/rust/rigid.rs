@@ -89,8 +89,7 @@ fn chatter_comes_to_its_end() {
     for restitution in [0.2, 0.5, 0.9, 0.99] {
         let mut p = rigid(2, restitution);
         (p.gravity, p.mass_ratio, p.x_start) = (0.0, vec![1.0, 3.0], vec![-0.01, 0.0]);
-        let mut inputs = Inputs::zero(2);
-        inputs.force = vec![2.0, 0.0];
+        let inputs = Inputs { force: vec![2.0, 0.0], ..Inputs::zero(2) };
         let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
         let fall = (2.0f64 * 0.01 / 2.0).sqrt();
         let end = fall * (1.0 + restitution) / (1.0 - restitution);
@@ -116,8 +115,7 @@ fn chatter_comes_to_its_end() {
 fn elastic_chatter_comes_to_its_end() {
     let mut p = rigid(2, 1.0);
     (p.gravity, p.drag, p.x_start) = (0.0, 2.0, vec![-0.01, 0.0]);
-    let mut inputs = Inputs::zero(2);
-    inputs.force = vec![2.0, 0.0];
+    let inputs = Inputs { force: vec![2.0, 0.0], ..Inputs::zero(2) };
     let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
     let mut pulses = Vec::new();
     engine.advance(10.0, &mut pulses).unwrap();

@@ -156,8 +156,7 @@ fn balls_that_touch_part_before_forces_press_them() {
 #[test]
 fn forces_press_balls_that_overlap_by_next_to_nothing() {
     for (overlap, v) in [(7e-23, 0.0), (3e-24, 0.0), (7e-23, 3e-27)] {
-        let mut parameters = Parameters { gravity: 0.0, dead_band: 0.0, ..Parameters::default_for(4) };
-        (parameters.mass, parameters.exponent, parameters.stiffness) = (0.37, 2.5, 2.8e4);
+        let mut parameters = Parameters { mass: 0.37, ..balls_that_touch(4, 2.5, 2.8e4) };
         parameters.x_start = (0..4).map(|i| -(f64::from(i) * overlap)).collect();
         parameters.v_start[2] = v;
         complete(&parameters, vec![0.3, 0.0, 0.0, -0.3], 0.09);
