@@ -53,9 +53,9 @@ fn unknowns() -> Vec<Variable> {
     outputs.chain(rates).filter(continuous).filter(|v| !["t_next", "F_peak"].contains(&v.row.name)).collect()
 }
 
-fn derivatives(host: &Host, unknowns: &[Variable], knowns: &[u32], direction: &[f64]) -> Vec<f64> {
+fn derivatives(host: &Host, unknowns: &[Variable], known: Variable) -> Vec<f64> {
     let references: Vec<u32> = unknowns.iter().map(Variable::reference).collect();
-    host.along(&references, knowns, direction)
+    host.along(&references, &[known.reference()], &[1.0])
 }
 
 /// The states with their places and steps for differences, and the inputs.
@@ -79,7 +79,7 @@ fn derivatives_are_differences() {
         assert!(host.get("F[1]") > 0.0);
         let (base, y) = (values(&host, &unknowns), host.states());
         for (known, place, step) in knowns(&host) {
-            let exact = derivatives(&host, &unknowns, &[known.reference()], &[1.0]);
+            let exact = derivatives(&host, &unknowns, known);
             let old = host.get(&known.to_string());
             let shifted = |by: f64| {
                 match place {
@@ -130,7 +130,7 @@ fn the_structure_is_what_depends() {
         for law in LAWS.into_iter().filter(|law| (law.0 == 3) == rigid) {
             let host = pressed(law, 1.0);
             for (known, ..) in knowns(&host) {
-                let exact = derivatives(&host, &unknowns, &[known.reference()], &[1.0]);
+                let exact = derivatives(&host, &unknowns, known);
                 for (unknown, _) in unknowns.iter().zip(&exact).filter(|(_, derivative)| **derivative != 0.0) {
                     seen.entry(unknown.to_string()).or_default().insert(known.to_string());
                 }

@@ -15,13 +15,12 @@ fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
     for whole in [true, false] {
         let host = exchanging(&figure_6(1.0));
         let mut master = Master::start(&host);
-        match whole {
-            true => master.whole_steps(240.0, 1e-3, Method::Rk4),
-            false => {
-                master.steps(20.0, 1e-3, Method::Rk4);
-                pulses_are_those_of_co_simulation(&host, 1.0, 20.0);
-                master.steps(240.0, 1e-3, Method::Rk4);
-            }
+        if whole {
+            master.whole_steps(240.0, 1e-3, Method::Rk4);
+        } else {
+            master.steps(20.0, 1e-3, Method::Rk4);
+            pulses_are_those_of_co_simulation(&host, 1.0, 20.0);
+            master.steps(240.0, 1e-3, Method::Rk4);
         }
         assert_eq!(host.pulses(), [171, 342, 342, 171]);
         let energy = host.get("E_total") / 5.0 - 1.0;
