@@ -184,6 +184,13 @@ impl Host {
         values
     }
 
+    /// The elements of an integer variable.
+    pub fn counts(&self, name: &str, length: usize) -> Vec<u64> {
+        let mut values = vec![u64::MAX; length];
+        assert_eq!(unsafe { fmi3GetUInt64(self.c, &vr(name), 1, values.as_mut_ptr(), length) }, fmi3OK, "{name}");
+        values
+    }
+
     /// The elements of a boolean variable.
     pub fn flags(&self, name: &str, length: usize) -> Vec<bool> {
         let mut values = vec![9; length];
