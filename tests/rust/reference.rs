@@ -7,7 +7,7 @@ use newtons_cradle::engine::{Engine, Next, Results, Simulation, Unrecorded};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
 use serde_json::Value;
 
-use crate::runs::{assert_energy, run, run_under, started, state};
+use crate::runs::{assert_energy, run, run_under, started, state, struck_chain};
 
 fn reference() -> Value {
     serde_json::from_str(include_str!("../data/reference.json")).unwrap()
@@ -36,19 +36,15 @@ fn damp(p: &mut Parameters, case: &Value) {
     }
 }
 
-/// A chain in the reference's units: m = k = 1, strikers at velocity 1, all contacts exactly in touch, no gravity.
+/// A chain in the reference's units.
 fn chain(case: &Value) -> Parameters {
     let masses = case["masses"].is_array().then(|| numbers(&case["masses"]));
     let n = case["N"].as_u64().map_or_else(|| masses.as_ref().unwrap().len(), |n| n as usize);
     let strikers = case["strikers"].as_u64().unwrap_or(1) as usize;
-    let mut p = Parameters::default_for(n);
-    (p.gravity, p.stiffness, p.overlap_ref, p.dead_band) = (0.0, 1.0, 1.0, 0.0);
-    p.exponent = number(&case["p"]);
+    let mut p = struck_chain(n, strikers, number(&case["p"]));
     if let Some(masses) = masses {
         p.mass_ratio = masses;
     }
-    p.x_start = vec![0.0; n];
-    p.v_start = (0..n).map(|i| if i < strikers { 1.0 } else { 0.0 }).collect();
     if case["alpha"].is_number() {
         (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, number(&case["alpha"]));
     } else if case["c"].is_number() {

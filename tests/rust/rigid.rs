@@ -6,14 +6,11 @@ use newtons_cradle::engine::{Engine, Pulse, Results};
 use newtons_cradle::model::{ContactModel, Inputs, Parameters, PendulumModel};
 
 use crate::arcs::period;
-use crate::runs::{assert_energy, started, state};
+use crate::runs::{assert_energy, started, state, touching};
 
 /// `n` rigid balls without dead band at rest in touch.
 fn rigid(n: usize, restitution: f64) -> Parameters {
-    let mut p = Parameters::default_for(n);
-    (p.contact_model, p.restitution, p.dead_band) = (ContactModel::Rigid, restitution, 0.0);
-    p.x_start = vec![0.0; n];
-    p
+    Parameters { contact_model: ContactModel::Rigid, restitution, ..touching(n) }
 }
 
 /// As many balls leave on one side as were lifted on the other, click after click, on lines and on arcs, and those that

@@ -3,6 +3,18 @@
 use newtons_cradle::engine::{Engine, Results, Unrecorded};
 use newtons_cradle::model::{Inputs, Parameters};
 
+/// `n` balls at rest side by side that just touch.
+pub fn touching(n: usize) -> Parameters {
+    Parameters { x_start: vec![0.0; n], dead_band: 0.0, ..Parameters::default_for(n) }
+}
+
+/// Such balls without gravity, the first `strikers` of them at 1 m/s; F = overlap^p in SI units.
+pub fn struck_chain(n: usize, strikers: usize, exponent: f64) -> Parameters {
+    let mut p = Parameters { gravity: 0.0, stiffness: 1.0, overlap_ref: 1.0, exponent, ..touching(n) };
+    p.v_start[..strikers].fill(1.0);
+    p
+}
+
 /// A cradle without inputs, at its start.
 pub fn started(p: &Parameters) -> Engine {
     Engine::new(p, &Inputs::zero(p.balls()), 0.0).unwrap()

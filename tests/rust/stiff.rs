@@ -4,7 +4,7 @@
 use newtons_cradle::engine::{Engine, Results, WorkCounters};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
 
-use crate::runs::{assert_energy, run, run_under, started};
+use crate::runs::{assert_energy, run, run_under, started, touching};
 
 /// Damping at which two balls of 1 kg on a linear contact of the default stiffness just do not oscillate, N.s/m.
 fn critical() -> f64 {
@@ -190,9 +190,7 @@ fn a_settled_cradle_costs_no_more_than_a_swinging_one() {
 
 /// `balls` balls in touch, the first `lifted` of them lifted by 0.1 m.
 fn cradle(balls: usize, lifted: usize, exponent: f64, stiffness: f64, damping: f64) -> Parameters {
-    let mut parameters = Parameters::default_for(balls);
-    (parameters.exponent, parameters.stiffness, parameters.damping) = (exponent, stiffness, damping);
-    (parameters.x_start, parameters.dead_band) = (vec![0.0; balls], 0.0);
+    let mut parameters = Parameters { exponent, stiffness, damping, ..touching(balls) };
     parameters.x_start[..lifted].fill(-0.1);
     parameters
 }
@@ -247,8 +245,7 @@ fn energy_of_fast_damping_on_slow_springs() {
 fn balls_that_rattle() {
     for (exponent, time, most) in [(1.5, 0.02, 5.0), (2.3, 0.02, 5.0), (3.0, 0.1, 3.0), (10.0, 0.1, 6.0)] {
         for (unequal, press) in [(false, 19.0), (true, 19.0), (false, 20.0), (true, 20.0)] {
-            let mut parameters =
-                Parameters { exponent, dead_band: 0.0, x_start: vec![0.0; 13], ..Parameters::default_for(13) };
+            let mut parameters = Parameters { exponent, ..touching(13) };
             if unequal {
                 (parameters.mass_ratio[3], parameters.length_ratio[5]) = (2.0, 0.9);
             }
@@ -316,14 +313,7 @@ fn drag_beyond_all_measure_costs_little() {
 fn strong_dashpots_between_balls_that_hardly_touch() {
     let patterns = [[1, -2, 0, 2, -1, 1, 0, -2, 2], [-1, 1, 2, -2, -2, 0, 1, 2, -1], [0, 0, 1, -1, 2, 1, -2, 0, 1]];
     for exponent in [1.5, 2.0, 3.0] {
-        let touching = Parameters {
-            x_start: vec![0.0; 9],
-            stiffness: 1e8,
-            damping: 1e5,
-            dead_band: 0.0,
-            exponent,
-            ..Parameters::default_for(9)
-        };
+        let touching = Parameters { stiffness: 1e8, damping: 1e5, exponent, ..touching(9) };
         let meeting = [0.0, 1e-17, 1e-13, 1e-9].map(|shift| {
             let mut parameters = touching.clone();
             (parameters.x_start[0], parameters.x_start[4]) = (-shift, shift);
@@ -351,8 +341,7 @@ fn pressed_rows_settle_under_strong_dashpots() {
     for (balls, press, lifted) in [(5, 1e-5, 0.0), (5, 9.41, 6.3e-4), (8, 0.0331, 4e-7)] {
         for factor in [2.0, 27.0, 6.1e4] {
             let damping = factor * critical();
-            let mut parameters = Parameters { damping, dead_band: 0.0, ..Parameters::default_for(balls) };
-            parameters.x_start = vec![0.0; balls];
+            let mut parameters = Parameters { damping, ..touching(balls) };
             parameters.x_start[0] = -lifted;
             let work = run_under(&parameters, &pressing(balls, press), 600.0).work();
             assert!(work.steps < 1000, "{balls}, {press} N, {factor}: {work:?}");

@@ -3,15 +3,14 @@
 use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
 
-use crate::runs::{assert_energy, run};
+use crate::runs::{assert_energy, run, touching};
 
 /// The next contact of a wave overlaps by less than rounding, and its balls move by less than that: nothing tells when
 /// it closes.
 #[test]
 fn balls_at_rest_but_for_rounding_do_not_stall_a_wave() {
     let (exponent, stiffness, mass) = (5.5, 1.70956e10, 0.25283);
-    let mut parameters = Parameters { exponent, stiffness, mass, dead_band: 0.0, ..Parameters::default_for(9) };
-    parameters.x_start.fill(0.0);
+    let mut parameters = Parameters { exponent, stiffness, mass, ..touching(9) };
     parameters.v_start[0] = 0.59288;
     let engine = run(&parameters, 1.73e-4);
     assert_energy(&engine, 2e-14, "a wave");
@@ -38,10 +37,7 @@ fn complete_under(parameters: &Parameters, forces: Vec<Vec<f64>>, time: f64, all
 
 /// Balls of 1 kg that touch without gravity.
 fn balls_that_touch(balls: usize, exponent: f64, stiffness: f64) -> Parameters {
-    let mut parameters = Parameters { gravity: 0.0, dead_band: 0.0, ..Parameters::default_for(balls) };
-    (parameters.mass, parameters.exponent, parameters.stiffness) = (1.0, exponent, stiffness);
-    parameters.x_start.fill(0.0);
-    parameters
+    Parameters { gravity: 0.0, exponent, stiffness, ..touching(balls) }
 }
 
 /// Forces that only grow from 0 part balls at rest before a wave presses them, or press them: which of it, no

@@ -6,6 +6,8 @@ use std::ops::RangeInclusive;
 use newtons_cradle::engine::Simulation;
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 
+use crate::runs::touching;
+
 /// A run without inputs takes at most so many steps and evaluations, and so many events.
 fn assert_bounds(parameters: &Parameters, time: f64, steps: u64, evaluations: u64, events: RangeInclusive<u64>) {
     let mut run = Simulation::new(parameters, &Inputs::zero(parameters.balls()), 0.0).unwrap();
@@ -32,9 +34,7 @@ fn a_minute_of_touching_steel_balls() {
 /// but for the first and the last ones.
 #[test]
 fn a_wave_through_a_hundred_steel_balls() {
-    let mut parameters = Parameters::default_for(100);
-    (parameters.contact_model, parameters.dead_band, parameters.gravity) = (ContactModel::Hertz, 0.0, 0.0);
-    parameters.x_start.fill(0.0);
+    let mut parameters = Parameters { contact_model: ContactModel::Hertz, gravity: 0.0, ..touching(100) };
     parameters.v_start[0] = 1.0;
     assert_bounds(&parameters, 0.02, 700, 36_500, 175..=200);
 }
@@ -43,9 +43,8 @@ fn a_wave_through_a_hundred_steel_balls() {
 /// product or not.
 #[test]
 fn a_collision_with_any_exponent() {
-    let mut parameters = Parameters::default_for(5);
-    parameters.x_start.fill(0.0);
-    (parameters.x_start[0], parameters.v_start[0], parameters.dead_band) = (-1e-3, 1.0, 0.0);
+    let mut parameters = touching(5);
+    (parameters.x_start[0], parameters.v_start[0]) = (-1e-3, 1.0);
     for exponent in [1.25, 1.5, 1.7, 2.0, 2.3, 2.75, 3.0, 4.0] {
         parameters.exponent = exponent;
         assert_bounds(&parameters, 2e-3, 27, 550, 8..=8);

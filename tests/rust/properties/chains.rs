@@ -6,16 +6,7 @@ use proptest::prelude::*;
 
 use super::config;
 use super::cradles::{decades, distance, exponents};
-use crate::runs::{run, state};
-
-/// `n` balls of 1 kg in touch, the first `strikers` of them at 1 m/s; F = overlap^p in SI units.
-fn chain(n: usize, strikers: usize, exponent: f64) -> Parameters {
-    let mut p = Parameters::default_for(n);
-    (p.gravity, p.stiffness, p.overlap_ref, p.dead_band, p.exponent) = (0.0, 1.0, 1.0, 0.0, exponent);
-    p.x_start = vec![0.0; n];
-    p.v_start = (0..n).map(|i| if i < strikers { 1.0 } else { 0.0 }).collect();
-    p
-}
+use crate::runs::{run, state, struck_chain};
 
 /// What is left when everything has come apart, by `time` (s).
 struct Outcome {
@@ -53,20 +44,20 @@ proptest! {
         (stiffness, overlap_ref) in (decades(-2.0, 14.0), decades(-8.0, 0.0)),
         (mass, velocity) in (decades(-3.0, 3.0), decades(-3.0, 1.0)),
     ) {
-        let unit = outcome(&chain(n, strikers, exponent), 200.0);
-        let other = outcome(&chain(n, n - strikers, exponent), 200.0);
+        let unit = outcome(&struck_chain(n, strikers, exponent), 200.0);
+        let other = outcome(&struck_chain(n, n - strikers, exponent), 200.0);
         let expected: Vec<f64> = other.velocities.iter().rev().map(|v| 1.0 - v).collect();
         let off = distance(&unit.velocities, &expected);
         prop_assert!(off < 1e-11, "exchanged: off by {off:e}");
 
-        let mut p = chain(n, strikers, exponent);
+        let mut p = struck_chain(n, strikers, exponent);
         p.v_start.iter_mut().for_each(|v| *v += common);
         let moving = outcome(&p, 200.0);
         let velocities: Vec<f64> = moving.velocities.iter().map(|v| v - common).collect();
         let off = distance(&velocities, &unit.velocities).max(distance(&moving.impulses, &unit.impulses));
         prop_assert!(off < 1e-10, "moving: off by {off:e}");
 
-        let mut p = chain(n, strikers, exponent);
+        let mut p = struck_chain(n, strikers, exponent);
         (p.stiffness, p.overlap_ref, p.mass) = (stiffness, overlap_ref, mass);
         p.v_start.iter_mut().for_each(|v| *v *= velocity);
         let coefficient = stiffness * overlap_ref.powf(1.0 - exponent);
