@@ -8,8 +8,9 @@ use super::config;
 use super::cradles::{ANY, ARCS, Case, cradles, ended_early, rigid};
 use crate::methods::bits;
 
-fn pulse_bits(pulse: &Pulse) -> (usize, [u64; 4]) {
-    (pulse.contact, [pulse.onset, pulse.release, pulse.peak, pulse.impulse].map(f64::to_bits))
+fn pulse_bits(pulses: &[Pulse]) -> Vec<(usize, [u64; 4])> {
+    let numbers = |pulse: &Pulse| [pulse.onset, pulse.release, pulse.peak, pulse.impulse].map(f64::to_bits);
+    pulses.iter().map(|pulse| (pulse.contact, numbers(pulse))).collect()
 }
 
 /// What two runs of `case` leave at their common `times`, the second with `between` more communication points in each
@@ -40,9 +41,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
         }
         last = time;
     }
-    let coarse: Vec<_> = coarse_pulses.iter().map(pulse_bits).collect();
-    let fine: Vec<_> = fine_pulses.iter().map(pulse_bits).collect();
-    prop_assert_eq!(coarse, fine);
+    prop_assert_eq!(pulse_bits(&coarse_pulses), pulse_bits(&fine_pulses));
     Ok(())
 }
 
@@ -85,8 +84,7 @@ fn looks_change_nothing(
         prop_assert!(pieces.time() >= before);
     }
     prop_assert_eq!(bits(&whole, n), bits(&pieces, n));
-    let of = |pulses: &[Pulse]| pulses.iter().map(pulse_bits).collect::<Vec<_>>();
-    prop_assert_eq!(of(&pulses), of(&of_pieces));
+    prop_assert_eq!(pulse_bits(&pulses), pulse_bits(&of_pieces));
     Ok(())
 }
 
