@@ -397,6 +397,3 @@ pub fn resources(test: &str, text: &[u8]) -> (PathBuf, String) {
     let location = format!("file://{}", folder.display());
     (folder, location)
 }
-
-/// A component that does not exist.
-pub const NOBODY: fmi2Component = null_mut();
