@@ -49,8 +49,7 @@ pub fn ten_minutes(solver: &[Setting]) -> Host {
 
 /// The same on arcs.
 pub fn on_arcs(solver: &[Setting]) -> Host {
-    let lifted = [("x_start[1]", -1.0), ("x_start[2]", -1.0), ("pendulum.model", 2.0)];
-    ready(5, &[&lifted, &FIGURE_6, solver])
+    ten_minutes(&[&[("pendulum.model", 2.0)], solver].concat())
 }
 
 /// Cubic contacts, to be run for 600 s: 7,194 pulses.
@@ -60,7 +59,7 @@ pub fn cubic(solver: &[Setting]) -> Host {
 
 /// Five touching steel balls, to be run for 60 s.
 pub fn steel(solver: &[Setting]) -> Host {
-    ready(5, &[&TWO_LIFTED, &[HERTZ, NO_DEAD_BAND], solver])
+    steel_with(&[], solver)
 }
 
 /// The same with Hunt-Crossley damping.
