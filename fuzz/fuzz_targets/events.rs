@@ -198,10 +198,8 @@ impl Driver<'_> {
                     let (seeds, found) = if *adjoint { (rows, columns) } else { (columns, rows) };
                     let seed = vec![seed.number(None); seeds];
                     let mut values = vec![f64::NAN; found];
-                    let function = if *adjoint { fmi3GetAdjointDerivative } else { fmi3GetDirectionalDerivative };
-                    let (unknown, known) = (unknown.reference(), known.reference());
-                    let status =
-                        function(c, &unknown, 1, &known, 1, seed.as_ptr(), seed.len(), values.as_mut_ptr(), found);
+                    let references = [&[unknown.reference()][..], &[known.reference()]];
+                    let status = self.host.derivatives(*adjoint, references, &seed, &mut values);
                     assert!(self.picture.allows(operation) || status == fmi3Error);
                     self.given_up(status);
                 }

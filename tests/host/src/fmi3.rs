@@ -177,6 +177,21 @@ impl Host {
         unsafe { fmi3SetFloat64(self.c, &vr(name), 1, values.as_ptr(), values.len()) }
     }
 
+    /// What changes of the knowns make of the unknowns, both by their value references, or, `adjoint`, what weights of
+    /// the unknowns make of the knowns.
+    pub fn derivatives(
+        &self,
+        adjoint: bool,
+        [unknowns, knowns]: [&[u32]; 2],
+        seed: &[f64],
+        found: &mut [f64],
+    ) -> fmi3Status {
+        let function = if adjoint { fmi3GetAdjointDerivative } else { fmi3GetDirectionalDerivative };
+        let (of, by, into) = (unknowns.as_ptr(), knowns.as_ptr(), found.as_mut_ptr());
+        let [rows, columns, seeds] = [unknowns.len(), knowns.len(), seed.len()];
+        unsafe { function(self.c, of, rows, by, columns, seed.as_ptr(), seeds, into, found.len()) }
+    }
+
     /// What a function of model exchange tells of all states or indicators.
     pub fn vector<const N: usize>(&self, get: Getter) -> [f64; N] {
         let mut values = [f64::NAN; N];

@@ -92,25 +92,11 @@ fn with_state(c: fmi3Instance, function: impl FnOnce(fmi3FMUState) -> fmi3Status
     status
 }
 
-type Weighted = unsafe extern "C" fn(
-    fmi3Instance,
-    *const u32,
-    usize,
-    *const u32,
-    usize,
-    *const f64,
-    usize,
-    *mut f64,
-    usize,
-) -> fmi3Status;
-
-fn weighted(function: Weighted, c: fmi3Instance) -> fmi3Status {
-    unsafe { function(c, &vr("x"), 1, &vr("F_ext"), 1, [0.0; 5].as_ptr(), 5, [0.0; 5].as_mut_ptr(), 5) }
+fn derivatives(host: &Host, adjoint: bool) -> fmi3Status {
+    host.derivatives(adjoint, [&[vr("x")], &[vr("F_ext")]], &[0.0; 5], &mut [0.0; 5])
 }
 
-fn vector(get: Getter, c: fmi3Instance) -> fmi3Status {
-    // In co-simulation it is refused, whatever its length.
-    let length = if get as usize == fmi3GetEventIndicators as *const () as usize { 10 } else { 17 };
+fn vector(get: Getter, c: fmi3Instance, length: usize) -> fmi3Status {
     unsafe { get(c, [0.0; 17].as_mut_ptr(), length) }
 }
 
@@ -180,8 +166,8 @@ const COMMON: [Function; 39] = [
         with_state(h.c, |state| unsafe { fmi3SerializedFMUStateSize(h.c, state, &mut 0) })
     }),
     ("fmi3DeserializeFMUState", ANY, |h| with_state(h.c, |_| h.set_bytes(&h.to_bytes()))),
-    ("fmi3GetDirectionalDerivative", SENSITIVE, |h| weighted(fmi3GetDirectionalDerivative, h.c)),
-    ("fmi3GetAdjointDerivative", SENSITIVE, |h| weighted(fmi3GetAdjointDerivative, h.c)),
+    ("fmi3GetDirectionalDerivative", SENSITIVE, |h| derivatives(h, false)),
+    ("fmi3GetAdjointDerivative", SENSITIVE, |h| derivatives(h, true)),
     ("fmi3EnterConfigurationMode", &[Instantiated], |h| unsafe { fmi3EnterConfigurationMode(h.c) }),
     ("fmi3ExitConfigurationMode", &[Configuration], |h| unsafe { fmi3ExitConfigurationMode(h.c) }),
     ("fmi3UpdateDiscreteStates", &[Event], |h| h.update().0),
@@ -222,10 +208,10 @@ const OWN: [&[Function]; 2] = [
         }),
         ("fmi3SetTime", &[Continuous], |h| unsafe { fmi3SetTime(h.c, 0.0) }),
         ("fmi3SetContinuousStates", &[Continuous], |h| unsafe { fmi3SetContinuousStates(h.c, [0.0; 17].as_ptr(), 17) }),
-        ("fmi3GetContinuousStateDerivatives", CONTINUOUS, |h| vector(fmi3GetContinuousStateDerivatives, h.c)),
-        ("fmi3GetEventIndicators", CONTINUOUS, |h| vector(fmi3GetEventIndicators, h.c)),
-        ("fmi3GetContinuousStates", CONTINUOUS, |h| vector(fmi3GetContinuousStates, h.c)),
-        ("fmi3GetNominalsOfContinuousStates", NOMINALS, |h| vector(fmi3GetNominalsOfContinuousStates, h.c)),
+        ("fmi3GetContinuousStateDerivatives", CONTINUOUS, |h| vector(fmi3GetContinuousStateDerivatives, h.c, 17)),
+        ("fmi3GetEventIndicators", CONTINUOUS, |h| vector(fmi3GetEventIndicators, h.c, 10)),
+        ("fmi3GetContinuousStates", CONTINUOUS, |h| vector(fmi3GetContinuousStates, h.c, 17)),
+        ("fmi3GetNominalsOfContinuousStates", NOMINALS, |h| vector(fmi3GetNominalsOfContinuousStates, h.c, 17)),
         ("fmi3GetNumberOfEventIndicators", ANY, |h| unsafe { fmi3GetNumberOfEventIndicators(h.c, &mut 0) }),
         ("fmi3GetNumberOfContinuousStates", ANY, |h| unsafe { fmi3GetNumberOfContinuousStates(h.c, &mut 0) }),
     ],

@@ -46,9 +46,7 @@ fn of_accelerations<const N: usize>(
     let (host, mut found) = (host(), found);
     assert_eq!(host.enter(), fmi3OK);
     let knowns: Vec<u32> = inputs.iter().map(|name| vr(name)).collect();
-    let function = if adjoint { fmi3GetAdjointDerivative } else { fmi3GetDirectionalDerivative };
-    let (knowns, count, seeds) = (knowns.as_ptr(), knowns.len(), seed.len());
-    let status = unsafe { function(host.c, &vr("a"), 1, knowns, count, seed.as_ptr(), seeds, found.as_mut_ptr(), N) };
+    let status = host.derivatives(adjoint, [&[vr("a")], &knowns], seed, &mut found);
     (status, found)
 }
 
