@@ -34,11 +34,7 @@ pub enum Special {
 pub fn forged(state: &[u8], changes: &[Change]) -> Vec<u8> {
     let mut content = state[HEADER..state.len() - DIGEST].to_vec();
     changes.iter().for_each(|change| change.make(&mut content));
-    sealed(&state[..HEADER], &content)
-}
-
-fn sealed(header: &[u8], content: &[u8]) -> Vec<u8> {
-    let mut bytes = [header, content].concat();
+    let mut bytes = [&state[..HEADER], &content].concat();
     let digest = Uuid::new_v5(&Uuid::NAMESPACE_OID, &bytes);
     bytes.extend(digest.as_bytes());
     bytes
