@@ -25,11 +25,6 @@ fn outcome(p: &Parameters, time: f64) -> Outcome {
     }
 }
 
-/// A number of balls and a smaller number of strikers.
-fn sizes() -> impl Strategy<Value = (usize, usize)> {
-    (2..=8usize).prop_flat_map(|n| (Just(n), 1..n))
-}
-
 proptest! {
     #![proptest_config(config(100))]
 
@@ -38,7 +33,7 @@ proptest! {
     /// `(m / (k v^(p-1)))^(1/(p+1))`.
     #[test]
     fn collisions_have_the_symmetries_of_their_equations(
-        (n, strikers) in sizes(),
+        (n, strikers) in (2..=8usize).prop_flat_map(|n| (Just(n), 1..n)),
         exponent in exponents(),
         common in -10.0..10.0,
         (stiffness, overlap_ref) in (decades(-2.0, 14.0), decades(-8.0, 0.0)),
