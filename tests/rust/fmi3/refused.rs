@@ -36,32 +36,25 @@ fn a_refused_number_of_balls_changes_nothing() {
     assert_eq!(host.counts("n", 1), [5]);
 }
 
-/// The derivatives of the accelerations along a change of these inputs, or, adjoint, by them.
-fn of_accelerations<const N: usize>(
-    adjoint: bool,
-    inputs: &[&str],
-    seed: &[f64],
-    found: [f64; N],
-) -> (fmi3Status, [f64; N]) {
-    let (host, mut found) = (host(), found);
-    assert_eq!(host.enter(), fmi3OK);
-    let knowns: Vec<u32> = inputs.iter().map(|name| vr(name)).collect();
-    let status = host.derivatives(adjoint, [&[vr("a")], &knowns], seed, &mut found);
-    (status, found)
-}
-
 /// Slopes act over a step: at a point nothing depends on them. A weight that is no number, or a change that is none,
 /// has no answer.
 #[test]
 fn derivatives_at_a_point() {
-    let knowns = ["F_ext", "der(F_ext)", "der(a_support)"];
-    assert_eq!(of_accelerations(false, &knowns, &[1.0; 11], [f64::NAN; 5]), (fmi3OK, [1.0; 5]));
-    let back = [1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-    assert_eq!(of_accelerations(true, &knowns, &[1.0; 5], [f64::NAN; 11]), (fmi3OK, back));
+    let (a, knowns) = ([vr("a")], ["F_ext", "der(F_ext)", "der(a_support)"].map(vr));
+    let initializing = || {
+        let host = host();
+        assert_eq!(host.enter(), fmi3OK);
+        host
+    };
+    let (host, mut along, mut by) = (initializing(), [f64::NAN; 5], [f64::NAN; 11]);
+    assert_eq!(host.derivatives(false, [&a, &knowns], &[1.0; 11], &mut along), fmi3OK);
+    assert_eq!(host.derivatives(true, [&a, &knowns], &[1.0; 5], &mut by), fmi3OK);
+    assert_eq!((along, by), ([1.0; 5], [1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
     for weight in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for adjoint in [false, true] {
-            let answer = of_accelerations(adjoint, &["F_ext"], &[1.0, 1.0, weight, 1.0, 1.0], [0.5; 5]);
-            assert_eq!(answer, (fmi3Error, [0.5; 5]), "{weight}");
+            let (seed, mut found) = ([1.0, 1.0, weight, 1.0, 1.0], [0.5; 5]);
+            let status = initializing().derivatives(adjoint, [&a, &knowns[..1]], &seed, &mut found);
+            assert_eq!((status, found), (fmi3Error, [0.5; 5]), "{weight}");
         }
     }
 }
