@@ -4,7 +4,7 @@ use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
 use proptest::collection::vec;
 use proptest::prelude::*;
-use proptest::test_runner::{Config, TestRunner};
+use proptest::test_runner::{Config, TestRunner, contextualize_config};
 
 use super::config;
 use super::conservation::energy_scale;
@@ -181,8 +181,8 @@ fn awkward_starts() -> impl Strategy<Value = Case> {
 /// 5,000 cases, or ten times as many as the environment asks for.
 #[test]
 fn awkward_starts_keep_their_energy() {
-    let cases = 10 * config(500).cases;
-    let mut runner = TestRunner::new(Config { cases, ..config(500) });
+    let config = contextualize_config(config(500));
+    let mut runner = TestRunner::new(Config { cases: 10 * config.cases, ..config });
     if let Err(failure) = runner.run(&awkward_starts(), |case| follow(&case, 5, 1e-12)) {
         panic!("{failure}");
     }
