@@ -212,8 +212,7 @@ fn what_hardly_moves_costs_little() {
         let engine = run(&parameters, 20.0);
         let work = engine.work();
         assert!(work.steps < 5000 && work.events < 500, "{name}: {work:?}");
-        let residual = engine.energy_residual();
-        assert!(residual.abs() < 1e-14, "{name}: energy off by {residual:e} J");
+        assert_energy(&engine, 1e-13, name);
     }
 }
 
@@ -232,9 +231,7 @@ fn energy_of_fast_damping_on_slow_springs() {
     (relaxing.damping_law, relaxing.relaxation_time) = (DampingLaw::Viscoelastic, 1e3);
     let all = [("Hunt-Crossley", lossy), ("steep", steep), ("unequal", unequal), ("viscoelastic", relaxing)];
     for (name, parameters) in all {
-        let engine = run(&parameters, 5.0);
-        let residual = engine.energy_residual();
-        assert!(residual.abs() < 1e-14, "{name}: energy off by {residual:e} J, {:?}", engine.work());
+        assert_energy(&run(&parameters, 5.0), 1e-13, name);
     }
 }
 
@@ -252,8 +249,7 @@ fn balls_that_rattle() {
             let engine = run_under(&parameters, &pressing(13, press), time);
             let work = engine.work();
             assert!((work.steps as f64) < most * work.events as f64, "p = {exponent}, {unequal}: {work:?}");
-            let residual = engine.energy_residual() / engine.external_work();
-            assert!(residual.abs() < 1e-13, "p = {exponent}, {unequal}, {press} N: {residual:e}");
+            assert_energy(&engine, 5e-14, &format!("p = {exponent}, {unequal}, {press} N"));
         }
     }
 }
@@ -328,8 +324,7 @@ fn strong_dashpots_between_balls_that_hardly_touch() {
             parameters
         });
         for parameters in meeting.iter().chain(&together) {
-            let residual = run(parameters, 0.05).energy_residual();
-            assert!(residual.abs() < 1e-13, "{residual:e} J with {parameters:?}");
+            assert_energy(&run(parameters, 0.05), 5e-14, &format!("{parameters:?}"));
         }
     }
 }
