@@ -128,7 +128,7 @@ fn overlapping_pulses_and_lasting_contacts() {
     }
 }
 
-/// Checks that the derivative of `unknown` by `known` along this `change` is refused, in a message that begins with these words.
+/// Checks that the derivative of `unknown` along this `change` of `known` is refused, in a message that begins so.
 #[track_caller]
 fn refused(host: &Host, (unknown, known, change): (&str, &str, f64), words: &str) {
     let (unknown, known, mut value) = (host.vr(unknown), host.vr(known), 7.0);

@@ -61,8 +61,8 @@ fn equal_chains() -> Vec<Value> {
     ["free_chain", "damped_chain"].iter().flat_map(|kind| reference[kind].as_array().unwrap().clone()).collect()
 }
 
-/// Runs a chain until everything has come apart, soon after the `duration`. Velocities and impulses, the energy, and the
-/// time of the last release are off by no more than is allowed; by how much that time is.
+/// Runs a chain until everything has come apart, soon after the `duration`. Velocities and impulses, the energy, and
+/// the time of the last release are off by no more than is allowed; by how much that time is.
 fn assert_chain(case: &Value, p: &Parameters, [motion, energy, time]: [f64; 3]) -> f64 {
     let (n, duration, id) = (p.balls(), number(&case["duration"]), format!("{:?}, {case}", p.method));
     let mut run = Simulation::new(p, &Inputs::zero(n), 0.0).unwrap();
