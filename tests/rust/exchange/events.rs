@@ -89,8 +89,7 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
 
 #[test]
 fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
-    let other = Host::new();
-    other.start();
+    let other = Host::started();
     let onset = other.get("t_next");
     assert_eq!(
         (other.step(0.0, onset), other.set("F_ext[3]", 50.0), other.step(onset, 1e-4)),
@@ -99,11 +98,10 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
     let host = with(&[], 2);
     let mut master = Master::start(&host);
     master.steps(master.next - 1e-3, 1e-3, Method::Rk4);
-    let (time, y) = (master.time, host.states());
     // Swings in closed form, to be there exactly.
-    let (omega, tau) = (5f64.sqrt(), onset - time);
+    let (omega, tau) = (5f64.sqrt(), onset - master.time);
     let (x, v) = (host.get("x[1]"), host.get("v[1]"));
-    let mut there = y.clone();
+    let mut there = host.states();
     there[0] = x * (omega * tau).cos() + v / omega * (omega * tau).sin();
     let speed = v * (omega * tau).cos() - x * omega * (omega * tau).sin();
     (there[5], there[6], there[2]) = (speed, speed, 0.0);
@@ -119,17 +117,10 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
 
 #[test]
 fn a_chain_that_stays_pressed_is_resolved() {
-    let values: Values = &[
-        ("contact.deadBand", 0.0),
-        ("x_start[1]", 0.0),
-        ("x_start[2]", 0.0),
-        ("F_ext[1]", 1e3),
-        ("F_ext[5]", -1e3),
-        ("contact.damping", 1e5),
-    ];
     // Without gravity no period limits the duration of a group.
     for (gravity, contacts) in [(9.81, 1), (9.81, 2), (0.0, 1), (0.0, 2)] {
-        let values = [&[("gravity", gravity)], values].concat();
+        let pressed = [("gravity", gravity), ("F_ext[1]", 1e3), ("F_ext[5]", -1e3), ("contact.damping", 1e5)];
+        let values = [AT_REST, &pressed].concat();
         let (other, host) = (stepped(&values, 1e-3), with(&values, contacts));
         let mut master = Master::start(&host);
         assert!(master.next < 1e-12);
