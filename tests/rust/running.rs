@@ -2,7 +2,7 @@
 
 use std::ptr::null;
 
-use cradle_host::{CUBIC, FIGURE_6, Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, fmi2Error, fmi2OK, scenes};
 use newtons_cradle::fmi2::*;
 
 #[test]
@@ -220,8 +220,7 @@ fn questions_about_the_last_step_are_answered() {
 /// Ten minutes in one step: Figure 6's set-up, and cubic contacts. Every impact of two balls is solved at once.
 #[test]
 fn long_runs_keep_their_energy() {
-    for (lifted, settings, pulses) in [(1.0, &FIGURE_6[..], 2562), (0.05, &CUBIC[..], 7194)] {
-        let host = Host::started_with(&[settings, &[("x_start[1]", -lifted), ("x_start[2]", -lifted)]].concat());
+    for (host, pulses) in [(scenes::ten_minutes(&[]), 2562), (scenes::cubic(&[]), 7194)] {
         let energy = host.get("E_total");
         assert_eq!(host.step(0.0, 600.0), fmi2OK);
         assert_eq!(host.pulses().iter().sum::<i32>(), pulses);

@@ -23,7 +23,7 @@ use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settin
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
 
 pub use log::{Line, Lines, callbacks};
-pub use scenes::{CUBIC, FIGURE_6};
+pub use scenes::FIGURE_6;
 
 /// A component and its log.
 pub struct Host {

@@ -11,7 +11,7 @@ pub type Setting<'a> = (&'a str, f64);
 pub const FIGURE_6: [Setting; 2] = [("contact.stiffness", 2.9e14), ("contact.deadBand", 1.46e-7)];
 
 /// Cubic contacts of pendulums with a period of 1 s, for two of five balls lifted by 0.05 m.
-pub const CUBIC: [Setting; 6] = [
+const CUBIC: [Setting; 6] = [
     ("gravity", TAU * TAU),
     ("pendulum.length", 1.0),
     ("contact.stiffness", 5e18),
