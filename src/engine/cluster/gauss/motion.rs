@@ -30,8 +30,8 @@ pub(super) struct Track {
     /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 for a contact that does not press, has no overlap,
     /// or would pull.
     pub slopes: (f64, f64),
-    /// At the start: relative acceleration of the two, m/s2, and its derivatives by the contact forces; roughly from the
-    /// second one on (0 on arcs).
+    /// At the start: relative acceleration of the two, m/s2, and its derivatives by the contact forces, from the second
+    /// one on roughly (0 on arcs).
     pub accelerations: [f64; 4],
 }
 
