@@ -91,6 +91,7 @@ def either(request) -> nc.Fmu:
         (lambda fmu: nc.build(set={"ball.mass": (5, "g")}, binaries=fmu.path), "(5, 'g') is refused; allowed: a num"),
         (lambda fmu: nc.build(balls=0, binaries=fmu.path), "balls = 0 is refused; allowed: a whole number from 1 to"),
         (lambda fmu: nc.build(balls="7", binaries=fmu.path), "balls = '7' is refused; allowed: a whole number from 1"),
+        (lambda fmu: nc.build(balls=7, preset="desk", binaries=fmu.path), "preset desk is of 5 balls, not 7; leave"),
         (lambda fmu: nc.build(preset=nc.preset("desk"), binaries=fmu.path), "preset: a name such as 'desk' is needed"),
         (lambda fmu: nc.build(fmi=4, binaries=fmu.path), "fmi = 4 is refused; allowed: a whole number from 2 to 3"),
     ],
@@ -250,6 +251,11 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
         with fmu.start() as run:
             assert run["x[1]"] == -0.1
     assert not folder.exists()
+
+
+def test_a_list_sets_an_array(fmu):
+    with fmu.start({"x_start": [-0.03, 0.0, 0.0, 0.0, 0.01]}) as run:
+        assert run["x"] == pytest.approx([-0.03, 0.0, 0.0, 0.0, 0.01])
 
 
 def test_a_controller_of_ones_own(fmu):

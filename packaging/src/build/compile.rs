@@ -32,8 +32,10 @@ impl Workspace {
             return Err(Error::Failure(reason.to_owned()));
         }
         let metadata: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-        let folder = |key: &str| PathBuf::from(metadata[key].as_str().unwrap_or_default());
-        Ok(Self { target: folder("target_directory"), root: folder("workspace_root") })
+        let [target, root] =
+            ["target_directory", "workspace_root"].map(|key| metadata[key].as_str().map(PathBuf::from));
+        let missing = || Error::Failure("cargo metadata names no target_directory and workspace_root".to_owned());
+        target.zip(root).map(|(target, root)| Self { target, root }).ok_or_else(missing)
     }
 
     /// Builds the shared library for this machine, or for each of the target triples. Returns the paths, in the same
@@ -100,9 +102,10 @@ impl Workspace {
             flags.extend([OsString::from("--remap-path-prefix"), [from.as_os_str(), to.as_ref()].join("=".as_ref())]);
         };
         remap(&self.root, "newtons-cradle");
-        // Cargo, which has told of the workspace, does not run without one of them.
         let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
-        remap(&home.unwrap_or_else(|| std::env::home_dir().unwrap_or_default().join(".cargo")), "cargo");
+        let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
+        let missing = || Error::Failure("there is neither CARGO_HOME nor a home folder".to_owned());
+        remap(&home.ok_or_else(missing)?, "cargo");
         // The standard library's sources, for targets that compile it.
         let library = Path::new(&rustc("sysroot")?).join("lib/rustlib/src/rust");
         remap(&library, "rust");
