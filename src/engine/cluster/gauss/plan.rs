@@ -8,9 +8,10 @@ use crate::engine::flight::Rounding;
 use crate::model::Mode;
 use crate::solver::gauss::Stretching;
 
-/// Allowed size of the two highest Legendre coefficients over the scale of the velocities, at the default tolerance.
-/// The end of a step has twice as many digits: its error is 1e-16, within the step 3e-14.
-const TAIL: f64 = 1e-10;
+/// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
+/// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step
+/// 3e-14.
+const TAIL: f64 = 1.5e-10;
 const EPSILON: f64 = 1e-17;
 
 /// First step over the time in which the fastest contact stops its balls; for a whole exponent, times the second
@@ -62,7 +63,7 @@ impl Planner {
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(speed));
         let tolerance = Tolerance {
             speed,
-            tail: motion.smoothness() * TAIL * (control.epsilon / EPSILON).sqrt().max(1.0),
+            tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
             local_error: control.local_error(speed),
             longest,
             rounding: *rounding,
