@@ -99,6 +99,7 @@ impl Motion {
             }
             if !looked && last_change < ROUGH && last_change < FINE.max(ROUGH * self.evenness()) {
                 looked = true;
+                (0..self.tracks.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
                 match self.first_switching(table, tolerance) {
                     Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
                     Some((j, ..)) if plan.switching == Some(j) => {}

@@ -69,14 +69,13 @@ impl Motion {
         least / most
     }
 
-    /// The earliest onset or release by the iteration so far: contact, switching, and time (s).
-    pub(super) fn first_switching(&mut self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
+    /// The earliest onset or release by the present accelerations: contact, switching, and time (s).
+    pub(super) fn first_switching(&self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
         for j in 0..self.tracks.len() {
             if self.stays_closed(j, table) {
                 continue;
             }
-            self.accelerate_unless_pressing(j, table);
             if let Some((switch, time)) = self.switching(j, table, tolerance)
                 && first.is_none_or(|(.., before)| time < before)
             {
