@@ -252,6 +252,9 @@ impl ContactLaw {
     /// as in [`Self::elastic_continued`].
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
         let (elastic, slope) = self.elastic_continued(d)?;
+        if self.is_elastic() {
+            return Some((elastic, slope, 0.0));
+        }
         let (_, by_rate) = self.map(Dual::from).parts(Dual::with_tangent(d, 1.0))?;
         let force = Dual::with_tangent(elastic, slope) + by_rate * Dual::from(rate);
         Some((force.value(), force.tangent(), by_rate.value()))
