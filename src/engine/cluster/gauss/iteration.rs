@@ -21,11 +21,16 @@ const FAR: f64 = 1e-3;
 const LEFT_OUT: f64 = 1e-17;
 
 impl Motion {
-    /// Start of the iteration: overlaps and rates by their Taylor polynomials about the start of the step.
+    /// Start of the iteration: overlaps and rates by their Taylor polynomials about the start of the step; of open
+    /// contacts, whose forces do not depend on them, those at the start.
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         let cube = length * length * length;
         for (j, Track { mode, overlap, rate, accelerations, .. }) in self.tracks.iter().enumerate() {
+            if *mode == Mode::Open {
+                (self.at_nodes.overlaps[j], self.at_nodes.rates[j]) = ([*overlap; NODES], [*rate; NODES]);
+                continue;
+            }
             let [acceleration, jerk, snap, crackle] = accelerations;
             let half = acceleration / 2.0;
             let mut reach = overlap.abs() + (rate.abs() + half.abs() * length) * length;
@@ -43,11 +48,9 @@ impl Motion {
                 let t = length * part;
                 *value = overlap + (rate + (half + (third + (fourth + fifth * t) * t) * t) * t) * t;
             }
-            if *mode == Mode::Pressing || self.needs_rates {
-                for (value, part) in self.at_nodes.rates[j].iter_mut().zip(&table.times) {
-                    let t = length * part;
-                    *value = rate + (acceleration + (3.0 * third + (4.0 * fourth + 5.0 * fifth * t) * t) * t) * t;
-                }
+            for (value, part) in self.at_nodes.rates[j].iter_mut().zip(&table.times) {
+                let t = length * part;
+                *value = rate + (acceleration + (3.0 * third + (4.0 * fourth + 5.0 * fifth * t) * t) * t) * t;
             }
         }
     }
