@@ -10,7 +10,7 @@ use crate::solver::gauss::Stretching;
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
 /// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step
-/// 3e-14.
+/// 3e-14. Guarded by `balls_that_rattle_on_steep_contacts`.
 const TAIL: f64 = 1.5e-10;
 const EPSILON: f64 = 1e-17;
 
