@@ -7,7 +7,7 @@ can compile for.
 PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is reused. For the other platforms it
 takes the Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has.
 Lines that begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for
-Linux on ARM, is optimised: the others are compiled in a third of the time.
+Linux on ARM, is optimised, and little: the others are compiled in a third of the time.
 """
 
 import os
@@ -90,8 +90,8 @@ exec {} "$@"
 # Gets the compiler and its arguments. Code that is not optimised would have debug assertions and checks of overflow by
 # default, which what ships has not.
 UNOPTIMISED = """#!/bin/sh
-case " $* " in *aarch64-unknown-linux*) ;; *) set -- "$@" -Copt-level=0 -Cdebug-assertions=no;; esac
-exec "$@"
+case " $* " in *aarch64-unknown-linux*) level=1;; *) level=0;; esac
+exec "$@" -Copt-level=$level -Cdebug-assertions=no
 """
 
 

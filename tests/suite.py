@@ -164,8 +164,8 @@ def what_a_change_needs(results: Results) -> None:
 
 
 def everything(results: Results) -> None:
-    """All tests of all kinds. The binaries for other platforms are compiled by cores that are idle, from when there is
-    an FMU."""
+    """All tests of all kinds. The binaries for other platforms are compiled mostly by cores that are idle, from when
+    there is an FMU."""
     for path in (FMU, FMU3):
         path.unlink(missing_ok=True)
     made = threading.Event()
@@ -175,7 +175,7 @@ def everything(results: Results) -> None:
             # The Python packages are there long before the FMU is linked by one of them.
             part.beside(
                 build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
-                fuzz=fuzz,
+                fuzz=fuzz_and_fmi_sim,
                 others=lambda lane: apart(lane, made),
             )
         finally:
@@ -223,7 +223,7 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 def all_platforms(results: Results) -> None:
     """The FMU for all platforms, in the background."""
     _, environment = old_linux()
-    idle = ["nice", "-n", "19"] if shutil.which("nice") else []
+    idle = ["nice", "-n", "10"] if shutil.which("nice") else []
     command = [*idle, sys.executable, "packaging/platforms.py", PRODUCER, FMU, "--to-test"]
     results.step("FMU for all platforms", command, env=environment)
 
@@ -244,8 +244,6 @@ def apart(results: Results, made: threading.Event) -> None:
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
-    # A host that tests/hosts/test_hosts.py runs if it is there.
-    rust_host(results, "fmi-sim", "build", "--package=fmi-sim", "--bin=fmi-sim")
 
 
 def unpacking() -> dict:
@@ -325,6 +323,12 @@ COVERAGE = (
     " -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
     " -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-sanitizer-coverage-stack-depth"
 )
+
+
+def fuzz_and_fmi_sim(results: Results) -> None:
+    """Fuzzing, and then, while the FMU is compiled, a host that tests/hosts/test_hosts.py runs if it is there."""
+    fuzz(results)
+    rust_host(results, "fmi-sim", "build", "--package=fmi-sim", "--bin=fmi-sim")
 
 
 def fuzz(results: Results) -> None:
