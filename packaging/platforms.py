@@ -7,7 +7,7 @@ can compile for.
 PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is reused. For the other platforms it
 takes the Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has.
 Lines that begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for
-Linux on ARM, is optimised, and little: the others are compiled in a third of the time.
+Linux on ARM, is optimised, at level 1: the others are compiled in a third of the time.
 """
 
 import os

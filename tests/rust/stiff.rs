@@ -254,7 +254,8 @@ fn balls_that_rattle() {
     }
 }
 
-/// Through steep contacts most of the energy comes and goes: at all times what is missing is little of the largest.
+/// Most of the energy of balls on steep contacts comes and goes: at no time is more missing than a small part of the
+/// most that there has been.
 #[test]
 fn balls_that_rattle_on_steep_contacts() {
     let parameters = Parameters { exponent: 10.0, ..touching(5) };

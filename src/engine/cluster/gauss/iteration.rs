@@ -21,8 +21,8 @@ const FAR: f64 = 1e-3;
 const LEFT_OUT: f64 = 1e-17;
 
 impl Motion {
-    /// Start of the iteration: overlaps and rates by their Taylor polynomials about the start of the step; of open
-    /// contacts, whose forces do not depend on them, those at the start.
+    /// Start of the iteration: overlaps and rates by their Taylor polynomials about the start of the step; for open
+    /// contacts, which exert no force, those at the start.
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         let cube = length * length * length;
