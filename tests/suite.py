@@ -315,6 +315,12 @@ def has_libclang() -> bool:
     return any(any(Path(folder).glob(name)) for folder in folders for name in names)
 
 
+def fuzz_and_fmi_sim(results: Results) -> None:
+    """Fuzzing, and then, while the FMU is compiled, a host that tests/hosts/test_hosts.py runs if it is there."""
+    fuzz(results)
+    rust_host(results, "fmi-sim", "build", "--package=fmi-sim", "--bin=fmi-sim")
+
+
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached. Code that
 # is not vectorised is compiled sooner, and no slower here.
 COVERAGE = (
@@ -323,12 +329,6 @@ COVERAGE = (
     " -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
     " -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-sanitizer-coverage-stack-depth"
 )
-
-
-def fuzz_and_fmi_sim(results: Results) -> None:
-    """Fuzzing, and then, while the FMU is compiled, a host that tests/hosts/test_hosts.py runs if it is there."""
-    fuzz(results)
-    rust_host(results, "fmi-sim", "build", "--package=fmi-sim", "--bin=fmi-sim")
 
 
 def fuzz(results: Results) -> None:
