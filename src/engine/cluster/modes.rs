@@ -250,7 +250,11 @@ impl DenseOutput for Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    fn onset(&self, j: usize, _: &Window, until: f64, rounding: &Rounding) -> Next {
+    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+        // In touch and closing: at once, not where the overlap exceeds its rounding.
+        if window.contacts[j].overlap == 0.0 && window.overlap_rate(j) > rounding.velocity {
+            return Next::At(0.0);
+        }
         self.watch(j, Watched::Overlap, 1.0, rounding.position).crossing(until)
     }
 

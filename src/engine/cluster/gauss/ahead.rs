@@ -25,18 +25,16 @@ const SMALL_ANGLE: f64 = 1e-3;
 const ROUGH: f64 = 0.01;
 
 /// A step feels the branch point before its start or after its end, of a contact that has just closed or is about to
-/// open, if it is longer than this many times the time to it. Guarded by `balls_that_rattle`, as is the next constant.
+/// open, if it is longer than this many times the time to it. Guarded by `contacts_at_the_start` and
+/// `balls_that_rattle`.
 const BEYOND: f64 = 8.0;
-
-/// Contacts that change the speed by less than this part there do not matter.
-const BRANCH_POINT: f64 = 1e-15;
 
 impl Motion {
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s), if there are
     /// any.
     pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
         let fresh = |track: &Track| {
-            track.mode == Mode::Pressing && track.overlap <= rounding.no_overlap() && track.rate >= NEGLIGIBLE * speed
+            track.mode == Mode::Pressing && track.overlap <= rounding.position && track.rate >= NEGLIGIBLE * speed
         };
         let power = self.stretching_power().filter(|_| self.tracks.iter().any(fresh));
         power.map_or(Stretching::None, Stretching::AtStart)
@@ -77,32 +75,28 @@ impl Motion {
 
     /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a
     /// step serves only the branch point at its start.
-    pub(super) fn reach_of_branch_points(&self, speed: f64) -> f64 {
+    pub(super) fn reach_of_branch_points(&self, rounding: &Rounding) -> f64 {
         let since =
-            self.tracks.iter().filter_map(|track| self.to_branch_point(track, track.overlap, track.rate, speed));
+            self.tracks.iter().filter_map(|track| self.to_branch_point(track, track.overlap, track.rate, rounding));
         since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
     }
 
     /// Whether a step that ends where a contact opens, for which time is stretched, ends shortly before the branch
     /// point of another one.
-    pub(super) fn ends_before_branch_point(&self, table: &Table, speed: f64) -> bool {
+    pub(super) fn ends_before_branch_point(&self, table: &Table, rounding: &Rounding) -> bool {
         let follows = |(j, track): (usize, &Track)| {
             let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
-            let time = self.to_branch_point(track, overlap, -rate, speed);
+            let time = self.to_branch_point(track, overlap, -rate, rounding);
             self.end.is_none_or(|(own, _)| own != j) && time.is_some_and(|time| self.length > BEYOND * time)
         };
         matches!(self.stretching, Stretching::AtEnd(_)) && self.tracks.iter().enumerate().any(follows)
     }
 
     /// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None`
-    /// if its force changes the `speed` (m/s) by a negligible amount.
-    fn to_branch_point(&self, track: &Track, overlap: f64, rate: f64, speed: f64) -> Option<f64> {
-        if track.mode != Mode::Pressing || !(overlap > 0.0 && rate > 0.0) {
-            return None;
-        }
-        power_of_stretching(&track.law)?;
-        let (time, inverse_mass) = (overlap / rate, track.inverse_masses[0] + track.inverse_masses[1]);
-        (track.law.elastic_force(overlap) * time * inverse_mass > BRANCH_POINT * speed).then_some(time)
+    /// if there is none or it is here, within `rounding`.
+    fn to_branch_point(&self, track: &Track, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
+        let is_near = track.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
+        power_of_stretching(&track.law).filter(|_| is_near).map(|_| overlap / rate)
     }
 
     /// The closed contact that opens or clips first, and when, s. Contacts that hardly press are ignored.

@@ -60,7 +60,7 @@ impl Planner {
         speed: f64,
         before: f64,
     ) -> (Self, Plan, Tolerance) {
-        let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(speed));
+        let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(rounding));
         let tolerance = Tolerance {
             speed,
             tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),

@@ -211,7 +211,7 @@ impl Motion {
     fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Outcome {
         self.push();
         let mut error = self.error(table, tolerance);
-        if self.ends_before_branch_point(table, tolerance.speed) {
+        if self.ends_before_branch_point(table, &tolerance.rounding) {
             error *= SECOND_BRANCH_POINT;
         }
         if error > 1.0 {
