@@ -22,7 +22,7 @@ from pythonfmu import Fmi2Slave, Integer, Real
 from scipy.integrate import solve_ivp
 
 INTEGRATED = ("s", "v", "i", "q", "coil_work", "damper_loss", "F_support", "v_coil")
-LONGEST = 5e-3  # s, step of the integration; the fastest time constant, of the coil, is 20 ms
+LONGEST = 0.02  # s, step of the integration: the fastest time constant, that of the coil
 
 
 class CartAndCoil(Fmi2Slave):

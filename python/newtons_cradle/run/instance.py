@@ -117,13 +117,19 @@ class Run:
     def step(self, h: float) -> None:
         """One communication step of `h` seconds. Raises InvalidValue, FmuError."""
         number("h", h, "s", positive=True)
+        self._step(h, self.time + h)
+
+    def _step(self, h: float, end: float) -> None:
+        """One communication step of `h` seconds to `end` (s), or to where the FMU returns early."""
         if not self._initialized and not self._closed:
             raise FmuError("a step is refused before the run is initialized; call `initialize` first")
-        self._call(self.slave.doStep, self.time, h)
-        self.time += h
+        # FMI 3.0: whether an event is due, the run is to end, or the step has ended early, and when it has ended.
+        told = self._call(self.slave.doStep, self.time, h)
+        self.time = told[3] if told and told[2] else end
 
     def step_to(self, t: float) -> None:
-        """One communication step that ends exactly at `t` (s). Raises InvalidValue, FmuError."""
+        """One communication step that ends exactly at `t` (s), or earlier if the FMU may return early and does. Raises
+        InvalidValue, FmuError."""
         if not number("t", t, "s") > self.time:
             raise InvalidValue(f"t = {t} s is refused; allowed: later than now, {self.time} s")
         h = t - self.time
@@ -131,8 +137,7 @@ class Run:
             h = math.nextafter(h, math.inf)
         while self.time + h > t:
             h = math.nextafter(h, -math.inf)
-        self.step(h)
-        self.time = t
+        self._step(h, t)
 
     def step_to_onset(self, before: float = 0.0) -> float:
         """Steps to the next onset, or to `before` seconds ahead of it (not negative); returns the time of the onset.
