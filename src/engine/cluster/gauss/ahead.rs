@@ -21,8 +21,10 @@ const LONGEST: f64 = 0.25;
 /// Angle (rad) by which balls on arcs turn in a step at most.
 const SMALL_ANGLE: f64 = 1e-3;
 
-/// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy`.
+/// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy` and
+/// `balls_that_rattle_keep_their_energy_at_all_times`.
 const ROUGH: f64 = 0.01;
+const FRACTIONAL: f64 = 0.3;
 
 /// A step feels the branch point before its start or after its end, of a contact that has just closed or is about to
 /// open, if it is longer than this many times the time to it. Guarded by `contacts_at_the_start` and
@@ -45,15 +47,17 @@ impl Motion {
         self.tracks.iter().find_map(|track| power_of_stretching(&track.law))
     }
 
-    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A damping force that starts with
-    /// a power below 1 is a fractional power of `c` for any stretching: its coefficients fall slowly, and the end of
-    /// the step is less exact.
+    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional power
+    /// of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most of all
+    /// a damping force that starts with a power below 1.
     pub(super) fn smoothness(&self) -> f64 {
-        let rough = |track: &Track| {
-            let relaxes = matches!(track.law.damping, Damping::Viscoelastic { .. });
-            relaxes && track.law.exponent < 2.0 && !track.law.has_root()
-        };
-        if self.tracks.iter().any(rough) { ROUGH } else { 1.0 }
+        let law = &self.tracks[0].law; // contacts have one exponent and one law of damping
+        let is_smooth = self.stretching_power().is_none() || law.has_root();
+        match law.damping {
+            _ if is_smooth => 1.0,
+            Damping::Viscoelastic { .. } if law.exponent < 2.0 => ROUGH,
+            _ => FRACTIONAL,
+        }
     }
 
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.

@@ -10,13 +10,14 @@ use crate::solver::gauss::Stretching;
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
 /// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step
-/// 3e-14. Guarded by `balls_that_rattle_on_steep_contacts`.
+/// 3e-14. Guarded by `balls_that_rattle_keep_their_energy_at_all_times`.
 const TAIL: f64 = 1.5e-10;
 const EPSILON: f64 = 1e-17;
 
-/// First step over the time in which the fastest contact stops its balls; for a whole exponent, times the second
-/// factor.
+/// First step over the time in which the fastest contact stops its balls: from an onset on, from another switching on,
+/// and for a whole exponent, over the exponent.
 const FIRST: f64 = 0.5;
+const FIRST_LATER: f64 = 0.8;
 const FIRST_SMOOTH: f64 = 1.6;
 
 /// Largest number of steps ahead at which a switching becomes the end of the step.
@@ -68,18 +69,19 @@ impl Planner {
             longest,
             rounding: *rounding,
         };
-        let power = motion.stretching_power();
+        let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, speed));
         let first = match power {
             None => FIRST_SMOOTH / window.laws[0].exponent,
+            Some(_) if stretching == Stretching::None => FIRST_LATER,
             Some(_) => FIRST,
         };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
-        let mut planner = Self { stretching: motion.onset_stretching(rounding, speed), length };
+        let mut planner = Self { stretching, length };
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
         // A step that begins at a branch point does not end at one.
-        let plan = if planner.stretching == Stretching::None
+        let plan = if stretching == Stretching::None
             && let Some((j, time)) = near(release)
         {
             to_release(motion, j, time)
