@@ -107,7 +107,10 @@ pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f6
     if e.value() > 0.0 || e.tangent() != 0.0 {
         sequence(row, v, e, unresolved, rounding, &mut outcome);
     }
-    stick(row, v, &mut outcome);
+    // Balls that still approach come to rest against each other.
+    for block in pool(&row.masses, v, |j, difference| (row.parts[j] * difference).value() > 0.0) {
+        joint_impact(&row.masses, v, S::default(), block.start..block.end, block.mean, &mut outcome);
+    }
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v / *factor);
     for Impact { contact, impulse } in &mut outcome.impacts {
         *impulse = *impulse / row.parts[*contact];
@@ -147,7 +150,11 @@ fn sequence<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, roundin
         for run in tied.chunk_by(|left, right| left + 1 == *right) {
             match *run {
                 [j] => impact_of_two(row, v, e, j, outcome),
-                [first, .., last] => joint_impact(masses, v, e, first..last + 1, outcome),
+                [first, .., last] => {
+                    let balls = first..last + 2;
+                    let centre = pool(&masses[balls.clone()], &v[balls.clone()], |_, _| true)[0].mean;
+                    joint_impact(masses, v, e, balls, centre, outcome);
+                }
                 [] => {}
             }
         }
@@ -176,38 +183,15 @@ fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: 
     outcome.impacts.push(Impact { contact: j, impulse });
 }
 
-fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, run: Range<usize>, outcome: &mut Outcome<S>) {
-    let balls = run.start..run.end + 1;
+/// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`. The impulses follow from the
+/// changes of the velocities.
+fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, balls: Range<usize>, centre: S, outcome: &mut Outcome<S>) {
     let before = v[balls.clone()].to_vec();
-    let all = pool(&masses[balls.clone()], &before, |_, _| true);
-    let centre = all[0].mean;
     v[balls.clone()].iter_mut().for_each(|v| *v = centre - e * (*v - centre));
-    let half_loss = S::from(0.5) * (S::from(1.0) - e);
-    transmit(&masses[balls.clone()], &before, &v[balls], |contact, impulse| {
-        outcome.loss += half_loss * impulse * (before[contact] - before[contact + 1]);
-        outcome.impacts.push(Impact { contact: run.start + contact, impulse });
-    });
-}
-
-/// Balls that still approach come to rest against each other.
-fn stick<S: Scalar>(row: &Row<S>, v: &mut [S], outcome: &mut Outcome<S>) {
-    let masses = &row.masses;
-    for block in pool(masses, v, |j, difference| (row.parts[j] * difference).value() > 0.0) {
-        let balls = block.start..block.end;
-        let before = v[balls.clone()].to_vec();
-        v[balls.clone()].fill(block.mean);
-        transmit(&masses[balls.clone()], &before, &v[balls], |contact, impulse| {
-            outcome.loss += S::from(0.5) * impulse * (before[contact] - before[contact + 1]);
-            outcome.impacts.push(Impact { contact: block.start + contact, impulse });
-        });
-    }
-}
-
-/// The impulse of each contact, from the changes of the velocities.
-fn transmit<S: Scalar>(masses: &[S], before: &[S], after: &[S], mut through: impl FnMut(usize, S)) {
-    let mut impulse = S::default();
-    for contact in 0..masses.len() - 1 {
-        impulse += masses[contact] * (before[contact] - after[contact]);
-        through(contact, impulse);
+    let (half_loss, mut impulse) = (S::from(0.5) * (S::from(1.0) - e), S::default());
+    for (contact, before) in balls.zip(before.windows(2)) {
+        impulse += masses[contact] * (before[0] - v[contact]);
+        outcome.loss += half_loss * impulse * (before[0] - before[1]);
+        outcome.impacts.push(Impact { contact, impulse });
     }
 }
