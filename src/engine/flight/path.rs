@@ -32,9 +32,6 @@ type Terms = [f64; TERMS];
 /// Size of the last terms over the largest.
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Without inputs.
-const NO_FORCING: Forcing = [0.0; MAX_FORCE_ORDER + 1];
-
 /// Longest step, s, of a ball that does not move.
 pub(super) const LONGEST: f64 = 1e6;
 
@@ -113,13 +110,13 @@ impl Path {
         (self.v * tau + time * time * bend, self.v + time * (2.0 * bend + time * change) / self.unit)
     }
 
-    /// What ends the flight first within `tau` (s), and when.
-    pub fn fault(&self, ball: &BallModel, flight: &Flight, tau: f64) -> Option<(f64, Fault)> {
-        let until = tau / self.unit;
+    /// What ends the flight first while they hold, and when.
+    pub fn fault(&self, ball: &BallModel, flight: &Flight) -> Option<(f64, Fault)> {
+        let until = self.length / self.unit;
         let first = |c: &Terms| if c[0] < 0.0 { Some(0.0) } else { first_positive(c, -1.0, 0.0, until) };
         let wide = bound(&self.s, until) > 1.5 * ball.length;
         let horizontal = if wide { first(&self.cos) } else { None };
-        let slack = if flight.forcing == NO_FORCING {
+        let slack = if flight.forcing == Forcing::<f64>::default() {
             None
         } else {
             let forcing = scaled(&flight.forcing, self.unit);
@@ -169,7 +166,7 @@ pub(crate) fn integrals(
     moved: &dyn Fn(f64) -> (f64, f64),
 ) -> RunningIntegrals {
     let mut sums = RunningIntegrals::default();
-    if flight.forcing != NO_FORCING {
+    if flight.forcing != Forcing::<f64>::default() {
         sums.x_integral = integral_of(&flight.forcing, tau);
         sums.work = ball.mass
             * if degree(&flight.forcing) == 0 {
@@ -227,7 +224,7 @@ impl Piece {
 
     fn look_for_fault(&mut self, ball: &BallModel) {
         if self.fault.is_none() {
-            let fault = self.path.fault(ball, &self.flight, self.path.length);
+            let fault = self.path.fault(ball, &self.flight);
             self.fault = fault.map(|(tau, fault)| (self.start + tau, fault));
         }
     }
