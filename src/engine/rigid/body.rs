@@ -138,14 +138,6 @@ impl Coefficients {
     }
 }
 
-/// Panels between two times (s), the first of this width (s), each a quarter wider than the one before.
-fn growing(from: f64, to: f64, width: f64) -> impl Iterator<Item = (f64, f64)> {
-    let ends = std::iter::successors(Some((from, width)), move |(low, width)| {
-        (*low < to).then(|| ((low + width).min(to), 1.25 * width))
-    });
-    ends.clone().zip(ends.skip(1)).map(|((low, _), (high, _))| (low, high))
-}
-
 impl Constraint {
     /// Whether it fits `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
@@ -197,8 +189,11 @@ impl Constraint {
             return peak.max(self.largest_maximum(from, to, panels as usize));
         }
         // Overdamped: ever slower.
-        for (low, high) in growing(from, to, 0.25 / (o.omega() + o.gamma())) {
+        let (mut low, mut width) = (from, 0.25 / (o.omega() + o.gamma()));
+        while low < to {
+            let high = (low + width).min(to);
             peak = peak.max(self.largest_maximum(low, high, 1));
+            (low, width) = (high, 1.25 * width);
         }
         peak
     }
