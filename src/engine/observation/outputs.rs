@@ -4,7 +4,7 @@ use crate::engine::cluster::{Cluster, OverlapSeries};
 use crate::engine::derivatives::ChainState;
 use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
 use crate::engine::records::BallStart;
-use crate::engine::run::{Engine, KnownState, NO_STEP, Phase};
+use crate::engine::run::{Engine, NO_STEP, Phase};
 use crate::model::algebraic::{self, Chain, algebraic_results};
 use crate::model::{Cradle, Mode, Results, WorkCounters};
 use crate::next::{NEVER, Next};
@@ -70,13 +70,13 @@ impl Engine {
 
     /// Position (m) and velocity (m/s) of ball `i`, cached.
     fn known_state(&self, i: usize) -> (f64, f64) {
-        let ball = &self.balls[i];
-        let known = self.caches.states[i].get();
-        if known.time == self.time && known.anchor == ball.anchor {
-            return known.state;
+        let (known, own) = (&self.caches.states[i], self.balls[i].anchor);
+        let (time, anchor, state) = known.get();
+        if time == self.time && anchor == own {
+            return state;
         }
         let state = self.state_at(i, self.now());
-        self.caches.states[i].set(KnownState { time: self.time, anchor: ball.anchor, state });
+        known.set((self.time, own, state));
         state
     }
 

@@ -7,6 +7,9 @@ use crate::engine::cluster::Cluster;
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
+/// The time (s; NaN for none), the anchor of a ball's flight then, its position (m) and velocity (m/s).
+type KnownState = (f64, DoubleDouble, (f64, f64));
+
 /// The caches of a run `R`, of which they are a part.
 #[derive(Debug)]
 pub(crate) struct Caches<R> {
@@ -20,20 +23,9 @@ pub(crate) struct Caches<R> {
     pub spare: Option<Box<Cluster>>,
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct KnownState {
-    /// The time, s; NaN for none.
-    pub time: f64,
-    /// The anchor of its flight then.
-    pub anchor: DoubleDouble,
-    /// Position, m, and velocity, m/s.
-    pub state: (f64, f64),
-}
-
 impl<R> Caches<R> {
     pub fn new(balls: usize) -> Self {
-        let unknown = KnownState { time: f64::NAN, anchor: DoubleDouble::default(), state: (0.0, 0.0) };
-        let states = vec![Cell::new(unknown); balls];
+        let states = vec![Cell::new((f64::NAN, DoubleDouble::ZERO, (0.0, 0.0))); balls];
         Self { states, ahead: RefCell::default(), found: Cell::default(), spare: None }
     }
 

@@ -16,7 +16,6 @@ mod rigid_contacts;
 mod snapshot;
 mod watchdog;
 
-pub(crate) use caches::KnownState;
 pub(crate) use contact::{Keep, Phase, around};
 pub use engine::Engine;
 pub(crate) use engine::NO_STEP;
