@@ -53,18 +53,19 @@ impl Engine {
     }
 
     pub(crate) fn integrals_at(&self, i: usize, t: DoubleDouble) -> RunningIntegrals {
-        match (self.segment_of_ball(i, t), self.balls[i].regime) {
-            (Some((cluster, tau)), Regime::Impact(contact)) => {
-                let mut integrals = cluster.integrals(i, &self.balls[i].integrals, &self.balls[i], tau);
-                let contact = contact as usize;
-                if let Some(interior) = self.interior(contact, t) {
-                    integrals.add(&interior.integrals[i - contact]);
+        let ball = &self.balls[i];
+        match (self.segment_of_ball(i, t), ball.regime) {
+            (Some((cluster, tau)), regime) => {
+                let mut integrals = cluster.integrals(i, &ball.integrals, ball, tau);
+                if let Regime::Impact(contact) = regime
+                    && let Some(interior) = self.interior(contact as usize, t)
+                {
+                    integrals.add(&interior.integrals[i - contact as usize]);
                 }
                 integrals
             }
-            (Some((cluster, tau)), _) => cluster.integrals(i, &self.balls[i].integrals, &self.balls[i], tau),
-            (None, Regime::Body) => self.balls[i].integrals_under(&self.own_forcing(i, self.balls[i].anchor), t),
-            (None, _) => self.balls[i].integrals_at(t),
+            (None, Regime::Body) => ball.integrals_under(&self.own_forcing(i, ball.anchor), t),
+            (None, _) => ball.integrals_at(t),
         }
     }
 
