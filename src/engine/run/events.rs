@@ -114,7 +114,8 @@ impl Engine {
 
     /// Closes the unassigned contact `i` with this overlap (m) at `t`.
     pub(crate) fn set_pressing(&mut self, i: usize, overlap: f64, t: DoubleDouble) {
-        let mode = self.cradle.contacts[i].mode_when_closed(overlap, self.rate_at(i, t));
+        let rate = self.cradle.pair(i).overlap_rate([i, i + 1].map(|ball| self.state_at(ball, t)));
+        let mode = self.cradle.contacts[i].mode_when_closed(overlap, rate);
         self.contacts[i].unassign(overlap, mode);
     }
 
@@ -207,15 +208,6 @@ impl Engine {
     /// Places (m) of the balls of contact `i` at their anchors.
     pub(crate) fn anchors(&self, i: usize) -> [f64; 2] {
         [i, i + 1].map(|ball| self.balls[ball].flight.x)
-    }
-
-    /// Rate of the overlap of contact `i` (m/s) at `t`, between balls in flight.
-    pub(crate) fn rate_at(&self, i: usize, t: DoubleDouble) -> f64 {
-        let state = |ball: usize| {
-            let (displacement, v) = self.balls[ball].moved(t);
-            (self.balls[ball].flight.x + displacement, v)
-        };
-        self.cradle.pair(i).overlap_rate([state(i), state(i + 1)])
     }
 
     /// Forecasts from `t` on the next onset of contact `i`, whose balls are in flight, or the end of its constraint.

@@ -55,10 +55,6 @@ impl Exchange {
     ) -> Engine {
         let contacts = range.start..range.end - 1;
         let part = |values: &[f64], range: &Range<usize>| values[range.clone()].to_vec();
-        let moved = |ball: &Ball| {
-            let (displacement, v) = ball.moved(onset.into());
-            (ball.flight.x + displacement, v)
-        };
         let parameters = Parameters {
             mass_ratio: part(&self.parameters.mass_ratio, range),
             length_ratio: part(&self.parameters.length_ratio, range),
@@ -68,8 +64,9 @@ impl Exchange {
         };
         let inputs = Inputs { force: part(&self.inputs.force, range), ..self.inputs };
         let mut engine = Engine::apart(&parameters, HeldInputs::constant(inputs, 0.0), 0.0);
-        for (ball, state) in engine.balls.iter_mut().zip(balls[range.clone()].iter().map(moved)) {
-            (ball.flight.x, ball.flight.v) = state;
+        for (ball, before) in engine.balls.iter_mut().zip(&balls[range.clone()]) {
+            let (displacement, v) = before.moved(onset.into());
+            (ball.flight.x, ball.flight.v) = (before.flight.x + displacement, v);
         }
         let all = 0..engine.contacts.len();
         let is_closed = |j: usize| closed.binary_search(&(contacts.start + j)).is_ok();
