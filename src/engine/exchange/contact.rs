@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::observer::{Observer, Pulse};
+use crate::engine::observer::Observer;
 use crate::engine::records::Ledger;
 use crate::solver::double_double::DoubleDouble;
 
@@ -58,13 +58,5 @@ impl Contact {
         self.ledger.add(impulse - self.ledger.impulse.value(), self.seen, 0.0);
         (self.last, self.peak) = (None, self.ledger.pulse_peak);
         observer.pulse(self.ledger.close_pulse(i, time));
-    }
-
-    /// Enters a pulse that an event has followed from `onset` to `release`.
-    pub fn enter(&mut self, pulse: &Pulse, onset: DoubleDouble, release: DoubleDouble, observer: &mut dyn Observer) {
-        self.ledger.open_pulse(onset, 0);
-        self.ledger.add(pulse.impulse, pulse.peak, pulse.peak);
-        self.peak = pulse.peak;
-        observer.pulse(self.ledger.close_pulse(pulse.contact, release));
     }
 }

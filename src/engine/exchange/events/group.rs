@@ -244,7 +244,9 @@ impl Exchange {
                 let impulse = self.y[self.impulse_place(j)] + before(j) + pulse.impulse;
                 self.contacts[j].close_pulse(j, release, impulse, observer);
             } else {
-                self.contacts[j].enter(&Pulse { contact: j, ..*pulse }, start + pulse.onset, release, observer);
+                self.contacts[j].open_pulse(start + pulse.onset, 0.0);
+                self.contacts[j].seen = pulse.peak;
+                self.contacts[j].close_pulse(j, release, pulse.impulse, observer);
             }
         }
         for k in contacts.clone() {
