@@ -84,12 +84,6 @@ impl Ledger {
         self.step_peak = self.step_peak.max(step_peak);
     }
 
-    /// Adds an impulse (N.s) by rounding, without a pulse, in step number `step`.
-    pub fn trace(&mut self, impulse: f64, step: u64) {
-        self.begin_step(step, self.impulse);
-        self.impulse += impulse;
-    }
-
     pub fn close_pulse(&mut self, contact: usize, time: DoubleDouble) -> Pulse {
         self.release = time.value_up();
         Pulse { contact, onset: self.onset, release: self.release, peak: self.pulse_peak, impulse: self.pulse_impulse }

@@ -79,7 +79,9 @@ impl Engine {
         let (mut impacts, traces): (Vec<_>, Vec<_>) =
             outcome.impacts.drain(..).partition(|impact| impact.impulse > impulse_of_rounding(impact.contact));
         for Impact { contact, impulse } in traces {
-            self.contacts[first + contact].ledger.trace(impulse, self.step.number);
+            let ledger = &mut self.contacts[first + contact].ledger;
+            ledger.begin_step(self.step.number, ledger.impulse);
+            ledger.impulse += impulse;
         }
         if impacts.iter().all(|impact| first + impact.contact != i) {
             // It has been foretold.
