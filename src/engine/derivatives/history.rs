@@ -22,12 +22,6 @@ pub(crate) struct Stretch {
     pub tunables: Tunables,
 }
 
-impl Stretch {
-    fn numbers(&self) -> usize {
-        self.inputs.orders().map(|inputs| inputs.force.len() + 1).sum::<usize>() + self.tunables.len()
-    }
-}
-
 /// The inputs and tunable parameters of a run up to their last change.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct History {
@@ -47,9 +41,8 @@ impl History {
         self.forget_tape();
         self.broken |= !wanted;
         if !self.broken && self.stretches.last().is_none_or(|last| last.until < until) {
-            let stretch = Stretch { until, inputs: inputs.clone(), tunables };
-            self.numbers += stretch.numbers();
-            self.stretches.push(stretch);
+            self.numbers += inputs.orders().map(|inputs| inputs.force.len() + 1).sum::<usize>() + tunables.len();
+            self.stretches.push(Stretch { until, inputs: inputs.clone(), tunables });
             self.broken = self.numbers > MOST_NUMBERS;
         }
         if self.broken {
