@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::flight::{Forcing, forcing_at};
+use crate::engine::flight::{Forcing, forcing_at, shifted};
+use crate::engine::inputs::HeldInputs;
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
@@ -41,14 +42,20 @@ pub(super) struct Dynamics {
     energy_scale: f64,
 }
 
+/// Accelerations of the balls by the inputs, expanded about the time `since` (s).
+pub(super) fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<Forcing> {
+    inputs.forcings(cradle).iter().map(|forcing| shifted(forcing, since - inputs.since)).collect()
+}
+
 impl Dynamics {
-    /// From the state `y` at the time `since` on. The error allowed is `tolerance` times the larger of a component and
-    /// its scale.
+    /// From the state `y` at the time `since` (s) on. The error allowed is `tolerance` times the larger of a component
+    /// and its scale.
     ///
     /// The scales follow from the [speed in reach](Cradle::speed_in_reach). For positions it is the distance at that
     /// speed within one unit of their time, for velocities [`SLOW`] times the speed, for overlaps [`DEEP`] times the
     /// overlap of an impact at that speed.
-    pub fn new(cradle: Cradle, forcings: Vec<Forcing>, since: DoubleDouble, y: &[f64], tolerance: f64) -> Self {
+    pub fn new(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], tolerance: f64) -> Self {
+        let (forcings, since) = (forcings(&cradle, inputs, since), since.into());
         let mut dynamics = Self { cradle, forcings, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
         let (n, largest) = (dynamics.balls(), |most: f64, forcing: &f64| most.max(forcing.abs()));
         let motion = [&y[..n], &y[n..2 * n], &y[2 * n..3 * n - 1]];

@@ -4,10 +4,9 @@ use std::cell::{Cell, RefCell};
 
 use serde::{Deserialize, Serialize};
 
-use super::dynamics::Dynamics;
+use super::dynamics::{Dynamics, forcings};
 use super::trajectory::{Event, Kind, Trajectory};
 use crate::engine::error::EngineError;
-use crate::engine::flight::{Forcing, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Progress};
 use crate::engine::records::Ledger;
@@ -56,7 +55,7 @@ impl Continuous {
             return Err(EngineError::NotFinite { time: start_time, ball: i % parameters.balls() });
         }
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
-        let dynamics = equations(Cradle::new(parameters), &inputs, start_time, &y, parameters.tolerance);
+        let dynamics = Dynamics::new(Cradle::new(parameters), &inputs, start_time, &y, parameters.tolerance);
         let mut run = Self {
             inputs,
             trajectory: Trajectory::new(method, dynamics, &y),
@@ -157,7 +156,7 @@ impl Continuous {
     /// Restarts from the current time with the current inputs and cradle.
     fn restart(&mut self, cradle: Cradle) {
         let y = self.y();
-        let dynamics = equations(cradle, &self.inputs, self.time, &y, self.trajectory.dynamics.tolerance);
+        let dynamics = Dynamics::new(cradle, &self.inputs, self.time, &y, self.trajectory.dynamics.tolerance);
         self.trajectory.restart(dynamics, &y);
         self.ahead.take();
         self.foreseen.take();
@@ -169,7 +168,14 @@ impl Continuous {
 
     /// See [`Engine::advance`](crate::engine::Engine::advance).
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        self.begin_step();
+        self.step = self.step.saturating_add(1);
+        self.step_start = self.time;
+        self.y_at_step = self.y();
+        for i in 0..self.ledgers.len() {
+            let force = self.force(i);
+            self.ledgers[i].begin_step(self.step, DoubleDouble::ZERO);
+            self.ledgers[i].add(0.0, 0.0, force);
+        }
         self.continue_step(time, observer)
     }
 
@@ -202,17 +208,6 @@ impl Continuous {
         Ok(())
     }
 
-    fn begin_step(&mut self) {
-        self.step = self.step.saturating_add(1);
-        self.step_start = self.time;
-        self.y_at_step = self.y();
-        for i in 0..self.ledgers.len() {
-            let force = self.force(i);
-            self.ledgers[i].begin_step(self.step, DoubleDouble::ZERO);
-            self.ledgers[i].add(0.0, 0.0, force);
-        }
-    }
-
     fn enter(&mut self, event: Event, observer: &mut dyn Observer) {
         let Event { time, contact: i, kind, force } = event;
         let path = self.trajectory.path();
@@ -235,15 +230,4 @@ impl Continuous {
             self.events = self.events.saturating_add(1);
         }
     }
-}
-
-/// The equations from the state `y` at the time `since` (s) on.
-fn equations(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], tolerance: f64) -> Dynamics {
-    let forcings = forcings(&cradle, inputs, since);
-    Dynamics::new(cradle, forcings, since.into(), y, tolerance)
-}
-
-/// Accelerations of the balls by the inputs, expanded about the time `since` (s).
-fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<Forcing> {
-    inputs.forcings(cradle).iter().map(|forcing| shifted(forcing, since - inputs.since)).collect()
 }
