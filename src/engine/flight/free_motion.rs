@@ -22,16 +22,9 @@ pub(crate) fn degree(forcing: &Forcing) -> usize {
 
 /// The shortest time (s) in which one of its derivatives changes by its own size; infinite if none changes.
 pub(crate) fn time_of_change(forcing: &Forcing) -> f64 {
-    let mut shortest = f64::INFINITY;
-    let mut last: Option<(usize, f64)> = None;
-    for (k, derivative) in forcing.iter().map(|derivative| derivative.abs()).enumerate().filter(|(_, size)| *size > 0.0)
-    {
-        if let Some((j, before)) = last {
-            shortest = shortest.min(libm::pow(before / derivative, 1.0 / (k - j) as f64));
-        }
-        last = Some((k, derivative));
-    }
-    shortest
+    let sizes = forcing.iter().map(|derivative| derivative.abs()).enumerate().filter(|(_, size)| *size > 0.0);
+    let time = |((j, before), (k, size)): ((usize, f64), (usize, f64))| libm::pow(before / size, 1.0 / (k - j) as f64);
+    sizes.clone().zip(sizes.skip(1)).map(time).fold(f64::INFINITY, f64::min)
 }
 
 /// Its value `tau` (s) after the anchor, m/s2.
