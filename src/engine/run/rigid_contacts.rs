@@ -130,18 +130,12 @@ impl Engine {
 
     /// Begins or ends a pulse of the unassigned contact `i` at `t`, unless that is done.
     fn set_closed(&mut self, i: usize, closed: bool, t: DoubleDouble, observer: &mut dyn Observer) {
-        let overlap = self.contacts[i].overlap();
-        match (self.contacts[i].is_closed(), closed) {
-            (false, true) => {
-                self.contacts[i].unassign(overlap, Mode::Pressing);
-                self.begin_pulse(i, t, observer);
-            }
-            (true, false) => {
-                self.contacts[i].unassign(overlap, Mode::Open);
-                self.end_pulse(i, t, observer);
-            }
-            _ => {}
+        let contact = &mut self.contacts[i];
+        if contact.is_closed() == closed {
+            return;
         }
+        contact.unassign(contact.overlap(), if closed { Mode::Pressing } else { Mode::Open });
+        if closed { self.begin_pulse(i, t, observer) } else { self.end_pulse(i, t, observer) }
     }
 
     /// Rounding of the positions and velocities of these balls in flight.
