@@ -330,13 +330,11 @@ impl Results for Exchange {
     }
 
     fn dissipated_energy(&self) -> f64 {
-        let [loss, _] = self.sums_place();
-        self.y[loss]
+        self.y[self.sums_place()[0]]
     }
 
     fn external_work(&self) -> f64 {
-        let [_, work] = self.sums_place();
-        self.y[work]
+        self.y[self.sums_place()[1]]
     }
 
     fn support_force_mean(&self) -> f64 {
