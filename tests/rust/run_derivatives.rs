@@ -46,9 +46,11 @@ impl Course {
     fn outputs(&self) -> Vec<f64> {
         let (run, balls) = (&self.simulation, 0..self.parameters.balls());
         let states = balls.clone().map(|i| run.x(i)).chain(balls.clone().map(|i| run.v(i)));
-        let impulses = balls.skip(1).map(|i| run.impulse(i - 1));
+        let impulses = balls.clone().skip(1).map(|i| run.impulse(i - 1));
         let sums = [run.total_energy(), run.momentum(), run.support_force(), run.support_force_mean()];
-        states.chain(impulses).chain(sums).chain([run.next_onset().time()]).collect()
+        let heights = balls.clone().map(|i| run.angle(i)).chain(balls.map(|i| run.y(i)));
+        let next = [run.next_onset().time(), run.support_force_vertical()];
+        states.chain(impulses).chain(sums).chain(next).chain(heights).collect()
     }
 
     /// Its derivatives along a direction, by repeating it.
@@ -68,16 +70,17 @@ fn unit(known: newtons_cradle::variables::Variable, balls: usize) -> Settings {
     along
 }
 
-/// The derivatives of [`Course::outputs`]; the last two are not on tapes.
+/// The derivatives of [`Course::outputs`].
 fn derivatives(of: &Differential) -> Vec<f64> {
-    let sums = [of.energy, of.momentum, of.support_force, of.support_force_mean, of.next_onset];
-    of.x.iter().chain(&of.v).chain(&of.impulse).chain(&sums).copied().collect()
+    let sums = [of.energy, of.momentum, of.support_force, of.support_force_mean];
+    let (states, next) = (of.x.iter().chain(&of.v).chain(&of.impulse), [of.next_onset, of.support_force_vertical]);
+    states.chain(&sums).chain(&next).chain(&of.angle).chain(&of.y).copied().collect()
 }
 
 /// Those that tapes have.
 fn on_tape(of: &Differential) -> Vec<f64> {
     let mut all = derivatives(of);
-    all.truncate(all.len() - 2);
+    all.truncate(3 * of.x.len() + 2);
     all
 }
 
@@ -149,7 +152,7 @@ fn they_agree_with_differences_and_both_directions_with_each_other() {
         }
         for known in knowns(3) {
             let (value, along) = (known.real(&settings).unwrap(), unit(known, 3));
-            let by_tape = tape.as_ref().map(|tape| on_tape(&tape.along(&along.parameters, &along.inputs)));
+            let by_tape = tape.as_ref().map(|tape| derivatives(&tape.along(&along.parameters, &along.inputs)));
             // Where contacts are closed all the time the run is only followed by its tape.
             let repeated = course.along(&along).map(|found| derivatives(&found));
             assert!(repeated.is_some() || has_tape, "{name}: {known} is not followed");
@@ -160,8 +163,11 @@ fn they_agree_with_differences_and_both_directions_with_each_other() {
                 known.set_real(&mut changed, value + change);
                 Course::new(&changed, end, has_tape).outputs()
             });
-            for found in [by_tape, repeated].into_iter().flatten() {
-                for (j, (found, difference)) in found.into_iter().zip(&differences).enumerate() {
+            for (taped, found) in [(true, by_tape), (false, repeated)] {
+                for (j, (found, difference)) in found.into_iter().flatten().zip(&differences).enumerate() {
+                    if taped && j >= 3 * 3 + 2 && found.is_nan() {
+                        continue; // Tapes say that they lack it.
+                    }
                     let bound = 1e-5 * difference.abs() + 6e-13 * rounding * values[j].abs().max(1.0);
                     assert!(
                         (found - difference).abs() <= bound,
