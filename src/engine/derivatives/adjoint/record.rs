@@ -59,14 +59,6 @@ impl Observer for Recorder {
     }
 }
 
-impl Tape {
-    /// Whether there can be tapes of runs with these parameters.
-    pub(crate) fn takes(parameters: &Parameters) -> bool {
-        let cradle = Cradle::new(parameters);
-        !cradle.on_arcs() && cradle.restitution.is_none() && cradle.contacts.iter().all(ContactLaw::is_elastic)
-    }
-}
-
 impl Recorder {
     /// At the start, at this time (s).
     pub fn new(time: f64, start: &ChainState) -> Self {
@@ -86,13 +78,13 @@ impl Recorder {
         }
     }
 
-    /// These parameters and inputs act from now on.
+    /// These parameters and inputs act from now on; `None` if no tape can follow them.
     pub fn begin(&mut self, parameters: &Parameters, inputs: &HeldInputs) -> Option<()> {
         if self.tunings.last().is_none_or(|last| last.parameters.tunables() != parameters.tunables()) {
-            if !Tape::takes(parameters) {
+            let cradle = Cradle::new(parameters);
+            if cradle.on_arcs() || cradle.restitution.is_some() || !cradle.contacts.iter().all(ContactLaw::is_elastic) {
                 return None;
             }
-            let cradle = Cradle::new(parameters);
             let oscillators = cradle.balls.iter().map(|ball| Oscillator::new(ball.omega2, ball.gamma)).collect();
             self.tunings.push(Arc::new(Tuning { parameters: parameters.clone(), cradle, oscillators }));
             self.hold(NUMBERS_OF_TUNING * numbers_of_coefficients(self.x.len()))?;
