@@ -54,14 +54,6 @@ impl Engine {
         true
     }
 
-    /// Takes the impact out of contact `i`, which becomes unassigned with this overlap (m) and mode.
-    fn take_impact(&mut self, i: usize, overlap: f64, mode: Mode) -> Option<PairImpact> {
-        let Phase::Impact(impact) = &mut self.contacts[i].phase else { return None };
-        let impact = impact.take();
-        self.contacts[i].unassign(overlap, mode);
-        impact
-    }
-
     /// Whether the open contact `j` provably stays open from `t` until the impacts of its balls are over: the one about
     /// to begin, given for the ball that it moves, and any current one of the other ball.
     fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
@@ -105,7 +97,7 @@ impl Engine {
         self.before_move(i + 1, t);
         let in_step = self.impact_peak(i, self.step.time.into(), t);
         self.begin_ledger(i, t);
-        let Some(impact) = self.take_impact(i, 0.0, Mode::Open) else { return };
+        let Phase::Impact(Some(impact)) = std::mem::take(&mut self.contacts[i].phase) else { return };
         self.contacts[i].ledger.add(impact.outcome.impulse, impact.outcome.peak, in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
             ball.flight.x += impact.outcome.displacements[side];
@@ -167,7 +159,6 @@ impl Engine {
         let Some(impact) = self.contacts[i].impact() else { return };
         let (mut cluster, control) = (self.first_segment(i, impact), self.control_within(impact));
         self.queue.remove(i);
-        self.take_impact(i, 0.0, Mode::Open);
         let mut moved = [0.0; 2];
         loop {
             let goes_on = cluster.end() < t && cluster.switch.is_none() && cluster.length > 0.0;
