@@ -114,12 +114,7 @@ impl Ball {
         acceleration * tau * tau
     }
 
-    /// The sums at the time `t`, in flight.
-    pub fn integrals_at(&self, t: DoubleDouble) -> RunningIntegrals {
-        self.integrals_under(&self.flight.forcing, t)
-    }
-
-    /// The sums at the time `t`, where only the part `inputs` of the forcing is by the inputs.
+    /// The sums at the time `t`, in flight, where only the part `inputs` of the forcing is by the inputs.
     pub fn integrals_under(&self, inputs: &Forcing, t: DoubleDouble) -> RunningIntegrals {
         if self.model.on_arc {
             let mut integrals = self.integrals;

@@ -65,7 +65,7 @@ impl Engine {
                 integrals
             }
             (None, Regime::Body) => ball.integrals_under(&self.own_forcing(i, ball.anchor), t),
-            (None, _) => ball.integrals_at(t),
+            (None, _) => ball.integrals_under(&ball.flight.forcing, t),
         }
     }
 
