@@ -73,11 +73,8 @@ pub(crate) struct Outcome<S> {
 }
 
 /// Neighbours with their weighted mean.
-#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Block<S> {
-    /// The first of them, and the one after the last.
-    pub start: usize,
-    pub end: usize,
+    pub members: Range<usize>,
     pub mean: S,
     mass: S,
 }
@@ -88,11 +85,11 @@ pub(crate) struct Block<S> {
 pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S) -> bool) -> Vec<Block<S>> {
     let mut blocks: Vec<Block<S>> = Vec::with_capacity(masses.len());
     for (i, (mass, value)) in masses.iter().zip(values).enumerate() {
-        let mut block = Block { start: i, end: i + 1, mean: *value, mass: *mass };
-        while let Some(left) = blocks.pop_if(|left| meet(block.start - 1, left.mean - block.mean)) {
+        let mut block = Block { members: i..i + 1, mean: *value, mass: *mass };
+        while let Some(left) = blocks.pop_if(|left| meet(block.members.start - 1, left.mean - block.mean)) {
             let mass = left.mass + block.mass;
             let mean = left.mean + (block.mean - left.mean) * (block.mass / mass);
-            block = Block { start: left.start, end: block.end, mean, mass };
+            block = Block { members: left.members.start..block.members.end, mean, mass };
         }
         blocks.push(block);
     }
@@ -109,7 +106,7 @@ pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f6
     }
     // Balls that still approach come to rest against each other.
     for block in pool(&row.masses, v, |j, difference| (row.parts[j] * difference).value() > 0.0) {
-        joint_impact(&row.masses, v, S::default(), block.start..block.end, block.mean, &mut outcome);
+        joint_impact(&row.masses, v, S::default(), block.members, block.mean, &mut outcome);
     }
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v / *factor);
     for Impact { contact, impulse } in &mut outcome.impacts {

@@ -17,7 +17,7 @@ use crate::engine::error::EngineError;
 use crate::engine::flight::{Fault, Forcing, Regime, Rounding, Separation, places, shifted, start_by_centre};
 use crate::engine::observer::Observer;
 use crate::engine::records::RAPID;
-use crate::engine::rigid::restitution::{self, Impact, Row};
+use crate::engine::rigid::restitution::{self, Block, Impact, Row};
 use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
 use crate::model::Mode;
 use crate::next::Next;
@@ -280,10 +280,10 @@ impl Engine {
                 Keep::Nothing | Keep::Contact(_) => pressed,
             }
         };
-        for block in restitution::pool(&masses, &accelerations, meet) {
-            if block.end - block.start > 1 {
-                let members = run.start + block.start..run.start + block.end;
-                let contacts = block.start..block.end - 1;
+        for Block { members, .. } in restitution::pool(&masses, &accelerations, meet) {
+            if members.len() > 1 {
+                let contacts = members.start..members.end - 1;
+                let members = run.start + members.start..run.start + members.end;
                 let body = Body::new(&self.balls[members.clone()], &approach[contacts.clone()], rounding, t);
                 for (ball, flight) in self.balls[members].iter_mut().zip(body.flights) {
                     (ball.oscillator, ball.flight, ball.regime) = (body.oscillator, flight, Regime::Body);

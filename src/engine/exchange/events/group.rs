@@ -84,7 +84,7 @@ impl Exchange {
             let (masses, v): (Vec<f64>, Vec<f64>) =
                 engine.balls.iter().map(|ball| (ball.model.mass, ball.flight.v)).unzip();
             for block in restitution::pool(&masses, &v, |j, _| is_closed(j)) {
-                engine.balls[block.start..block.end].iter_mut().for_each(|ball| ball.flight.v = block.mean);
+                engine.balls[block.members].iter_mut().for_each(|ball| ball.flight.v = block.mean);
             }
             engine.settle(all, START, Keep::Closed, &[], observer);
             return engine;
