@@ -93,19 +93,15 @@ mod tests {
     use super::*;
     use crate::model::Inputs;
 
-    fn held() -> HeldInputs {
-        HeldInputs { since: 0.0, values: Inputs::zero(3), derivatives: vec![Inputs::zero(3)] }
-    }
-
     #[test]
     fn what_has_acted_for_no_time_is_not_kept() {
-        let p = Parameters::default_for(3);
+        let (p, held) = (Parameters::default_for(3), HeldInputs::constant(Inputs::zero(3), 0.0));
         let mut history = History::default();
         for until in [0.5, 0.5, 0.75] {
-            history.keep(true, until, &held(), p.tunables());
+            history.keep(true, until, &held, p.tunables());
         }
         assert!(history.is_complete() && history.stretches.len() == 2);
-        history.keep(false, 1.0, &held(), p.tunables());
+        history.keep(false, 1.0, &held, p.tunables());
         assert!(!history.is_complete() && history.stretches.is_empty());
     }
 }
