@@ -42,9 +42,9 @@ impl Exchange {
         self.cradle.balls.iter().enumerate().map(ball).collect()
     }
 
-    /// An engine for all balls from now on, its time 0, with these `closed` contacts.
-    pub(super) fn engine_now(&self, closed: &[usize]) -> Engine {
-        self.engine_at(&self.flights(), &(0..self.balls()), 0.0, closed, &mut Unrecorded)
+    /// An engine for all balls from now on, its time 0.
+    pub(super) fn engine_now(&self) -> Engine {
+        self.engine_at(&self.flights(), &(0..self.balls()), 0.0, &self.closed(), &mut Unrecorded)
     }
 
     /// The motion of the balls of contact `j` relative to each other along the flights of `balls`, `tau` (s) from now.
@@ -126,7 +126,7 @@ impl Exchange {
         if !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open) {
             return (Next::not_before(self.time, self.time), None);
         }
-        let mut engine = self.engine_now(&self.closed());
+        let mut engine = self.engine_now();
         let limit = DoubleDouble::from(ONSET_PERIODS * self.cradle.period());
         let earliest = (self.time + self.margin()).max(self.time.next_up());
         let later = |tau: DoubleDouble| (DoubleDouble::from(self.time) + tau).value_up().max(earliest);

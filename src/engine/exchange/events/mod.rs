@@ -34,7 +34,7 @@ impl Exchange {
             return Err(EngineError::NotFinite { time: self.time, ball: i });
         }
         if self.cradle.on_arcs() {
-            let balls = if self.is_rigid() { self.engine_now(&self.closed()).balls } else { self.flights() };
+            let balls = if self.is_rigid() { self.engine_now().balls } else { self.flights() };
             if let Some((ball, fault)) = (0..).zip(&balls).find_map(|(i, ball)| Some((i, ball.fault(ball.anchor)?.1))) {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
             }
@@ -163,8 +163,7 @@ impl Exchange {
     fn rigid_event(&mut self, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             // Balls that are pressed together move as bodies.
-            let closed = self.closed();
-            let mut engine = self.engine_now(&closed);
+            let mut engine = self.engine_now();
             let balls = engine.balls.clone();
             engine.check_fault(self.time)?;
             let open = |j: usize| engine.contacts[j].constraint().is_none();
@@ -172,7 +171,7 @@ impl Exchange {
                 return self.rest(&mut engine, observer);
             };
             let before = |j: usize| engine.impulse_at(j, onset.into()).value();
-            if let Some(group) = self.follow(&balls, first, onset, &closed)? {
+            if let Some(group) = self.follow(&balls, first, onset, &self.closed())? {
                 group.engine.check_fault(self.time + onset)?;
                 self.apply(&balls, &group, before, observer);
             }
