@@ -94,11 +94,6 @@ impl Dynamics {
         self.cradle.balls.len()
     }
 
-    /// Number of components of the state that are not sums.
-    fn unknowns(&self) -> usize {
-        3 * self.balls() - 1
-    }
-
     pub fn v(&self, i: usize) -> usize {
         self.balls() + i
     }
@@ -108,7 +103,7 @@ impl Dynamics {
     }
 
     pub fn impulse(&self, i: usize) -> usize {
-        self.unknowns() + i
+        3 * self.balls() - 1 + i
     }
 
     /// Places of the energy dissipated, the work of the inputs and the integral of the force on the support.
@@ -237,7 +232,7 @@ impl System for Dynamics {
     }
 
     fn copy_sums(&self, from: &[f64], to: &mut [f64]) {
-        let sums = self.unknowns()..;
+        let sums = self.impulse(0)..;
         to[sums.clone()].copy_from_slice(&from[sums]);
     }
 

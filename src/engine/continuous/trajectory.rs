@@ -99,12 +99,8 @@ impl Trajectory {
 
     /// Overlap (m) of contact `i` and its rate (m/s) at `s` on the last step.
     pub fn overlap(&self, i: usize, s: f64) -> (f64, f64) {
-        (self.path().value(self.dynamics.overlap(i), s), self.closing(i, s))
-    }
-
-    /// Velocity of ball `i` minus that of the next one at `s`, m/s.
-    fn closing(&self, i: usize, s: f64) -> f64 {
-        self.path().value(self.dynamics.v(i), s) - self.path().value(self.dynamics.v(i + 1), s)
+        let (path, v) = (self.path(), self.dynamics.v(i));
+        (path.value(self.dynamics.overlap(i), s), path.value(v, s) - path.value(v + 1, s))
     }
 
     /// Makes a step and finds the events in it; those of the step before must have been taken.
@@ -137,7 +133,7 @@ impl Trajectory {
             let kind = if closes { Kind::Onset } else { Kind::Release };
             // The damper acts at once.
             let law = &self.dynamics.cradle.contacts[i];
-            let force = if closes { law.force(f64::MIN_POSITIVE, self.closing(i, s)) } else { 0.0 };
+            let force = if closes { law.force(f64::MIN_POSITIVE, self.overlap(i, s).1) } else { 0.0 };
             self.events.push_back(Event { time: self.path().time(s), contact: i, kind, force });
             *(if closes { &mut from } else { &mut to }) = s;
         }
