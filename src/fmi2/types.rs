@@ -1,7 +1,5 @@
 //! The types of `fmi2TypesPlatform.h` and `fmi2FunctionTypes.h`, under the names of the standard.
 
-#![allow(non_camel_case_types, non_upper_case_globals, non_snake_case)]
-
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
 /// An instance, opaque to the host.
