@@ -14,7 +14,6 @@ const EVERY: Duration = Duration::from_secs(10);
 /// Writes each pulse to the log as it finishes, and how far the step has come if it takes long.
 pub(super) struct Reporter<'a> {
     log: &'a Log,
-    pulses: bool,
     until: f64,
     /// Time of the first progress callback; most steps have none.
     since: Option<Instant>,
@@ -28,25 +27,21 @@ impl<'a> Reporter<'a> {
     /// For a step to the time `until` (s).
     #[inline]
     pub fn new(log: &'a Log, until: f64) -> Self {
-        let pulses = log.wants(LogCategory::Events);
-        Self { log, pulses, until, since: None, due: FIRST, seen: BTreeMap::new() }
+        Self { log, until, since: None, due: FIRST, seen: BTreeMap::new() }
     }
 }
 
 impl Observer for Reporter<'_> {
     /// 17 digits, so that they read back as the same doubles.
     fn pulse(&mut self, Pulse { contact, onset, release, peak, impulse }: Pulse) {
-        if self.pulses {
-            let contact = contact + 1;
-            self.log.write(
-                Severity::Ok,
-                LogCategory::Events,
-                format_args!(
-                    "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} \
-                     impulse={impulse:.16e}"
-                ),
-            );
-        }
+        let contact = contact + 1;
+        self.log.write(
+            Severity::Ok,
+            LogCategory::Events,
+            format_args!(
+                "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"
+            ),
+        );
     }
 
     #[cold]
