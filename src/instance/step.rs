@@ -217,20 +217,15 @@ impl Instance {
             return Err(Refusal::new("the instance was created without event mode"));
         }
         self.run.phase = Phase::EventMode;
-        self.reach_event()?;
-        self.tick();
-        Ok(())
-    }
-
-    /// Treats an event within rounding of the host's clock as due.
-    fn reach_event(&mut self) -> Result<(), Refusal> {
         self.update_simulation()?;
         self.catch_up_rigid()?;
+        // An event within rounding of the host's clock is due.
         let (own, margin) = (self.time(), CLOCK_TOLERANCE * self.time().abs().max(1.0));
         let next = self.simulation()?.next_event().filter(|next| *next - own <= margin);
         if let Some(next) = next.filter(|_| !self.run.clocks.are_due()) {
             self.advance(StepUnderWay { asked: next, end: next, since: own }, false, false)?;
         }
+        self.tick();
         Ok(())
     }
 
