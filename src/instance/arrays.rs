@@ -186,12 +186,13 @@ impl Instance {
     pub fn set_floats(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let balls = self.balls();
         let (mut set, mut unused) = (Vec::with_capacity(values.len()), Vec::new());
+        let by_states = self.run.phase == Phase::ContinuousTimeMode && self.run.purpose.arrays;
         let (mut states, mut place): (Option<Vec<f64>>, _) = (None, None);
         for (array, index, value) in self.elements(references, Type::Real, values)? {
             let variable = array.variable(index);
             let first = array.index(0);
-            if index == first {
-                place = self.place_of_state(array);
+            if by_states && index == first {
+                place = array.state_place(balls);
             }
             if let Some(place) = place {
                 variable.check_real(value)?;

@@ -8,7 +8,7 @@ use super::lifecycle::Instance;
 use super::report::Reporter;
 use super::step::Handled;
 use crate::engine::{Observer, state_count};
-use crate::variables::{Array, Extra, Refusal};
+use crate::variables::{Extra, Refusal};
 
 impl Instance {
     pub fn count_states(&self) -> usize {
@@ -22,12 +22,6 @@ impl Instance {
     /// Index among the states of the impulse that belongs to no contact.
     fn padding_state(&self) -> Option<usize> {
         (!self.start.scalars).then(|| 3 * self.balls() - 1)
-    }
-
-    /// Index of the first element among the states, if the variable can be set now as a state.
-    pub(super) fn place_of_state(&self, array: Array) -> Option<usize> {
-        let settable = self.run.phase == Phase::ContinuousTimeMode && self.run.purpose.arrays;
-        if settable { array.state_place(self.balls()) } else { None }
     }
 
     /// Ends a step of the host's solver. Returns whether an event is due.
