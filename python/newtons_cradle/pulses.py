@@ -33,12 +33,6 @@ class Pulses(np.ndarray):
     def __array_wrap__(self, array: Array, context: Any = None, return_scalar: bool = False) -> Any:
         return array[()] if return_scalar else array
 
-    def __eq__(self, other: Any) -> Any:
-        return np.asarray(self) == other
-
-    def __ne__(self, other: Any) -> Any:
-        return np.asarray(self) != other
-
     def __repr__(self) -> str:
         if self.dtype != PULSE or self.ndim != 1:
             return repr(np.asarray(self))
