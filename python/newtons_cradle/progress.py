@@ -2,14 +2,13 @@
 
 import sys
 import time
-from typing import TextIO
 
 
 class Progress:
     """Callable with the fraction done (0 to 1): `fmu.simulate(..., progress=Progress("Figure 4"))`."""
 
-    def __init__(self, label: str, stream: TextIO | None = None):
-        self.label, self.stream = label, stream or sys.stdout
+    def __init__(self, label: str):
+        self.label = label
         self.begin = self.spoke = time.perf_counter()
         self.done = False
 
@@ -20,10 +19,10 @@ class Progress:
         now = time.perf_counter()
         self.done = fraction >= 1.0
         took, percent = f"{now - self.begin:.1f} s", int(100 * min(fraction, 1.0))
-        if self.stream.isatty():
+        if sys.stdout.isatty():
             end = f" {took}\n" if self.done else ""
-            self.stream.write(f"\r  {self.label:<44} [{'#' * (percent * 30 // 100):<30}] {percent:3d} %{end}")
+            sys.stdout.write(f"\r  {self.label:<44} [{'#' * (percent * 30 // 100):<30}] {percent:3d} %{end}")
         elif self.done or now > self.spoke + 5.0:
-            self.stream.write(f"  {self.label:<44} {percent:3d} %  {took}\n")
+            sys.stdout.write(f"  {self.label:<44} {percent:3d} %  {took}\n")
             self.spoke = now
-        self.stream.flush()
+        sys.stdout.flush()
