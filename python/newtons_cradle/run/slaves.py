@@ -48,16 +48,6 @@ def _logger(environment: int, _instance: bytes, status: int, *texts: bytes | Non
         log.take(status, *texts)
 
 
-def callbacks(log: Log) -> fmi2CallbackFunctions:
-    """Callbacks of a new instance of FMI 2.0, whose messages `log` takes."""
-    functions = fmi2CallbackFunctions()
-    functions.logger = _logger
-    addLoggerProxy(byref(functions))
-    functions.componentEnvironment = id(log)
-    _logs[id(log)] = log
-    return functions
-
-
 class Instance:
     """What all kinds of instances have. Variables are read and set by name: elements of FMI 3.0's arrays as `x[1]`, or
     all of an array at once."""
@@ -140,7 +130,12 @@ class Version2(Instance):
         """Instantiates it; pulses, doubts and errors are logged."""
         if options:
             raise FmuError(f"{', '.join(options)} is refused: only FMUs of FMI 3.0 have such options")
-        self.instantiate(callbacks=callbacks(log))
+        functions = fmi2CallbackFunctions()
+        functions.logger = _logger
+        addLoggerProxy(byref(functions))
+        functions.componentEnvironment = id(log)
+        _logs[id(log)] = log
+        self.instantiate(callbacks=functions)
         self.setDebugLogging(True, ["logEvents", "logStatusWarning"])
 
     def enterInitializationMode(self: Any, startTime: float = 0.0) -> None:
