@@ -81,9 +81,9 @@ impl Instance {
     pub fn set_up(&mut self, experiment: Experiment) -> Result<(), Refusal> {
         experiment.check()?;
         // Only in FMI 3.0 a run may end where it starts.
-        if let (false, Some(stop)) = (self.run.purpose.arrays, experiment.stop.filter(|stop| *stop == experiment.start))
-        {
-            return Err(Refusal::number("stopTime", stop, "s", format_args!("later than startTime = {stop} s")));
+        let start = experiment.start;
+        if !self.run.purpose.arrays && experiment.stop == Some(start) {
+            return Err(Refusal::number("stopTime", start, "s", format_args!("later than startTime = {start} s")));
         }
         self.run.experiment = Some(experiment);
         self.run.exchange = None;
