@@ -95,7 +95,8 @@ fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Res
             variable.set_real(settings, *value);
         }
         (StartValue::Item(name), Access::Enumeration(enumeration)) => {
-            let item = enumeration.named(name).ok_or_else(|| Refusal::value(variable, name, enumeration))?;
+            let item = enumeration.items.iter().find(|item| item.name == name);
+            let item = item.ok_or_else(|| Refusal::value(variable, name, enumeration))?;
             variable.set_item(settings, item.value);
         }
         (StartValue::Item(text), _) => return Err(Refusal::value(variable, format_args!("{text:?}"), "a number")),

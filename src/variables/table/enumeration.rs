@@ -20,11 +20,6 @@ impl Enumeration {
     pub fn item(&self, value: i32) -> Option<&'static Item> {
         self.items.iter().find(|item| item.value == value)
     }
-
-    /// The item of this name.
-    pub fn named(&self, name: &str) -> Option<&'static Item> {
-        self.items.iter().find(|item| item.name == name)
-    }
 }
 
 /// The choices, for messages: `powerLaw (1) or hertz (2) or rigid (3)`.
