@@ -94,7 +94,7 @@ pub(crate) unsafe fn text<'a>(text: *const c_char) -> &'a CStr {
 pub(crate) fn log_line(category: LogCategory, text: &str, format: bool) -> [CString; 2] {
     let text = text.replace('\0', "").replace('#', "##");
     let text = if format { text.replace('%', "%%") } else { text };
-    [category.name(), &text].map(|text| CString::new(text).unwrap_or_default())
+    [LOG_CATEGORIES[category as usize].1, &text].map(|text| CString::new(text).unwrap_or_default())
 }
 
 /// The log categories of these names.

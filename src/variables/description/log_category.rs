@@ -22,10 +22,3 @@ categories! {
     Discard "logStatusDiscard" "Refused values that leave the instance as it was, with the reason",
     Error "logStatusError" "Refused calls and failed steps, with the reason",
 }
-
-impl LogCategory {
-    /// Name in the description and in the host's log.
-    pub const fn name(self) -> &'static str {
-        LOG_CATEGORIES[self as usize].1
-    }
-}
