@@ -19,11 +19,6 @@ const EVERYTHING: Groups = &[&["all position", "all v", "all F_ext", "a_support"
 /// Inputs on which the forecast of the next onset depends.
 const INPUTS: Groups = &[&["F_ext", "a_support"]];
 
-/// Whether a contact force is part of it.
-fn is_of_forces(row: &Row) -> bool {
-    matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)")
-}
-
 /// Whether it depends on all states and inputs, at the start on all parameters, where pendulums are circular: positions
 /// follow from angles and the directions of contacts, the tension of a string from all that acts on its ball.
 fn is_of_arcs(row: &Row, start: &Settings) -> bool {
@@ -113,8 +108,10 @@ fn following(array: Array, start: &Settings, fmi3: bool) -> Option<Groups> {
     if many && array.is_single() && row.shape == Shape::Balls && of_positions {
         return None;
     }
+    // Whether a contact force is part of it.
+    let of_forces = matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)");
     let rigid = start.parameters.contact_model == ContactModel::Rigid;
-    if of_arcs || is_of_forces(row) && (fmi3 || rigid) {
+    if of_arcs || of_forces && (fmi3 || rigid) {
         let listed = if fmi3 { !array.is_single() } else { !(of_arcs && many) };
         return listed.then_some(EVERYTHING);
     }
