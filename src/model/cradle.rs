@@ -137,10 +137,7 @@ impl<S: Scalar> Cradle<S> {
             ContactModel::Rigid => (S::default(), S::from(1.0), S::from(1.0)),
         };
         let rigid = p.contact_model == ContactModel::Rigid;
-        let damping = match rigid {
-            true => Damping::None,
-            false => Damping::selected(p, one),
-        };
+        let damping = if rigid { Damping::None } else { Damping::selected(p, one) };
         let contact = |(ratio, gap): (S, S)| {
             let clearance = gap + one(|p| p.dead_band);
             let pivots = S::from(2.0) * one(|p| p.radius) + gap;
