@@ -65,8 +65,9 @@ struct Step<'a> {
     /// For each ball: its acceleration at the stages without contact forces and displacement.
     pulls: Vec<Stages>,
     responses: Vec<Response>,
-    /// For each contact: change of the overlap since the start, and force, at the stages.
+    /// For each contact: change of the overlap since the start, at the stages.
     changes: Vec<Stages>,
+    /// Forces there, with one of 0 at either end.
     forces: Vec<Stages>,
     evaluations: u64,
 }
@@ -135,23 +136,14 @@ impl<'a> Step<'a> {
             responses.push(if same { responses[i - 1].clone() } else { Response::new(o, &integral) });
             pulls.push(times.map(|t| pull(o, flight, t)));
         }
-        let none = vec![Stages::zeros(); window.contacts.len()];
+        let [changes, forces] = [0, 2].map(|more| vec![Stages::zeros(); window.contacts.len() + more]);
         let derivative = RADAU.derivative * (1.0 / length);
-        Self { window, derivative, times, pulls, responses, changes: none.clone(), forces: none, evaluations: 0 }
-    }
-
-    /// Rate of contact `j` at the start, m/s.
-    fn rate(&self, j: usize) -> f64 {
-        self.window.flights[j].v - self.window.flights[j + 1].v
-    }
-
-    fn force(&self, j: Option<usize>) -> Stages {
-        j.and_then(|j| self.forces.get(j)).copied().unwrap_or_else(Stages::zeros)
+        Self { window, derivative, times, pulls, responses, changes, forces, evaluations: 0 }
     }
 
     /// Acceleration of ball `i` by the contacts, m/s2.
     fn pressed(&self, i: usize) -> Stages {
-        (self.force(i.checked_sub(1)) - self.force(Some(i))) / self.window.balls[i].model.mass
+        (self.forces[i] - self.forces[i + 1]) / self.window.balls[i].model.mass
     }
 
     /// The response of the overlap of contact `j`, or of its rate, to all accelerations of its balls.
@@ -163,7 +155,7 @@ impl<'a> Step<'a> {
             let (l, r) = (&window.flights[j], &window.flights[j + 1]);
             let forcing = std::array::from_fn(|k| l.forcing[k] - r.forcing[k]);
             let x = window.contacts[j].overlap + window.laws[j].clearance;
-            let apart = Flight { x, v: self.rate(j), forcing };
+            let apart = Flight { x, v: window.overlap_rate(j), forcing };
             let pulls = self.times.map(|t| pull(&left.oscillator, &apart, t));
             response(&self.responses[j]) * (pulls + (by_contacts[0] - by_contacts[1]))
         } else {
@@ -198,7 +190,7 @@ impl<'a> Step<'a> {
             rows.clear();
             for (j, [left, right]) in (first..end).zip(&yielding) {
                 let wanted = self.relative(j, |r| &r.displacement, [self.pressed(j), self.pressed(j + 1)]);
-                let missing = self.rate(j) * self.times + wanted - self.changes[j];
+                let missing = self.window.overlap_rate(j) * self.times + wanted - self.changes[j];
                 let beside =
                     |contact: usize, side: usize| yielding.get(contact).map_or_else(Matrix::zeros, |y| -y[side]);
                 let lower = beside((j - first).wrapping_sub(1), 1);
@@ -233,7 +225,7 @@ impl<'a> Step<'a> {
         let mut slopes = Matrix::zeros();
         for s in 0..STAGES {
             let (force, by_overlap, by_rate) = law.continued(start + self.changes[j][s], rates[s])?;
-            self.forces[j][s] = force;
+            self.forces[j + 1][s] = force;
             slopes.set_row(s, &(self.derivative.row(s) * by_rate));
             slopes[(s, s)] += by_overlap;
         }
@@ -312,14 +304,14 @@ impl<'a> Step<'a> {
                 // The force must be as accurate: its relative error is `exponent` times as large.
                 let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
                 let allowed = (relative * size).max(self.shaken(j, of_rates)) / length;
-                let jump = (polynomial[0] - self.rate(j)).abs() / (JUMP * allowed).max(of_rates);
+                let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
                 series.set_rate(j, &polynomial);
                 let overlaps = self.changes[j].add_scalar(contact.overlap);
                 let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
-                series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j]));
+                series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j + 1]));
             } else {
-                let rate = self.rate(j);
+                let rate = window.overlap_rate(j);
                 let accelerations = [self.pressed(j), self.pressed(j + 1)];
                 let rates = self.relative(j, |r| &r.velocity, accelerations).add_scalar(rate);
                 series.set_rate(j, &RADAU.polynomial_from(rate, &rates));
