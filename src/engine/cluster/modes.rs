@@ -8,7 +8,7 @@
 
 use std::cell::Cell;
 
-use super::natural::{Group, Sum};
+use super::natural::Group;
 use super::window::{DenseOutput, OverlapSeries, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding};
 use crate::model::Mode;
@@ -21,6 +21,11 @@ use crate::solver::series::of_derivatives;
 /// continues the search.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
+
+/// Roundings below which an overlap, summed over modes, is noise, and those of its derivatives, which only guide a
+/// search.
+const NOISE: f64 = 8.0;
+const NOISE_OF_DERIVATIVES: f64 = 128.0;
 
 /// Relative rounding of a force after several operations.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
@@ -113,15 +118,24 @@ impl Modes {
         // Early on, the sum of changes since the start, so that balls that hardly move do not get the rounding of the
         // others' motion; later, when most of the start has died out, the value itself.
         let late = tau * self.fastest_rate > 1.0;
-        let mut sum = Sum::new(self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
+        let mut sums = [0.0; COUNT];
+        (sums[0], sums[1]) = (self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
+        let mut magnitudes = sums.map(f64::abs);
         self.movers(j).for_each(|(mode, stretch)| {
             let mut response = mode.at(tau);
             if !late {
                 response.derivatives[1] = response.change_of_rate;
             }
-            sum.add(stretch, &response.derivatives);
+            for (k, derivative) in response.derivatives.iter().take(COUNT).enumerate() {
+                sums[k] += stretch * derivative;
+                magnitudes[k] += (stretch * derivative).abs();
+            }
         });
-        sum.without_noise()
+        // 0 within rounding, so that no search follows noise.
+        std::array::from_fn(|k| {
+            let noise = if k == 0 { NOISE } else { NOISE_OF_DERIVATIVES } * f64::EPSILON * magnitudes[k];
+            if sums[k].abs() <= noise { 0.0 } else { sums[k] }
+        })
     }
 
     fn joining(&self, j: usize) -> Option<&Group> {

@@ -142,36 +142,3 @@ impl Group {
         masses.iter().sum::<f64>() / self.masses.iter().sum::<f64>()
     }
 }
-
-/// Roundings below which a sum over modes is noise, and those of its derivatives, which only guide a search.
-const NOISE: f64 = 8.0;
-const NOISE_OF_DERIVATIVES: f64 = 128.0;
-
-/// A value and its derivatives, summed over modes, and the magnitudes that went into them.
-pub(crate) struct Sum<const COUNT: usize> {
-    values: [f64; COUNT],
-    magnitudes: [f64; COUNT],
-}
-
-impl<const COUNT: usize> Sum<COUNT> {
-    pub fn new(value: f64, rate: f64) -> Self {
-        let mut values = [0.0; COUNT];
-        (values[0], values[1]) = (value, rate);
-        Self { values, magnitudes: values.map(f64::abs) }
-    }
-
-    pub fn add(&mut self, factor: f64, terms: &[f64; 5]) {
-        for (k, term) in terms.iter().take(COUNT).enumerate() {
-            self.values[k] += factor * term;
-            self.magnitudes[k] += (factor * term).abs();
-        }
-    }
-
-    /// The values, with 0 for those within rounding, so that no search follows noise.
-    pub fn without_noise(self) -> [f64; COUNT] {
-        std::array::from_fn(|k| {
-            let noise = if k == 0 { NOISE } else { NOISE_OF_DERIVATIVES } * f64::EPSILON * self.magnitudes[k];
-            if self.values[k].abs() <= noise { 0.0 } else { self.values[k] }
-        })
-    }
-}
