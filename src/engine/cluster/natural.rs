@@ -95,7 +95,8 @@ impl Group {
                 0 => *o,
                 _ => Oscillator::new(o.omega2() + lambda * stiffness / mass, o.gamma() + 0.5 * lambda * damping / mass),
             };
-            let weight = |i: usize| masses[i] * shapes.ball(j, i);
+            let weight = |i: usize| masses[i] * shapes.balls[j * size + i];
+            let stretches = &shapes.contacts[j * (size - 1)..];
             let (mut v, mut force) = (0.0, 0.0);
             for (i, flight) in flights[members.clone()].iter().enumerate() {
                 force += weight(i) * flight.forcing[0];
@@ -109,7 +110,7 @@ impl Group {
                 let overlap = contacts[contact].overlap;
                 let apart = if j == 0 { flights[contact].x - flights[contact + 1].x } else { overlap + law.clearance };
                 v += before * (flights[contact].v - flights[contact + 1].v);
-                force -= o.omega2() * before * apart + shapes.contact(j, i) * law.stiffness / mass * overlap;
+                force -= o.omega2() * before * apart + stretches[i] * law.stiffness / mass * overlap;
             }
             if j == 0 {
                 let (last, all) = (&flights[first + size - 1], before + weight(size - 1));
@@ -128,12 +129,12 @@ impl Group {
 
     /// Displacement of ball `i` for a unit of the coordinate of mode `m`.
     pub fn shape(&self, m: usize, i: usize) -> f64 {
-        self.shapes.ball(m, i - self.first)
+        self.shapes.balls[m * self.size + i - self.first]
     }
 
     /// Change of the overlap of contact `j`, which joins two of its balls, for a unit of the coordinate of mode `m`.
     pub fn stretch(&self, m: usize, j: usize) -> f64 {
-        self.shapes.contact(m, j - self.first)
+        self.shapes.contacts[m * (self.size - 1) + j - self.first]
     }
 
     /// Mass share of these `balls`.

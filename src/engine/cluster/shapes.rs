@@ -22,13 +22,12 @@ const TOLERANCE: f64 = 1e-12;
 
 #[derive(Clone, Debug)]
 pub(super) struct Shapes {
-    size: usize,
     /// `lambda_j`.
     pub lambda: Vec<f64>,
-    /// `phi_j(i)` at `j * size + i`.
-    balls: Vec<f64>,
-    /// `phi_j(i) - phi_j(i + 1)` at `j * (size - 1) + i`.
-    contacts: Vec<f64>,
+    /// For each mode: `phi_j(i)` for each ball, the displacement for a unit of its coordinate.
+    pub balls: Vec<f64>,
+    /// For each mode: `phi_j(i) - phi_j(i + 1)` for each contact, the same of the overlap.
+    pub contacts: Vec<f64>,
 }
 
 impl Shapes {
@@ -44,7 +43,7 @@ impl Shapes {
         if !matrix.iter().all(|entry| entry.is_finite()) {
             return None;
         }
-        let mut shapes = Self { size, lambda: Vec::new(), balls: Vec::new(), contacts: Vec::new() };
+        let mut shapes = Self { lambda: Vec::new(), balls: Vec::new(), contacts: Vec::new() };
         let total: f64 = masses.iter().sum();
         shapes.lambda.push(0.0);
         shapes.balls.extend(masses.iter().map(|_| 1.0 / total.sqrt()));
@@ -69,16 +68,6 @@ impl Shapes {
             shapes.contacts.extend((0..contacts).map(|i| root * u[i] / roots[i]));
         }
         Some(shapes)
-    }
-
-    /// Displacement of ball `i` for a unit of the coordinate of mode `j`.
-    pub fn ball(&self, j: usize, i: usize) -> f64 {
-        self.balls[j * self.size + i]
-    }
-
-    /// The same of the overlap of contact `i`.
-    pub fn contact(&self, j: usize, i: usize) -> f64 {
-        self.contacts[j * (self.size - 1) + i]
     }
 }
 
