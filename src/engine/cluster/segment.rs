@@ -303,7 +303,7 @@ impl Cluster {
         // Contacts that are not linear: explicit steps from one branch point of their forces to the next.
         let before = history.explicit_length;
         if by_gauss && let Some(step) = described.gauss.follow(window, control, rounding, scale, before, evaluations) {
-            (self.length, history.explicit_length, described.method) = (step.length, step.next, Method::Gauss);
+            ((self.length, history.explicit_length), described.method) = (step, Method::Gauss);
             return error;
         }
         // Linear contacts, and all others, such as a start from rest or stiff damping. Series keep balls that the

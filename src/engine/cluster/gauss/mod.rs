@@ -34,14 +34,6 @@ const STIFF: f64 = 0.1;
 /// Attempts for one step, after which it is left to another method.
 const ATTEMPTS: usize = 40;
 
-/// The outcome of a step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Followed {
-    /// Its length and that of the next one, s.
-    pub length: f64,
-    pub next: f64,
-}
-
 /// Whether contacts press, the closed ones are not linear, forces that may clip have a `sign_of_force`, and damping at
 /// this `speed` (m/s) is not stiff.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
@@ -59,8 +51,9 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
 }
 
 impl Motion {
-    /// Describes the motion of `window` for a step of about the length `before` (s; 0 if unknown). `None` if the method
-    /// does not apply. Adds the `evaluations` of forces, each at all nodes.
+    /// Describes the motion of `window` for a step of about the length `before` (s; 0 if unknown). Returns its length
+    /// and that of the next one, s; `None` if the method does not apply. Adds the `evaluations` of forces, each at all
+    /// nodes.
     pub(super) fn follow(
         &mut self,
         window: &Window,
@@ -69,7 +62,7 @@ impl Motion {
         speed: f64,
         before: f64,
         evaluations: &mut u64,
-    ) -> Option<Followed> {
+    ) -> Option<(f64, f64)> {
         self.start(window);
         let (mut planner, mut plan, tolerance) = Planner::new(self, window, control, rounding, speed, before);
         for _ in 0..ATTEMPTS {
@@ -81,16 +74,12 @@ impl Motion {
             plan::trace(&plan, &outcome, &decision);
             match decision {
                 Decision::Try(next) => plan = next,
-                Decision::Take(next) => {
-                    self.forget();
-                    return Some(Followed { length: self.until, next });
-                }
+                Decision::Take(next) => return Some((self.until, next)),
                 // A step of no length.
                 Decision::End(j, switch) => {
                     (self.length, self.until, self.end) = (0.0, 0.0, Some((j, switch)));
                     self.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
-                    self.forget();
-                    return Some(Followed { length: 0.0, next: before });
+                    return Some((0.0, before));
                 }
                 Decision::GiveUp => return None,
             }

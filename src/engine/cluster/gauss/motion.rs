@@ -182,7 +182,7 @@ impl Motion {
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, balls, laws, .. } = window;
-        self.end = None;
+        (self.moment.get_mut().tau, self.part.get_mut().tau) = (None, None);
         self.flights.clear();
         self.flights.extend_from_slice(flights);
         self.tracks.clear();

@@ -27,11 +27,6 @@ const MARGIN: f64 = 1.25;
 const EARLY: f64 = 0.5;
 
 impl Motion {
-    /// Forgets what was computed for another motion.
-    pub(super) fn forget(&mut self) {
-        (self.moment.get_mut().tau, self.part.get_mut().tau) = (None, None);
-    }
-
     fn moment(&self, tau: f64) -> Ref<'_, Moment> {
         if self.moment.borrow().tau != Some(tau) {
             self.compute_moment(&mut self.moment.borrow_mut(), tau);
