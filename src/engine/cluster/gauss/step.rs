@@ -2,7 +2,6 @@
 //! iteration moves the end there.
 
 use super::motion::{Motion, Tolerance};
-use super::switching::Signs;
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::Mode;
 use crate::solver::gauss::{Stretching, Table, weighted};
@@ -238,14 +237,14 @@ impl Motion {
             Some(_) | None => {}
         }
         self.until = self.length;
-        match self.signs(table, tolerance) {
-            Signs::Stay => {}
-            Signs::Unclear => return Outcome::Failed,
-            Signs::Change(j, 0.0) => return Outcome::AtOnce(j, clipping(self.tracks[j].mode).1),
-            Signs::Change(j, time) => {
-                (self.until, self.end) = (time, Some((j, clipping(self.tracks[j].mode).1)));
-                error *= WITHIN;
+        let Ok(clipped) = self.first_clipping(table, tolerance) else { return Outcome::Failed };
+        if let Some((j, time)) = clipped {
+            let (_, switch) = clipping(self.tracks[j].mode);
+            if time == 0.0 {
+                return Outcome::AtOnce(j, switch);
             }
+            (self.until, self.end) = (time, Some((j, switch)));
+            error *= WITHIN;
         }
         if error > 1.0 {
             return Outcome::TooLong(error);

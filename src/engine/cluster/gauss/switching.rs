@@ -23,16 +23,6 @@ enum Excess {
     Near(usize),
 }
 
-/// Changes of the signs of forces on a step.
-pub(super) enum Signs {
-    /// No force changes its sign.
-    Stay,
-    /// The force of this contact does, at this time (s).
-    Change(usize, f64),
-    /// One may do so between two nodes.
-    Unclear,
-}
-
 impl Motion {
     /// Error of the overlaps, m.
     pub(super) fn noise(&self, tolerance: &Tolerance) -> f64 {
@@ -171,8 +161,9 @@ impl Motion {
         overlap > self.noise(tolerance) || speed_up > tolerance.local_error
     }
 
-    /// The first change of the sign of a force that may be clipped, against the mode of its contact.
-    pub(super) fn signs(&self, table: &Table, tolerance: &Tolerance) -> Signs {
+    /// The first change of the sign of a force that may be clipped, against the mode of its contact: which one and when
+    /// (s), if any; an error if one may change its sign between two nodes.
+    pub(super) fn first_clipping(&self, table: &Table, tolerance: &Tolerance) -> Result<Option<(usize, f64)>, ()> {
         let (mut first, mut unclear) = (None, f64::INFINITY);
         for (j, track) in self.tracks.iter().enumerate() {
             let Some(sign) = track.sign() else { continue };
@@ -194,11 +185,8 @@ impl Motion {
                 }
             }
         }
-        match first {
-            Some((j, time)) if time <= unclear => Signs::Change(j, time),
-            _ if unclear < f64::INFINITY => Signs::Unclear,
-            _ => Signs::Stay,
-        }
+        let is_known = first.map_or(f64::INFINITY, |(_, time)| time) <= unclear;
+        is_known.then_some(first).ok_or(())
     }
 
     /// When a quantity leaves this `side` of 0 before node `m` or, with [`NODES`], before the end of the step, s. Ten
