@@ -9,7 +9,7 @@
 use std::cell::Cell;
 
 use super::natural::Group;
-use super::window::{DenseOutput, OverlapSeries, Window, clipping};
+use super::window::{DenseOutput, OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding};
 use crate::model::Mode;
 use crate::next::Next;
@@ -264,24 +264,22 @@ impl DenseOutput for Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
-        // In touch and closing: at once, not where the overlap exceeds its rounding.
-        if window.contacts[j].overlap == 0.0 && window.overlap_rate(j) > rounding.velocity {
-            return Next::At(0.0);
-        }
-        self.watch(j, Watched::Overlap, 1.0, rounding.position).crossing(until)
-    }
-
-    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
-        self.watch(j, Watched::Overlap, -1.0, rounding.no_overlap()).crossing(until)
-    }
-
-    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
-        let (sign, _) = clipping(window.contacts[j].mode);
-        let level = sign * self.contacts[j].impedance * rounding.velocity;
-        // The rounding of the rate at the start dies out with the motion; the overlap has none.
-        let fading = self.joining(j).map_or(0.0, Group::least_decay);
-        Watch { fading, ..self.watch(j, Watched::Force, sign, level) }.crossing(until)
+    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+        let Joint { overlap, rate, impedance, .. } = self.contacts[j];
+        let watch = match switch {
+            // In touch and closing: at once, not where the overlap exceeds its rounding.
+            Switch::Onset if overlap == 0.0 && rate > rounding.velocity => return Next::At(0.0),
+            Switch::Onset => self.watch(j, Watched::Overlap, 1.0, rounding.position),
+            Switch::Release => self.watch(j, Watched::Overlap, -1.0, rounding.no_overlap()),
+            Switch::Clip | Switch::Unclip => {
+                let (sign, _) = clipping(window.contacts[j].mode);
+                let level = sign * impedance * rounding.velocity;
+                // The rounding of the rate at the start dies out with the motion; the overlap has none.
+                let fading = self.joining(j).map_or(0.0, Group::least_decay);
+                Watch { fading, ..self.watch(j, Watched::Force, sign, level) }
+            }
+        };
+        watch.crossing(until)
     }
 
     fn searched(&self) -> u64 {

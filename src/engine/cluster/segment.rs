@@ -46,16 +46,18 @@ impl Description {
     /// The first switching of contact `j` of `window`, the one described, before `until` (s). Changes within `rounding`
     /// are no switchings.
     fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
-        let (output, law, mode) = (self.output(), &window.laws[j], window.contacts[j].mode);
+        let first = |switch: Switch, until: f64| self.output().first(switch, j, window, until, rounding);
+        let mode = window.contacts[j].mode;
         if mode == Mode::Open {
-            return (output.onset(j, window, until, rounding), Switch::Onset);
+            return (first(Switch::Onset, until), Switch::Onset);
         }
-        let release = output.release(j, until, rounding);
-        if law.clips() {
+        let release = first(Switch::Release, until);
+        if window.laws[j].clips() {
             let until = if let Next::At(tau) | Next::NotBefore(tau) = release { tau } else { until };
-            let clip = output.clip(j, window, until, rounding);
+            let (_, switch) = clipping(mode);
+            let clip = first(switch, until);
             if clip != Next::Never {
-                return (clip, clipping(mode).1);
+                return (clip, switch);
             }
         }
         (release, Switch::Release)

@@ -140,14 +140,10 @@ pub(crate) trait DenseOutput {
     /// one.
     fn contact_loss(&self, j: usize, tau: f64) -> f64;
 
-    /// The onset of the open contact `j` of the `window` described, before `until`. Balls that swing side by side
-    /// approach each other by `rounding`: that is no onset.
-    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
-    /// The release of the closed contact `j`, before `until`.
-    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next;
-    /// The beginning or, in mode `Clipped`, the end of the clipping of contact `j`, before `until`, by more than
-    /// `rounding`.
-    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
+    /// The first `switch` of contact `j` of the `window` described, before `until`; one that may end its mode. Balls
+    /// that swing side by side approach each other by `rounding`: that is no onset. A force must change its sign by
+    /// more.
+    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
 
     /// Evaluations of closed forms that the searches for switchings have taken so far.
     fn searched(&self) -> u64 {

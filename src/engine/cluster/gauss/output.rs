@@ -13,7 +13,7 @@
 use std::cell::Ref;
 
 use super::motion::{Moment, Motion, Part, Samples};
-use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, clipping};
+use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::model::{Mode, Pair};
 use crate::next::Next;
@@ -190,11 +190,6 @@ impl Motion {
         let c = || 0.5 + 0.5 * root::rising_zero(at, low, high);
         (low.1 < 0.0 && high.1 >= 0.0).then(|| (self.length * self.stretching.part(c())).clamp(start, end))
     }
-
-    /// The switching of contact `j`, if it is this one.
-    fn ends_with(&self, j: usize, switch: Switch) -> Next {
-        if self.end == Some((j, switch)) { Next::At(self.until) } else { Next::Never }
-    }
 }
 
 /// Displacement, change of the velocity, and integral of the displacement, by these weights, from a velocity and
@@ -285,15 +280,7 @@ impl DenseOutput for Motion {
         })
     }
 
-    fn onset(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {
-        self.ends_with(j, Switch::Onset)
-    }
-
-    fn release(&self, j: usize, _: f64, _: &Rounding) -> Next {
-        self.ends_with(j, Switch::Release)
-    }
-
-    fn clip(&self, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {
-        self.ends_with(j, clipping(self.tracks[j].mode).1)
+    fn first(&self, switch: Switch, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {
+        if self.end == Some((j, switch)) { Next::At(self.until) } else { Next::Never }
     }
 }

@@ -2,7 +2,7 @@
 //! `recurrences`, from `linear` for linear contacts, or from `collocation`.
 
 use super::arcs::Arcs;
-use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Window, clipping};
+use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::{BallModel, Mode};
 use crate::next::Next;
@@ -167,6 +167,33 @@ impl Series {
         }
     }
 
+    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+        let (row, noise, end) = (self.overlap_row(j), rounding.position, until / self.unit);
+        let onset = self.crossing(row, 1.0, 0.0, until);
+        let is_deep =
+            || series::value_by_lanes(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
+        // Where a wave arrives, a ball in touch and at rest, which its front has yet to reach, may take longer than
+        // this segment to be pressed any deeper.
+        let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
+        let wave = || at_rest && self.overlaps.chunks_exact(self.stride).any(|d| d[0] + d[1] > noise);
+        // Its front is not there yet while closing the contact would change the velocities by no more than their
+        // rounding.
+        let matters = || {
+            let (law, mass, (overlap, change_of_rate)) =
+                (&window.laws[j], window.reduced_mass(j), self.overlap(j, until));
+            change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
+        };
+        if onset != Next::Never && (is_deep() || wave() && matters()) { onset } else { Next::Never }
+    }
+
+    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
+        let (row, level) = (self.overlap_row(j), rounding.no_overlap());
+        if row[0] <= level && rounding.is_rest(row[0], row[1] / self.unit) {
+            return self.release_from_rest(row, level, until, rounding);
+        }
+        self.crossing(row, -1.0, level, until)
+    }
+
     /// Where a closed contact at rest opens before `until` (s): where its balls have parted by more than rounding or,
     /// if they are pressed before, where their overlap falls below `level` (m) again.
     fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Next {
@@ -180,6 +207,27 @@ impl Series {
         let about: [f64; MOST] = series::about(row, pressed);
         let fall = crossing::first_positive(&about[..row.len()], -1.0, level, end - pressed);
         self.switching(fall.map(|s| pressed + s), until)
+    }
+
+    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+        let (law, mode) = (&window.laws[j], window.contacts[j].mode);
+        let (pressing, noise) = match law.sign_of_force() {
+            Some(sign) => {
+                let row = self.overlap_row(j);
+                let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
+                if mode == Mode::Pressing && sign.by_rate * fastest < (1.0 - 1e-9) * sign.constant * self.unit {
+                    return Next::Never;
+                }
+                let noise = sign.by_overlap * rounding.position + sign.by_rate * rounding.velocity;
+                (sign.series(row, &self.rate(row)), noise)
+            }
+            None => (self.force_row(j).to_vec(), rounding.force(law)),
+        };
+        let (sign, _) = clipping(mode);
+        match crossing::first_positive(&pressing, sign, sign * noise, until / self.unit) {
+            Some(_) => self.crossing(&pressing, sign, 0.0, until),
+            None => Next::Never,
+        }
     }
 
     /// A row and the factor that makes it the force of contact `j` by its law without clipping, N; zero while it is
@@ -290,51 +338,11 @@ impl DenseOutput for Series {
         })
     }
 
-    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
-        let (row, noise, end) = (self.overlap_row(j), rounding.position, until / self.unit);
-        let onset = self.crossing(row, 1.0, 0.0, until);
-        let is_deep =
-            || series::value_by_lanes(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
-        // Where a wave arrives, a ball in touch and at rest, which its front has yet to reach, may take longer than
-        // this segment to be pressed any deeper.
-        let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
-        let wave = || at_rest && self.overlaps.chunks_exact(self.stride).any(|d| d[0] + d[1] > noise);
-        // Its front is not there yet while closing the contact would change the velocities by no more than their
-        // rounding.
-        let matters = || {
-            let (law, mass, (overlap, change_of_rate)) =
-                (&window.laws[j], window.reduced_mass(j), self.overlap(j, until));
-            change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
-        };
-        if onset != Next::Never && (is_deep() || wave() && matters()) { onset } else { Next::Never }
-    }
-
-    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
-        let (row, level) = (self.overlap_row(j), rounding.no_overlap());
-        if row[0] <= level && rounding.is_rest(row[0], row[1] / self.unit) {
-            return self.release_from_rest(row, level, until, rounding);
-        }
-        self.crossing(row, -1.0, level, until)
-    }
-
-    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
-        let (law, mode) = (&window.laws[j], window.contacts[j].mode);
-        let (pressing, noise) = match law.sign_of_force() {
-            Some(sign) => {
-                let row = self.overlap_row(j);
-                let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
-                if mode == Mode::Pressing && sign.by_rate * fastest < (1.0 - 1e-9) * sign.constant * self.unit {
-                    return Next::Never;
-                }
-                let noise = sign.by_overlap * rounding.position + sign.by_rate * rounding.velocity;
-                (sign.series(row, &self.rate(row)), noise)
-            }
-            None => (self.force_row(j).to_vec(), rounding.force(law)),
-        };
-        let (sign, _) = clipping(mode);
-        match crossing::first_positive(&pressing, sign, sign * noise, until / self.unit) {
-            Some(_) => self.crossing(&pressing, sign, 0.0, until),
-            None => Next::Never,
+    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+        match switch {
+            Switch::Onset => self.onset(j, window, until, rounding),
+            Switch::Release => self.release(j, until, rounding),
+            Switch::Clip | Switch::Unclip => self.clip(j, window, until, rounding),
         }
     }
 }
