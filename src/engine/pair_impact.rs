@@ -219,10 +219,7 @@ fn compression(
         let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
         return Some(Compression { duration, peak_overlap, overlap_integral });
     }
-    let p = law.exponent;
-    // k d_ref^2 (d / d_ref)^(p+1) / (p+1) = mass rate^2 / 2.
-    let ratio = 0.5 * (p + 1.0) * mass * rate * rate / (law.stiffness * law.overlap_ref * law.overlap_ref);
-    let reach = law.overlap_ref * libm::pow(ratio, 1.0 / (p + 1.0));
+    let (p, reach) = (law.exponent, law.largest_overlap(mass, rate));
     let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
     let expands = alpha + beta.abs() < SMALL;
     if !expands {
