@@ -77,8 +77,7 @@ impl Solver {
         let (t, step, slope) = (self.trial.end, self.trial.step, c.corrector[1]);
         self.correction.fill(0.0);
         self.state.copy_from_slice(self.trial.last());
-        let stiff = self.method == Method::Bdf;
-        let mut matrix = stiff.then(|| system.linearize(t, &self.state, step / slope));
+        let mut matrix = (self.method == Method::Bdf).then(|| system.linearize(t, &self.state, step / slope));
         let (mut before, mut convergence) = (0.0, 1.0_f64);
         for iteration in 0..MAX_ITERATIONS {
             self.evaluate(system, t);
@@ -127,7 +126,6 @@ impl Solver {
         let shorter = if failures > 3 {
             if self.order > 1 {
                 self.lower_order();
-                self.wait = self.order + 1;
             } else {
                 self.state.copy_from_slice(self.path.last());
                 self.evaluate(system, self.path.end);
