@@ -28,7 +28,7 @@ use std::sync::LazyLock;
 
 use super::double_double::DoubleDouble;
 
-pub use rule::{NODES, Nodes, Rule, combine, weighted};
+pub use rule::{NODES, Nodes, RULE, combine, weighted};
 
 /// The q of a stretching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +100,7 @@ impl Stretching {
 
     /// For integrals from the start to c = `end`: `phi` at nodes on the way, and their weights.
     pub fn nodes_up_to(self, end: f64) -> [Nodes; 2] {
-        let rule = Rule::get();
+        let rule = &RULE;
         let along = Self::None.table().times.map(|c| self.at_rounded(end * c));
         [along.map(|(phi, _)| phi), std::array::from_fn(|m| rule.weights[m].value() * end * along[m].1)]
     }
@@ -142,7 +142,7 @@ impl Power {
     }
 }
 
-/// The coefficients for one stretching. Aligned like [`Rule`].
+/// The coefficients for one stretching. Aligned like [`RULE`].
 #[derive(Debug)]
 #[repr(align(16))]
 pub struct Table {
@@ -168,7 +168,7 @@ static TABLES: LazyLock<[Table; 5]> = LazyLock::new(|| Stretching::ALL.map(Table
 
 impl Table {
     fn new(stretching: Stretching) -> Self {
-        let rule = Rule::get();
+        let rule = &RULE;
         let (one, half) = (DoubleDouble::from(1.0), DoubleDouble::from(0.5));
         let along = rule.x.map(|x| stretching.at((one + x) * half, (one - x) * half));
         let (times, paces) = (along.map(|(phi, _)| phi.value()), along.map(|(_, slope)| slope.value()));
@@ -199,7 +199,7 @@ impl Table {
         for m in 0..NODES {
             paced[m] = self.paces[m] * values[m];
         }
-        Rule::get().integrate(&paced)
+        RULE.integrate(&paced)
     }
 
     /// Both `sum_l Q1_ml values_l` and `sum_l Q2_ml values_l` at the nodes.
@@ -212,6 +212,6 @@ impl Table {
     /// `sum_l Q2_ml values_l` at the nodes.
     #[inline(always)]
     pub fn integrate_twice(&self, values: &Nodes) -> Nodes {
-        if self.stretched { combine(&self.positions, values) } else { Rule::get().integrate_twice(values) }
+        if self.stretched { combine(&self.positions, values) } else { RULE.integrate_twice(values) }
     }
 }

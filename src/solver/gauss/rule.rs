@@ -14,7 +14,7 @@ const PAIRS: usize = NODES / 2;
 type Pairs = [f64; PAIRS];
 
 /// What all tables share.
-static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
+pub static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
 
 /// Nodes, weights and Lagrange polynomials. Aligned, so that instructions on two numbers can take them from memory.
 #[derive(Debug)]
@@ -120,10 +120,6 @@ impl Rule {
             (rule.twice.even[l], rule.twice.odd[l]) = (twice(1.0), twice(-1.0));
         }
         rule
-    }
-
-    pub fn get() -> &'static Self {
-        &RULE
     }
 
     /// Integrals from 0 to the nodes of the polynomial with these `values` at them.

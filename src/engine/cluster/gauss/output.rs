@@ -17,7 +17,7 @@ use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window}
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::model::{Mode, Pair};
 use crate::next::Next;
-use crate::solver::gauss::{NODES, Nodes, Rule, weighted};
+use crate::solver::gauss::{NODES, Nodes, RULE, weighted};
 use crate::solver::{root, series};
 
 /// Largest peak over the largest force at the nodes and at the ends.
@@ -105,7 +105,7 @@ impl Motion {
         let (table, length) = (self.stretching.table(), self.length);
         let (mut once, paces) = match tau == length {
             true => (table.of_rate, &[1.0; NODES]),
-            false => (Rule::get().integrals(self.stretching.inverse(tau / length)), &table.paces),
+            false => (RULE.integrals(self.stretching.inverse(tau / length)), &table.paces),
         };
         let (mut twice, mut thrice) = ([0.0; NODES], [0.0; NODES]);
         for m in 0..NODES {
@@ -267,7 +267,7 @@ impl DenseOutput for Motion {
         }
         let start = node.filter(|m| *m > first).map_or(from, |m| time(m - 1));
         let end = node.filter(|m| m + 1 < end).map_or(to, |m| time(m + 1));
-        let coefficients = Rule::get().powers.map(|row| weighted(&row, forces));
+        let coefficients = RULE.powers.map(|row| weighted(&row, forces));
         let falls = std::array::from_fn(|k| -((k + 1) as f64) * coefficients.get(k + 1).unwrap_or(&0.0));
         let place = self.rising_zero(&falls, start, end).map(|place| place.clamp(from, to));
         place.map_or(largest, |place| largest.max(self.force(j, place).0)).max(known)

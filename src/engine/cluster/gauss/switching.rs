@@ -7,7 +7,7 @@
 use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, clipping};
 use crate::model::{Mode, SignOfForce};
-use crate::solver::gauss::{NODES, Nodes, Rule, Table, weighted};
+use crate::solver::gauss::{NODES, Nodes, RULE, Table, weighted};
 use crate::solver::root::first_root_of_parabola;
 
 /// Error of the overlaps at the nodes, over speed and length.
@@ -198,7 +198,7 @@ impl Motion {
         if at_start <= 0.0 {
             return start;
         }
-        let falls = Rule::get().powers.map(|row| -side * weighted(&row, within));
+        let falls = RULE.powers.map(|row| -side * weighted(&row, within));
         self.rising_zero(&falls, start, end).unwrap_or_else(|| {
             // Beyond the outermost nodes the polynomial may have the wrong sign.
             let at_end = side * within.get(m).unwrap_or(&ends[1]);
