@@ -1,29 +1,25 @@
 //! Symmetric, positive definite, tridiagonal systems.
 
-/// The matrix; solving replaces it by its factors.
-#[derive(Clone, Debug, Default)]
+/// The factors `L D L'` of a matrix, which need no pivoting here (Golub and Van Loan, Matrix Computations, section
+/// 4.3.6).
 pub struct Tridiagonal {
-    pub diagonal: Vec<f64>,
-    /// Beside the diagonal, one element less.
-    pub beside: Vec<f64>,
-    factored: bool,
+    diagonal: Vec<f64>,
+    beside: Vec<f64>,
 }
 
 impl Tridiagonal {
-    pub fn new(diagonal: Vec<f64>, beside: Vec<f64>) -> Self {
-        Self { diagonal, beside, factored: false }
+    /// Of the matrix with this diagonal and these elements beside it, one less.
+    pub fn new(mut diagonal: Vec<f64>, mut beside: Vec<f64>) -> Self {
+        for i in 0..beside.len() {
+            let factor = beside[i] / diagonal[i];
+            diagonal[i + 1] -= factor * beside[i];
+            beside[i] = factor;
+        }
+        Self { diagonal, beside }
     }
 
-    /// Replaces `b` by the solution of `matrix * solution = b`: the factors `L D L'`, which need no pivoting here
-    /// (Golub and Van Loan, Matrix Computations, section 4.3.6).
-    pub fn solve(&mut self, b: &mut [f64]) {
-        if !std::mem::replace(&mut self.factored, true) {
-            for i in 0..self.beside.len() {
-                let factor = self.beside[i] / self.diagonal[i];
-                self.diagonal[i + 1] -= factor * self.beside[i];
-                self.beside[i] = factor;
-            }
-        }
+    /// Replaces `b` by the solution of `matrix * solution = b`.
+    pub fn solve(&self, b: &mut [f64]) {
         for i in 0..self.beside.len() {
             b[i + 1] -= self.beside[i] * b[i];
         }
