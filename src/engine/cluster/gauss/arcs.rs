@@ -111,18 +111,19 @@ impl<const N: usize> Direction<N> {
         direction
     }
 
-    /// The factors of the forces of the left, the own and the right contact in the acceleration of the overlap, for
-    /// these inverse masses (1/kg) and neighbours.
-    pub fn factors(&self, [a, b]: [f64; 2], left: Option<&Self>, right: Option<&Self>) -> [[f64; N]; 3] {
+    /// The factors of the forces of the left, the own and the right contact in the acceleration of the overlap of
+    /// contact `j` of these `balls`.
+    pub fn factors(directions: &[Self], j: usize, balls: &[BallModel]) -> [[f64; N]; 3] {
         let mut factors = [[0.0; N]; 3];
-        let [l, r] = &self.along;
+        let ([l, r], [a, b]) = (&directions[j].along, [j, j + 1].map(|i| 1.0 / balls[i].mass));
         for m in 0..N {
             factors[1][m] = -(l[m] * l[m] * a + r[m] * r[m] * b);
         }
-        if let Some(left) = left {
+        if j > 0 {
+            let left = &directions[j - 1];
             (0..N).for_each(|m| factors[0][m] = l[m] * left.along[1][m] * a);
         }
-        if let Some(right) = right {
+        if let Some(right) = directions.get(j + 1) {
             (0..N).for_each(|m| factors[2][m] = r[m] * right.along[0][m] * b);
         }
         factors
@@ -179,9 +180,7 @@ impl Arcs {
             self.directions[j] = Direction::new(&self.courses[j], &self.courses[j + 1], lengths, self.starts[j]);
         }
         for j in contacts() {
-            let inverse_masses = [j, j + 1].map(|i| 1.0 / self.balls[i].mass);
-            let left = j.checked_sub(1).map(|left| &self.directions[left]);
-            self.factors[j] = self.directions[j].factors(inverse_masses, left, self.directions.get(j + 1));
+            self.factors[j] = Direction::factors(&self.directions, j, &self.balls);
         }
     }
 }

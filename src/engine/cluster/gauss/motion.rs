@@ -249,11 +249,10 @@ impl Motion {
         }));
         let direction = |j: usize| Direction::new(&courses[j], &courses[j + 1], lengths(j), arcs.starts[j]);
         let directions: Vec<Direction<1>> = (0..laws.len()).map(direction).collect();
-        let mut factors = Vec::with_capacity(laws.len());
+        let factors = |j: usize| Direction::factors(&directions, j, &arcs.balls).map(|[factor]| factor);
+        let factors: Vec<[f64; 3]> = (0..laws.len()).map(factors).collect();
         for j in 0..laws.len() {
-            let left = j.checked_sub(1).map(|left| &directions[left]);
             let inverse_masses = [j, j + 1].map(|i| 1.0 / arcs.balls[i].mass);
-            factors.push(directions[j].factors(inverse_masses, left, directions.get(j + 1)).map(|[factor]| factor));
             let [[l], [r]] = directions[j].along;
             let rate = courses[j].approach(&courses[j + 1], &directions[j]);
             let track = Track::new(window, j, rate, [l * l * inverse_masses[0], r * r * inverse_masses[1]]);
