@@ -276,7 +276,7 @@ impl Cluster {
         let Self { description: described, history, workspace, evaluations, .. } = self;
         let scale = velocity_scale(window);
         let error = control.local_error(scale);
-        *evaluations = window.closed() as u64;
+        *evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
         let on_arcs = window.balls[0].model.on_arc;
         // Strongly damped linear contacts: closed forms until the next switching, after some segments by series.
         let series_first =

@@ -63,10 +63,6 @@ impl Window<'_> {
         self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
     }
 
-    pub fn closed(&self) -> usize {
-        self.contacts.iter().filter(|contact| contact.mode != Mode::Open).count()
-    }
-
     /// Whether the front of a wave has yet to pass a contact: one exactly in touch and at rest, or closed but hardly
     /// pressed or moved for what others are.
     pub fn holds_front(&self) -> bool {

@@ -81,14 +81,6 @@ impl Track {
         -self.mean[0] * overlap - self.mean[1] * rate
     }
 
-    /// What has the sign of the way that its balls, at rest, begin to move: together if it is positive.
-    pub fn first_change(&self) -> f64 {
-        match self.accelerations {
-            [0.0, jerk, ..] => jerk + self.forcing[1],
-            [acceleration, ..] => acceleration,
-        }
-    }
-
     /// Whether its balls are side by side, as far as rounding tells.
     pub fn is_resting(&self, rounding: &Rounding) -> bool {
         rounding.is_rest(self.overlap, self.rate)

@@ -147,7 +147,11 @@ impl Motion {
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
         let track = &self.tracks[j];
         let matters = self.matters(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
-        if track.first_change() >= 0.0 {
+        let first_change = match track.accelerations {
+            [0.0, jerk, ..] => jerk + track.forcing[1],
+            [acceleration, ..] => acceleration,
+        };
+        if first_change >= 0.0 {
             return matters.then_some(0.0);
         }
         self.switching_near_end(j, table).or(matters.then_some(0.5 * self.length))
