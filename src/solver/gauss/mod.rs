@@ -87,13 +87,8 @@ impl Stretching {
         }
     }
 
-    /// `phi` at c.
-    pub fn part(self, c: f64) -> f64 {
-        self.at_rounded(c).0
-    }
-
     /// `phi` and `phi'` at c, with all digits of both.
-    fn at_rounded(self, c: f64) -> (f64, f64) {
+    pub fn at_rounded(self, c: f64) -> (f64, f64) {
         let (phi, slope) = self.at(c.into(), DoubleDouble::from(1.0) - DoubleDouble::from(c));
         (phi.value(), slope.value())
     }

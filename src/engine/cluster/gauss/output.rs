@@ -188,7 +188,7 @@ impl Motion {
         let at = |x: f64| series::value_and_derivatives(coefficients, x);
         let [low, high] = [x(start), x(end)].map(|x| (x, at(x)[0]));
         let c = || 0.5 + 0.5 * root::rising_zero(at, low, high);
-        (low.1 < 0.0 && high.1 >= 0.0).then(|| (self.length * self.stretching.part(c())).clamp(start, end))
+        (low.1 < 0.0 && high.1 >= 0.0).then(|| (self.length * self.stretching.at_rounded(c()).0).clamp(start, end))
     }
 }
 
