@@ -14,7 +14,7 @@
 //! numbers near 1 m.
 
 use super::step_control::{Control, StepHistory};
-use super::taylor::Series;
+use super::taylor::{Series, integrate};
 use super::window::Window;
 use crate::engine::flight::{Flight, Rounding, forcing_at};
 use crate::model::Mode;
@@ -293,7 +293,7 @@ impl<'a> Step<'a> {
             if polynomial.iter().any(|c| !c.is_finite()) {
                 return f64::INFINITY;
             }
-            series.set_velocity(i, &polynomial);
+            integrate(&mut series.displacements[i * series.stride..], &polynomial, length);
         }
         let of_rates = RATES * rounding;
         for (j, contact) in window.contacts.iter().enumerate() {
@@ -306,7 +306,7 @@ impl<'a> Step<'a> {
                 let allowed = (relative * size).max(self.shaken(j, of_rates)) / length;
                 let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
-                series.set_rate(j, &polynomial);
+                integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
                 let overlaps = self.changes[j].add_scalar(contact.overlap);
                 let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
                 series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j + 1]));
@@ -314,7 +314,8 @@ impl<'a> Step<'a> {
                 let rate = window.overlap_rate(j);
                 let accelerations = [self.pressed(j), self.pressed(j + 1)];
                 let rates = self.relative(j, |r| &r.velocity, accelerations).add_scalar(rate);
-                series.set_rate(j, &RADAU.polynomial_from(rate, &rates));
+                let polynomial = RADAU.polynomial_from(rate, &rates);
+                integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
                 if contact.mode == Mode::Clipped {
                     let changes = self.relative(j, |r| &r.displacement, accelerations);
                     let (mut forces, mut unknown) = (Stages::zeros(), 0.0_f64);

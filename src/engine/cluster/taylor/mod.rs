@@ -11,4 +11,5 @@ mod series;
 
 pub(super) use linear::Workspace;
 pub(crate) use recurrences::velocity_scale;
+pub(super) use series::integrate;
 pub(crate) use series::{INVERSE_FACTORIAL, Series};

@@ -258,18 +258,6 @@ impl Series {
     fn squared_rate_integral(&self, row: &[f64], tau: f64) -> f64 {
         self.integral_by_rate(row, tau, |_, rates| *rates) / self.unit
     }
-
-    /// Gives ball `j` of the window this polynomial of the scaled time as its velocity, m/s.
-    pub(crate) fn set_velocity(&mut self, j: usize, velocity: &[f64]) {
-        let (stride, unit) = (self.stride, self.unit);
-        integrate(&mut self.displacements[j * stride..(j + 1) * stride], velocity, unit);
-    }
-
-    /// Gives contact `j` this polynomial of the scaled time as the rate of its overlap, m/s.
-    pub(crate) fn set_rate(&mut self, j: usize, rate: &[f64]) {
-        let (stride, unit) = (self.stride, self.unit);
-        integrate(&mut self.overlaps[j * stride..(j + 1) * stride], rate, unit);
-    }
 }
 
 impl DenseOutput for Series {
@@ -350,8 +338,8 @@ impl DenseOutput for Series {
 /// `1 / k!`.
 pub(crate) const INVERSE_FACTORIAL: [f64; MAX_FORCE_ORDER + 1] = [1.0, 1.0, 0.5, 1.0 / 6.0];
 
-/// Enters the integral of a polynomial of the scaled time, behind the constant term of `row`.
-fn integrate(row: &mut [f64], rate: &[f64], unit: f64) {
+/// Enters the integral of a polynomial `rate` of the scaled time, behind the constant term of the row that begins here.
+pub(crate) fn integrate(row: &mut [f64], rate: &[f64], unit: f64) {
     for (k, (term, rate)) in row[1..].iter_mut().zip(rate).enumerate() {
         *term = rate * unit / (k + 1) as f64;
     }
