@@ -47,9 +47,9 @@ impl Motion {
         self.tracks.iter().find_map(|track| power_of_stretching(&track.law))
     }
 
-    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional power
-    /// of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most of all
-    /// a damping force that starts with a power below 1.
+    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional
+    /// power of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most
+    /// of all a damping force that starts with a power below 1.
     pub(super) fn smoothness(&self) -> f64 {
         let law = &self.tracks[0].law; // contacts have one exponent and one law of damping
         let is_smooth = self.stretching_power().is_none() || law.has_root();
