@@ -56,7 +56,7 @@ export class Live {
 
   takePulses() { return this.fresh.splice(0); }
 
-  /** Starts a run with other values at the next instant at which all contacts are open; then calls `done(reason)`. */
+  /** Starts a run with other values at the next instant at which all contacts are open; then calls `done`. */
   change(given, done = () => {}) {
     const values = { ...this.pending?.values, ...given };
     this.engine.start(this.setup.with(values).atRest().recipe()).forget(); // refused now rather than later
