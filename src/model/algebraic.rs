@@ -34,12 +34,10 @@ fn pushed<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> [S; 2] {
         return [from_left - from_right, S::default()];
     }
     let (mut sum, own) = ([S::default(); 2], place(chain, i));
-    for (force, j, left) in [(from_left, i.wrapping_sub(1), false), (-from_right, i, true)] {
+    for (force, j) in [(from_left, i.wrapping_sub(1)), (-from_right, i)] {
         // Balls far apart need no direction.
         if force != S::default() {
-            let other = place(chain, if left { i + 1 } else { j });
-            let (l, r) = if left { (&own, &other) } else { (&other, &own) };
-            let line = Line::new(l, r, contacts[j].pivots);
+            let line = Line::new(&place(chain, j), &place(chain, j + 1), contacts[j].pivots);
             sum[0] += force * line.along(&own);
             sum[1] += force * line.outward(&own);
         }
