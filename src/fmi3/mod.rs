@@ -21,7 +21,6 @@ use crate::instance::{Instance, Severity};
 use crate::variables::{LogCategory, Refusal};
 
 /// FMI 3.0, and the callbacks of the host.
-#[derive(Clone, Copy)]
 struct Fmi3 {
     environment: fmi3InstanceEnvironment,
     update: fmi3IntermediateUpdateCallback,

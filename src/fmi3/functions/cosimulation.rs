@@ -43,8 +43,8 @@ pub unsafe extern "C" fn fmi3DoStep(
         };
         (status, end.filter(|end| end.interrupted))
     };
-    let callbacks = unsafe { Component::call_host(instance, |callbacks: &Fmi3| *callbacks) };
-    let calls = callbacks.is_some_and(|callbacks| callbacks.update.is_some());
+    let calls = unsafe { Component::call_host(instance, |callbacks: &Fmi3| callbacks.update.is_some()) };
+    let calls = calls.unwrap_or(false);
     let (mut status, mut interrupted) =
         part(Call::DoStep, &|instance| instance.step(currentCommunicationPoint, communicationStepSize, calls));
     while let (fmi3Status::fmi3OK, Some(StepEnd { time, .. })) = (status, interrupted) {
