@@ -96,7 +96,7 @@ fn refused(rest: &[u8], allowed: &str) -> String {
 /// The path behind `file:`, with one to four slashes in front, a host name between, or a Windows drive.
 fn path(rest: &[u8], windows: bool) -> Result<Vec<u8>, String> {
     let slashes = rest.iter().take_while(|byte| **byte == b'/').count();
-    let (_, bare) = rest.split_at(slashes);
+    let bare = &rest[slashes..];
     if windows && let [drive, b':' | b'|', tail @ ..] = bare {
         return Ok([&[*drive, b':'], tail].concat());
     }

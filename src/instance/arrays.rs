@@ -124,7 +124,7 @@ impl Instance {
         match row.access {
             Access::Count(get) => Ok(Value::Count(get(self.results()?, index))),
             Access::Flag(get) => Ok(Value::Flag(get(self.results()?, index))),
-            Access::Enumeration(_) => Ok(Value::Item(variable.item(&self.run.settings).map_or(0, i64::from))),
+            Access::Enumeration(enumeration) => Ok(Value::Item((enumeration.get)(&self.run.settings).into())),
             _ => self.real_of(variable).map(Value::Float),
         }
     }

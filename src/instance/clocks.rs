@@ -183,8 +183,8 @@ impl Clocks {
 
     /// The pulse of a contact that ended at the last tick, if one did.
     pub fn ended(&self, contact: usize) -> Option<Pulse> {
-        let transitions = self.last[Edge::Release as usize].iter().flat_map(|tick| &tick.transitions);
-        transitions.into_iter().find_map(|transition| match transition {
+        let mut transitions = self.last[Edge::Release as usize].iter().flat_map(|tick| &tick.transitions);
+        transitions.find_map(|transition| match transition {
             Transition::Release(pulse) if pulse.contact == contact => Some(*pulse),
             _ => None,
         })

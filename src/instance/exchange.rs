@@ -58,26 +58,26 @@ impl Instance {
         Ok(())
     }
 
-    fn padded(&self, mut values: Vec<f64>, padding: f64) -> Result<Vec<f64>, Refusal> {
+    fn padded(&self, mut values: Vec<f64>, padding: f64) -> Vec<f64> {
         if let Some(place) = self.padding_state() {
             values.insert(place, padding);
         }
-        Ok(values)
+        values
     }
 
     pub fn continuous_states(&mut self) -> Result<Vec<f64>, Refusal> {
         let states = self.exchange()?.states().to_vec();
-        self.padded(states, 0.0)
+        Ok(self.padded(states, 0.0))
     }
 
     pub fn state_derivatives(&mut self) -> Result<Vec<f64>, Refusal> {
         let derivatives = self.exchange()?.derivatives();
-        self.padded(derivatives, 0.0)
+        Ok(self.padded(derivatives, 0.0))
     }
 
     pub fn nominals(&mut self) -> Result<Vec<f64>, Refusal> {
         let nominals = self.exchange()?.nominals().to_vec();
-        self.padded(nominals, 1.0)
+        Ok(self.padded(nominals, 1.0))
     }
 
     /// The event indicators, of all contacts and then of their laws.

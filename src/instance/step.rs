@@ -119,7 +119,7 @@ impl Instance {
         }
         self.run.phase = Phase::IntermediateUpdate;
         self.run.under_way = Some(step);
-        Ok(self.reached(step.asked, interrupted))
+        Ok(self.reached(step.asked, true))
     }
 
     /// The result of a step to the time `asked` (s), or of a part of it.
