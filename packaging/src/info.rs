@@ -61,8 +61,8 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
         write_library(out, path.split('/').nth(1).unwrap_or_default(), library)?;
     }
     writeln!(out, "files")?;
-    let others = entries.iter().filter(|(name, _)| libraries.iter().all(|(_, path, _)| path != *name));
-    others.into_iter().try_for_each(|(name, contents)| writeln!(out, "{:>12} {name}", contents.len()))
+    let mut others = entries.iter().filter(|(name, _)| libraries.iter().all(|(_, path, _)| path != *name));
+    others.try_for_each(|(name, contents)| writeln!(out, "{:>12} {name}", contents.len()))
 }
 
 fn write_library(out: &mut String, folder: &str, bytes: &[u8]) -> std::fmt::Result {

@@ -7,12 +7,10 @@ use newtons_cradle::variables::{Description, MODEL_IDENTIFIER};
 use super::choice::PRESETS;
 use super::contents::Binary;
 use crate::archive::Entries;
-use crate::check::{self, MAX_BYTES, Model, Report};
+use crate::check::{self, MAX_BYTES, Model, Report, TOOL};
 use crate::error::Error;
 use crate::platform::libraries;
 use crate::universal;
-
-const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
 
 /// The parts of an FMU that serve every cradle.
 #[derive(Default)]

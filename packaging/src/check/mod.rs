@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::platform::libraries;
 
 pub(crate) use binary::Library;
-pub(crate) use model::Model;
+pub(crate) use model::{Model, TOOL};
 pub use report::Report;
 pub use unpack::unpack;
 
@@ -74,7 +74,7 @@ fn belongs_together(entries: &Entries, model: &Model, report: &mut Report) -> bo
     let place = format!("resources/{FILE_NAME}");
     let recipe = entries.get(&place).map_or_else(|| Ok(Recipe::default()), |text| Recipe::from_json(text));
     let Some(settings) = report.accept(place, recipe.and_then(|recipe| recipe.settings())) else { return false };
-    if model.tool != concat!("newtons-cradle ", env!("CARGO_PKG_VERSION")) {
+    if model.tool != TOOL {
         report.remark(format_args!("written by {}: this version cannot check its GUID", model.tool));
         return false;
     }

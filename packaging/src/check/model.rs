@@ -14,6 +14,9 @@ use crate::archive::Entries;
 /// The file in an FMU.
 pub const FILE: &str = "modelDescription.xml";
 
+/// What FMUs of this version of this program give as their generation tool.
+pub const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
+
 /// A description, with empty texts for absent parts.
 #[derive(Default)]
 pub struct Model {
