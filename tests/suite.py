@@ -26,10 +26,11 @@ from checkout import (
     say,
     stage,
 )
+from make_wheel import PROGRAM
 
 # As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next
 # tests anew.
-PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
+PRODUCER = ROOT / "target/debug" / PROGRAM
 FMU3 = FMU.with_suffix(".fmi3.fmu")
 FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
