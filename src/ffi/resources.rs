@@ -30,7 +30,7 @@ pub(crate) fn start(
     (name, token): (&str, &CStr),
 ) -> Result<Start, String> {
     let settings = recipe?.settings().map_err(|error| format!("resources: {error}"))?;
-    let (guid, descriptions) = (token.to_string_lossy(), Description::all(&settings, purpose.arrays));
+    let (guid, descriptions) = (token.to_string_lossy(), Description::all(&settings, purpose.fmi3));
     if let Some(own) = descriptions.iter().find(|own| own.guid() == guid) {
         let scalars = own.scalars;
         return Ok(Start { purpose, settings, scalars, guid: guid.into_owned() });

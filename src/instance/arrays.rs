@@ -21,7 +21,7 @@ impl Start {
     /// one of them.
     #[inline]
     pub fn array_at(&self, reference: u32, balls: usize) -> Option<Array> {
-        match (self.purpose.arrays, self.scalars) {
+        match (self.purpose.fmi3, self.scalars) {
             (false, _) => Variable::at(reference, balls).map(Variable::scalar),
             (true, true) => Array::scalar_at(reference, balls),
             (true, false) => Array::at(reference),
@@ -35,11 +35,11 @@ impl Instance {
         let balls = self.balls();
         let array = self.start.array_at(reference, balls).ok_or_else(|| unknown_reference(reference, balls))?;
         let of = array.row.access.data_type();
-        let fmi2 = !self.run.purpose.arrays;
-        if of == asked || fmi2 && (of, asked) == (Type::Enumeration, Type::Integer) {
+        let fmi3 = self.run.purpose.fmi3;
+        if of == asked || !fmi3 && (of, asked) == (Type::Enumeration, Type::Integer) {
             return Ok(array);
         }
-        if fmi2 {
+        if !fmi3 {
             return Err(array.variable(0).wrong_type(asked));
         }
         let (asked, of) = (asked.fmi3(), of.fmi3());
@@ -186,7 +186,7 @@ impl Instance {
     pub fn set_floats(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let balls = self.balls();
         let (mut set, mut unused) = (Vec::with_capacity(values.len()), Vec::new());
-        let by_states = self.run.phase == Phase::ContinuousTimeMode && self.run.purpose.arrays;
+        let by_states = self.run.phase == Phase::ContinuousTimeMode && self.run.purpose.fmi3;
         let (mut states, mut place): (Option<Vec<f64>>, _) = (None, None);
         for (array, index, value) in self.elements(references, Type::Real, values)? {
             let variable = array.variable(index);
@@ -224,7 +224,7 @@ impl Instance {
 
     /// Selects items of the enumerations behind `references`: all of them, or none if any is refused.
     pub fn set_items(&mut self, references: &[u32], values: &[i64]) -> Result<(), Refusal> {
-        let asked = if self.run.purpose.arrays { Type::Enumeration } else { Type::Integer };
+        let asked = if self.run.purpose.fmi3 { Type::Enumeration } else { Type::Integer };
         let mut set = Vec::new();
         for (array, index, value) in self.elements(references, asked, values)? {
             let variable = array.variable(index);

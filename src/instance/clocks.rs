@@ -216,7 +216,7 @@ impl Recorder<'_> {
 impl Observer for Recorder<'_> {
     fn pulse(&mut self, pulse: Pulse) {
         self.reporter.pulse(pulse);
-        if self.purpose.arrays && !self.purpose.events {
+        if self.purpose.fmi3 && !self.purpose.events {
             self.clocks.log.enter(pulse);
         }
         self.enter(pulse.release, Transition::Release(pulse));

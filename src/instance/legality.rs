@@ -22,8 +22,8 @@ impl std::fmt::Display for Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Purpose {
     pub kind: Kind,
-    /// Whether the host uses FMI 3.0, where variables are arrays.
-    pub arrays: bool,
+    /// Whether the host uses FMI 3.0; otherwise FMI 2.0.
+    pub fmi3: bool,
     /// Whether the host uses clocks and, in co-simulation, event mode.
     pub events: bool,
     pub early_return: bool,
@@ -32,7 +32,7 @@ pub struct Purpose {
 impl Purpose {
     /// That of a host of FMI 2.0.
     pub fn fmi2(kind: Kind) -> Self {
-        Self { kind, arrays: false, events: false, early_return: false }
+        Self { kind, fmi3: false, events: false, early_return: false }
     }
 
     pub(super) fn has_event_mode(self) -> bool {
@@ -68,9 +68,9 @@ macro_rules! phases {
 phases! {
     /// Start values can be set, nothing is calculated.
     Instantiated "the instantiated state" |_| true;
-    ConfigurationMode "Configuration Mode" |of| of.arrays;
+    ConfigurationMode "Configuration Mode" |of| of.fmi3;
     /// A refused call ended the run before it began; only a reset is legal.
-    Abandoned "the terminated state, before any calculation" |of| of.arrays;
+    Abandoned "the terminated state, before any calculation" |of| of.fmi3;
     /// Start values can be set and calculated values be read.
     InitializationMode "Initialization Mode" |_| true;
     StepMode "step mode" |of| of.kind == Kind::CoSimulation;
@@ -78,7 +78,7 @@ phases! {
     EventMode "Event Mode" |of| of.events || of.kind == Kind::ModelExchange;
     ContinuousTimeMode "Continuous-Time Mode" |of| of.kind == Kind::ModelExchange;
     /// The host has been called within a step.
-    IntermediateUpdate "Intermediate Update Mode" |of| of.arrays && of.kind == Kind::CoSimulation;
+    IntermediateUpdate "Intermediate Update Mode" |of| of.fmi3 && of.kind == Kind::CoSimulation;
     /// The run is over, its last values can be read.
     Terminated "the terminated state" |_| true;
     Error "the error state" |_| true;

@@ -25,7 +25,7 @@ pub struct Instance {
 
 impl Instance {
     pub fn new(mut start: Start, log: Log) -> Self {
-        if !start.purpose.arrays {
+        if !start.purpose.fmi3 {
             start.settings.derivatives_of = DerivativesOf::LastStep;
         }
         let run = Run::new(start.purpose, &start.settings);
@@ -82,7 +82,7 @@ impl Instance {
         experiment.check()?;
         // Only in FMI 3.0 a run may end where it starts.
         let start = experiment.start;
-        if !self.run.purpose.arrays && experiment.stop == Some(start) {
+        if !self.run.purpose.fmi3 && experiment.stop == Some(start) {
             return Err(Refusal::number("stopTime", start, "s", format_args!("later than startTime = {start} s")));
         }
         self.run.experiment = Some(experiment);

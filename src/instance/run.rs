@@ -123,7 +123,7 @@ impl Run {
     }
 
     fn contacts_with_clocks(purpose: Purpose, balls: usize) -> usize {
-        if purpose.arrays { balls.saturating_sub(1) } else { 0 }
+        if purpose.fmi3 { balls.saturating_sub(1) } else { 0 }
     }
 
     pub(super) fn start_time(&self) -> f64 {

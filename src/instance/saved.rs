@@ -121,9 +121,9 @@ impl Instance {
             return Err(unsound(Unsound("there are more bytes than those of the state")));
         }
         // Only FMI 3.0 hosts with arrays can change the number of balls.
-        let Purpose { kind, arrays, .. } = self.run.purpose;
+        let Purpose { kind, fmi3, .. } = self.run.purpose;
         let balls = if self.start.scalars { self.balls() } else { owner_balls.clamp(MIN_BALLS, MAX_BALLS) };
-        require(run.purpose.arrays == arrays, "it is one of another version of the standard").map_err(unsound)?;
+        require(run.purpose.fmi3 == fmi3, "it is one of another version of the standard").map_err(unsound)?;
         run.check(balls).map_err(unsound)?;
         self.check_purpose(run.purpose)?;
         let calculated = run.phase > Phase::InitializationMode;

@@ -149,7 +149,7 @@ impl Instance {
     /// Slopes act over each step, like derivatives that are given again.
     fn apply_slopes(&mut self) {
         let slopes = &self.run.settings.slopes;
-        if self.run.purpose.arrays && *slopes != Inputs::zero(self.balls()) {
+        if self.run.purpose.fmi3 && *slopes != Inputs::zero(self.balls()) {
             self.run.input_derivatives = vec![slopes.clone()];
             self.run.inputs_changed = true;
         }
@@ -190,7 +190,7 @@ impl Instance {
         let run = &mut self.run;
         let over_run = run.derives_over_run();
         let Some(simulation) = &mut run.simulation else { return Ok(()) };
-        if run.purpose.arrays && (run.inputs_changed || run.tuned_from.is_some()) {
+        if run.purpose.fmi3 && (run.inputs_changed || run.tuned_from.is_some()) {
             let tunables = run.tuned_from.unwrap_or(run.settings.parameters.tunables());
             simulation.keep_history(over_run, tunables, &mut run.history);
         }

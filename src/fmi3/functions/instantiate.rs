@@ -33,7 +33,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     intermediateUpdate: fmi3IntermediateUpdateCallback,
 ) -> fmi3Instance {
     let (events, early_return) = (eventModeUsed != fmi3False, earlyReturnAllowed != fmi3False);
-    let purpose = Purpose { kind: Kind::CoSimulation, arrays: true, events, early_return };
+    let purpose = Purpose { kind: Kind::CoSimulation, fmi3: true, events, early_return };
     let callbacks = Fmi3 { environment: instanceEnvironment, update: intermediateUpdate, may_end_early: early_return };
     let names = [instanceName, instantiationToken, resourcePath];
     // SAFETY: the host's promises, here that it gives as many references as it says.
@@ -59,7 +59,7 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
     instanceEnvironment: fmi3InstanceEnvironment,
     logMessage: fmi3LogMessageCallback,
 ) -> fmi3Instance {
-    let purpose = Purpose { kind: Kind::ModelExchange, arrays: true, events: true, early_return: false };
+    let purpose = Purpose { kind: Kind::ModelExchange, fmi3: true, events: true, early_return: false };
     let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
     let names = [instanceName, instantiationToken, resourcePath];
     // SAFETY: the host's promises.
