@@ -158,6 +158,8 @@ calls! {
     GetContinuous EXCHANGE b"...N.ET.DF";
     GetNominals EXCHANGE b"I..N.ET.DF";
     CountContinuous EXCHANGE b"ICANSET.DF";
+    /// A function that is not offered: refused in every phase, with its own reason.
+    NotOffered BOTH b"ICANSETUDF";
 }
 
 impl Call {

@@ -34,7 +34,7 @@ intervals! {
 export! {
     /// Not offered.
     fn fmi3ActivateModelPartition(_clockReference: fmi3ValueReference, _activationTime: fmi3Float64)
-    as SetDebugLogging |_| {
+    as NotOffered |_| {
         Err(Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange"))
     };
     /// Does nothing, as the standard requires where `providesEvaluateDiscreteStates` is false.

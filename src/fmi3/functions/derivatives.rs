@@ -49,13 +49,13 @@ export! {
     };
     /// Not offered.
     fn fmi3GetNumberOfVariableDependencies(_valueReference: fmi3ValueReference, _nDependencies: *mut usize)
-    as SetDebugLogging |_| no_dependencies();
+    as NotOffered |_| no_dependencies();
     /// Not offered.
     fn fmi3GetVariableDependencies(
         _dependent: fmi3ValueReference, _elementIndicesOfDependent: *mut usize,
         _independents: *mut fmi3ValueReference, _elementIndicesOfIndependents: *mut usize,
         _dependencyKinds: *mut fmi3DependencyKind, _nDependencies: usize,
-    ) as SetDebugLogging |_| no_dependencies();
+    ) as NotOffered |_| no_dependencies();
 }
 
 fn no_dependencies() -> Result<(), Refusal> {
