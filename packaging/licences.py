@@ -27,7 +27,7 @@ HEADING = """ code of the packages below, and of the Rust standard library
 
 
 def cargo(folder: Path, *arguments: str) -> str:
-    """Cargo's metadata of the packages in a folder's Cargo.lock."""
+    """What a command of Cargo's prints, in a folder and by its Cargo.lock."""
     command = ["cargo", *arguments, "--locked"]
     return subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
 

@@ -30,7 +30,7 @@ class Platform(NamedTuple):
 
     folder: str
     targets: tuple[str, ...]  # with a version of glibc where cargo-zigbuild is to link
-    along: tuple[str, ...]  # the targets if the standard library is compiled along
+    along: tuple[str, ...]  # the targets if the standard library is compiled as well
     linker: str
     advice: str
 
@@ -62,8 +62,8 @@ SETTINGS = """
 strip = "none"
 """
 
-# What makes Cargo compile the standard library along. Its code is optimised less, which saves a third of the time: what
-# is inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
+# What makes Cargo compile the standard library as well. Its code is optimised less, which saves a third of the time:
+# what is inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
 WITH_SOURCES = """
 [unstable]
 build-std = ["std", "panic_unwind"]
@@ -87,8 +87,8 @@ done
 exec {} "$@"
 """
 
-# Gets the compiler and its arguments. Code that is not optimised would have debug assertions and checks of overflow by
-# default, which what ships has not.
+# Gets the compiler and its arguments. Unoptimised code would by default have debug assertions and overflow checks,
+# which released binaries do not have.
 UNOPTIMISED = """#!/bin/sh
 case " $* " in *aarch64-unknown-linux*) level=1;; *) level=0;; esac
 exec "$@" -Copt-level=$level -Cdebug-assertions=no

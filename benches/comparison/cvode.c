@@ -54,8 +54,8 @@ static int is_damped(void)
     return cradle.hunt_crossley > 0.0 || cradle.relaxation_time > 0.0;
 }
 
-/* Contact i on arcs: the overlap, without a difference of large numbers; `along`, where it is not NULL: how much of the
- * force is along the paths of the balls. */
+/* Contact i on arcs: the overlap, without cancellation; `along`, where it is not NULL: how much of the force is along
+ * the paths of the balls. */
 static double on_arcs(const double *y, int i, double along[2])
 {
     double left = y[2 * i], right = y[2 * i + 2], mean = 0.5 * (left + right), pivots = 2.0 * cradle.radius;

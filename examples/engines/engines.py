@@ -44,7 +44,7 @@ class Row:
         self.balls = list(zip(self.start, self.mass, self.v, strict=True))
 
     def steps(self, per_contact: int) -> int:
-        """Steps of the run if a contact takes so many."""
+        """Steps of the run with this many in a contact."""
         return math.ceil(self.stop / self.duration * per_contact)
 
     def rigid_steps(self, step: float) -> tuple[float, int]:
@@ -215,7 +215,7 @@ def pymunk(pm, row: Row, step: float, iterations: int):
 
 
 BOUNCES = [(1e-3, 50), (1e-4, 50), (1e-5, 50)]  # steps (s, for balls of 1 m at 1 m/s), iterations
-ACCURACIES = [(20, 10.0**-k) for k in (3, 6, 9, 12)]  # at least so many steps in a contact
+ACCURACIES = [(20, 10.0**-k) for k in (3, 6, 9, 12)]  # at least this many steps in a contact
 STEPS = [*((k, "GeneralizedAlpha") for k in (23, 115, 575)), *((k, "RK67") for k in (23, 115, 575, 2875))]
 SPHERES = "elastic kelvinVoigt kelvinVoigtNoPull viscoelastic"
 ENGINES = {  # module, laws, exponents that are the engine's own, settings

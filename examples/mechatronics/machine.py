@@ -17,7 +17,7 @@ from reference import Machine
 from support import nc
 
 STOP = 5.0  # s
-COMMON = 0.2  # s, distance of the times at which runs are compared
+COMMON = 0.2  # s, between the times at which runs are compared
 FREE = {"stiffness": 0.0, "damping": 0.0}  # no spring and damper to ground
 CRADLE = {  # all that the equations in reference.py take for granted
     "gravity": 9.81,

@@ -151,7 +151,7 @@ def lesson(browser, page: Path, folder: Path) -> None:
 
 
 def set_screen(browser, scale: float) -> None:
-    """The size of the lesson's pictures, with so many pixels for a CSS pixel."""
+    """The size of the lesson's pictures, with this many pixels for a CSS pixel."""
     screen = {"width": 960, "height": 600, "deviceScaleFactor": scale, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
 

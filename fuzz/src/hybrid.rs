@@ -193,7 +193,7 @@ pub fn of_type(wanted: Type) -> Vec<Array> {
     Array::all().filter(|array| array.row.access.data_type() == wanted).collect()
 }
 
-/// So many, or one more or less.
+/// This many, one more, or one fewer.
 pub fn few(count: usize, excess: i8) -> usize {
     match excess {
         100.. => count + 1,

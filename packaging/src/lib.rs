@@ -1,17 +1,17 @@
 //! The producer of the Newton's cradle FMU: chooses a cradle, compiles or takes binaries, writes and checks the .fmu.
 //!
-//! | module | what it does | needs |
-//! |---|---|---|
-//! | [`build`] | the files of an FMU: chosen cradle, description, pages, binary | `archive`, `check`, `platform` |
-//! | [`check`] | what is wrong with an FMU that this program has written | `archive`, `platform` |
-//! | [`info`] | what is in an FMU | `build`, `check` |
-//! | [`mod@reference`] | parameter sets and reference results, and their check | `build`, `check` |
-//! | [`environment`] | the Python package: what it brings along, and what is handed over to it | `archive` |
-//! | [`archive`] | the zip file, the same bytes for the same contents | nothing |
-//! | [`platform`] | folders of the standard, target triples, and what a binary is made for | `archive`, `universal` |
-//! | [`universal`] | universal binaries of macOS | nothing |
+//! | module | what it does |
+//! |---|---|
+//! | [`build`] | the files of an FMU: chosen cradle, description, pages, binary |
+//! | [`check`] | what is wrong with an FMU that this program has written |
+//! | [`info`] | what is in an FMU |
+//! | [`mod@reference`] | parameter sets and reference results, and their check |
+//! | [`environment`] | the Python package: what it brings along, and what is handed over to it |
+//! | [`archive`] | the zip file, the same bytes for the same contents |
+//! | [`platform`] | folders of the standard, target triples, and what a binary is made for |
+//! | [`universal`] | universal binaries of macOS |
 //!
-//! All of them return an [`Error`].
+//! What fails for the user is an [`Error`].
 
 pub mod archive;
 pub mod build;

@@ -71,7 +71,7 @@ class Fmu(Model):
         self._remove()
 
     def require(self, *, balls: int | None = None, starts: Values | None = None) -> None:
-        """Raises FmuError unless this is a cradle of so many balls, built with these start values.
+        """Raises FmuError unless this is a cradle of this many balls, built with these start values.
 
         For programs that need a certain cradle, and would fail or give wrong numbers with another one.
         """
@@ -161,7 +161,7 @@ def build(
     out: str | Path | None = None,
     binaries: str | Path | None = None,
 ) -> Fmu:
-    """An FMU of a cradle of so many `balls`, from a `preset`, with other start values by `set`, as `cradle-fmu build`
+    """An FMU of a cradle of this many `balls`, from a `preset`, with other start values by `set`, as `cradle-fmu build`
     makes it; opened.
 
     `nc.build(balls=13, set={"x_start": [-0.1] + 12 * [0], "contact.model": "hertz"})`. `fmi`: the version of the

@@ -83,7 +83,7 @@ pub(crate) unsafe fn answer<T>(name: &'static str, place: *mut T, value: T) -> R
 /// A text of the host; NULL is an empty one.
 ///
 /// # Safety
-/// `text` is NULL or closed by a null byte, and lives for `'a`.
+/// `text` is NULL or null-terminated, and lives for `'a`.
 pub(crate) unsafe fn text<'a>(text: *const c_char) -> &'a CStr {
     // SAFETY: not NULL here, the rest is the caller's promise.
     if text.is_null() { c"" } else { unsafe { CStr::from_ptr(text) } }

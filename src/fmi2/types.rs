@@ -18,7 +18,7 @@ pub type fmi2Integer = c_int;
 pub type fmi2Boolean = c_int;
 /// A character of a text in UTF-8.
 pub type fmi2Char = c_char;
-/// A text in UTF-8, closed by a null byte.
+/// A null-terminated text in UTF-8.
 pub type fmi2String = *const fmi2Char;
 /// A byte of a serialized state.
 pub type fmi2Byte = c_char;

@@ -22,7 +22,7 @@ pub type fmi3Int32 = i32;
 pub type fmi3Boolean = u8;
 /// Whether a clock is active, likewise.
 pub type fmi3Clock = u8;
-/// A text in UTF-8, closed by a null byte.
+/// A null-terminated text in UTF-8.
 pub type fmi3String = *const c_char;
 /// A byte of a serialized state.
 pub type fmi3Byte = u8;

@@ -168,7 +168,7 @@ impl Instance {
         }
     }
 
-    /// Adds a `change` of a known to a direction, if it can be a known.
+    /// Sets the component of a direction along a known to `change`, if it can be a known.
     fn turn(&self, along: &mut Direction, known: Element, change: f64) -> Result<(), Refusal> {
         let Some(variable) = known else { return Ok(()) };
         let state = variable.scalar().state_place(self.balls()).filter(|_| self.derived() == Derived::Exchanged);

@@ -69,7 +69,7 @@ phases! {
     /// Start values can be set, nothing is calculated.
     Instantiated "the instantiated state" |_| true;
     ConfigurationMode "Configuration Mode" |of| of.fmi3;
-    /// A refused call ended the run before it began; only a reset is legal.
+    /// A refused call ended the run before anything was calculated.
     Abandoned "the terminated state, before any calculation" |of| of.fmi3;
     /// Start values can be set and calculated values be read.
     InitializationMode "Initialization Mode" |_| true;

@@ -13,7 +13,7 @@ pub struct Start {
     pub settings: Settings,
     /// Whether the host sees scalars, with the value references of FMI 2.0, instead of arrays: always in FMI 2.0.
     pub scalars: bool,
-    /// That of the description.
+    /// GUID of the description.
     pub guid: String,
 }
 

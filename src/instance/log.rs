@@ -19,8 +19,8 @@ pub enum Severity {
 
 pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
 
-/// The log of one instance. Warnings and errors are always written; the rest only where the host switched the category
-/// on.
+/// The log of one instance: lines of the categories that the host has switched on and, unless it is on demand, all
+/// warnings and errors.
 pub struct Log {
     sink: Option<Sink>,
     enabled: [bool; LOG_CATEGORIES.len()],
@@ -34,7 +34,7 @@ impl Log {
         Self { sink, enabled: [on; LOG_CATEGORIES.len()], insists: true }
     }
 
-    /// The same, but warnings and errors, too, are written only if switched on.
+    /// The same, but warnings and errors are written only if switched on, too.
     pub fn on_demand(sink: Option<Sink>, on: bool) -> Self {
         Self { insists: false, ..Self::new(sink, on) }
     }

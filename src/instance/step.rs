@@ -24,6 +24,7 @@ pub struct StepEnd {
     pub interrupted: bool,
 }
 
+/// What follows from an event that has been handled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handled {
     /// Whether another one is due at once.

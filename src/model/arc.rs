@@ -2,8 +2,8 @@
 //!
 //! The state of a ball is that along its path, `s = L angle` and its rate `u`. The pivots hang such that all balls at
 //! rest are on one level. With the vector from a ball to the next one and its length D, the line of the centres, the
-//! overlap is `pivots - clearance - D`, computed without differences of large numbers. Contact forces act along that
-//! line. On a line instead of arcs, the same functions give the linear model.
+//! overlap is `pivots - clearance - D`, computed without cancellation. Contact forces act along that line.
+//! On a line instead of arcs, the same functions give the linear model.
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
@@ -36,7 +36,7 @@ impl<S: Scalar> BallModel<S> {
         Place { x: twice * cos, y: twice * sin, sin: double * cos, cos: (cos - sin) * (cos + sin) }
     }
 
-    /// The distance (m) of the ends of a stretch of the path (m).
+    /// The distance (m) between the ends of a stretch of the path (m).
     pub(crate) fn chord(&self, stretch: S) -> S {
         if !self.on_arc {
             return stretch;
@@ -96,9 +96,9 @@ impl<S: Scalar> Cradle<S> {
 }
 
 impl<S: Scalar> Pair<'_, S> {
-    /// Horizontal and vertical way (m) by which the right one is beyond the left one: of equal pendulums without a
-    /// difference of large numbers.
-    fn ways(&self, [l, r]: [S; 2]) -> [S; 2] {
+    /// Horizontal and vertical displacement (m) of the right one from its rest, less that of the left one; of equal
+    /// pendulums without cancellation.
+    fn relative_displacement(&self, [l, r]: [S; 2]) -> [S; 2] {
         let [left, right] = self.balls;
         if left.length != right.length {
             let (left, right) = (left.place(l), right.place(r));
@@ -109,9 +109,9 @@ impl<S: Scalar> Pair<'_, S> {
         [chord * cos, chord * sin]
     }
 
-    /// Horizontal and vertical distance (m) of the centres, on arcs.
+    /// Horizontal and vertical distance (m) between the centres, on arcs.
     pub fn distances(&self, places: [S; 2]) -> [S; 2] {
-        let [width, height] = self.ways(places);
+        let [width, height] = self.relative_displacement(places);
         [self.law.pivots + width, height]
     }
 
@@ -121,7 +121,7 @@ impl<S: Scalar> Pair<'_, S> {
         if !self.balls[0].on_arc {
             return places[0] - places[1] - clearance;
         }
-        let [width, height] = self.ways(places);
+        let [width, height] = self.relative_displacement(places);
         let excess = width * (S::from(2.0) * pivots + width) + height * height;
         let distance = (pivots * pivots + excess).sqrt();
         -(excess / (distance + pivots)) - clearance
@@ -171,21 +171,21 @@ impl<S: Scalar> Pair<'_, S> {
 }
 
 impl Pair<'_> {
-    /// Change of the overlap (m) by these `moves` (m) from `places`, with the digits of the moves.
+    /// Change of the overlap (m) by these `moves` (m) from `places`, with their relative accuracy.
     #[inline]
     pub fn change_of_overlap(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
         if self.balls[0].on_arc { self.change_on_arcs(places, moves) } else { moves[0] - moves[1] }
     }
 
     fn change_on_arcs(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
-        let ways = [0, 1].map(|k| {
+        let [left, right] = [0, 1].map(|k| {
             let length = self.balls[k].length;
             let half = 0.5 * moves[k] / length;
             let (chord, (sin, cos)) = (2.0 * length * libm::sin(half), libm::sincos(places[k] / length + half));
             (chord * cos, chord * sin)
         });
         let [width, height] = self.distances(places);
-        let (wider, higher) = (ways[1].0 - ways[0].0, ways[1].1 - ways[0].1);
+        let (wider, higher) = (right.0 - left.0, right.1 - left.1);
         let distance = (width * width + height * height).sqrt();
         let excess = wider * (2.0 * width + wider) + higher * (2.0 * height + higher);
         -excess / ((distance * distance + excess).sqrt() + distance)

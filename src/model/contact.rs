@@ -31,7 +31,7 @@ pub struct ContactLaw<S = f64> {
     pub exponent: S,
     /// Distance between the neighbours' surfaces at rest that must close before the spring acts (gap + dead band), m.
     pub clearance: S,
-    /// Horizontal distance of the pivots, m; used where balls move on arcs.
+    /// Horizontal distance between the pivots, m; used where balls move on arcs.
     pub pivots: S,
     /// Damping law.
     pub damping: Damping<S>,

@@ -10,7 +10,7 @@ use crate::solver::dual::Scalar;
 pub struct BallModel<S = f64> {
     /// Mass, kg.
     pub mass: S,
-    /// Square of the natural frequency g/L, 1/s2.
+    /// Square of the natural angular frequency, g/L, 1/s2.
     pub omega2: S,
     /// Decay rate b/(2 m) of the amplitude, 1/s.
     pub gamma: S,
@@ -60,7 +60,7 @@ pub struct Cradle<S = f64> {
 }
 
 impl BallModel {
-    /// Time in which the pendulum swings by one radian, s; 1 s without gravity.
+    /// Time in which the phase of the pendulum advances by one radian, s; 1 s without gravity.
     pub fn unit_of_time(&self) -> f64 {
         if self.omega2 > 0.0 { 1.0 / self.omega2.sqrt() } else { 1.0 }
     }

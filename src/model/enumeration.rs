@@ -5,7 +5,7 @@
 pub struct Item {
     /// Name as in the description.
     pub name: &'static str,
-    /// The integer hosts use; fixed for ever.
+    /// The integer that hosts use; it never changes.
     pub value: i32,
     /// Text.
     pub description: &'static str,

@@ -133,8 +133,8 @@ impl Array {
         Self::in_place(position)?.scalar(index, balls)
     }
 
-    /// An element, counted from 0, as a scalar. There is none of `n`, which is fixed then, and of variables that FMI
-    /// 2.0 has under other names.
+    /// An element, counted from 0, as a scalar; none for `n`, which is then fixed, and for variables that FMI 2.0 has
+    /// under other names.
     pub fn scalar(self, index: usize, balls: usize) -> Option<Self> {
         let listed = !matches!(self.row.access, Access::Instance(_, Extra::Balls | Extra::Joined(..)));
         (listed && index < self.row.shape.len(balls)).then_some(Self { only: Some(index), ..self })

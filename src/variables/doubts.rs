@@ -10,8 +10,8 @@ const OVERLAP: f64 = 1e-3;
 const AMPLITUDE: f64 = 0.25;
 
 impl Settings {
-    /// Warnings of start values that are allowed, but hardly ever meant: the deepest overlap and the widest swing, each
-    /// with the likely cure.
+    /// Warnings about start values that are allowed, but hardly ever meant: the deepest overlap and the widest swing,
+    /// each with the likely cure.
     pub fn doubts(&self) -> Vec<String> {
         let p = &self.parameters;
         let (x, v) = (&p.x_start, &p.v_start);

@@ -16,7 +16,7 @@ impl Display for Number {
     }
 }
 
-/// The name of an item in the standard: ours with a small first letter.
+/// The standard's name of an item: ours with its first letter in lower case.
 pub(crate) fn camel(item: &impl fmt::Debug) -> String {
     let name = format!("{item:?}");
     name[..1].to_lowercase() + &name[1..]

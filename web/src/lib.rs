@@ -27,7 +27,7 @@ fn with<R>(run: i32, act: impl FnOnce(&mut Engine, usize) -> R) -> R {
     })
 }
 
-/// Keeps a run: its number, which may be that of a forgotten one.
+/// Keeps a run. Returns its number, which may be that of a forgotten one.
 fn keep(engine: Engine, balls: usize) -> i32 {
     RUNS.with_borrow_mut(|runs| {
         let number = runs.last_key_value().map_or(0, |(last, _)| last + 1);
@@ -65,7 +65,7 @@ pub extern "C" fn numbers() -> u64 {
 }
 
 /// Starts a run at the time 0 from the recipe that was written as text. -1 if it is refused; the text is then the
-/// reason, as it is if the engine panics later. Else the text is what is doubted of the start, or nothing.
+/// reason, as it is if the engine panics later. Otherwise the text has warnings about the start values, if any.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> i32 {
     std::panic::set_hook(Box::new(|panic| say(&panic.to_string())));

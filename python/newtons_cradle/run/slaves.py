@@ -88,7 +88,7 @@ class Instance:
         self.freeFMUState(state)
 
     def resize(self: Any, balls: int) -> None:
-        """Makes it a cradle of so many balls (FMI 3.0)."""
+        """Makes it a cradle of this many balls (FMI 3.0)."""
         self.enterConfigurationMode()
         self.set("n", balls)
         self.exitConfigurationMode()

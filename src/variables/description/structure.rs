@@ -19,7 +19,7 @@ const EVERYTHING: Groups = &[&["all position", "all v", "all F_ext", "a_support"
 /// Inputs on which the forecast of the next onset depends.
 const INPUTS: Groups = &[&["F_ext", "a_support"]];
 
-/// Whether it depends on all states and inputs, at the start on all parameters, where pendulums are circular: positions
+/// Whether circular pendulums make it depend on all states and inputs and, at the start, on all parameters: positions
 /// follow from angles and the directions of contacts, the tension of a string from all that acts on its ball.
 fn is_of_arcs(row: &Row, start: &Settings) -> bool {
     let from_states = !row.follows.is_empty() || row.name == "F_support_vertical";

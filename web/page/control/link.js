@@ -1,4 +1,4 @@
-// Addresses: what they ask for, and that of what is shown.
+// Addresses: what one asks for, and the one of what is shown.
 
 import { Setup } from "#engine/setup.js";
 import { languages, say, textsOf } from "#view/texts.js";

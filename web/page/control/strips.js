@@ -8,7 +8,7 @@ import { rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
 const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
-const TIDY = 1e-5;   // of the largest: what is less is told as 0
+const TIDY = 1e-5;   // of the largest value: anything smaller is shown as 0
 
 export class Strips {
   constructor(stage) {

@@ -4,7 +4,7 @@ import { EFFORT } from "#engine/engine.js";
 import { History } from "#engine/history.js";
 
 export const QUIET = 3;          // a click is over when nothing touches for this many times as long as it has lasted,
-export const QUIET_LEAST = 2e-6; // and for so many seconds at least
+export const QUIET_LEAST = 2e-6; // and for at least this many seconds
 export const LONGEST = 0.2;      // s, of a click that never ends
 const SAMPLES = 360;      // instants at which its forces are sampled
 const CLICK_TIME = 2;      // ms for one picture, if nothing else is said

@@ -55,7 +55,7 @@ export function cubic(x, v, { i, h, part }) {
 /** Writes a text, if it differs. */
 export function write(item, text) { if (item && item.textContent !== text) item.textContent = text; }
 
-/** The canvas with so many pixels. */
+/** The canvas, made this wide and high (pixels). */
 export function sized(canvas, ...sizes) {
   const [width, height] = sizes.map(Math.round);
   return canvas.width === width && canvas.height === height ? canvas : Object.assign(canvas, { width, height });

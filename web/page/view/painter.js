@@ -1,4 +1,4 @@
-// Draws things in space with WebGL, those behind first; what they are, their shaders say.
+// Draws things in space with WebGL, from back to front; their shaders define what they are.
 
 import { sized } from "#view/common.js";
 import { PROGRAMS, VERTEX } from "#view/steel.js";

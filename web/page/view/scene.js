@@ -29,7 +29,7 @@ export class Scene {
   /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls
    *  close by; `swingAngle` (rad): how far balls swing. */
   layout({ radius, ratio, length, swing }, near = 0, swingAngle = 0.56) {
-    // Never quite nothing, whatever is around it.
+    // At least this, however little room there is.
     const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
     const sizes = ratio.map((mass) => Math.min(2.2, Math.max(0.35, Math.cbrt(mass)))); // of a radius
     const half = sizes.reduce((sum, size) => sum + size, 0), largest = Math.max(...sizes);
@@ -90,8 +90,8 @@ export class Scene {
     return least < margin ? ranks.indexOf(least) : -1;
   }
 
-  /** Contacts as they are seen, with how far the balls are apart, in the distance at which they touch, and how much the
-   *  contact shines. */
+  /** Contacts as they are seen, with how far apart the balls are, over the distance of centres at which they touch,
+   *  and how much the contact shines. */
   contacts(places) {
     return places.slice(1).map((right, i) => {
       const left = places[i].at, way = minus(right.at, left), touching = this.sizes[i] + this.sizes[i + 1];

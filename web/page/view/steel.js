@@ -174,7 +174,7 @@ void main() {
   vec2 place = (gl_FragCoord.xy / size.z - lens.yz) / lens.x;
   vec3 o = eye.xyz, ray = normalize(right.xyz * place.x + up.xyz * place.y - towards.xyz);
   vec4 c = thing(o, ray, 1. / (size.z * lens.x));
-  // Light, which adds up, as numbers of the screen, which go with its root.
+  // From linear light to values of the screen: highlights are compressed, and gamma is 2.
   colour = vec4(sqrt(c.rgb / (1. + 0.18 * c.rgb)), 1) * c.a;
 }`;
 
