@@ -1,6 +1,7 @@
 //! The recipe in the FMU's resources, whose location hosts give in very different ways.
 
 use std::ffi::{CStr, OsString};
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::{fs, io};
 
@@ -45,16 +46,17 @@ pub(crate) fn start(
 fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, String> {
     for folder in folders {
         let file = os_path(folder).join(FILE_NAME);
+        let failed = |reason: &dyn Display| format!("{}: {reason}", file.display());
         let length = match fs::metadata(&file) {
             Ok(metadata) => metadata.len(),
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(format!("{}: {error}", file.display())),
+            Err(error) => return Err(failed(&error)),
         };
         if length > MAX_BYTES {
-            return Err(format!("{}: {length} bytes; allowed: at most {MAX_BYTES}", file.display()));
+            return Err(failed(&format_args!("{length} bytes; allowed: at most {MAX_BYTES}")));
         }
-        let text = fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
-        return Recipe::from_json(&text).map_err(|error| format!("{}: {error}", file.display()));
+        let text = fs::read(&file).map_err(|error| failed(&error))?;
+        return Recipe::from_json(&text).map_err(|error| failed(&error));
     }
     Ok(Recipe::default())
 }
