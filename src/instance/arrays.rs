@@ -196,12 +196,11 @@ impl Instance {
             }
             if let Some(place) = place {
                 variable.check_real(value)?;
-                if states.is_none() {
-                    states = Some(self.continuous_states()?);
-                }
-                if let Some(state) = states.as_mut().and_then(|states| states.get_mut(place + index - first)) {
-                    *state = value;
-                }
+                let states = match &mut states {
+                    Some(states) => states,
+                    none => none.insert(self.continuous_states()?),
+                };
+                states[place + index - first] = value;
                 continue;
             }
             self.check_settable(variable)?;

@@ -1,7 +1,5 @@
 //! Getting and setting values, and their derivatives.
 
-use std::mem::MaybeUninit;
-
 use crate::ffi::{array, array_mut, write};
 use crate::fmi2::types::*;
 use crate::instance::Value;
@@ -21,7 +19,7 @@ unsafe fn get<T>(
     // SAFETY: as the caller promises.
     let (references, values) = unsafe { (array("vr", vr, count)?, array_mut("value", value, count)?) };
     for (reference, value) in references.iter().zip(values) {
-        MaybeUninit::write(value, get(*reference)?);
+        value.write(get(*reference)?);
     }
     Ok(())
 }
