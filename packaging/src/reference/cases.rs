@@ -3,8 +3,7 @@
 //! version 1.0, or 2.0 for arrays.
 
 use newtons_cradle::variables::{
-    Access, Causality, Number, QUANTITIES, Quantity, Recipe, Settings, Shape, Variable, enumerations, escaped, padding,
-    variables,
+    Access, Causality, Number, QUANTITIES, Recipe, Settings, Shape, Variable, enumerations, escaped, padding, variables,
 };
 
 use crate::build::PRESETS;
@@ -107,9 +106,8 @@ impl Case {
             xml.push_str("    </ssc:Enumeration>\n");
         }
         xml.push_str("  </ssv:Enumerations>\n  <ssv:Units>\n");
-        for Quantity { unit, exponents, .. } in QUANTITIES {
-            let powers = ["kg", "m", "s"].into_iter().zip(exponents).filter(|(_, power)| **power != 0);
-            let base: String = powers.map(|(base, power)| format!(" {base}=\"{power}\"")).collect();
+        for quantity in QUANTITIES {
+            let (unit, base) = (quantity.unit, quantity.base_units());
             xml += &format!("    <ssc:Unit name=\"{unit}\"><ssc:BaseUnit{base}/></ssc:Unit>\n");
         }
         xml.push_str("  </ssv:Units>\n</ssv:ParameterSet>\n");

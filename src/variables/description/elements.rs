@@ -14,13 +14,7 @@ use crate::variables::variable::Variable;
 
 pub(super) fn write_units(out: &mut String) -> fmt::Result {
     for quantity in QUANTITIES {
-        write!(out, "    <Unit name=\"{}\"><BaseUnit", quantity.unit)?;
-        for (base, exponent) in ["kg", "m", "s"].iter().zip(quantity.exponents) {
-            if exponent != 0 {
-                write!(out, " {base}=\"{exponent}\"")?;
-            }
-        }
-        out.write_str("/>")?;
+        write!(out, "    <Unit name=\"{}\"><BaseUnit{}/>", quantity.unit, quantity.base_units())?;
         // First the unit itself: FMPy plots whatever has a unit in the first one that it can be shown in.
         let alike: Vec<&Quantity> = displayed(quantity).collect();
         if !alike.is_empty() {

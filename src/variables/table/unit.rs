@@ -14,6 +14,14 @@ pub struct Quantity {
     pub display: Option<(&'static str, f64)>,
 }
 
+impl Quantity {
+    /// Attributes of the unit in base units, such as ` kg="1" m="1" s="-2"`.
+    pub fn base_units(&self) -> String {
+        let powers = ["kg", "m", "s"].into_iter().zip(self.exponents).filter(|(_, power)| *power != 0);
+        powers.map(|(base, power)| format!(" {base}=\"{power}\"")).collect()
+    }
+}
+
 macro_rules! quantities {
     ($($id:ident $name:literal $unit:literal $kg:literal $m:literal $s:literal;)*) => {
         $(#[doc = concat!("The quantity ", $name, ".")]
