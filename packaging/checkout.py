@@ -18,7 +18,7 @@ FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
 ENGINE = LIVE.with_name("engine.html")  # for browsers, as a part of a page
 FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
-# Packages for the paper, besides for the short test, and for everything: each file has those before it as well.
+# Packages for the paper, for the short test, and for everything; each file includes those before it.
 REQUIREMENTS = SOME, TESTS, ALL = [
     ROOT / name for name in ("requirements.txt", "requirements-test.txt", "requirements-all.txt")
 ]

@@ -3,8 +3,8 @@
 
     python3 packaging/licences.py
 
-They are those of what is linked in, packages within the standard library among it, which packaging/std/Cargo.toml
-lists.
+These are the licences of all that is linked in, including the packages within the standard library, which
+packaging/std/Cargo.toml lists.
 """
 
 import json
@@ -47,7 +47,7 @@ def of_std() -> dict[tuple[str, str], dict]:
 
 
 def linked_into(package: str) -> dict[tuple[str, str], dict]:
-    """What one of our packages is made of on any target, itself among it: no build scripts, no procedural macros."""
+    """What one of our packages is made of on any target, itself included: no build scripts, no procedural macros."""
     options = ["--package", package, "--edges", "normal,no-proc-macro", "--target", "all"]
     return dict(sorted((packages(ROOT, *options) | of_std()).items()))
 

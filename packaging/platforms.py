@@ -77,7 +77,7 @@ proc_macro.opt-level = 0
 std.opt-level = 1
 """
 
-# lld calls it differently to leave out symbols that are not exported.
+# lld has another option to leave out symbols that are not exported.
 LLD = """#!/bin/sh
 for argument; do
     shift

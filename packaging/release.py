@@ -41,7 +41,7 @@ def fmus(options) -> None:
         run(commands[0], env=environment)
         run([sys.executable, "packaging/platforms.py", PRODUCER, FMU], env=environment)
         given = ROOT / "target/fmu/platforms" / FMU.name
-        # Those that `cradle.py test --all` runs are hardly optimised.
+        # The binaries that `cradle.py test --all` runs are hardly optimised.
         run([PYTHON, "-m", "pytest", "tests/hosts/test_platforms.py", "--fmu", FMU])
     with zipfile.ZipFile(given) as archive:
         found = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}

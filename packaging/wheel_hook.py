@@ -26,7 +26,7 @@ class CustomBuildHook(BuildHookInterface):
                     f"{built / name} is missing: `python3 cradle.py wheel` makes it and the wheel"
                 )
         build_data["shared_scripts"] = {str(built / PROGRAM): PROGRAM}
-        # Made by web/build.py, for which not everybody has what it takes.
+        # Made by web/build.py, whose tools not everybody has.
         if (built / "engine.html").exists():
             build_data["force_include"][str(built / "engine.html")] = "newtons_cradle/engine.html"
         build_data["pure_python"] = False

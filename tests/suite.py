@@ -1,5 +1,5 @@
-"""The stages of `cradle.py test`. The runners count; here their counts are added up, and what failed or was skipped
-is said again."""
+"""The stages of `cradle.py test`. Cargo and pytest count their tests; here the counts are added up, and what failed or
+was skipped is repeated at the end."""
 
 import os
 import re
@@ -54,7 +54,7 @@ def counts(line: str, ignored: bool = True) -> tuple[int, int, int] | None:
 
 
 class Results:
-    """What stages have counted, and the remarks to repeat at the end. Stages may run beside each other, in lanes."""
+    """What stages have counted, and the remarks to repeat at the end. Stages may run in parallel, in lanes."""
 
     def __init__(self, everything: bool = True):
         self.everything = everything
@@ -116,8 +116,8 @@ class Results:
         self._count(*total, *failures)
         return code == 0
 
-    def beside(self, **lanes) -> None:
-        """Runs lanes of stages beside each other: few stages keep two cores busy by themselves."""
+    def in_parallel(self, **lanes) -> None:
+        """Runs lanes of stages in parallel: few stages keep two cores busy by themselves."""
 
         def in_lane(name, stages):
             self._lane.name = name
@@ -148,7 +148,7 @@ def test(options) -> int:
 
 def what_a_change_needs(results: Results) -> None:
     """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
-    results.beside(
+    results.in_parallel(
         python=lambda part: python_style(part, TESTS),
         rust=lambda part: rust_tests(part, PROPTEST_CASES="15"),  # cases of each property
     )
@@ -174,7 +174,7 @@ def everything(results: Results) -> None:
     def here(part):
         try:
             # The Python packages are there long before the FMU is linked by one of them.
-            part.beside(
+            part.in_parallel(
                 build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
                 fuzz=fuzz_and_fmi_sim,
                 others=lambda lane: apart(lane, made),
@@ -191,11 +191,11 @@ def everything(results: Results) -> None:
         if FMU3.exists():
             all_platforms(part)
 
-    results.beside(here=here, platforms=elsewhere)
+    results.in_parallel(here=here, platforms=elsewhere)
     if not FMU3.exists():
         return results.fail("hosts: without the FMU they cannot run")
     # The tests of platforms keep one core busy.
-    return results.beside(
+    return results.in_parallel(
         python=lambda part: python_hosts(part, FMU, files=OF_PLATFORMS),
         others=lambda part: rust_host(part, "Rust host", "test"),
     )
@@ -232,7 +232,7 @@ def all_platforms(results: Results) -> None:
 def apart(results: Results, made: threading.Event) -> None:
     """Python's packages and style, and packages of Debian; the page's engine; what looks at others' packages; once the
     tests are compiled, and the producer with them, the FMU, which is `made` then; benches and hosts."""
-    results.beside(python=lambda part: python_style(part, ALL), **unpacking())
+    results.in_parallel(python=lambda part: python_style(part, ALL), **unpacking())
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])

@@ -71,13 +71,13 @@ enum Start {
     Touching,
     /// Pressed together by their gaps.
     Pressed(Corner),
-    /// One comes, as fast as that.
+    /// The first one comes, at this speed.
     Hit(Corner),
 }
 
 #[derive(Debug, Arbitrary)]
 struct Step {
-    /// Its length is at most a power of ten, from 1e-9 s on.
+    /// Exponent of its greatest length: 0 is 1e-9 s, 1 is 1e-8 s.
     decade: u8,
     /// An input, and the order of its derivative; order 0 is its value.
     input: Option<(u8, u8, Corner)>,
@@ -98,7 +98,7 @@ fuzz_target!(|run: Run| HOSTS.with_borrow_mut(|hosts| {
 }));
 
 impl Corner {
-    /// A number that stands for it, for an enumeration.
+    /// Which item of an enumeration it selects.
     fn index(self) -> usize {
         match self {
             Self::Ordinary(thirds) => thirds.into(),

@@ -18,7 +18,7 @@ use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Array, Type};
 
-/// Everything that has an item of an enumeration.
+/// All enumerations.
 static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Enumeration));
 
 /// Calls after which a sequence ends, so that none takes long.

@@ -10,7 +10,7 @@ use newtons_cradle::variables::{Array, Causality, Type};
 use crate::forgery::{Change, forged};
 use crate::hybrid::{Phase, Picture, of_type};
 
-/// Everything that has real values.
+/// All real variables.
 pub static FLOATS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Real));
 
 /// What can be read is finite, and clocks are active in Event Mode only.

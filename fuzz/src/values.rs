@@ -42,7 +42,7 @@ pub enum Step {
     Infinite,
 }
 
-/// Of steps that do not just fly, s.
+/// Limits of [`Step::Length`], s.
 const SHORTEST_STEP: f64 = 1e-9;
 pub const LONGEST_STEP: f64 = 0.03;
 

@@ -37,8 +37,8 @@ SEVERAL = 10.0  # roundings of the start values, or of what is computed from the
 
 @dataclass(frozen=True)
 class Verdict:
-    """How exact one quantity is. `error`: the largest, in the quantity's unit; `digits`: right ones, of the scale, up
-    to 16; `within`: whether each value is within 1e-13 of the scale, or ten times its sensitivity."""
+    """How accurate one quantity is. `error`: the largest, in the quantity's unit; `digits`: right ones, of the scale,
+    up to 16; `within`: whether each value is within 1e-13 of the scale, or ten times its sensitivity."""
 
     error: float
     digits: float

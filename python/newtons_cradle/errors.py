@@ -45,7 +45,7 @@ class DoubtfulStart(UserWarning):
 
 
 def doubt(text: str) -> None:
-    """Warns of doubtful start values, at the line outside this package that gave them."""
+    """Warns about doubtful start values, at the line outside this package that gave them."""
     frame, level = inspect.currentframe(), 1
     while frame and frame.f_globals.get("__name__", "").startswith(f"{__package__}."):
         frame, level = frame.f_back, level + 1

@@ -37,7 +37,7 @@ def save_page(
         "texts": json.dumps({path.stem: json.loads(path.read_bytes()) for path in PAGE.glob("texts/*.json")}),
         "presets": json.dumps(presets()),
         "engine": ENGINE.read_text(encoding="utf-8") if ENGINE.is_file() else "",
-        # Nothing in it ends the element that it is in.
+        # So that no `</script>` in it ends the element.
         "recording": json.dumps(recording and told(recording)).replace("<", "\\u003c"),
     }
     # One pass, so that nothing in a part is taken for a slot.
