@@ -10,8 +10,9 @@ Points = tuple[tuple[float, float], ...]  #: Of an input: times (s) with values;
 @dataclass(frozen=True)
 class Case:
     """One case. `start`: start values that its FMU is built with; `settings`: those that the host sets; `inputs`: by
-    name; `wrong`: mistakes with what to say of them; `other`: ways that are not wrong; `meaning`: what a wrong result
-    says of a tool; `within`: largest error, relative to the largest value of a variable, of a result that is right."""
+    name; `wrong`: mistakes with what to say about them; `other`: ways that are not wrong; `meaning`: what a wrong
+    result says about a tool; `within`: largest error, relative to the largest value of a variable, of a result that is
+    right."""
 
     title: str
     text: str

@@ -5,14 +5,14 @@ import { EFFORT } from "#engine/engine.js";
 const CLICK_SHOWN = 12; // s on the viewer's clock that a click takes
 const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this rate; leaving it, it grows
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
-const LONGEST_FRAME = 0.05; // s: what passes at most from one picture to the next
+const LONGEST_FRAME = 0.05; // s: most that passes from one picture to the next
 const BUDGET = 4;       // ms after which the engine begins nothing more for a picture
 
 export class Clock {
   constructor() {
     this.base = 1;      // seconds of the run per second of the viewer's, away from clicks
     this.running = true;
-    this.late = 0;      // which part of the time did not pass, of late, because the engine had too much to do
+    this.late = 0;      // fraction of recent time that did not pass because the engine had too much to do
     this.spent = 0;     // ms that the engine took for the last picture
     this.targets = new Map(); // what the sources have not reached yet
     this.slowAt("no");

@@ -1,4 +1,4 @@
-// What runs along below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
+// What runs below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
 
 import { History } from "#engine/history.js";
 import { linear, placeIn, roundStep, withPrefix } from "#view/common.js";

@@ -1,4 +1,4 @@
-// Tracks: what strips show of a whole recording, of a click, of late of a live run.
+// Tracks: what strips show of a whole recording, of a click, or of the recent past of a live run.
 
 import { largest } from "#view/common.js";
 
