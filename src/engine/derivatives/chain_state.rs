@@ -84,7 +84,7 @@ impl WholeChain<'_> {
             }
         }
         let is_given = |j: usize| given.get(j).is_some_and(Option::is_some);
-        series.fill(&window, &mut vec![Vec::new(); self.cradle.contacts.len()], &|_| false, &is_given);
+        series.fill(&window, &|_| false, &is_given);
         series
     }
 }

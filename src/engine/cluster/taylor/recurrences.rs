@@ -31,13 +31,8 @@ pub(super) const TERMS_AT_LEAST: usize = 3;
 impl<S: Scalar> Series<S> {
     /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no
     /// elastic force; overlaps that are `given` stay as they are, and the forces follow from them.
-    pub fn fill(
-        &mut self,
-        window: &Window<'_, S>,
-        powers: &mut [Vec<S>],
-        negligible: &dyn Fn(usize) -> bool,
-        given: &dyn Fn(usize) -> bool,
-    ) {
+    pub fn fill(&mut self, window: &Window<'_, S>, negligible: &dyn Fn(usize) -> bool, given: &dyn Fn(usize) -> bool) {
+        let mut powers = vec![Vec::new(); window.laws.len()];
         for k in 0..self.order {
             for (j, powers) in powers.iter_mut().enumerate() {
                 if window.contacts[j].mode != Mode::Open {
@@ -140,12 +135,7 @@ impl<S: Scalar> Series<S> {
         let (contacts, dv) = (0..window.laws.len(), control.local_error(scale));
         let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, window, dv, scale)).collect();
         self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
-        self.fill(
-            window,
-            &mut vec![Vec::new(); contacts.len()],
-            &|j| negligible[j] > 0.0 || !window.needs_force(j),
-            &|_| false,
-        );
+        self.fill(window, &|j| negligible[j] > 0.0 || !window.needs_force(j), &|_| false);
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So
         // more terms are checked than a gap has.
         let gap = contacts.map(|j| libm::ceil(window.laws[j].exponent.value()) as usize).fold(1, usize::max);
