@@ -177,10 +177,10 @@ impl<'a> Step<'a> {
 
     /// Solves for the neighbouring pressing contacts `first..end`.
     fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
-        let mut rows = Vec::with_capacity(end.saturating_sub(first));
+        let mut rows = Vec::with_capacity(end - first);
         for _ in 0..ITERATIONS {
             // The yielding of the two balls of each contact to changes of its overlap.
-            let mut yielding = Vec::with_capacity(end.saturating_sub(first));
+            let mut yielding = Vec::with_capacity(end - first);
             for j in first..end {
                 let slopes = self.evaluate(j)?;
                 yielding.push(

@@ -82,19 +82,19 @@ impl<S: Scalar> Series<S> {
     /// Rows of the given order and unit of time with only the state at the start.
     pub(crate) fn begin(&mut self, window: &Window<'_, S>, order: usize, unit: f64) {
         (self.order, self.stride, self.unit, self.converges_for) = (order, order + 2, unit, unit);
-        let (stride, balls) = (self.stride, window.models.len());
+        let (stride, balls, contacts) = (self.stride, window.models.len(), window.contacts.len());
         self.displacements.clear();
         self.displacements.resize(balls * stride, S::default());
         for rows in [&mut self.overlaps, &mut self.elastic, &mut self.forces] {
             rows.clear();
-            rows.resize(balls.saturating_sub(1) * stride, S::default());
+            rows.resize(contacts * stride, S::default());
         }
         self.linear.clear();
-        self.linear.resize(balls.saturating_sub(1), None);
+        self.linear.resize(contacts, None);
         for i in 0..balls {
             self.displacements[i * stride + 1] = window.flights[i].v * S::from(unit);
         }
-        for j in 0..balls.saturating_sub(1) {
+        for j in 0..contacts {
             self.overlaps[j * stride] = window.contacts[j].overlap;
             self.overlaps[j * stride + 1] = window.overlap_rate(j) * S::from(unit);
         }
