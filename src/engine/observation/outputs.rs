@@ -69,18 +69,6 @@ impl Engine {
         }
     }
 
-    /// Position (m) and velocity (m/s) of ball `i`, cached.
-    fn known_state(&self, i: usize) -> (f64, f64) {
-        let (known, own) = (&self.caches.states[i], self.balls[i].anchor);
-        let (time, anchor, state) = known.get();
-        if time == self.time && anchor == own {
-            return state;
-        }
-        let state = self.state_at(i, self.now());
-        known.set((self.time, own, state));
-        state
-    }
-
     /// Whether contact `i` is rigid and will be closed once the run begins.
     fn is_held_back(&self, i: usize) -> bool {
         self.initializing && self.contacts[i].constraint().is_some()
@@ -215,8 +203,16 @@ impl Chain for Engine {
         &self.cradle
     }
 
+    /// Cached, because most outputs need it.
     fn state_of(&self, i: usize) -> (f64, f64) {
-        self.known_state(i)
+        let (known, own) = (&self.caches.states[i], self.balls[i].anchor);
+        let (time, anchor, state) = known.get();
+        if time == self.time && anchor == own {
+            return state;
+        }
+        let state = self.state_at(i, self.now());
+        known.set((self.time, own, state));
+        state
     }
 
     fn overlap_of(&self, i: usize) -> f64 {
