@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::ContactLaw;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::Scalar;
 use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
@@ -95,11 +94,6 @@ impl Rounding {
     /// Drift between balls at rest by rounding alone within `time` (s), m.
     pub fn drift(&self, time: f64) -> f64 {
         self.position.max(self.velocity * time)
-    }
-
-    /// Force (N) that a contact may have by rounding alone.
-    pub fn force(&self, law: &ContactLaw) -> f64 {
-        law.unclipped_force(self.position, self.velocity)
     }
 }
 

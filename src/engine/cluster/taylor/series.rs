@@ -221,7 +221,7 @@ impl Series {
                 let noise = sign.by_overlap * rounding.position + sign.by_rate * rounding.velocity;
                 (sign.series(row, &self.rate(row)), noise)
             }
-            None => (self.force_row(j).to_vec(), rounding.force(law)),
+            None => (self.force_row(j).to_vec(), law.unclipped_force(rounding.position, rounding.velocity)),
         };
         let (sign, _) = clipping(mode);
         match crossing::first_positive(&pressing, sign, sign * noise, until / self.unit) {
