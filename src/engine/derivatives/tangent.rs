@@ -73,7 +73,8 @@ impl Run {
     pub fn under(self, cradle: Cradle<Dual>, forcings: Vec<Forcing<Dual>>) -> Self {
         let state = self.state.under(forcings);
         let mut next = Self { cradle, state, elapsed: DoubleDouble::default(), ..self };
-        for j in (0..next.state.contacts.len()).filter(|_| next.cradle.restitution.is_none()) {
+        // Rigid contacts are open here: no others are followed.
+        for j in 0..next.state.contacts.len() {
             if next.state.contacts[j].mode != Mode::Open {
                 next.state.contacts[j].mode = next.mode_when_closed(j);
             }
