@@ -12,6 +12,7 @@ use super::chain_state::{ChainState, WholeChain};
 use crate::engine::cluster::{Control, Series, Switch, WindowContact, clipping, velocity_scale};
 use crate::engine::flight::{Flight, Forcing, integral_of, shifted};
 use crate::engine::rigid::restitution::{self, Row};
+use crate::engine::run::around;
 use crate::model::algebraic::momentum;
 use crate::model::{Cradle, Differential, Mode};
 use crate::solver::crossing;
@@ -288,16 +289,15 @@ impl Run {
     /// The rigid balls of contact `j` meet, and those that touch there.
     fn collide(&mut self, j: usize) -> Option<()> {
         let e = self.cradle.restitution?;
-        let touch = |j: &usize| self.state.contacts[*j].overlap.value() >= -self.rounding(*j);
-        let first = (0..j).rev().take_while(touch).last().unwrap_or(j);
-        let last = (j + 1..self.cradle.contacts.len()).take_while(touch).last().unwrap_or(j);
+        let touch = |j: usize| self.state.contacts[j].overlap.value() >= -self.rounding(j);
+        let contacts = around(j, self.cradle.contacts.len(), touch);
+        let (first, balls) = (contacts.start, contacts.start..contacts.end + 1);
         self.state.contacts[j].overlap = Dual::default();
-        if self.state.contacts[first..=last].iter().any(|contact| contact.overlap.tangent() != 0.0) {
+        if self.state.contacts[contacts].iter().any(|contact| contact.overlap.tangent() != 0.0) {
             return None;
         }
-        let row = Row::new(&self.cradle, first..last + 2, |i| self.state.flights[i].x).ok()?;
+        let row = Row::new(&self.cradle, balls.clone(), |i| self.state.flights[i].x).ok()?;
         let before = momentum(&self.chain());
-        let balls = first..last + 2;
         let mut v: Vec<Dual> = self.state.flights[balls.clone()].iter().map(|ball| ball.v).collect();
         let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
         let unresolved = UNRESOLVED * f64::EPSILON * scale;

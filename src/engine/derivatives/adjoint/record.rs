@@ -139,9 +139,9 @@ impl Recorder {
         if length <= 0.0 {
             return Some(());
         }
-        let first = (0..ball).rev().take_while(|j| self.overlaps[*j].is_some()).last().unwrap_or(ball);
-        let end =
-            (ball..self.overlaps.len()).take_while(|j| self.overlaps[*j].is_some()).last().map_or(ball, |j| j + 1) + 1;
+        let closed = |j: &usize| self.overlaps[*j].is_some();
+        let first = ball - (0..ball).rev().take_while(closed).count();
+        let end = ball + (ball..self.overlaps.len()).take_while(closed).count() + 1;
         let contacts = first..end - 1;
         let tuning = Arc::clone(self.tunings.last()?);
         let (models, laws) = (&tuning.cradle.balls[first..end], &tuning.cradle.contacts[contacts]);
