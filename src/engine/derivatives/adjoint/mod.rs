@@ -25,7 +25,6 @@ use self::map::{IMPULSE, Map, STATE, V, X, changes, dot, numbers_of_coefficients
 use crate::model::{Cradle, Differential, Inputs, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::Dual;
-use crate::solver::oscillator::Oscillator;
 
 pub(crate) use record::Recorder;
 
@@ -34,7 +33,6 @@ pub(crate) use record::Recorder;
 struct Tuning {
     parameters: Parameters,
     cradle: Cradle,
-    oscillators: Vec<Oscillator>,
 }
 
 /// A run in parts.

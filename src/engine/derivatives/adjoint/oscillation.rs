@@ -43,17 +43,18 @@ struct Contact<'a> {
 }
 
 impl<'a> Oscillation<'a> {
-    /// These balls, if their motion is a sum of oscillations; `own` is the oscillator of the first one.
-    pub fn of(models: &'a [BallModel], laws: &'a [ContactLaw], own: Oscillator) -> Option<Self> {
+    /// These balls, if their motion is a sum of oscillations.
+    pub fn of(models: &'a [BallModel], laws: &'a [ContactLaw]) -> Option<Self> {
+        let of_pendulum = |ball: &BallModel| Oscillator::new(ball.omega2, ball.gamma);
         match (models, laws) {
-            ([_], []) => Some(Self { models, shares: [1.0, 0.0], own, contact: None }),
+            ([ball], []) => Some(Self { models, shares: [1.0, 0.0], own: of_pendulum(ball), contact: None }),
             ([left, right], [law]) => {
                 let equal = left.omega2 == right.omega2 && left.gamma == right.gamma;
                 (equal && law.exponent == 1.0 && law.is_elastic()).then(|| {
                     let (total, inverse_mass) = (left.mass + right.mass, 1.0 / left.mass + 1.0 / right.mass);
                     let oscillator = Oscillator::new(left.omega2 + law.stiffness * inverse_mass, left.gamma);
                     let contact = Some(Contact { law, inverse_mass, oscillator });
-                    Self { models, shares: [left.mass / total, right.mass / total], own, contact }
+                    Self { models, shares: [left.mass / total, right.mass / total], own: of_pendulum(left), contact }
                 })
             }
             _ => None,

@@ -15,7 +15,6 @@ use crate::engine::observer::Observer;
 use crate::model::{ContactLaw, Cradle, Inputs, Mode, Parameters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::{Power, Stretching};
-use crate::solver::oscillator::Oscillator;
 
 /// Numbers that a tape may hold: 128 MiB.
 const MOST_NUMBERS: usize = 1 << 24;
@@ -85,8 +84,7 @@ impl Recorder {
             if cradle.on_arcs() || cradle.restitution.is_some() || !cradle.contacts.iter().all(ContactLaw::is_elastic) {
                 return None;
             }
-            let oscillators = cradle.balls.iter().map(|ball| Oscillator::new(ball.omega2, ball.gamma)).collect();
-            self.tunings.push(Arc::new(Tuning { parameters: parameters.clone(), cradle, oscillators }));
+            self.tunings.push(Arc::new(Tuning { parameters: parameters.clone(), cradle }));
             self.hold(NUMBERS_OF_TUNING * numbers_of_coefficients(self.x.len()))?;
         }
         self.inputs.clone_from(inputs);
@@ -109,7 +107,7 @@ impl Recorder {
             own.iter().zip(&end.flights).all(|(own, ball)| (own - value(ball)).abs() <= AGREEMENT * size)
         };
         // Where all balls pass the middle, or turn, positions or velocities alone give the scale of both.
-        let omega = acting.oscillators[0].omega();
+        let omega = acting.cradle.balls[0].omega2.sqrt();
         let (position, velocity) = (most(|ball| ball.x), most(|ball| ball.v));
         let swing = if omega > 0.0 { velocity / omega } else { 0.0 };
         let near =
@@ -145,7 +143,7 @@ impl Recorder {
         let contacts = first..end - 1;
         let tuning = Arc::clone(self.tunings.last()?);
         let (models, laws) = (&tuning.cradle.balls[first..end], &tuning.cradle.contacts[contacts]);
-        if let Some(oscillation) = Oscillation::of(models, laws, tuning.oscillators[first]) {
+        if let Some(oscillation) = Oscillation::of(models, laws) {
             let pieces = oscillation.pieces(length);
             self.room(pieces, Map::numbers_of(models.len()))?;
             (0..pieces as usize).try_for_each(|_| self.oscillate(&oscillation, first..end, length / pieces))?;
