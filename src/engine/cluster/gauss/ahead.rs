@@ -80,8 +80,7 @@ impl Motion {
     /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a
     /// step serves only the branch point at its start.
     pub(super) fn reach_of_branch_points(&self, rounding: &Rounding) -> f64 {
-        let since =
-            self.tracks.iter().filter_map(|track| self.to_branch_point(track, track.overlap, track.rate, rounding));
+        let since = self.tracks.iter().filter_map(|track| to_branch_point(track, track.overlap, track.rate, rounding));
         since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
     }
 
@@ -90,17 +89,10 @@ impl Motion {
     pub(super) fn ends_before_branch_point(&self, table: &Table, rounding: &Rounding) -> bool {
         let follows = |(j, track): (usize, &Track)| {
             let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
-            let time = self.to_branch_point(track, overlap, -rate, rounding);
+            let time = to_branch_point(track, overlap, -rate, rounding);
             self.end.is_none_or(|(own, _)| own != j) && time.is_some_and(|time| self.length > BEYOND * time)
         };
         matches!(self.stretching, Stretching::AtEnd(_)) && self.tracks.iter().enumerate().any(follows)
-    }
-
-    /// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None`
-    /// if there is none or it is here, within `rounding`.
-    fn to_branch_point(&self, track: &Track, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
-        let is_near = track.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
-        power_of_stretching(&track.law).filter(|_| is_near).map(|_| overlap / rate)
     }
 
     /// The closed contact that opens or clips first, and when, s. Contacts that hardly press are ignored.
@@ -144,6 +136,13 @@ impl Motion {
         };
         self.tracks.iter().enumerate().filter_map(at_zero).min_by(|a, b| a.1.total_cmp(&b.1))
     }
+}
+
+/// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None` if
+/// there is none or it is here, within `rounding`.
+fn to_branch_point(track: &Track, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
+    let is_near = track.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
+    (is_near && power_of_stretching(&track.law).is_some()).then_some(overlap / rate)
 }
 
 /// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, the force times the
