@@ -35,10 +35,14 @@ pub(crate) struct Window<'a, S = f64> {
 }
 
 impl<S: Scalar> Window<'_, S> {
+    /// The balls of contact `j` and its law.
+    pub fn pair(&self, j: usize) -> Pair<'_, S> {
+        Pair { balls: [&self.models[j], &self.models[j + 1]], law: &self.laws[j] }
+    }
+
     /// Rate of the overlap of contact `j`, m/s.
     pub fn overlap_rate(&self, j: usize) -> S {
-        let pair = Pair { balls: [&self.models[j], &self.models[j + 1]], law: &self.laws[j] };
-        pair.overlap_rate([j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v)))
+        self.pair(j).overlap_rate([j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v)))
     }
 
     /// Reduced mass of its balls, kg.

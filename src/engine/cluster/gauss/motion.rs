@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use super::arcs::{Arcs, Course, Direction};
 use crate::engine::cluster::window::{Switch, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};
-use crate::model::{ContactLaw, Mode, Pair, SignOfForce};
+use crate::model::{ContactLaw, Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, Stretching};
 use crate::solver::oscillator::Oscillator;
 
@@ -235,10 +235,7 @@ impl Motion {
         let courses: Vec<Course<1>> = arcs.balls.iter().zip(*flights).map(Course::at_start).collect();
         let lengths = |j: usize| [arcs.balls[j].length, arcs.balls[j + 1].length];
         arcs.starts.clear();
-        arcs.starts.extend((0..laws.len()).map(|j| {
-            let pair = Pair { balls: [&arcs.balls[j], &arcs.balls[j + 1]], law: &laws[j] };
-            pair.distances([flights[j].x, flights[j + 1].x])
-        }));
+        arcs.starts.extend((0..laws.len()).map(|j| window.pair(j).distances([flights[j].x, flights[j + 1].x])));
         let direction = |j: usize| Direction::new(&courses[j], &courses[j + 1], lengths(j), arcs.starts[j]);
         let directions: Vec<Direction<1>> = (0..laws.len()).map(direction).collect();
         let factors = |j: usize| Direction::factors(&directions, j, &arcs.balls).map(|[factor]| factor);

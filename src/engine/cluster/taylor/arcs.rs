@@ -5,7 +5,7 @@
 //! converges for as long as the motions do; [`overlap_of_approach`] makes an overlap of it.
 
 use crate::engine::cluster::window::Window;
-use crate::model::{Mode, Pair, overlap_of_approach};
+use crate::model::{Mode, overlap_of_approach};
 use crate::solver::dual::Scalar;
 use crate::solver::series::{product_term, sine_and_cosine_term};
 
@@ -110,13 +110,12 @@ impl<S: Scalar> Arcs<S> {
                 (arcs.sin[row.start + k], arcs.cos[row.start + k]) = (sin, cos);
             }
             let Some(j) = i.checked_sub(1) else { continue };
-            let (l, r, law, left) = (j * stride, i * stride, &window.laws[j], window.models[j].length);
+            let (l, r, left) = (j * stride, i * stride, window.models[j].length);
             let at = l + k;
             arcs.width[at] = length * arcs.sin[r + k] - left * arcs.sin[l + k];
             arcs.height[at] = left * arcs.cos[l + k] - length * arcs.cos[r + k];
             if k == 0 {
-                let pair = Pair { balls: [&window.models[j], &window.models[i]], law };
-                [arcs.width[at], arcs.height[at]] = pair.distances([j, i].map(|i| window.flights[i].x));
+                [arcs.width[at], arcs.height[at]] = window.pair(j).distances([j, i].map(|i| window.flights[i].x));
             }
             let part = |rows: &[S]| product_term(&rows[l..l + stride], &rows[l..l + stride], k);
             let square = part(&arcs.width) + part(&arcs.height);
