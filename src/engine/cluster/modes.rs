@@ -11,7 +11,6 @@ use std::cell::Cell;
 use super::natural::Group;
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, clipping};
 use crate::engine::flight::{Forcing, Rounding};
-use crate::model::Mode;
 use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
 use crate::solver::root::{Smooth, search_within};
@@ -71,9 +70,8 @@ impl Modes {
         let mut modes = Self::default();
         let mut first = 0;
         for i in 0..flights.len() {
-            let joined = contacts.get(i).is_some_and(|contact| contact.mode == Mode::Pressing);
             modes.group_of.push(modes.groups.len());
-            if !joined {
+            if !window.presses(i) {
                 modes.groups.push(Group::new(first..i + 1, window)?);
                 first = i + 1;
             }

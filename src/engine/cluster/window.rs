@@ -51,7 +51,12 @@ impl<S: Scalar> Window<'_, S> {
         left * right / (left + right)
     }
 
-    /// Whether its force by the law matters: it presses, or only the force tells when it will press again.
+    /// Whether there is a contact `j` and it presses.
+    pub fn presses(&self, j: usize) -> bool {
+        self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
+    }
+
+    /// Whether the force of contact `j` by its law matters: it presses, or only the force tells when it will press again.
     pub fn needs_force(&self, j: usize) -> bool {
         match self.contacts[j].mode {
             Mode::Open => false,
@@ -62,11 +67,6 @@ impl<S: Scalar> Window<'_, S> {
 }
 
 impl Window<'_> {
-    /// Whether there is a contact `j` and it presses.
-    pub fn presses(&self, j: usize) -> bool {
-        self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
-    }
-
     /// Whether the front of a wave has yet to pass a contact: one exactly in touch and at rest, or closed but hardly
     /// pressed or moved for what others are.
     pub fn holds_front(&self) -> bool {

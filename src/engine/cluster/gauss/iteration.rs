@@ -67,7 +67,7 @@ impl Motion {
             self.move_balls();
         }
         for j in 0..self.tracks.len() {
-            if self.tracks[j].mode == Mode::Pressing {
+            if self.presses(j) {
                 self.accelerate(j);
             }
         }
@@ -78,10 +78,9 @@ impl Motion {
     pub(super) fn turn(&mut self, all: bool) -> f64 {
         let (table, length) = (self.stretching.table(), self.length);
         let times = table.times.map(|part| length * part);
-        let presses = |j: usize| self.tracks.get(j).is_some_and(|track| track.mode == Mode::Pressing);
         let (mut change, mut nearest) = (0.0_f64, f64::INFINITY);
         for i in 0..self.flights.len() {
-            if !(all || presses(i) || i > 0 && presses(i - 1)) {
+            if !(all || self.presses(i) || i > 0 && self.presses(i - 1)) {
                 continue;
             }
             let flight = &self.flights[i];
@@ -156,7 +155,7 @@ impl Motion {
         for i in 0..self.flights.len() {
             let flight = &self.flights[i];
             let (mut displacements, mut velocities) = ([0.0; NODES], [0.0; NODES]);
-            if i > 0 && self.tracks[i - 1].mode == Mode::Pressing {
+            if i > 0 && self.presses(i - 1) {
                 let (track, Samples { overlaps, rates, balls, .. }) = (&self.tracks[i - 1], &self.at_nodes);
                 for m in 0..NODES {
                     displacements[m] = balls[i - 1][0][m] - (overlaps[i - 1][m] - track.overlap);
@@ -171,8 +170,7 @@ impl Motion {
                     let t = length * table.times[m];
                     (displacements[m], velocities[m]) = ((v + 0.5 * pull * t) * t, v + pull * t);
                 }
-                let pressed = self.tracks.get(i).is_some_and(|track| track.mode == Mode::Pressing);
-                let (mut left_out, mut round) = (if pressed || self.varies { 1.0 } else { gain }, 1.0);
+                let (mut left_out, mut round) = (if self.presses(i) || self.varies { 1.0 } else { gain }, 1.0);
                 self.at_nodes.balls[i] = [displacements, velocities];
                 while left_out > enough {
                     self.accelerate_ball(i);
@@ -221,7 +219,7 @@ impl Motion {
     pub(super) fn update(&mut self, table: &Table, later: f64) -> [f64; 2] {
         let (mut change, mut size, mut of_rate) = (0.0, f64::MIN_POSITIVE, 0.0);
         for j in 0..self.tracks.len() {
-            if self.tracks[j].mode == Mode::Pressing {
+            if self.presses(j) {
                 let (before, rate) = (LAST.map(|m| self.at_nodes.overlaps[j][m]), self.at_nodes.rates[j][NODES - 1]);
                 self.move_contact(j, table, later);
                 let after = &self.at_nodes.overlaps[j];

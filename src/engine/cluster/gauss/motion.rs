@@ -265,6 +265,11 @@ impl Motion {
         self.make_room();
     }
 
+    /// Whether there is a contact `j` and it presses.
+    pub(super) fn presses(&self, j: usize) -> bool {
+        self.tracks.get(j).is_some_and(|track| track.mode == Mode::Pressing)
+    }
+
     /// Whether balls move on arcs.
     pub(super) fn on_arcs(&self) -> bool {
         !self.arcs.balls.is_empty()

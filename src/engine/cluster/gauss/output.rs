@@ -73,7 +73,7 @@ impl Motion {
         let (o, mut first) = (&self.oscillators[0], 0);
         let [_, u1, u2, u3]: [f64; 4] = o.basis(tau.into());
         for last in 0..self.flights.len() {
-            if self.tracks.get(last).is_some_and(|track| track.mode == Mode::Pressing) {
+            if self.presses(last) {
                 continue;
             }
             let mass = |i: usize| 1.0 / self.inverse_mass(i);

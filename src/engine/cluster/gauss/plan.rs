@@ -5,7 +5,6 @@ use super::step::{Outcome, Plan};
 use crate::engine::cluster::step_control::Control;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::Rounding;
-use crate::model::Mode;
 use crate::solver::gauss::Stretching;
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
@@ -125,7 +124,7 @@ impl Planner {
             (Outcome::AtOnce(j, switch), _) => return Decision::End(j, switch),
             // It switches before the end found for it; the same step would give the same result.
             (Outcome::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
-            (Outcome::Within(j, Switch::Release, time), _) if motion.tracks[j].mode == Mode::Pressing => {
+            (Outcome::Within(j, Switch::Release, time), _) if motion.presses(j) => {
                 match plan.stretching {
                     Stretching::None | Stretching::AtEnd(_) => to_release(motion, j, time.max(least)),
                     // It closes and opens in one step.

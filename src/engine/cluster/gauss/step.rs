@@ -178,7 +178,7 @@ impl Motion {
     /// Whether a step of this `plan` may end with another switching, that of contact `j`: it has no branch point, and
     /// time is not stretched for another one.
     fn may_end(&self, plan: &Plan, j: usize, switch: Switch) -> bool {
-        let has_branch_point = switch == Switch::Release && self.tracks[j].mode == Mode::Pressing;
+        let has_branch_point = switch == Switch::Release && self.presses(j);
         let is_smooth = !has_branch_point || self.stretching_power().is_none();
         is_smooth && !matches!(plan.stretching, Stretching::AtEnd(_))
     }
@@ -217,7 +217,7 @@ impl Motion {
             return Outcome::TooLong(error);
         }
         for j in 0..self.tracks.len() {
-            if self.tracks[j].mode == Mode::Pressing {
+            if self.presses(j) {
                 continue;
             }
             self.accelerate(j);

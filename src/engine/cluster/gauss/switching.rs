@@ -78,7 +78,7 @@ impl Motion {
     /// Whether contact `j` presses at all nodes and at the end. The parabola for a release may vanish all the same, if
     /// the contact comes to rest.
     fn stays_closed(&self, j: usize, table: &Table) -> bool {
-        self.tracks[j].mode == Mode::Pressing
+        self.presses(j)
             && range(&self.at_nodes.overlaps[j])[0] > 0.0
             && self.overlap_at_end(j, self.curvature(j, table)) > 0.0
     }
@@ -86,7 +86,7 @@ impl Motion {
     /// Unless contact `j` presses: its accelerations by the forces of its neighbours and, if it ends the step, its
     /// overlaps.
     pub(super) fn accelerate_unless_pressing(&mut self, j: usize, table: &Table) {
-        if self.tracks[j].mode != Mode::Pressing {
+        if !self.presses(j) {
             self.accelerate(j);
             // By its pendulums an overlap acts on itself: a little, but the end of the step needs all digits.
             if self.end.is_some_and(|(ending, _)| ending == j) {

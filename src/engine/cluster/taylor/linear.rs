@@ -269,9 +269,9 @@ impl Series {
 
 /// A time (s) near the inverse of the fastest rate of a window: that of a spring, a dashpot or a pendulum.
 fn shortest_time(window: &Window) -> f64 {
-    let Window { balls, contacts, laws, .. } = window;
+    let Window { balls, laws, .. } = window;
     let mut fastest = balls.iter().map(|ball| ball.oscillator.pace()).fold(0.0, f64::max);
-    for (j, law) in laws.iter().enumerate().filter(|(j, _)| contacts[*j].mode == Mode::Pressing) {
+    for (j, law) in laws.iter().enumerate().filter(|(j, _)| window.presses(*j)) {
         let mass = window.reduced_mass(j);
         fastest = fastest.max((law.stiffness / mass).sqrt()).max(law.damping_coefficient() / mass);
     }

@@ -64,7 +64,7 @@ impl<S: Scalar> Series<S> {
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
     fn expand_motion(&mut self, window: &Window<'_, S>, k: usize, given: &dyn Fn(usize) -> bool) {
-        let (stride, unit, contacts) = (self.stride, S::from(self.unit), window.models.len() - 1);
+        let (stride, unit) = (self.stride, S::from(self.unit));
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let next = (k + 1) as f64;
         // The next coefficient of a pendulum with this coefficient of its position (m) and of its rate, under the
@@ -74,10 +74,9 @@ impl<S: Scalar> Series<S> {
             (driven - ball.omega2 * position - damped) * unit * unit / S::from(next * (next + 1.0))
         };
         let mut left: Option<(BallModel<S>, S, S)> = None;
-        for i in 0..=contacts {
+        for i in 0..window.models.len() {
             let (ball, at) = (window.models[i], i * stride + k);
-            let presses = i < contacts && window.contacts[i].mode == Mode::Pressing;
-            let from_right = if presses { self.forces[at] } else { S::default() };
+            let from_right = if window.presses(i) { self.forces[at] } else { S::default() };
             let from_left = left.as_ref().map_or(S::default(), |(_, force, _)| *force);
             let forcing = window.flights[i].forcing.get(k);
             let forcing = forcing.map_or(S::default(), |f| *f * S::from(INVERSE_FACTORIAL[k]) * S::from(unit_to_k));
@@ -109,13 +108,12 @@ impl<S: Scalar> Series<S> {
         let (stride, unit, next) = (self.stride, S::from(self.unit), (k + 1) as f64);
         for i in 0..window.models.len() {
             let (ball, at) = (window.models[i], i * stride);
-            let by_contact = |j: usize, side: usize| match window.contacts[j].mode == Mode::Pressing {
+            let by_contact = |j: usize, side: usize| match window.presses(j) {
                 true => product_term(&self.forces[j * stride..], &self.arcs.along[side][j * stride..], k),
                 false => S::default(),
             };
             let from_left = if i > 0 { by_contact(i - 1, 1) } else { S::default() };
-            let from_right = if i + 1 < window.models.len() { by_contact(i, 0) } else { S::default() };
-            let (mut driven, mut power) = ((from_left - from_right) / ball.mass, 1.0);
+            let (mut driven, mut power) = ((from_left - by_contact(i, 0)) / ball.mass, 1.0);
             for (m, forcing) in window.flights[i].forcing.iter().enumerate().take(k.min(MAX_FORCE_ORDER) + 1) {
                 driven += *forcing * S::from(INVERSE_FACTORIAL[m] * power) * self.arcs.cos[at + k - m];
                 power *= self.unit;
