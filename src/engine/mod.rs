@@ -1,7 +1,7 @@
 //! Drives a run. [`Simulation`] is a run by any method: by the event-driven [`Engine`], or by a general-purpose solver
 //! ([`Continuous`]).
 //!
-//! | room | what it does | needs |
+//! | module | what it does | needs |
 //! |---|---|---|
 //! | `flight` | balls that touch nothing: closed forms, series on arcs, the next onset of two | |
 //! | `records` | what a run records: ledgers, the start of the step | |
@@ -11,7 +11,7 @@
 //! | `run` | the state of an event-driven run and its events | all above |
 //! | `derivatives` | of the outputs: by time, along inputs and parameters | `run` and all above |
 //! | `observation` | the outputs of a run at the current time, the next onset | `run`, `derivatives` and all above |
-//! | `exchange` | a run that its host integrates | `flight`, `records`, `run`, `observation` |
+//! | `exchange` | a run that its host integrates | `flight`, `records`, `rigid`, `run`, `observation` |
 //! | `continuous` | BDF, Adams and Runge-Kutta over the whole chain | `flight`, `records`, `run`, `derivatives` |
 //!
 //! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the

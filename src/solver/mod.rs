@@ -1,7 +1,7 @@
 //! Numerical methods, independent of the cradle.
 //!
-//! Dense linear algebra is nalgebra's, without `std`, whose kernels depend on the processor and give other bits on
-//! each. The modules here have no crate that fits:
+//! Dense linear algebra is nalgebra's, without its feature `std`: with it, kernels depend on the processor and give
+//! other bits on each. The modules here have no crate that fits:
 //!
 //! - first crossings (`root`, `crossing`): a search that misses none needs bounds of the derivatives, which the motion
 //!   has;

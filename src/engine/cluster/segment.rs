@@ -278,9 +278,10 @@ impl Cluster {
         let error = control.local_error(scale);
         *evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
         let on_arcs = window.balls[0].model.on_arc;
-        // Strongly damped linear contacts: closed forms until the next switching, after some segments by series.
+        // Linear contacts: closed forms until the next switching, after some segments by series.
         let series_first =
             natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes) && !on_arcs);
+        // Segments by modes so far; `Some(None)` while series come first.
         let windows = series_first.map(|series| history.quiet.checked_sub(series));
         if let Some(Some(windows)) = windows
             && let Some(modes) = Modes::new(window)

@@ -1,4 +1,4 @@
-//! History of the segments of a cluster, by which the next one is planned.
+//! The methods for motions in contact, their tolerances, and the history of the segments of a cluster.
 
 use serde::{Deserialize, Serialize};
 

@@ -28,7 +28,7 @@ impl Engine {
         of_series(&chain, &inputs, &series, order)
     }
 
-    /// The series of rigid balls from `state` on, with the constraint forces of those that move as one body.
+    /// The series of rigid balls, with the constraint forces between those that move as one body.
     fn series_of_bodies(&self, chain: &WholeChain) -> Series {
         let (mut bodies, mut apart) = (self.cradle.clone(), chain.state.clone());
         apart.contacts.iter_mut().for_each(|contact| contact.mode = Mode::Open);

@@ -58,7 +58,7 @@ impl<S: Scalar> Row<S> {
 /// The impulse that a contact transmits in one impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Impact<S> {
-    /// Index of the contact in the run.
+    /// Index of the contact in the row.
     pub contact: usize,
     /// N.s.
     pub impulse: S,

@@ -165,8 +165,8 @@ pub(crate) struct Motion {
     pub(super) ball_accelerations: Vec<Nodes>,
     /// What turns, if balls move on arcs.
     pub(super) arcs: Arcs,
+    /// What was asked for last: the values at a time, and the step up to a time.
     pub(super) moment: RefCell<Moment>,
-    /// The same of its integrals.
     pub(super) part: RefCell<Part>,
 }
 
