@@ -64,7 +64,7 @@ pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f6
 /// The same, with a limited number of expansions about later places.
 fn first_within(c: &[f64], sign: f64, level: f64, until: f64, expansions: usize) -> Option<f64> {
     let (value, slope, curvature) = (sign * (c[0] - level), sign * c[1], sign * c[2]);
-    // Most searches find nothing and are avoided.
+    // A cheap bound: most searches would find nothing.
     if value.max(value + until * slope) < -until * until * bound(&c[2..], until) {
         return None;
     }

@@ -12,7 +12,7 @@ use super::quadrature::gauss_legendre;
 
 pub const STAGES: usize = 9;
 
-/// One value a stage.
+/// One value per stage.
 pub type Stages = SVector<f64, STAGES>;
 
 /// A linear map of stage values.

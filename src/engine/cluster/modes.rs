@@ -1,10 +1,8 @@
 //! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
 //!
 //! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. Each has natural
-//! modes (`natural`).
-//!
-//! Each coordinate is an oscillator in closed form, so strong damping and contacts that stay closed for minutes cost
-//! nothing but the search for the next switching.
+//! modes (`natural`), whose coordinates are oscillators in closed form. So strong damping and contacts that stay closed
+//! for minutes cost nothing but the search for the next switching.
 
 use std::cell::Cell;
 

@@ -26,8 +26,8 @@ const LARGEST_GROUP: usize = 40;
 const SERIES: u32 = 13;
 const SERIES_OF_FRONT: u32 = 64;
 
-/// Number of segments by series after a switching before natural modes take over, if they [apply](apply_to); exact only
-/// as far as needed after `quiet` segments.
+/// Number of segments by series after a switching before natural modes take over, if they [apply](apply_to). It may be
+/// too low if there have been still fewer (`quiet`), where it makes no difference.
 pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
     apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
         true => SERIES,

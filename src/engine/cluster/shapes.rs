@@ -51,7 +51,7 @@ impl Shapes {
         if contacts == 0 {
             return Some(shapes);
         }
-        // It takes some two iterations an eigenvalue.
+        // It takes about two iterations per eigenvalue.
         let vectors = SymmetricEigen::try_new(matrix, f64::EPSILON, 30 * size)?.eigenvectors;
         for u in vectors.column_iter() {
             let force = |i: usize| roots.get(i).map_or(0.0, |root| root * u[i]);

@@ -56,7 +56,8 @@ impl<S: Scalar> Window<'_, S> {
         self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
     }
 
-    /// Whether the force of contact `j` by its law matters: it presses, or only the force tells when it will press again.
+    /// Whether the force of contact `j` by its law matters: it presses, or only the force tells when it will press
+    /// again.
     pub fn needs_force(&self, j: usize) -> bool {
         match self.contacts[j].mode {
             Mode::Open => false,
@@ -114,11 +115,11 @@ pub(crate) fn clipping(mode: Mode) -> (f64, Switch) {
     if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
 }
 
-/// The motion of a window on a segment as a method tells it: the door by which methods enter. Balls and contacts are
-/// counted within the window, times (s) from the start of the segment. Forces are those of the law without clipping.
+/// The motion of a window on a segment: what every method must provide. Balls and contacts are counted within the
+/// window, times (s) from the start of the segment. Forces are those of the law without clipping.
 pub(crate) trait DenseOutput {
-    /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau`. The change: at the start, where
-    /// many switchings may come at once, it must be exactly 0.
+    /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau`. At the start, where many
+    /// switchings may come at once, the change must be exactly 0.
     fn moved(&self, i: usize, tau: f64) -> (f64, f64);
     /// Integral of that displacement, m.s.
     fn displacement_integral(&self, i: usize, tau: f64) -> f64;

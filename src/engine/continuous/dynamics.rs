@@ -38,7 +38,7 @@ pub(super) struct Dynamics {
     pub tolerance: f64,
     /// Scales of the tolerances: of positions (m), velocities (m/s) and overlaps (m).
     scales: [f64; 3],
-    /// That of the energy dissipated, J.
+    /// Scale of the energy dissipated, J.
     energy_scale: f64,
 }
 

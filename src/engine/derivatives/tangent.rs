@@ -42,7 +42,7 @@ pub(super) struct Run {
     /// The coefficients that act.
     cradle: Cradle<Dual>,
     state: ChainState<Dual>,
-    /// Time since these inputs act (s), and its derivative.
+    /// Time since these inputs began to act (s), and its derivative.
     elapsed: DoubleDouble,
     pub delay: f64,
     /// Largest derivative of a velocity so far.

@@ -55,7 +55,7 @@ impl Ball {
         }
     }
 
-    /// What the part of its flight on an arc about the time `t` says, given that and the time since its start (s).
+    /// Asks the part of its flight on an arc that holds at the time `t`; `say` also gets the time since its start (s).
     // Inlined, it would take the place of other code in the processor's cache: 14 % of the misses of separate impacts.
     #[inline(never)]
     fn piece<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> T {
@@ -68,7 +68,7 @@ impl Ball {
         said
     }
 
-    /// What the series of its flight on an arc about the time `t` say.
+    /// Asks the series of its flight on an arc about the time `t`.
     pub fn path<T>(&self, t: DoubleDouble, say: impl FnOnce(&Path) -> T) -> T {
         if t == self.anchor {
             return self.piece(t, |piece, _| say(&piece.path));

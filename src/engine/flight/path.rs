@@ -63,7 +63,7 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// A long one, or a short one.
+    /// The path from this state on: a `long` step, or a short one.
     pub fn new(ball: &BallModel, flight: &Flight, long: bool) -> Self {
         let terms = if long { TERMS } else { FEW };
         let BallModel { omega2, gamma, length, gravity, .. } = *ball;

@@ -41,7 +41,7 @@ pub(crate) const EVALUATIONS: u32 = 4_000;
 /// Part of its length after which a series of balls on arcs is renewed with that of a neighbour.
 const WORN: f64 = 0.6;
 
-/// What one on arcs counts as.
+/// Evaluations that a forecast on arcs counts as.
 const ON_ARCS: u32 = 20;
 
 /// Least progress of a forecast over the time since the anchor; below it, the motion is rounding.

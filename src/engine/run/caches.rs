@@ -13,7 +13,7 @@ type KnownState = (f64, DoubleDouble, (f64, f64));
 /// The caches of a run `R`, of which they are a part.
 #[derive(Debug)]
 pub(crate) struct Caches<R> {
-    /// A ball each: its state when it was last asked for.
+    /// For each ball: its state when it was last asked for.
     pub states: Vec<Cell<KnownState>>,
     /// A copy of the run that has gone ahead on the same trajectory until the inputs change, to the next onset at most.
     pub ahead: RefCell<Option<Box<R>>>,

@@ -72,7 +72,7 @@ impl Contact {
         self.phase = Phase::Unassigned(WindowContact { overlap, mode });
     }
 
-    /// Overlap (m) while it is unassigned, or that between the anchors of its balls beside an impact; 0 else.
+    /// Overlap (m) while it is unassigned, or that between the anchors of its balls beside an impact; otherwise 0.
     pub fn overlap(&self) -> f64 {
         match self.phase {
             Phase::Unassigned(WindowContact { overlap, .. }) | Phase::BesideImpact(overlap) => overlap,

@@ -47,8 +47,8 @@ impl Engine {
             }
             Phase::Constraint(_, Next::At(_)) => self.part(key, t, observer),
             Phase::Open(..) if self.cradle.on_arcs() => {
-                // With neighbours that are about to need it, too.
-                // Rigid balls side by side stay so to the last bit.
+                // Renews its series and those of neighbours that will end soon. Those of rigid balls side by side are
+                // renewed together, so that the balls stay side by side to the last bit.
                 let beside = |separation: &Separation| self.is_rigid() && separation.touches(t, 0.0);
                 let worn = |separation: &Separation| separation.is_worn(t) || beside(separation);
                 let worn = |j: usize| self.contacts[j].separation().is_some_and(worn);

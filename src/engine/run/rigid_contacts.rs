@@ -84,7 +84,7 @@ impl Engine {
             ledger.impulse += impulse;
         }
         if impacts.iter().all(|impact| first + impact.contact != i) {
-            // It has been foretold.
+            // Its onset was announced, so it has a pulse all the same.
             impacts.push(Impact { contact: i - first, impulse: 0.0 });
         }
         self.totals.contact_loss += outcome.loss;

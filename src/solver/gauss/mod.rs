@@ -12,8 +12,8 @@
 //!
 //! (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.7). At the end of the step
 //! the order is twice that within. Where g has a branch point at an end of the step, such as the square root of an
-//! overlap, the stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c. Other powers of the time become
-//! higher ones, with smaller highest coefficients; more so with `c^3` or `1 - (1 - c)^3`.
+//! overlap, the stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c. Other fractional powers of the
+//! time become higher powers of c, whose coefficients fall faster; with `c^3` or `1 - (1 - c)^3` faster still.
 //!
 //! The nodes are symmetric. About the middle the integral of an even function is odd up to a constant, that of an odd
 //! one is even. So a product with `Q` or `Q Q` takes two matrices of half the size (`Rule::integrate`,
@@ -145,9 +145,9 @@ pub struct Table {
     pub times: Nodes,
     /// `phi'` there.
     pub paces: Nodes,
-    /// `Q1`, a column a node.
+    /// `Q1`, one column per node.
     pub rates: [Nodes; NODES],
-    /// `Q2`, a column a node.
+    /// `Q2`, one column per node.
     pub positions: [Nodes; NODES],
     /// Whether time is stretched.
     stretched: bool,

@@ -6,7 +6,7 @@ use crate::solver::double_double::DoubleDouble;
 
 pub const NODES: usize = 16;
 
-/// One value a node.
+/// One value per node.
 pub type Nodes = [f64; NODES];
 
 /// Pairs of mirrored nodes, and one value for each.

@@ -27,7 +27,7 @@ pub(crate) struct Series<S = f64> {
     pub(crate) unit: f64,
     /// For each ball: displacement since the start of the segment.
     pub(crate) displacements: Vec<S>,
-    /// A contact each: overlap.
+    /// For each contact: overlap.
     pub(crate) overlaps: Vec<S>,
     /// For each contact: elastic force, and the unclipped force of the law; zero where the contact is open. `linear`
     /// contacts have no elastic force and, without damping, not the other one either.

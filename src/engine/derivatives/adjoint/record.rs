@@ -36,13 +36,13 @@ pub(crate) struct Recorder {
     failed: bool,
     parts: Vec<Map>,
     numbers: usize,
-    /// Each ball: its state, and the time that it refers to, s.
+    /// For each ball: its state (m, m/s), and the time that it refers to, s.
     x: Vec<f64>,
     v: Vec<f64>,
     time: Vec<DoubleDouble>,
     /// Time of the last switching, s.
     last: DoubleDouble,
-    /// Each contact: its overlap, if it is closed.
+    /// For each contact: its overlap (m), if it is closed.
     overlaps: Vec<Option<f64>>,
     inputs: HeldInputs,
 }
