@@ -137,8 +137,9 @@ pub(crate) fn outcome(
     let start = Direction::new(&starts[0], &starts[1], lengths, distances);
     let rate = starts[0].approach(&starts[1], &start);
     let along = start.along.map(|[along]| along);
-    let yields = along[0] * along[0] * inverse_masses[0] + along[1] * along[1] * inverse_masses[1];
-    let reach = law.largest_overlap(1.0 / yields, rate);
+    // Of the reduced mass along the line of the centres.
+    let inverse_mass = along[0] * along[0] * inverse_masses[0] + along[1] * along[1] * inverse_masses[1];
+    let reach = law.largest_overlap(1.0 / inverse_mass, rate);
     let (strongest, first) = (law.elastic_force(reach), sigma * reach / rate);
     let turns = [0, 1].map(|k| first * flights[k].v.abs() / lengths[k]);
     let begins = rate > 0.0 && first > 0.0 && turns[0].max(turns[1]) < SMALL;
@@ -172,7 +173,7 @@ pub(crate) fn outcome(
         let less = |m: usize| inverse_masses[0] * shorter[0][m] + inverse_masses[1] * shorter[1][m];
         let ([mut by_slope, mut by_scaling], mut largest) = ([[0.0; 2 * NODES]; 2], 0.0_f64);
         for m in 0..2 * NODES {
-            let (more, part) = (-less(m) / yields, y[m] / phi[m]);
+            let (more, part) = (-less(m) / inverse_mass, y[m] / phi[m]);
             let (eta, bend) = (stretched + more + stretched * more, shape.bend(part));
             let rest = pulled * direction.pull[m] - kappa * powers[m] * (eta * (1.0 + p * part + bend) + bend);
             (by_slope[m], by_scaling[m]) = (slopes[m] * rest, scalings[m] * rest);
@@ -211,9 +212,9 @@ pub(crate) fn outcome(
         });
         let twice = (product(along[0], flights[0].v) - product(along[1], flights[1].v)) * 2.0
             + (reach / (sigma * duration) * lost + missing);
-        let first = twice.value() / yields;
+        let first = twice.value() / inverse_mass;
         let rest = twice - (pushes[0] * along[0] + pushes[1] * along[1]) * first;
-        let impulse = DoubleDouble::from(first) + rest.value() / yields;
+        let impulse = DoubleDouble::from(first) + rest.value() / inverse_mass;
         let sides = [(0, -1.0), (1, 1.0)];
         let velocities = sides.map(|(k, side)| {
             let turned = sum(&|m| -shorter[k][m] / (direction.along[k][m] + along[k]) * forces[m]);

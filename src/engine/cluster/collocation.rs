@@ -179,20 +179,20 @@ impl<'a> Step<'a> {
     fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
         let mut rows = Vec::with_capacity(end - first);
         for _ in 0..ITERATIONS {
-            // The yielding of the two balls of each contact to changes of its overlap.
-            let mut yielding = Vec::with_capacity(end - first);
+            // Derivatives of the displacements of the two balls of each contact by its overlap.
+            let mut sensitivities = Vec::with_capacity(end - first);
             for j in first..end {
                 let slopes = self.evaluate(j)?;
-                yielding.push(
+                sensitivities.push(
                     [j, j + 1].map(|i| self.responses[i].displacement * slopes / self.window.balls[i].model.mass),
                 );
             }
             rows.clear();
-            for (j, [left, right]) in (first..end).zip(&yielding) {
+            for (j, [left, right]) in (first..end).zip(&sensitivities) {
                 let wanted = self.relative(j, |r| &r.displacement, [self.pressed(j), self.pressed(j + 1)]);
                 let missing = self.window.overlap_rate(j) * self.times + wanted - self.changes[j];
                 let beside =
-                    |contact: usize, side: usize| yielding.get(contact).map_or_else(Matrix::zeros, |y| -y[side]);
+                    |contact: usize, side: usize| sensitivities.get(contact).map_or_else(Matrix::zeros, |y| -y[side]);
                 let lower = beside((j - first).wrapping_sub(1), 1);
                 let (diagonal, upper) = (Matrix::identity() + left + right, beside(j - first + 1, 0));
                 rows.push(Row { lower, diagonal, upper, known: missing });
@@ -259,7 +259,7 @@ impl<'a> Step<'a> {
     }
 
     /// Change of the overlap of contact `j` by the `rounding` (m/s) of the velocities, m.
-    fn shaken(&self, j: usize, rounding: f64) -> f64 {
+    fn overlap_rounding(&self, j: usize, rounding: f64) -> f64 {
         let stiffness =
             self.window.laws[j].elastic_continued(self.window.contacts[j].overlap).map_or(0.0, |(_, slope)| slope);
         if stiffness > 0.0 { rounding * (self.window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 }
@@ -303,7 +303,7 @@ impl<'a> Step<'a> {
                 let size = contact.overlap + self.changes[j].amax();
                 // The force must be as accurate: its relative error is `exponent` times as large.
                 let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
-                let allowed = (relative * size).max(self.shaken(j, of_rates)) / length;
+                let allowed = (relative * size).max(self.overlap_rounding(j, of_rates)) / length;
                 let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
                 integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
