@@ -7,7 +7,7 @@
 use std::cell::Cell;
 
 use super::natural::Group;
-use super::window::{DenseOutput, OverlapSeries, Switch, Window, clipping};
+use super::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after};
 use crate::engine::flight::{Forcing, Rounding};
 use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
@@ -267,8 +267,8 @@ impl DenseOutput for Modes {
             Switch::Onset if overlap == 0.0 && rate > rounding.velocity => return Next::At(0.0),
             Switch::Onset => self.watch(j, Watched::Overlap, 1.0, rounding.position),
             Switch::Release => self.watch(j, Watched::Overlap, -1.0, rounding.no_overlap()),
-            Switch::Clip | Switch::Unclip => {
-                let (sign, _) = clipping(window.contacts[j].mode);
+            Switch::Clip => {
+                let sign = sign_after(window.contacts[j].mode);
                 let level = sign * impedance * rounding.velocity;
                 // The rounding of the rate at the start dies out with the motion; the overlap has none.
                 let fading = self.joining(j).map_or(0.0, Group::least_decay);

@@ -13,7 +13,7 @@ use super::modes::Modes;
 use super::natural;
 use super::step_control::{Control, Method, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
-use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact, clipping};
+use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact};
 use crate::engine::flight::{
     Ball, Flight, Rounding, RunningIntegrals, integrals_on_arc, places, shifted, start_by_centre,
 };
@@ -54,10 +54,9 @@ impl Description {
         let release = first(Switch::Release, until);
         if window.laws[j].clips() {
             let until = if let Next::At(tau) | Next::NotBefore(tau) = release { tau } else { until };
-            let (_, switch) = clipping(mode);
-            let clip = first(switch, until);
+            let clip = first(Switch::Clip, until);
             if clip != Next::Never {
-                return (clip, switch);
+                return (clip, Switch::Clip);
             }
         }
         (release, Switch::Release)

@@ -103,16 +103,13 @@ pub(crate) type OverlapSeries<S = f64> = [S; MAX_OUTPUT_DERIVATIVE + 2];
 pub(crate) enum Switch {
     Onset,
     Release,
-    /// The force would begin to pull.
+    /// The force would begin to pull or, of a clipped contact, push again.
     Clip,
-    /// The force would push again.
-    Unclip,
 }
 
-/// The switching that ends this mode of a closed contact unless its release does: the sign that the force then gets,
-/// and what it is.
-pub(crate) fn clipping(mode: Mode) -> (f64, Switch) {
-    if mode == Mode::Pressing { (-1.0, Switch::Clip) } else { (1.0, Switch::Unclip) }
+/// The sign that the force of a closed contact in this mode gets where that ends it.
+pub(crate) fn sign_after(mode: Mode) -> f64 {
+    if mode == Mode::Pressing { -1.0 } else { 1.0 }
 }
 
 /// The motion of a window on a segment: what every method must provide. Balls and contacts are counted within the

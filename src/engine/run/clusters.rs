@@ -38,25 +38,25 @@ impl Engine {
             self.follow(id, cluster); // What is left can still be looked at.
             return Err(error);
         }
-        let switch = cluster.switch;
-        match switch {
+        match cluster.switch {
             None => self.follow(id, cluster),
-            Some((i, Switch::Clip | Switch::Unclip)) => {
-                let mode = if switch == Some((i, Switch::Clip)) { Mode::Clipped } else { Mode::Pressing };
-                cluster.contacts[i - cluster.window.start].mode = mode;
+            Some((i, Switch::Clip)) => {
+                let mode = &mut cluster.contacts[i - cluster.window.start].mode;
+                *mode = if *mode == Mode::Pressing { Mode::Clipped } else { Mode::Pressing };
                 self.count_event();
                 self.follow(id, cluster);
             }
-            Some((i, Switch::Release | Switch::Onset)) => {
+            Some((i, Switch::Onset)) => {
                 let range = cluster.window_contacts();
                 self.release_members(cluster);
-                if switch == Some((i, Switch::Onset)) {
-                    self.close(i, t, range, observer);
-                } else {
-                    self.contacts[i].unassign(0.0, Mode::Open);
-                    self.end_pulse(i, t, observer);
-                    self.form(range, t);
-                }
+                self.close(i, t, range, observer);
+            }
+            Some((i, Switch::Release)) => {
+                let range = cluster.window_contacts();
+                self.release_members(cluster);
+                self.contacts[i].unassign(0.0, Mode::Open);
+                self.end_pulse(i, t, observer);
+                self.form(range, t);
             }
         }
         Ok(())

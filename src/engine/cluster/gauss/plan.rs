@@ -117,7 +117,7 @@ impl Planner {
             }
             // The mean slope over a step does not show which way a force, or an overlap at rest, goes from 0; a series
             // does.
-            (Outcome::AtOnce(_, Switch::Clip | Switch::Unclip), _) => return Decision::GiveUp,
+            (Outcome::AtOnce(_, Switch::Clip), _) => return Decision::GiveUp,
             (Outcome::AtOnce(j, Switch::Release), _) if motion.tracks[j].is_resting(&tolerance.rounding) => {
                 return Decision::GiveUp;
             }

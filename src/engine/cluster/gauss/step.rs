@@ -2,7 +2,7 @@
 //! iteration moves the end there.
 
 use super::motion::{Motion, Tolerance};
-use crate::engine::cluster::window::{Switch, clipping};
+use crate::engine::cluster::window::Switch;
 use crate::model::Mode;
 use crate::solver::gauss::{Stretching, Table, weighted};
 
@@ -239,11 +239,10 @@ impl Motion {
         self.until = self.length;
         let Ok(clipped) = self.first_clipping(table, tolerance) else { return Outcome::Failed };
         if let Some((j, time)) = clipped {
-            let (_, switch) = clipping(self.tracks[j].mode);
             if time == 0.0 {
-                return Outcome::AtOnce(j, switch);
+                return Outcome::AtOnce(j, Switch::Clip);
             }
-            (self.until, self.end) = (time, Some((j, switch)));
+            (self.until, self.end) = (time, Some((j, Switch::Clip)));
             error *= WITHIN;
         }
         if error > 1.0 {
