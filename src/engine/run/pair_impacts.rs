@@ -17,21 +17,17 @@ impl Engine {
     /// neighbours until the impact is over. Returns whether it did.
     pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) -> bool {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
-        let regime = |ball: usize| self.balls[ball].regime;
-        let in_flight = regime(i) == Regime::Flight && regime(i + 1) == Regime::Flight;
-        let beside_cluster = neighbours.clone().any(|ball| matches!(regime(ball), Regime::Cluster(_)));
-        if !in_flight || beside_cluster || !self.control.allows(Method::PairImpact) {
+        let beside = (neighbours.start..neighbours.end - 1).filter(|j| *j != i);
+        let beside_cluster =
+            self.balls[neighbours.clone()].iter().any(|ball| matches!(ball.regime, Regime::Cluster(_)));
+        if !self.are_in_flight(i) || beside_cluster || !self.control.allows(Method::PairImpact) {
             return false;
         }
-        self.reanchor_free(neighbours.clone(), t);
+        self.reanchor_free(neighbours, t);
         self.contacts[i].unassign(0.0, Mode::Open);
         self.queue.remove(i);
-        for beside in neighbours.start..neighbours.end - 1 {
-            self.stop_separation(beside, t);
-        }
-        let mut beside = (neighbours.start..neighbours.end - 1).filter(|beside| *beside != i);
-        let in_flight = |ball: usize| self.balls[ball].regime == Regime::Flight;
-        if beside.any(|j| in_flight(j) && in_flight(j + 1) && self.contacts[j].overlap() >= 0.0) {
+        beside.clone().for_each(|j| self.stop_separation(j, t));
+        if beside.clone().any(|j| self.are_in_flight(j) && self.contacts[j].overlap() >= 0.0) {
             return false; // The next balls touch these.
         }
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
@@ -44,14 +40,19 @@ impl Engine {
         }
         self.queue.set(i, impact.end());
         self.contacts[i].phase = Phase::Impact(Some(impact));
-        for beside in (neighbours.start..neighbours.end - 1).filter(|beside| *beside != i) {
-            self.contacts[beside].phase = Phase::BesideImpact(self.contacts[beside].overlap());
+        for j in beside {
+            self.contacts[j].phase = Phase::BesideImpact(self.contacts[j].overlap());
         }
         (self.balls[i].regime, self.balls[i + 1].regime) = (Regime::Impact(i as u32), Regime::Impact(i as u32));
         self.begin_pulse(i, t, observer);
         self.totals.work.steps = self.totals.work.steps.saturating_add(1);
         self.totals.work.evaluations = self.totals.work.evaluations.saturating_add(1);
         true
+    }
+
+    /// Whether both balls of contact `j` are in flight.
+    fn are_in_flight(&self, j: usize) -> bool {
+        self.balls[j..j + 2].iter().all(|ball| ball.regime == Regime::Flight)
     }
 
     /// Whether the open contact `j` provably stays open from `t` until the impacts of its balls are over: the one about
@@ -111,7 +112,7 @@ impl Engine {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.reanchor_free(neighbours.clone(), t);
         for j in neighbours.start..neighbours.end - 1 {
-            if self.balls[j].regime == Regime::Flight && self.balls[j + 1].regime == Regime::Flight {
+            if self.are_in_flight(j) {
                 self.fly(j, t, 0.0);
             }
         }
