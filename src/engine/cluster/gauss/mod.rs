@@ -64,13 +64,13 @@ impl Motion {
         evaluations: &mut u64,
     ) -> Option<(f64, f64)> {
         self.start(window);
-        let (mut planner, mut plan, tolerance) = Planner::new(self, window, control, rounding, speed, before);
+        let (mut planner, mut plan) = Planner::new(self, window, control, rounding, speed, before);
         for _ in 0..ATTEMPTS {
             if plan.length.is_nan() || plan.length < f64::MIN_POSITIVE {
                 return None;
             }
-            let outcome = self.attempt(&plan, &tolerance, evaluations);
-            let decision = planner.decide(self, &plan, outcome, &tolerance);
+            let outcome = self.attempt(&plan, &planner.tolerance, evaluations);
+            let decision = planner.decide(self, &plan, outcome);
             plan::trace(&plan, &outcome, &decision);
             match decision {
                 Decision::Try(next) => plan = next,

@@ -48,6 +48,7 @@ pub(super) struct Planner {
     stretching: Stretching,
     /// Longest such step, by the attempts so far, s.
     length: f64,
+    pub tolerance: Tolerance,
 }
 
 impl Planner {
@@ -59,7 +60,7 @@ impl Planner {
         rounding: &Rounding,
         speed: f64,
         before: f64,
-    ) -> (Self, Plan, Tolerance) {
+    ) -> (Self, Plan) {
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(rounding));
         let tolerance = Tolerance {
             speed,
@@ -75,7 +76,7 @@ impl Planner {
             Some(_) => FIRST,
         };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
-        let mut planner = Self { stretching, length };
+        let mut planner = Self { stretching, length, tolerance };
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
@@ -93,7 +94,7 @@ impl Planner {
         } else {
             planner.ahead(length)
         };
-        (planner, Plan { length: plan.length.min(longest), ..plan }, tolerance)
+        (planner, Plan { length: plan.length.min(longest), ..plan })
     }
 
     /// A step of this length (s) or the longest allowed, to no switching.
@@ -107,18 +108,18 @@ impl Planner {
         Plan { stretching: self.stretching, length, switching: Some(j) }
     }
 
-    pub fn decide(&mut self, motion: &Motion, plan: &Plan, outcome: Outcome, tolerance: &Tolerance) -> Decision {
+    pub fn decide(&mut self, motion: &Motion, plan: &Plan, outcome: Outcome) -> Decision {
         // An iteration that diverges may have moved the end anywhere.
-        let least = LEAST * plan.length;
+        let (least, longest) = (LEAST * plan.length, self.tolerance.longest);
         let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
         let plan = match (outcome, plan.switching) {
             (Outcome::Stands(error), _) => {
-                return Decision::Take((reached * change_for(error)).min(tolerance.longest));
+                return Decision::Take((reached * change_for(error)).min(longest));
             }
             // The mean slope over a step does not show which way a force, or an overlap at rest, goes from 0; a series
             // does.
             (Outcome::AtOnce(_, Switch::Clip), _) => return Decision::GiveUp,
-            (Outcome::AtOnce(j, Switch::Release), _) if motion.tracks[j].is_resting(&tolerance.rounding) => {
+            (Outcome::AtOnce(j, Switch::Release), _) if motion.tracks[j].is_resting(&self.tolerance.rounding) => {
                 return Decision::GiveUp;
             }
             (Outcome::AtOnce(j, switch), _) => return Decision::End(j, switch),
@@ -138,7 +139,7 @@ impl Planner {
             (Outcome::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
             (Outcome::Failed, None) => self.ahead(FAILED * tried),
         };
-        Decision::Try(Plan { length: plan.length.min(tolerance.longest), ..plan })
+        Decision::Try(Plan { length: plan.length.min(longest), ..plan })
     }
 }
 
