@@ -143,7 +143,7 @@ impl<'a> Step<'a> {
 
     /// Acceleration of ball `i` by the contacts, m/s2.
     fn pressed(&self, i: usize) -> Stages {
-        (self.forces[i] - self.forces[i + 1]) / self.window.balls[i].model.mass
+        (self.forces[i] - self.forces[i + 1]) / self.window.models[i].mass
     }
 
     /// The response of the overlap of contact `j`, or of its rate, to all accelerations of its balls.
@@ -183,9 +183,8 @@ impl<'a> Step<'a> {
             let mut sensitivities = Vec::with_capacity(end - first);
             for j in first..end {
                 let slopes = self.evaluate(j)?;
-                sensitivities.push(
-                    [j, j + 1].map(|i| self.responses[i].displacement * slopes / self.window.balls[i].model.mass),
-                );
+                sensitivities
+                    .push([j, j + 1].map(|i| self.responses[i].displacement * slopes / self.window.models[i].mass));
             }
             rows.clear();
             for (j, [left, right]) in (first..end).zip(&sensitivities) {
@@ -277,7 +276,7 @@ impl<'a> Step<'a> {
         let (window, tolerance) = (self.window, control.tolerance);
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
-        let lightest = window.balls.iter().map(|ball| ball.model.mass).fold(f64::INFINITY, f64::min);
+        let lightest = window.models.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
         let rounding = rounding.velocity
             + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
         // No tighter than the Taylor series before.

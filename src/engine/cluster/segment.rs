@@ -276,7 +276,7 @@ impl Cluster {
         let scale = velocity_scale(window);
         let error = control.local_error(scale);
         *evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
-        let on_arcs = window.balls[0].model.on_arc;
+        let on_arcs = window.models[0].on_arc;
         // Linear contacts: closed forms until the next switching, after some segments by series.
         let series_first =
             natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes) && !on_arcs);

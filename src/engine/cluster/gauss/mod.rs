@@ -40,7 +40,7 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
         window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
     };
-    let on_arcs = window.balls[0].model.on_arc;
+    let on_arcs = window.models[0].on_arc;
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
         contact.mode == Mode::Open || ((on_arcs || !law.is_linear()) && (!law.clips() || law.sign_of_force().is_some()))
     };

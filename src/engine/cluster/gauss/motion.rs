@@ -173,7 +173,7 @@ pub(crate) struct Motion {
 impl Motion {
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
-        let Window { flights, balls, laws, .. } = window;
+        let Window { flights, models, balls, laws, .. } = window;
         (self.moment.get_mut().tau, self.part.get_mut().tau) = (None, None);
         self.flights.clear();
         self.flights.extend_from_slice(flights);
@@ -181,7 +181,7 @@ impl Motion {
         self.oscillators.clear();
         self.oscillators.extend(balls.iter().map(|ball| ball.oscillator));
         self.arcs.balls.clear();
-        if balls[0].model.on_arc {
+        if models[0].on_arc {
             return self.start_on_arcs(window);
         }
         self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
@@ -190,7 +190,7 @@ impl Motion {
             let pendulums = [&self.oscillators[j], &self.oscillators[j + 1]].map(|o| [o.omega2(), 2.0 * o.gamma()]);
             let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
             let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
-            let inverse_masses = [j, j + 1].map(|i| 1.0 / balls[i].model.mass);
+            let inverse_masses = [j, j + 1].map(|i| 1.0 / models[i].mass);
             let track = Track::new(window, j, left.v - right.v, inverse_masses);
             let pull = track.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
             self.tracks.push(Track { mean, unlike, pull, ..track });
@@ -229,9 +229,9 @@ impl Motion {
 
     /// The same for balls on arcs.
     fn start_on_arcs(&mut self, window: &Window) {
-        let Window { flights, balls, laws, .. } = window;
+        let Window { flights, models, laws, .. } = window;
         let arcs = &mut self.arcs;
-        arcs.balls.extend(balls.iter().map(|ball| ball.model));
+        arcs.balls.extend_from_slice(models);
         let courses: Vec<Course<1>> = arcs.balls.iter().zip(*flights).map(Course::at_start).collect();
         let lengths = |j: usize| [arcs.balls[j].length, arcs.balls[j + 1].length];
         arcs.starts.clear();
