@@ -28,7 +28,7 @@ pub(crate) struct Separation {
     /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding
     /// is no onset.
     resolution: [f64; 2],
-    /// The same of balls on arcs, instead of the above.
+    /// Of balls on arcs: their overlap as a series, instead of the two motions.
     approach: Option<Box<Approach>>,
 }
 

@@ -97,7 +97,8 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
 }
 
 /// The impacts of a row of touching balls with these velocities along their paths (m/s), which it updates, for the
-/// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) are rounding, and come to rest.
+/// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest; those that differ by up to
+/// `rounding` (m/s) count as equal.
 pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Outcome<S> {
     let mut outcome = Outcome { impacts: Vec::new(), loss: S::default() };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
