@@ -93,9 +93,8 @@ impl Exchange {
         let sums = self.energy_at_start.is_finite() && self.contacts.iter().all(|contact| contact.ledger.is_sound());
         require(failed || sums, "a sum is not finite")?;
         self.cradle = Cradle::new(parameters);
-        let clipped = |(mode, law): (&Mode, &crate::model::ContactLaw)| *mode != Mode::Clipped || law.clips();
         require(
-            self.modes.iter().zip(&self.cradle.contacts).all(clipped),
+            self.modes.iter().zip(&self.cradle.contacts).all(|(mode, law)| *mode != Mode::Clipped || law.clips()),
             "a contact is clipped whose law does not clip",
         )?;
         self.refresh();

@@ -182,7 +182,7 @@ impl Group<'_> {
             if number % STATE == X {
                 state[number + V] += self.length;
             }
-            let by_places: Vec<Nodes> = self.by_places(&contacts, &by_forces);
+            let by_places = self.by_places(&contacts, &by_forces);
             for (i, (ball, by_place)) in balls.iter().zip(&by_places).enumerate() {
                 let mut z = combine(&responses[i].to_force, by_place);
                 if number / STATE == i && number % STATE != IMPULSE {
