@@ -107,7 +107,7 @@ pub(crate) enum Switch {
     Clip,
 }
 
-/// The sign that the force of a closed contact in this mode gets where that ends it.
+/// The sign that the unclipped force of a closed contact in this mode gets where clipping begins or ends.
 pub(crate) fn sign_after(mode: Mode) -> f64 {
     if mode == Mode::Pressing { -1.0 } else { 1.0 }
 }
