@@ -76,11 +76,6 @@ impl Track {
         if self.mode == Mode::Open { Switch::Onset } else { Switch::Release }
     }
 
-    /// What the mean pendulum makes of an overlap (m) and its rate (m/s), m/s2.
-    pub fn swing(&self, overlap: f64, rate: f64) -> f64 {
-        -self.mean[0] * overlap - self.mean[1] * rate
-    }
-
     /// Whether its balls are side by side, as far as rounding tells.
     pub fn is_resting(&self, rounding: &Rounding) -> bool {
         rounding.is_rest(self.overlap, self.rate)
@@ -196,16 +191,15 @@ impl Motion {
             self.tracks.push(Track { mean, unlike, pull, ..track });
         }
         let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
-        let mut beside = flights.iter().zip(&flights[1..]);
-        self.for_each_under(force, |track, forces| {
-            let both = beside.next().map_or(0.0, |(left, right)| left.v + right.v);
-            let swing = track.swing(track.overlap, track.rate) - 0.5 * track.unlike[1] * both;
+        self.for_each_under(force, |j, track, forces| {
+            let both = flights[j].v + flights[j + 1].v;
+            let swing = -track.mean[0] * track.overlap - track.mean[1] * track.rate - 0.5 * track.unlike[1] * both;
             track.accelerations[0] = track.pushed(forces) + (track.pull + swing);
         });
         for k in 1..4 {
             self.for_each_under(
                 |track| derivative_of_force(track, k),
-                |track, changes| track.accelerations[k] = track.pushed(changes),
+                |_, track, changes| track.accelerations[k] = track.pushed(changes),
             );
         }
         self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
@@ -227,7 +221,7 @@ impl Motion {
         self.ball_accelerations.resize(contacts + 1, [0.0; NODES]);
     }
 
-    /// The same for balls on arcs.
+    /// The state of `window` at the start of a step, for balls on arcs.
     fn start_on_arcs(&mut self, window: &Window) {
         let Window { flights, models, laws, .. } = window;
         let arcs = &mut self.arcs;
@@ -248,18 +242,14 @@ impl Motion {
             self.tracks.push(Track { pull: directions[j].pull[0], ..track });
         }
         arcs.begin(&courses, &directions, &factors);
-        let pushed =
-            |[left, own, right]: [f64; 3], forces: [f64; 3]| left * forces[0] + own * forces[1] + right * forces[2];
+        let pushed = |j: usize, forces: [f64; 3]| {
+            let [left, own, right] = factors[j];
+            left * forces[0] + own * forces[1] + right * forces[2]
+        };
         let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
-        let mut of = factors.iter();
-        self.for_each_under(force, |track, forces| {
-            track.accelerations[0] = of.next().map_or(0.0, |factors| pushed(*factors, forces)) + track.pull;
-        });
-        let mut of = factors.iter();
+        self.for_each_under(force, |j, track, forces| track.accelerations[0] = pushed(j, forces) + track.pull);
         let first = |track: &Track| derivative_of_force(track, 1);
-        self.for_each_under(first, |track, changes| {
-            track.accelerations[1] = of.next().map_or(0.0, |factors| pushed(*factors, changes));
-        });
+        self.for_each_under(first, |j, track, changes| track.accelerations[1] = pushed(j, changes));
         (self.unlike, self.varies, self.drags) = (false, false, false);
         self.needs_rates = self.tracks.iter().any(|track| !track.law.is_elastic());
         self.make_room();
@@ -285,14 +275,14 @@ impl Motion {
         self.oscillators.iter().map(Oscillator::pace).fold(0.0, f64::max)
     }
 
-    /// Calls a function for each contact with the `force` of the left one, its own and that of the right one, 0 for
-    /// those that do not press.
-    fn for_each_under(&mut self, force: impl Fn(&Track) -> f64, mut enter: impl FnMut(&mut Track, [f64; 3])) {
+    /// Calls a function for each contact with its number, its track, and the `force` of the left one, its own and that
+    /// of the right one, 0 for those that do not press.
+    fn for_each_under(&mut self, force: impl Fn(&Track) -> f64, enter: impl Fn(usize, &mut Track, [f64; 3])) {
         let force = |track: Option<&Track>| track.filter(|track| track.mode == Mode::Pressing).map_or(0.0, &force);
         let (mut left, mut own) = (0.0, force(self.tracks.first()));
         for j in 0..self.tracks.len() {
             let right = force(self.tracks.get(j + 1));
-            enter(&mut self.tracks[j], [left, own, right]);
+            enter(j, &mut self.tracks[j], [left, own, right]);
             (left, own) = (own, right);
         }
     }
