@@ -90,11 +90,6 @@ impl Rounding {
     pub fn is_rest(&self, overlap: f64, rate: f64) -> bool {
         overlap >= -self.position && rate.abs() <= self.velocity
     }
-
-    /// Drift between balls at rest by rounding alone within `time` (s), m.
-    pub fn drift(&self, time: f64) -> f64 {
-        self.position.max(self.velocity * time)
-    }
 }
 
 impl Flight {

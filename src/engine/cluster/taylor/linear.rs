@@ -235,7 +235,7 @@ impl Series {
         scale: f64,
         noise: f64,
     ) {
-        let (unit, dv) = (shortest_time(window), control.epsilon * scale);
+        let (unit, dv) = (shortest_time(window), control.local_error(scale));
         workspace.begin(window, unit);
         let most = ((HIGHER * control.order as f64) as usize).min(MOST);
         self.begin_unset(workspace.blocks.len() * LANES, window.contacts.len(), ROOM, unit);

@@ -197,8 +197,8 @@ impl Series {
     /// Where a closed contact at rest opens before `until` (s): where its balls have parted by more than rounding or,
     /// if they are pressed before, where their overlap falls below `level` (m) again.
     fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Next {
-        let end = until / self.unit;
-        let parted = crossing::first_positive(row, -1.0, -rounding.drift(until), end);
+        let (end, drift) = (until / self.unit, rounding.position.max(rounding.velocity * until));
+        let parted = crossing::first_positive(row, -1.0, -drift, end);
         let pressed = PARTS.into_iter().map(|part| part * end).find(|&s| series::value_by_lanes(row, s) > level);
         if parted.is_some_and(|parted| pressed.is_none_or(|pressed| parted <= pressed)) {
             return self.switching(parted, until);
