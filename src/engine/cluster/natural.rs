@@ -26,12 +26,10 @@ const LARGEST_GROUP: usize = 40;
 const SERIES: u32 = 13;
 const SERIES_OF_FRONT: u32 = 64;
 
-/// Number of segments by series after a switching before natural modes take over, if they [apply](apply_to). It may be
-/// too low if there have been still fewer (`quiet`), where it makes no difference.
-pub(super) fn series_before_modes(window: &Window, quiet: u32) -> Option<u32> {
+/// Number of segments by series after a switching before natural modes take over, if they [apply](apply_to).
+pub(super) fn series_before_modes(window: &Window) -> Option<u32> {
     apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
         true => SERIES,
-        false if quiet < SERIES && window.rings() => SERIES,
         // Only series keep balls that the motion has not reached exactly at rest, and resolve motions that grow from 0.
         // Modes would also be slower: tenfold for rows of 40 to 60 balls at ten times the critical damping.
         false if window.holds_front() => SERIES_OF_FRONT,

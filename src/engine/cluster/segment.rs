@@ -278,8 +278,7 @@ impl Cluster {
         *evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
         let on_arcs = window.models[0].on_arc;
         // Linear contacts: closed forms until the next switching, after some segments by series.
-        let series_first =
-            natural::series_before_modes(window, history.quiet).filter(|_| control.allows(Method::Modes) && !on_arcs);
+        let series_first = natural::series_before_modes(window).filter(|_| control.allows(Method::Modes) && !on_arcs);
         // Segments by modes so far; `Some(None)` while series come first.
         let windows = series_first.map(|series| history.quiet.checked_sub(series));
         if let Some(Some(windows)) = windows
