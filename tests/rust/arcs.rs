@@ -134,6 +134,13 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
     assert!(error.to_string().starts_with("pendulum 2 swings beyond 90 degrees at t = 0."), "{error}");
     let until = run(&fast, time * (1.0 - 1e-12));
     assert!((until.angle(1).to_degrees() - 90.0).abs() < 1e-8);
+    // In a soft contact.
+    let soft = Parameters { stiffness: 20.0, exponent: 1.0, overlap_ref: 1.0, radius: 5.0, ..lifted(2, 0, 0.0) };
+    let hit = Parameters { v_start: vec![12.0, 0.0], ..soft };
+    let error = ends(&hit, &Inputs::zero(2));
+    let EngineError::OffArc { time, ball: 0, fault: Fault::Horizontal } = error else { panic!("{error}") };
+    let until = run(&hit, time * (1.0 - 1e-12));
+    assert!(until.in_contact(0) && (until.angle(0).to_degrees() - 90.0).abs() < 0.1);
     // Pushed back over the pivot by twice its weight.
     let pushed = Inputs { force: vec![20.0, 0.0], support_acceleration: 0.0 };
     let lifted = Parameters { x_start: vec![-1.9, 0.0], gap: vec![1.0], ..p };

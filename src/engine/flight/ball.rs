@@ -1,6 +1,7 @@
 //! One ball: its state at its anchor, its regime from there on, and its integrals since the start.
 
 use std::cell::RefCell;
+use std::f64::consts::FRAC_PI_2;
 
 use super::free_motion::{Flight, Forcing, degree, shifted};
 use super::integrals::RunningIntegrals;
@@ -76,12 +77,18 @@ impl Ball {
         say(&Path::new(&self.model, &self.flight_at(t), self.flies_on))
     }
 
-    /// What has ended its flight on an arc up to the time `t`, and when.
+    /// What has ended its motion on an arc up to the time `t`, and when. Within a cluster the end of a segment, its
+    /// anchor, shows the angle; its string is taken as taut.
     pub fn fault(&self, t: DoubleDouble) -> Option<(DoubleDouble, Fault)> {
-        if !self.model.on_arc || matches!(self.regime, Regime::Cluster(_) | Regime::Impact(_)) {
-            return None;
+        match self.regime {
+            _ if !self.model.on_arc => None,
+            Regime::Impact(_) => None,
+            Regime::Cluster(_) => {
+                let beyond = self.flight.x.abs() > FRAC_PI_2 * self.model.length;
+                beyond.then_some((self.anchor, Fault::Horizontal))
+            }
+            Regime::Flight | Regime::Body => self.piece(t, |piece, _| piece.fault).filter(|(time, _)| *time <= t),
         }
-        self.piece(t, |piece, _| piece.fault).filter(|(time, _)| *time <= t)
     }
 
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.

@@ -38,6 +38,7 @@ impl Engine {
             self.follow(id, cluster); // What is left can still be looked at.
             return Err(error);
         }
+        cluster.members.clone().for_each(|ball| self.look_for_fault(ball, t));
         match cluster.switch {
             None => self.follow(id, cluster),
             Some((i, Switch::Clip)) => {
