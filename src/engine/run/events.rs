@@ -190,11 +190,13 @@ impl Engine {
                 overlap = pair.overlap([0, 1].map(|k| self.balls[i + k].flight_at(t).x));
             }
         }
-        let mut separation = self.separation(i, t, overlap);
-        if self.is_rigid() {
-            separation.make_rigid(noise, self.input_age(t));
+        self.contacts[i].phase = Phase::Open(self.separation(i, t, overlap), Next::Never);
+        let (rigid, age) = (self.is_rigid(), self.input_age(t));
+        if let Phase::Open(separation, _) = &mut self.contacts[i].phase
+            && rigid
+        {
+            separation.make_rigid(noise, age);
         }
-        self.contacts[i].phase = Phase::Open(separation, Next::Never);
         self.forecast(i, t);
     }
 
