@@ -27,7 +27,7 @@ HEADING = """ code of the packages below, and of the Rust standard library
 
 
 def cargo(folder: Path, *arguments: str) -> str:
-    """What a command of Cargo's prints, in a folder and by its Cargo.lock."""
+    """The output of a cargo command in a folder, with its Cargo.lock."""
     command = ["cargo", *arguments, "--locked"]
     return subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
 

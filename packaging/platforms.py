@@ -30,7 +30,7 @@ class Platform(NamedTuple):
 
     folder: str
     targets: tuple[str, ...]  # with a version of glibc where cargo-zigbuild is to link
-    along: tuple[str, ...]  # the targets if the standard library is compiled as well
+    with_std: tuple[str, ...]  # the targets if the standard library is compiled as well
     linker: str
     advice: str
 
@@ -160,7 +160,7 @@ def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[Platform, tupl
         elif missing and not toolchain:
             reason = f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust"
         else:
-            found.append((platform, platform.along if toolchain else platform.targets))
+            found.append((platform, platform.with_std if toolchain else platform.targets))
             continue
         print(f"SKIPPED {platform.folder}: {reason}", flush=True)
     return found

@@ -11,7 +11,7 @@
 //! | [`platform`] | folders of the standard, target triples, and what a binary is made for |
 //! | [`universal`] | universal binaries of macOS |
 //!
-//! What fails for the user is an [`Error`].
+//! Failures that the user sees are [`Error`]s.
 
 pub mod archive;
 pub mod build;

@@ -12,7 +12,7 @@ pub enum EngineError {
         /// Whose, from 0.
         ball: usize,
     },
-    /// A ball cannot fly on along its arc.
+    /// A ball cannot go on along its arc.
     OffArc {
         /// When, s.
         time: f64,

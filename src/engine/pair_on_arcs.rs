@@ -137,7 +137,7 @@ pub(crate) fn outcome(
     let start = Direction::new(&starts[0], &starts[1], lengths, distances);
     let rate = starts[0].approach(&starts[1], &start);
     let along = start.along.map(|[along]| along);
-    // Of the reduced mass along the line of the centres.
+    // 1 over the reduced mass along the line of the centres.
     let inverse_mass = along[0] * along[0] * inverse_masses[0] + along[1] * along[1] * inverse_masses[1];
     let reach = law.largest_overlap(1.0 / inverse_mass, rate);
     let (strongest, first) = (law.elastic_force(reach), sigma * reach / rate);

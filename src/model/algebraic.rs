@@ -37,7 +37,8 @@ fn pushed<S: Scalar>(chain: &dyn Chain<S>, i: usize) -> [S; 2] {
     for (force, j) in [(from_left, i.wrapping_sub(1)), (-from_right, i)] {
         // Balls far apart need no direction.
         if force != S::default() {
-            let line = Line::new(&place(chain, j), &place(chain, j + 1), contacts[j].pivots);
+            let [left, right] = [j, j + 1].map(|k| if k == i { own } else { place(chain, k) });
+            let line = Line::new(&left, &right, contacts[j].pivots);
             sum[0] += force * line.along(&own);
             sum[1] += force * line.outward(&own);
         }

@@ -65,7 +65,7 @@ pub extern "C" fn numbers() -> u64 {
 }
 
 /// Starts a run at the time 0 from the recipe that was written as text. -1 if it is refused; the text is then the
-/// reason, as it is if the engine panics later. Otherwise the text has warnings about the start values, if any.
+/// reason, as it is if the engine panics later. Otherwise the text contains warnings about the start values, if any.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> i32 {
     std::panic::set_hook(Box::new(|panic| say(&panic.to_string())));

@@ -25,7 +25,7 @@ type Step = unsafe extern "C" fn(Instance, f64, f64, c_int) -> c_int;
 type Get = unsafe extern "C" fn(Instance, *const u32, usize, *mut f64) -> c_int;
 type Set<T> = unsafe extern "C" fn(Instance, *const u32, usize, *const T) -> c_int;
 
-/// The logger for the binary: it reads none of its arguments, so that variable ones do no harm.
+/// The logger for the binary: it reads none of its arguments, so variadic arguments do no harm.
 unsafe extern "C" fn ignore() {}
 
 /// A cradle with parameters set.

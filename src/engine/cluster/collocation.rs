@@ -82,8 +82,8 @@ struct Response {
 impl Response {
     fn new(o: &Oscillator, integral: &Matrix) -> Self {
         let twice = integral * integral;
-        let yielding = inverse(&(Matrix::identity() + 2.0 * o.gamma() * integral + o.omega2() * twice));
-        Self { velocity: integral * yielding, displacement: twice * yielding }
+        let pendulum = inverse(&(Matrix::identity() + 2.0 * o.gamma() * integral + o.omega2() * twice));
+        Self { velocity: integral * pendulum, displacement: twice * pendulum }
     }
 }
 
@@ -179,7 +179,7 @@ impl<'a> Step<'a> {
     fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
         let mut rows = Vec::with_capacity(end - first);
         for _ in 0..ITERATIONS {
-            // Derivatives of the displacements of the two balls of each contact by its overlap.
+            // Derivatives of the displacements of the two balls of each contact with respect to its overlap.
             let mut sensitivities = Vec::with_capacity(end - first);
             for j in first..end {
                 let slopes = self.evaluate(j)?;

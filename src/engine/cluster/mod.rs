@@ -20,4 +20,4 @@ pub(crate) use gauss::{Course, Direction, power_of_stretching};
 pub(crate) use segment::Cluster;
 pub(crate) use step_control::{Control, Method, StepHistory};
 pub(crate) use taylor::{INVERSE_FACTORIAL, Series, velocity_scale};
-pub(crate) use window::{OverlapSeries, Switch, Window, WindowContact, sign_after};
+pub(crate) use window::{OverlapSeries, Switch, Window, WindowContact, sign_after_clip};

@@ -7,7 +7,7 @@
 use std::cell::Cell;
 
 use super::natural::Group;
-use super::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after};
+use super::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
 use crate::engine::flight::{Forcing, Rounding};
 use crate::next::Next;
 use crate::solver::oscillator::ForcedOscillator;
@@ -268,7 +268,7 @@ impl DenseOutput for Modes {
             Switch::Onset => self.watch(j, Watched::Overlap, 1.0, rounding.position),
             Switch::Release => self.watch(j, Watched::Overlap, -1.0, rounding.no_overlap()),
             Switch::Clip => {
-                let sign = sign_after(window.contacts[j].mode);
+                let sign = sign_after_clip(window.contacts[j].mode);
                 let level = sign * impedance * rounding.velocity;
                 // The rounding of the rate at the start dies out with the motion; the overlap has none.
                 let fading = self.joining(j).map_or(0.0, Group::least_decay);

@@ -28,7 +28,7 @@ pub(crate) struct WindowContact<S = f64> {
 pub(crate) struct Window<'a, S = f64> {
     pub flights: &'a [Flight<S>],
     pub models: &'a [BallModel<S>],
-    /// The same balls in a run, for their oscillators; empty for a whole chain.
+    /// The same balls in a run, with their oscillators; empty for a whole chain.
     pub balls: &'a [Ball],
     pub contacts: &'a [WindowContact<S>],
     pub laws: &'a [ContactLaw<S>],
@@ -108,7 +108,7 @@ pub(crate) enum Switch {
 }
 
 /// The sign that the unclipped force of a closed contact in this mode gets where clipping begins or ends.
-pub(crate) fn sign_after(mode: Mode) -> f64 {
+pub(crate) fn sign_after_clip(mode: Mode) -> f64 {
     if mode == Mode::Pressing { -1.0 } else { 1.0 }
 }
 

@@ -9,7 +9,7 @@
 //! where more than two touch whose impacts the direction would separate.
 
 use super::chain_state::{ChainState, WholeChain};
-use crate::engine::cluster::{Control, Series, Switch, WindowContact, sign_after, velocity_scale};
+use crate::engine::cluster::{Control, Series, Switch, WindowContact, sign_after_clip, velocity_scale};
 use crate::engine::flight::{Flight, Forcing, integral_of, shifted};
 use crate::engine::rigid::restitution::{self, Row};
 use crate::engine::run::around;
@@ -214,7 +214,7 @@ impl Run {
             Some(sign) => sign.series(overlap, &series.rate(overlap)),
             None => series.force_row(j).to_vec(),
         };
-        crossing(&pressing, sign_after(mode), until, 0.0, Switch::Clip).or(release)
+        crossing(&pressing, sign_after_clip(mode), until, 0.0, Switch::Clip).or(release)
     }
 
     /// Rounding of the positions beside contact `j`, m: no deeper closing is an onset.

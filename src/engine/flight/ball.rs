@@ -77,8 +77,8 @@ impl Ball {
         say(&Path::new(&self.model, &self.flight_at(t), self.flies_on))
     }
 
-    /// What has ended its motion on an arc up to the time `t`, and when. Within a cluster the end of a segment, its
-    /// anchor, shows the angle; its string is taken as taut.
+    /// What has ended its motion on an arc up to the time `t`, and when. In a cluster only the angle is checked, at
+    /// its anchor, the end of the last segment; the string is taken as taut.
     pub fn fault(&self, t: DoubleDouble) -> Option<(DoubleDouble, Fault)> {
         match self.regime {
             _ if !self.model.on_arc => None,

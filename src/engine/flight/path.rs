@@ -35,7 +35,7 @@ const NEGLIGIBLE: f64 = 1e-18;
 /// Longest step, s, of a ball that does not move.
 pub(super) const LONGEST: f64 = 1e6;
 
-/// Why a ball cannot fly on.
+/// Why a ball cannot go on along its arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Its string is horizontal.

@@ -38,7 +38,7 @@ impl Engine {
             self.follow(id, cluster); // What is left can still be looked at.
             return Err(error);
         }
-        cluster.members.clone().for_each(|ball| self.look_for_fault(ball, t));
+        self.look_for_faults(cluster.members.clone(), t);
         match cluster.switch {
             None => self.follow(id, cluster),
             Some((i, Switch::Clip)) => {

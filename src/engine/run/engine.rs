@@ -1,5 +1,7 @@
 //! The state of an event-driven run, and the calls that advance it.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::caches::Caches;
@@ -197,9 +199,7 @@ impl Engine {
             }
         }
         self.time = reached;
-        if self.cradle.on_arcs() {
-            (0..self.balls.len()).for_each(|ball| self.look_for_fault(ball, reached.into()));
-        }
+        self.look_for_faults(0..self.balls.len(), reached.into());
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
 
@@ -236,10 +236,17 @@ impl Engine {
         self.form(0..self.contacts.len(), now);
     }
 
-    /// Notes what has ended the flight of ball `i` up to the time `t`, if that is the first.
+    /// Notes what has ended the motion of ball `i` along its arc up to the time `t`, if that is the first.
     pub(crate) fn look_for_fault(&mut self, i: usize, t: DoubleDouble) {
         let fault = self.balls[i].fault(t);
         self.note(i, fault);
+    }
+
+    /// The same of some balls.
+    pub(crate) fn look_for_faults(&mut self, balls: Range<usize>, t: DoubleDouble) {
+        if self.cradle.on_arcs() {
+            balls.for_each(|ball| self.look_for_fault(ball, t));
+        }
     }
 
     /// Notes a fault of ball `i`, and when, if it is the first.

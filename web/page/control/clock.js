@@ -5,7 +5,7 @@ import { EFFORT } from "#engine/engine.js";
 const CLICK_SHOWN = 12; // s on the viewer's clock that a click takes
 const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this rate; leaving it, it grows
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
-const LONGEST_FRAME = 0.05; // s: most that passes from one picture to the next
+const LONGEST_FRAME = 0.05; // s: the most time that passes from one picture to the next
 const BUDGET = 4;       // ms after which the engine begins nothing more for a picture
 
 export class Clock {

@@ -1,4 +1,4 @@
-// Addresses: what one asks for, and the one of what is shown.
+// What an address asks for, and the address of what is shown.
 
 import { Setup } from "#engine/setup.js";
 import { languages, say, textsOf } from "#view/texts.js";

@@ -90,8 +90,8 @@ export class Scene {
     return least < margin ? ranks.indexOf(least) : -1;
   }
 
-  /** Contacts as they are seen, with how far apart the balls are, over the distance of centres at which they touch,
-   *  and how much the contact shines. */
+  /** Contacts as they are seen, with how far apart the balls are, relative to the distance between
+   *  centres at which they touch, and how much the contact shines. */
   contacts(places) {
     return places.slice(1).map((right, i) => {
       const left = places[i].at, way = minus(right.at, left), touching = this.sizes[i] + this.sizes[i + 1];

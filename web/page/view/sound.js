@@ -1,4 +1,4 @@
-// A sound for each click: the louder the larger its impulse, the higher the shorter its contacts.
+// A sound for each click: louder for a larger impulse, higher for shorter contacts.
 
 const FULL_SPEED = 1.2;   // m/s: the change of a ball's speed that is as loud as it gets
 const LENGTH = 0.09;      // s

@@ -64,7 +64,7 @@ impl Motion {
     pub(super) fn fastest(&self, window: &Window, speed: f64) -> f64 {
         // Contacts have one exponent and one reference overlap.
         let squared_time = |j: &usize| window.reduced_mass(*j) / self.tracks[*j].law.stiffness;
-        let pressing = (0..self.tracks.len()).filter(|j| self.tracks[*j].mode == Mode::Pressing);
+        let pressing = (0..self.tracks.len()).filter(|j| self.presses(*j));
         let fastest = pressing.min_by(|a, b| squared_time(a).total_cmp(&squared_time(b)));
         fastest.map_or(f64::INFINITY, |j| self.tracks[j].law.largest_overlap(window.reduced_mass(j), speed) / speed)
     }

@@ -160,8 +160,9 @@ pub(crate) struct Motion {
     pub(super) ball_accelerations: Vec<Nodes>,
     /// What turns, if balls move on arcs.
     pub(super) arcs: Arcs,
-    /// What was asked for last: the values at a time, and the step up to a time.
+    /// The values at the time asked for last.
     pub(super) moment: RefCell<Moment>,
+    /// The step up to the time asked for last.
     pub(super) part: RefCell<Part>,
 }
 

@@ -5,7 +5,7 @@
 //! there the step is valid.
 
 use super::motion::{Motion, Tolerance, Track};
-use crate::engine::cluster::window::{Switch, sign_after};
+use crate::engine::cluster::window::{Switch, sign_after_clip};
 use crate::model::{Mode, SignOfForce};
 use crate::solver::gauss::{NODES, Nodes, RULE, Table, weighted};
 use crate::solver::root::first_root_of_parabola;
@@ -171,7 +171,7 @@ impl Motion {
         let (mut first, mut unclear) = (None, f64::INFINITY);
         for (j, track) in self.tracks.iter().enumerate() {
             let Some(sign) = track.sign() else { continue };
-            let side = sign_after(track.mode);
+            let side = sign_after_clip(track.mode);
             let overlap_at_end = self.overlap_at_end(j, self.curvature(j, table));
             let rate_at_end = self.rate_at_end(j, table);
             let within = std::array::from_fn(|m| sign.at(self.at_nodes.overlaps[j][m], self.at_nodes.rates[j][m]));

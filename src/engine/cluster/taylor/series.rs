@@ -2,7 +2,7 @@
 //! `recurrences`, from `linear` for linear contacts, or from `collocation`.
 
 use super::arcs::Arcs;
-use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after};
+use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::{BallModel, Mode};
 use crate::next::Next;
@@ -223,7 +223,7 @@ impl Series {
             }
             None => (self.force_row(j).to_vec(), law.unclipped_force(rounding.position, rounding.velocity)),
         };
-        let sign = sign_after(mode);
+        let sign = sign_after_clip(mode);
         match crossing::first_positive(&pressing, sign, sign * noise, until / self.unit) {
             Some(_) => self.crossing(&pressing, sign, 0.0, until),
             None => Next::Never,
