@@ -7,7 +7,7 @@ These are the licences of all that is linked in, including the packages within t
 packaging/std/Cargo.toml lists.
 """
 
-import json
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -15,6 +15,7 @@ from pathlib import Path
 from checkout import ROOT
 
 STD = ROOT / "packaging/std"
+SOURCES = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")) / "registry/src"
 # What each file of packaging/assets is for, and what it says first.
 FILES = {
     "third-party.txt": ("newtons-cradle", "The binaries of this FMU hold"),
@@ -26,19 +27,13 @@ HEADING = """ code of the packages below, and of the Rust standard library
 """
 
 
-def cargo(folder: Path, *arguments: str) -> str:
-    """The output of a cargo command in a folder, with its Cargo.lock."""
-    command = ["cargo", *arguments, "--locked"]
-    return subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
-
-
 def packages(folder: Path, *options: str) -> dict[tuple[str, str], dict]:
-    """The metadata of each package that `cargo tree` with these options lists, by name and version."""
-    lines = cargo(folder, "tree", "--prefix", "none", "--format", "{p}", *options).splitlines()
-    shown = {re.match(r"(\S+) v(\S+)", line).groups() for line in lines if line}
-    known = json.loads(cargo(folder, "metadata", "--format-version=1"))["packages"]
-    named = {(package["name"], package["version"]): package for package in known}
-    return {key: named[key] for key in sorted(shown)}
+    """What `cargo tree` with these options lists in a folder with a Cargo.lock, by name and version."""
+    command = ["cargo", "tree", "--locked", "--prefix", "none", "--format", "{p}\t{l}\t{r}", *options]
+    tree = subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
+    # Our own have a path.
+    pattern = r"(?m)^(\S+) v(\S+)(?P<path> \(.+\))?\t(?P<license>.+)\t(?P<repository>\S*)"
+    return {found.group(1, 2): found.groupdict() for found in re.finditer(pattern, tree)}
 
 
 def of_std() -> dict[tuple[str, str], dict]:
@@ -56,10 +51,10 @@ def texts(package: str, first: str) -> str:
     """The packages of others in one of ours, and each text of a licence once, with those that have it."""
     listed, licences = "", {}
     for (name, version), other in linked_into(package).items():
-        if other["source"] is None:
+        if other["path"]:
             continue
-        listed += f"{name} {version}, {other['license']}, {other['repository'] or ''}\n"
-        files = sorted(Path(other["manifest_path"]).parent.iterdir())
+        listed += f"{name} {version}, {other['license']}, {other['repository']}\n"
+        files = sorted(next(SOURCES.glob(f"*/{name}-{version}")).iterdir())
         begin = ("LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE")
         found = [file for file in files if file.name.upper().startswith(begin) and file.is_file()]
         if not found:
