@@ -18,43 +18,21 @@ import sys
 import tomllib
 import zipfile
 from pathlib import Path
-from typing import NamedTuple
 
 from checkout import ROOT
 
 FOLDER = ROOT / "target/fmu/platforms"
 
-
-class Platform(NamedTuple):
-    """A platform of the standard, and its toolchain."""
-
-    folder: str
-    targets: tuple[str, ...]  # with a version of glibc where cargo-zigbuild is to link
-    with_std: tuple[str, ...]  # the targets if the standard library is compiled as well
-    linker: str
-    advice: str
-
-
 # Linked by Rust's lld with the names of the system's functions that zig knows: zig's own linker exports every function.
 MACOS = ("x86_64-apple-darwin", "aarch64-apple-darwin")
-BY_ZIG = {
+# The targets for each folder of the standard, with a version of glibc where cargo-zigbuild is to link.
+PLATFORMS = {
     "linux32": ("i686-unknown-linux-gnu.2.17",),
     "aarch64-linux": ("aarch64-unknown-linux-gnu.2.17",),
     "darwin64": MACOS,
+    "win64": ("x86_64-pc-windows-gnu",),
+    "win32": ("i686-pc-windows-gnu",),
 }
-ZIG = ("cargo-zigbuild", "pip install ziglang cargo-zigbuild")
-# The standard library for Windows 7 needs nothing newer, and nothing that an old wine lacks.
-BY_MINGW = {"win64": "x86_64", "win32": "i686"}
-PLATFORMS = [Platform(folder, targets, targets, *ZIG) for folder, targets in BY_ZIG.items()] + [
-    Platform(
-        folder,
-        (f"{processor}-pc-windows-gnu",),
-        (f"{processor}-win7-windows-gnu",),
-        f"{processor}-w64-mingw32-gcc",
-        f"on Debian, apt install gcc-mingw-w64-{processor.replace('_', '-')}-win32",
-    )
-    for folder, processor in BY_MINGW.items()
-]
 
 # The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
 SETTINGS = """
@@ -144,15 +122,25 @@ def for_macos(sysroot: Path, build: Path) -> tuple[str, dict]:
     return settings, {"SDKROOT": str(build / "sdk"), "MACOSX_DEPLOYMENT_TARGET": "11.0"}
 
 
-def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[Platform, tuple[str, ...]]]:
-    """The platforms that can be compiled for, each with its targets."""
+def linker(target: str) -> tuple[str, str]:
+    """The program that links for a target, and how to get it."""
+    if "windows" not in target:
+        return "cargo-zigbuild", "pip install ziglang cargo-zigbuild"
+    processor = target.split("-")[0]
+    package = f"gcc-mingw-w64-{processor.replace('_', '-')}-win32"
+    return f"{processor}-w64-mingw32-gcc", f"on Debian, apt install {package}"
+
+
+def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[str, ...]]:
+    """The targets of each platform that can be compiled for."""
     older = toolchain and too_old(with_sources(toolchain))
     found = []
-    for platform in PLATFORMS:
-        triples = [target.split(".")[0] for target in platform.targets]
+    for folder, targets in PLATFORMS.items():
+        triples = [target.split(".")[0] for target in targets]
         missing = [triple for triple in triples if not (sysroot / "lib/rustlib" / triple).exists()]
-        if shutil.which(platform.linker) is None:
-            reason = f"{platform.linker} is missing: {platform.advice}"
+        program, advice = linker(targets[0])
+        if shutil.which(program) is None:
+            reason = f"{program} is missing: {advice}"
         elif older:
             reason = (
                 f"{older}; run `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one"
@@ -160,9 +148,11 @@ def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[Platform, tupl
         elif missing and not toolchain:
             reason = f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust"
         else:
-            found.append((platform, platform.with_std if toolchain else platform.targets))
+            # The standard library for Windows 7 needs nothing newer, and nothing that an old wine lacks.
+            std = "-win7-" if toolchain else "-pc-"
+            found.append(tuple(target.replace("-pc-", std) for target in targets))
             continue
-        print(f"SKIPPED {platform.folder}: {reason}", flush=True)
+        print(f"SKIPPED {folder}: {reason}", flush=True)
     return found
 
 
@@ -172,7 +162,6 @@ def main() -> int:
     toolchain = Path(folder).resolve() / "usr" if folder else None
     answer = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
     sysroot = Path(answer.stdout.strip())
-    platforms = possible(toolchain, sysroot)
     shutil.rmtree(FOLDER, ignore_errors=True)
     with zipfile.ZipFile(sys.argv[2]) as archive:
         ready = [name for name in archive.namelist() if name.startswith("binaries/")]
@@ -188,13 +177,13 @@ def main() -> int:
     if "--to-test" in sys.argv:
         environment["RUSTC_WRAPPER"] = str(script(build / "unoptimised", UNOPTIMISED))
     settings = SETTINGS + (WITH_SOURCES if toolchain else "")
-    for platform, targets in platforms:
+    for targets in possible(toolchain, sysroot):
         command += [f"--target={target}" for target in targets]
         if targets == MACOS:
             linking, more = for_macos(sysroot, build)
             settings, environment = settings + linking, environment | more
-        elif "mingw" in platform.linker:
-            settings += f'[target.{targets[0]}]\nlinker = "{platform.linker}"\n'
+        elif "windows" in targets[0]:
+            settings += f'[target.{targets[0]}]\nlinker = "{linker(targets[0])[0]}"\n'
     (build / ".cargo/config.toml").write_text(settings)
     return subprocess.run([str(part) for part in command], cwd=build, env=os.environ | environment).returncode
 

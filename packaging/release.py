@@ -45,7 +45,7 @@ def fmus(options) -> None:
         run([PYTHON, "-m", "pytest", "tests/hosts/test_platforms.py", "--fmu", FMU])
     with zipfile.ZipFile(given) as archive:
         found = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
-    if missing := {"linux64", *(platform.folder for platform in PLATFORMS)} - found:
+    if missing := {"linux64", *PLATFORMS} - found:
         raise Stop(f"{given} has no binary for {', '.join(sorted(missing))}: a release needs them all.")
     presets = sorted(path.stem for path in (ROOT / "packaging/presets").glob("*.toml"))
     for name, choice in [(FMU.stem, []), *((preset, ["--preset", preset]) for preset in presets)]:
