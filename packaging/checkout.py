@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +25,7 @@ REQUIREMENTS = SOME, TESTS, ALL = [
 ]
 # Linkers, which come with ALL; pip wants their hashes, and takes hashes for all of a call or for none.
 LINKERS = ROOT / "packaging/linkers.txt"
+LANE = threading.local()  # its `name` is that of what runs beside other lanes
 
 
 class Stop(Exception):
@@ -31,28 +33,32 @@ class Stop(Exception):
 
 
 def say(text: str) -> None:
-    """Prints at once, even into a pipe, and in one piece, because several threads may print."""
-    sys.stdout.write(text + "\n")
+    """Prints lines at once, even into a pipe, and in one piece, because several threads may print; each after the name
+    of the thread's lane, if it has one."""
+    lane = getattr(LANE, "name", "")
+    lines = [f"{lane:9}| {line}" if lane else line for line in text.split("\n")]
+    sys.stdout.write("\n".join(lines) + "\n")
     sys.stdout.flush()
 
 
-def run(command: list, check: bool = True, watch=None, **options) -> int:
-    """Runs a command in the checkout. With `watch`, each line of its output goes there instead of to the terminal.
+def run(command: list, check: bool = True, lines: list | None = None, **options) -> int:
+    """Runs a command in the checkout. With `lines`, they get the lines of its output.
 
     Raises `Stop` if the command fails and `check` is true."""
     command = [str(part) for part in command]
-    (watch or say)("  $ " + " ".join(part.removeprefix(f"{ROOT}{os.sep}") for part in command))
+    say("  $ " + " ".join(part.removeprefix(f"{ROOT}{os.sep}") for part in command))
     # Compiled modules are kept even where the environment says that they are not: hundreds of programs import the same.
     python = {"PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": ""}
     environment = os.environ | python | options.pop("env", {})
     options = {"cwd": ROOT, "env": environment} | options
-    if watch is None:
+    if lines is None:
         code = subprocess.run(command, **options).returncode
     else:
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "errors": "replace"}
         with subprocess.Popen(command, **pipes, **options) as process:
             for line in process.stdout:
-                watch(line.rstrip("\n"))
+                lines.append(line.rstrip("\n"))
+                say(lines[-1])
         code = process.returncode
     if check and code != 0:
         raise Stop(f"`{Path(command[0]).name}` ended with code {code}; its messages are above.")
@@ -60,16 +66,16 @@ def run(command: list, check: bool = True, watch=None, **options) -> int:
 
 
 @contextmanager
-def stage(title: str, show=say):
+def stage(title: str):
     """Announces a stage and, at its end, says how long it took."""
     begin = time.perf_counter()
     outcome = "stopped"
-    show(f"\n== {title}")
+    say(f"\n== {title}")
     try:
         yield
         outcome = "done"
     finally:
-        show(f"== {title}: {outcome} after {time.perf_counter() - begin:.1f} s")
+        say(f"== {title}: {outcome} after {time.perf_counter() - begin:.1f} s")
 
 
 def check_machine() -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from pathlib import Path
 from checkout import (
     ALL,
     FMU,
+    LANE,
     PYTHON,
     ROOT,
     TESTS,
@@ -40,17 +42,18 @@ CLIPPY = "clippy-driver"
 UNREACHABLE = "their database cannot be reached"  # accepted by `--strict`: installing something does not help
 
 
-def counts(line: str, ignored: bool = True) -> tuple[int, int, int] | None:
+def counts(line: str, ignored: bool) -> tuple[int, int, int]:
     """(passed, failed, skipped) of a summary line by cargo or pytest, or of a script's line of what it skips.
     `ignored`: whether cargo's count of those is one of skips."""
-    if cargo := re.search(r"test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored", line):
-        passed, failed, left_out = map(int, cargo.groups())
-        return passed, failed, left_out if ignored else 0
-    if re.search(r"^=.* (passed|failed|skipped|errors?)\b.* in [\d.]+s", line):
-        numbers = {what: int(n) for n, what in re.findall(r"(\d+) (passed|failed|skipped|error)", line)}
-        passed, failed, errors, skipped = map(numbers.get, ("passed", "failed", "error", "skipped"))
-        return passed or 0, (failed or 0) + (errors or 0), skipped or 0
-    return (0, 0, 1) if re.match(r"SKIPPED (?!\[)", line) else None
+    if re.match(r"test result: |=+ .* in [\d.]+s", line):
+        numbers = re.findall(r"(\d+) (passed|failed|skipped|error|ignored)", line)
+        found = Counter({what: int(n) for n, what in numbers})
+        return (
+            found["passed"],
+            found["failed"] + found["error"],
+            found["skipped"] + found["ignored"] * ignored,
+        )
+    return 0, 0, int(bool(re.match(r"SKIPPED (?!\[)", line)))
 
 
 class Results:
@@ -61,12 +64,7 @@ class Results:
         self.passed = self.failed = self.skipped = 0
         self.remarks: list[str] = []
         self.skips: list[str] = []  # a line for each, with its reason
-        self._lane, self._lock = threading.local(), threading.Lock()
-
-    def show(self, text: str) -> None:
-        """Prints lines, each after the name of its lane."""
-        lane = getattr(self._lane, "name", "")
-        say("\n".join(f"{lane:9}| {line}" if lane else line for line in text.split("\n")))
+        self._lock = threading.Lock()
 
     def _count(self, passed: int, failed: int, skipped: int, *remarks: str) -> None:
         with self._lock:
@@ -78,49 +76,44 @@ class Results:
         """Notes what cannot run here, and why."""
         self._count(0, 0, 1, f"SKIPPED  {what}: {why}")
         self.skips.append(f"{what}: {why}")
-        self.show(f"\n!! SKIPPED {what}: {why}")
+        say(f"\n!! SKIPPED {what}: {why}")
 
     def fail(self, what: str) -> None:
         """Notes a failure that no runner counts."""
         self._count(0, 1, 0, f"FAILED   {what}")
-        self.show(f"\n!! FAILED {what}")
+        say(f"\n!! FAILED {what}")
 
     def step(self, what: str, command: list, **options) -> bool:
         """Runs one stage, and says whether it passed. What counts nothing is one test, and a crash that no summary
         shows one failure."""
-        total, failures = [0, 0, 0], []
-
-        def watch(line):
-            self.show(line)
-            if re.match(r"test \S+ \.\.\. FAILED|(FAILED|ERROR) tests/", line):
-                failures.append(f"         {line.rstrip()}")
-            if line.startswith("SKIPPED"):
-                self.skips.append(line)
-            for i, number in enumerate(counts(line, self.everything) or ()):
-                total[i] += number
-
-        with stage(what, self.show):
+        lines = []
+        with stage(what):
             try:
-                code = run(command, check=False, watch=watch, **options)
+                code = run(command, check=False, lines=lines, **options)
             except OSError as problem:  # a program that earlier stages should have built
-                self.show(str(problem))
+                say(str(problem))
                 code = problem.errno
-        if code == 0 and not any(total):
-            total[0] = 1
-        if code != 0 and not total[1]:
+        found = [counts(line, self.everything) for line in lines]
+        passed, failed, skipped = map(sum, zip((0, 0, 0), *found, strict=True))
+        if code == 0 and not passed + failed + skipped:
+            passed = 1
+        failures = [line for line in lines if re.match(r"test \S+ \.\.\. FAILED|(FAILED|ERROR) tests/", line)]
+        remarks = [f"         {line.rstrip()}" for line in failures]
+        if code != 0 and not failed:
             self.fail(f"{what} (code {code})")
-        elif total[1]:
-            failures.insert(0, f"FAILED   {what}: {total[1]} tests")
-        if total[2]:
-            failures.append(f"SKIPPED  {what}: {total[2]} tests, see above")
-        self._count(*total, *failures)
+        elif failed:
+            remarks.insert(0, f"FAILED   {what}: {failed} tests")
+        if skipped:
+            remarks.append(f"SKIPPED  {what}: {skipped} tests, see above")
+        self.skips += [line for line in lines if line.startswith("SKIPPED")]
+        self._count(passed, failed, skipped, *remarks)
         return code == 0
 
     def in_parallel(self, **lanes) -> None:
         """Runs lanes of stages in parallel: few stages keep two cores busy by themselves."""
 
         def in_lane(name, stages):
-            self._lane.name = name
+            LANE.name = name
             stages(self)
 
         with ThreadPoolExecutor(len(lanes)) as pool:
@@ -267,7 +260,7 @@ def deny(results: Results) -> None:
     if "failed to fetch advisory database" in answer.stderr:
         results.skip("advisories", UNREACHABLE)
     elif answer.returncode:
-        results.show(answer.stderr)
+        say(answer.stderr)
         results.fail("advisories")
 
 
@@ -283,7 +276,7 @@ def rust_style(results: Results) -> None:
 
 def python_style(results: Results, requirements: Path) -> None:
     """ruff, once .venv has these packages."""
-    with stage("Python packages", results.show):
+    with stage("Python packages"):
         make_venv(requirements)
     results.step("Python lints", [PYTHON, "-m", "ruff", "check", "."])
     results.step("Python format", [PYTHON, "-m", "ruff", "format", "--check", "."])
@@ -348,8 +341,8 @@ def fuzz(results: Results) -> None:
         environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} {sanitizer}"}
         # Rust gives a constant that several crates use a symbol in each.
         environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
-        with stage(f"Fuzz targets {sanitizer or 'without sanitizer'}", results.show):
-            built = run([*build, "--no-run"], check=False, watch=results.show, env=environment) == 0
+        with stage(f"Fuzz targets {sanitizer or 'without sanitizer'}"):
+            built = run([*build, "--no-run"], check=False, lines=[], env=environment) == 0
         if built:
             break
         results.skip("AddressSanitizer", "the fuzz targets could not be built with it; the reason is above")
