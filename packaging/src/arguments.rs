@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use cradle_packaging::Error;
-use cradle_packaging::build::{PRESETS, Standard};
+use cradle_packaging::build::PRESETS;
+use newtons_cradle::variables::{Description, Settings};
 
 const PYTHON: &str = "This runs `python -m newtons_cradle` with this command and all arguments except --python. \
                       `pip install newtons-cradle` installs what is needed. So does `python3 cradle.py paper` in the \
@@ -92,7 +93,7 @@ pub struct Build {
     pub parameters: Vec<PathBuf>,
     /// Version of the standard [default: 2]; the default file of version 3 is called NAME.fmi3.fmu
     #[arg(long, value_name = "VERSION", value_parser = ["2", "3"])]
-    fmi: Option<String>,
+    pub fmi: Option<String>,
     /// Leave out the clocks of version 3 and their variables, for hosts that do not support clocks
     #[arg(long, value_name = "none", value_parser = ["none"])]
     clocks: Option<String>,
@@ -128,17 +129,19 @@ pub struct Build {
 }
 
 impl Build {
-    /// The version of the standard for the FMU.
-    pub fn standard(&self) -> Result<Standard, Error> {
+    /// The description of the FMU with these start values.
+    pub fn description<'a>(&self, start: &'a Settings) -> Result<Description<'a>, Error> {
         let refused = |what: &str, why: &str| {
             let text = format!("{what} is refused: FMI 2.0 has no {why}; allowed: together with --fmi 3");
             Err(Error::Usage(text))
         };
         match (self.fmi.as_deref(), &self.clocks, self.scalars) {
-            (Some("3"), clocks, scalars) => Ok(Standard::Fmi3 { clocks: clocks.is_none(), scalars }),
+            (Some("3"), clocks, scalars) => {
+                Ok(Description { clocks: clocks.is_none(), scalars, ..Description::fmi3(start) })
+            }
             (_, Some(_), _) => refused("--clocks none", "clocks"),
             (.., true) => refused("--scalars", "arrays"),
-            _ => Ok(Standard::Fmi2),
+            _ => Ok(Description::of(start)),
         }
     }
 }

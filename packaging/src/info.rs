@@ -8,7 +8,7 @@ use newtons_cradle::variables::Variable;
 
 use crate::archive::Entries;
 use crate::build;
-use crate::check::{self, Library, MAX_BYTES, Model, Report};
+use crate::check::{self, Library, MAX_BYTES, Model};
 use crate::error::Error;
 use crate::platform::libraries;
 
@@ -20,9 +20,8 @@ pub fn of(path: &Path) -> Result<String, Error> {
 
 /// The same for an FMU in memory, of which at most `limit` bytes are unpacked; otherwise why it cannot be read.
 pub fn bytes(bytes: &[u8], limit: u64) -> Result<String, String> {
-    let mut report = Report::default();
-    let entries = check::unpack(bytes, limit, &mut report).unwrap_or_default();
-    let Some(model) = Model::of(&entries, &mut report) else {
+    let (entries, model, report) = check::open(bytes, limit);
+    let Some(model) = model else {
         return Err(report.problems.first().cloned().unwrap_or_default());
     };
     let mut out = String::new();

@@ -4,22 +4,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cradle_packaging::archive;
-use cradle_packaging::build::{self, Binary, Choice, Preset, Ready, Standard, Workspace};
+use cradle_packaging::build::{self, Binary, Choice, Preset, Ready, Workspace};
 use cradle_packaging::platform::Platform;
 use cradle_packaging::{Error, environment, reference};
-use newtons_cradle::variables::MODEL_IDENTIFIER;
 
 use super::arguments::Build;
 
 impl Build {
     /// Writes the FMU.
     pub fn run(self) -> Result<(), Error> {
-        let standard = self.standard()?;
-        let (choice, name) = self.choice(standard)?;
+        let choice = self.choice()?;
+        let name = choice.name.clone();
         let recipe = choice.recipe()?;
+        let start = recipe.settings()?;
+        let description = self.description(&start)?;
         // A preset alone gives no warnings.
         if !self.set.is_empty() || !self.parameters.is_empty() {
-            recipe.settings()?.doubts().iter().for_each(|doubt| eprintln!("warning: {doubt}"));
+            start.doubts().iter().for_each(|doubt| eprintln!("warning: {doubt}"));
         }
         // An empty name is the current folder.
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.is_dir();
@@ -36,15 +37,15 @@ impl Build {
             )));
         }
         let runs_here = ready.binaries.iter().any(|binary| Platform::host().ok() == Some(binary.platform));
-        let mut entries = build::entries(&recipe, ready.binaries, standard)?;
+        let mut entries = build::entries(&recipe, &description, ready.binaries)?;
         entries.extend(ready.licenses);
-        if let Some(reason) = reference::add(&mut entries, &recipe, standard)? {
+        if let Some(reason) = reference::add(&mut entries, &description)? {
             eprintln!("warning: the FMU gets no reference results: {reason}");
         }
         let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
         let bytes = archive::bytes(entries)
             .map_err(|error| Error::Failure(format!("cannot pack {}: {error}", out.display())))?;
-        let replaced = build::replaced(&out, &bytes);
+        let replaced = build::replaced(&out, &bytes, &description.guid());
         archive::replace(&out, &bytes)?;
         let path = shown(&out).display().to_string();
         if let Some(what) = replaced {
@@ -65,34 +66,21 @@ impl Build {
         Ok(())
     }
 
-    /// The cradle, and the name of its file: that of the preset or the last parameter file, with the number of balls if
-    /// it differs.
-    fn choice(&self, standard: Standard) -> Result<(Choice, String), Error> {
+    /// The cradle.
+    fn choice(&self) -> Result<Choice, Error> {
         let mut choice = Choice::default();
-        let mut name = MODEL_IDENTIFIER.to_owned();
         if let Some(preset) = &self.preset {
-            let preset = Preset::named(preset)?;
-            choice.preset(preset)?;
-            preset.name.clone_into(&mut name);
+            choice.preset(Preset::named(preset)?)?;
         }
-        for file in &self.parameters {
-            choice.file(file)?;
-            if let Some(stem) = file.file_stem() {
-                name = stem.to_string_lossy().into_owned();
-            }
+        self.parameters.iter().try_for_each(|file| choice.file(file))?;
+        self.set.iter().try_for_each(|text| choice.set(text))?;
+        if let Some(balls) = self.balls {
+            choice.balls(balls);
         }
-        for text in &self.set {
-            choice.set(text)?;
+        if self.fmi.as_deref() == Some("3") {
+            choice.name.push_str(".fmi3");
         }
-        if let Some(balls) = self.balls
-            && choice.balls(balls)
-        {
-            name = format!("{name}{balls}");
-        }
-        if standard != Standard::Fmi2 {
-            name.push_str(".fmi3");
-        }
-        Ok((choice, name))
+        Ok(choice)
     }
 
     /// The binaries, and the folder for the FMU if none is named: Cargo's, if they are compiled, else this one.
@@ -172,7 +160,7 @@ mod tests {
             else {
                 panic!("{arguments:?}")
             };
-            assert_eq!(build.choice(build.standard().unwrap()).unwrap().1, name, "{arguments:?}");
+            assert_eq!(build.choice().unwrap().name, name, "{arguments:?}");
         }
     }
 }

@@ -77,18 +77,9 @@ impl Platform {
         format!("{stem}.{}", self.library().0)
     }
 
-    /// Path in an FMU of the shared library for this platform.
-    pub fn binary_path(&self, identifier: &str) -> String {
-        self.path(self.folder, identifier)
-    }
-
-    fn path(&self, folder: &str, identifier: &str) -> String {
+    /// Path in an FMU of the shared library in the platform's folder, or in the one with the name of a tuple.
+    pub fn path(&self, folder: &str, identifier: &str) -> String {
         format!("binaries/{folder}/{}", self.library_name(identifier))
-    }
-
-    /// Paths in FMUs of either version of the shared library for this machine.
-    pub fn host_paths(&self, identifier: &str) -> [String; 2] {
-        [self.binary_path(identifier), self.path(&host_tuple(), identifier)]
     }
 
     /// The parts of a shared library by their place in an FMU of FMI 3.0: a universal one is for several processors.
@@ -144,7 +135,7 @@ fn targets() -> String {
 }
 
 /// The platform tuple of this machine.
-fn host_tuple() -> String {
+pub fn host_tuple() -> String {
     let os = if cfg!(target_os = "macos") { "darwin" } else { std::env::consts::OS };
     format!("{}-{os}", std::env::consts::ARCH)
 }

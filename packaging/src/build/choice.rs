@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use newtons_cradle::variables::{
-    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Number, Recipe, Settings, Shape, StartValue, Variable,
+    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Number, Recipe, Settings, Shape, StartValue,
+    Variable,
 };
 use toml::{Table, Value};
 
@@ -19,23 +20,15 @@ pub struct Preset {
     file: &'static str,
 }
 
-macro_rules! preset {
-    ($name:literal) => {
-        Preset { name: $name, file: include_str!(concat!("../../presets/", $name, ".toml")) }
+macro_rules! presets {
+    ($($name:literal),*) => {
+        &[$(Preset { name: $name, file: include_str!(concat!("../../presets/", $name, ".toml")) }),*]
     };
 }
 
 /// Every preset, in the order of every list of presets: `packaging/presets/order.txt`.
-pub static PRESETS: &[Preset] = &[
-    preset!("textbook"),
-    preset!("figure3"),
-    preset!("figure5"),
-    preset!("figure6"),
-    preset!("steel"),
-    preset!("desk"),
-    preset!("rigid"),
-    preset!("buzzing"),
-];
+pub static PRESETS: &[Preset] =
+    presets!["textbook", "figure3", "figure5", "figure6", "steel", "desk", "rigid", "buzzing"];
 
 impl Preset {
     /// One line for the help.
@@ -61,25 +54,36 @@ impl Preset {
 }
 
 /// The choice so far; later values replace earlier ones.
-#[derive(Default)]
 pub struct Choice {
-    balls: Option<usize>,
+    /// The name of the FMU's file: that of the preset or the last parameter file, with the number of balls if it
+    /// differs.
+    pub name: String,
+    balls: usize,
     /// The preset, and its number of balls.
     preset: Option<(&'static str, usize)>,
     /// Origin, name and values of each start value; one value, or one for each variable of an array.
     assignments: Vec<(String, String, Vec<StartValue>)>,
 }
 
+impl Default for Choice {
+    fn default() -> Self {
+        Self { name: MODEL_IDENTIFIER.to_owned(), balls: DEFAULT_BALLS, preset: None, assignments: Vec::new() }
+    }
+}
+
 impl Choice {
-    /// Chooses the number of balls. Returns whether it differs from an earlier choice.
-    pub fn balls(&mut self, balls: usize) -> bool {
-        self.balls.replace(balls).unwrap_or(DEFAULT_BALLS) != balls
+    /// Chooses the number of balls.
+    pub fn balls(&mut self, balls: usize) {
+        if std::mem::replace(&mut self.balls, balls) != balls {
+            self.name += &balls.to_string();
+        }
     }
 
     /// Takes everything from a preset.
     pub fn preset(&mut self, preset: &Preset) -> Result<(), Error> {
         self.toml(&format!("preset {}", preset.name), preset.file)?;
-        self.preset = self.balls.map(|balls| (preset.name, balls));
+        preset.name.clone_into(&mut self.name);
+        self.preset = Some((preset.name, self.balls));
         Ok(())
     }
 
@@ -87,6 +91,7 @@ impl Choice {
     pub fn file(&mut self, path: &Path) -> Result<(), Error> {
         let origin = path.display().to_string();
         let text = fs::read_to_string(path).map_err(|error| Error::Usage(format!("cannot read {origin}: {error}")))?;
+        self.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         self.toml(&origin, &text)
     }
 
@@ -96,7 +101,7 @@ impl Choice {
         if let Some(balls) = table.remove("balls") {
             let whole = balls.as_integer().and_then(|balls| usize::try_from(balls).ok());
             let refused = || Error::Usage(format!("{origin}: balls is refused; allowed: {MIN_BALLS} to {MAX_BALLS}"));
-            self.balls = Some(whole.ok_or_else(refused)?);
+            self.balls = whole.ok_or_else(refused)?;
         }
         self.table(origin, "", table)
     }
@@ -145,7 +150,7 @@ impl Choice {
 
     /// The cradle, with every start value checked as the FMU checks it.
     pub fn recipe(self) -> Result<Recipe, Error> {
-        let mut recipe = Recipe::new(self.balls.unwrap_or(DEFAULT_BALLS));
+        let mut recipe = Recipe::new(self.balls);
         recipe.settings()?;
         // Every preset lists the positions of its balls.
         if let Some((preset, balls)) = self.preset.filter(|(_, balls)| *balls != recipe.balls) {

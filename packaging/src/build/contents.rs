@@ -4,7 +4,7 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
 
-use super::{Standard, page};
+use super::page;
 use crate::archive::Entries;
 use crate::error::Error;
 use crate::platform::Platform;
@@ -38,28 +38,23 @@ fn terminals(balls: usize, arrays: bool) -> String {
     TERMINALS.lines().map(members).collect()
 }
 
-/// The files of an FMU for the cradle of `recipe` with these binaries.
-pub fn entries(recipe: &Recipe, binaries: Vec<Binary>, standard: Standard) -> Result<Entries, Error> {
-    let start = recipe.settings()?;
-    let description = match standard {
-        Standard::Fmi2 => Description::of(&start),
-        Standard::Fmi3 { clocks, scalars } => Description { clocks, scalars, ..Description::fmi3(&start) },
-    };
+/// The files of an FMU for the cradle of `recipe`, whose description this is, with these binaries.
+pub fn entries(recipe: &Recipe, description: &Description, binaries: Vec<Binary>) -> Result<Entries, Error> {
     let mut entries = Entries::new();
     let mut add = |path: &str, contents: &[u8]| _ = entries.insert(path.to_owned(), contents.to_vec());
     add("modelDescription.xml", description.xml(&date()?).as_bytes());
-    let is_fmi2 = standard == Standard::Fmi2;
-    add(if is_fmi2 { "model.png" } else { "terminalsAndIcons/icon.png" }, include_bytes!("../../assets/model.png"));
+    let picture = if description.fmi3 { "terminalsAndIcons/icon.png" } else { "model.png" };
+    add(picture, include_bytes!("../../assets/model.png"));
     // FMI 2.0 has them since 2.0.4, with the schema of FMI 3.0.
-    add("terminalsAndIcons/terminalsAndIcons.xml", terminals(recipe.balls, standard.has_arrays()).as_bytes());
+    add("terminalsAndIcons/terminalsAndIcons.xml", terminals(recipe.balls, !description.scalars).as_bytes());
     add(&format!("resources/{FILE_NAME}"), recipe.to_json().as_bytes());
-    add("documentation/index.html", page::html(&start, standard).as_bytes());
+    add("documentation/index.html", page::html(description).as_bytes());
     for (name, text) in LICENSES {
         add(&format!("documentation/licenses/{name}.txt"), text.as_bytes());
     }
     for Binary { platform, contents } in binaries {
-        if is_fmi2 {
-            entries.insert(platform.binary_path(MODEL_IDENTIFIER), contents);
+        if !description.fmi3 {
+            entries.insert(platform.path(platform.folder, MODEL_IDENTIFIER), contents);
             continue;
         }
         let parts = platform.by_tuple(MODEL_IDENTIFIER, &contents);

@@ -1,9 +1,8 @@
 //! The page of documentation in the FMU, with tables from the table of variables.
 
-use super::Standard;
 use newtons_cradle::variables::{
-    Access, Array, Causality, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
-    Variability, Variable, escaped,
+    Access, Array, Causality, Description, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings,
+    TABLE, Variability, Variable, escaped,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -16,16 +15,17 @@ const SCENE: &str = include_str!("../../assets/scene.svg");
 
 /// The template with the parts for this version of the standard, between `<!--2-->`, `<!--3-->`, `<!--arrays-->`,
 /// `<!--scalars-->` or `<!--clocks-->` and `<!--end-->`.
-fn template(standard: Standard) -> String {
+fn template(description: &Description) -> String {
+    let Description { fmi3, clocks, scalars, .. } = *description;
     let mut pieces = TEMPLATE.split("<!--");
     let mut html = pieces.next().unwrap_or_default().to_owned();
     for piece in pieces {
         match piece.split_once("-->") {
-            Some(("2", text)) if standard == Standard::Fmi2 => html.push_str(text),
-            Some(("3", text)) if standard != Standard::Fmi2 => html.push_str(text),
-            Some(("clocks", text)) if standard.has_clocks() => html.push_str(text),
-            Some(("arrays", text)) if standard.has_arrays() => html.push_str(text),
-            Some(("scalars", text)) if !standard.has_arrays() => html.push_str(text),
+            Some(("2", text)) if !fmi3 => html.push_str(text),
+            Some(("3", text)) if fmi3 => html.push_str(text),
+            Some(("clocks", text)) if clocks => html.push_str(text),
+            Some(("arrays", text)) if !scalars => html.push_str(text),
+            Some(("scalars", text)) if scalars => html.push_str(text),
             Some(("end", text)) => html.push_str(text),
             _ => {}
         }
@@ -33,10 +33,10 @@ fn template(standard: Standard) -> String {
     html
 }
 
-/// The page of the FMU with these start values.
-pub fn html(start: &Settings, standard: Standard) -> String {
-    let balls = start.balls();
-    template(standard)
+/// The page of the FMU with this description.
+pub fn html(description: &Description) -> String {
+    let balls = description.start.balls();
+    template(description)
         .replace("{{look}}", LOOK)
         .replace("{{picture}}", PICTURE)
         .replace("{{scene}}", SCENE)
@@ -45,7 +45,7 @@ pub fn html(start: &Settings, standard: Standard) -> String {
         .replace("{{balls}}", &format!("{balls} ball{}", if balls == 1 { "" } else { "s" }))
         .replace("{{stop_time}}", &Number(STOP_TIME).to_string())
         .replace("{{step_size}}", &Number(STEP_SIZE).to_string())
-        .replace("{{tables}}", &TABLES.map(|table| self::table(start, standard, table)).concat())
+        .replace("{{tables}}", &TABLES.map(|table| self::table(description, table)).concat())
 }
 
 /// A table of variables: anchor, heading, note, and causalities.
@@ -60,53 +60,49 @@ const TABLES: [TableOf; 4] = [
 
 const NOTE: &str = "<p>A parameter of a law that is not selected is ignored, and the log says so.</p>\n";
 
-fn table(start: &Settings, standard: Standard, (id, heading, note, causalities): TableOf) -> String {
+fn table(description: &Description, (id, heading, note, causalities): TableOf) -> String {
+    let start = description.start;
     let has_start = causalities.iter().any(|causality| matches!(causality, Causality::Parameter | Causality::Input));
     let third = if has_start { "<th>Start</th>" } else { "<td></td>" };
-    let rows = rows(start, standard, causalities);
+    let mut rows = String::new();
+    for (row, variables) in families(description) {
+        let (causality, value) = match row.causality {
+            // For the reader, the number of balls is a parameter.
+            Causality::StructuralParameter => (Causality::Parameter, start.balls().to_string()),
+            causality => (causality, start_value(start, &variables)),
+        };
+        if causalities.contains(&causality) {
+            let name = if description.scalars { &row.name_of("i") } else { row.name };
+            let meaning = row.description.replace("{i}", "i").replace("{j}", "i+1") + &remarks(row);
+            let (unit, meaning) = (row.unit(), escaped(&meaning));
+            rows +=
+                &format!("<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{meaning}</td></tr>\n");
+        }
+    }
     format!(
         "<h2 id=\"{id}\">{heading}</h2>\n{note}<table>\n<thead><tr><th>Name</th><th>Unit</th>{third}\
          <th>Meaning</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n\n"
     )
 }
 
-/// The variables of these causalities, each as a row of a table.
-fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> String {
-    let of = |row: &'static Row, name: &str, variables: &mut dyn Iterator<Item = Variable>| {
-        let value = match row.causality {
-            Causality::StructuralParameter => start.balls().to_string(),
-            _ => start_value(start, variables),
-        };
-        let description = row.description.replace("{i}", "i").replace("{j}", "i+1") + &remarks(row);
-        let (unit, meaning) = (row.unit(), escaped(&description));
-        format!("<tr><td><code>{name}</code></td><td>{unit}</td><td>{value}</td><td>{meaning}</td></tr>\n")
-    };
-    if standard == Standard::Fmi2 {
-        let rows = TABLE.iter().enumerate().filter(|(_, row)| causalities.contains(&row.causality));
-        let variables = |position, row: &'static Row| {
-            (0..row.shape.len(start.balls())).map(move |index| Variable { row, position, index })
-        };
-        return rows.map(|(position, row)| of(row, &row.name_of("i"), &mut variables(position, row))).collect();
+/// The rows in the order of the description, each with its variables of FMI 2.0.
+fn families(description: &Description) -> Vec<(&'static Row, Vec<Variable>)> {
+    let balls = description.start.balls();
+    if description.fmi3 {
+        let arrays = Array::all()
+            .filter(|array| description.clocks || !array.needs_clocks())
+            .filter(|array| !description.scalars || array.scalar(0, MAX_BALLS).is_some());
+        return arrays.map(|array| (array.row, array.variables(balls).collect())).collect();
     }
-    // For the reader, the number of balls is a parameter.
-    let causality = |array: &Array| match array.row.causality {
-        Causality::StructuralParameter => Causality::Parameter,
-        causality => causality,
+    let variables = |(position, row): (_, &'static Row)| {
+        (row, (0..row.shape.len(balls)).map(|index| Variable { row, position, index }).collect())
     };
-    Array::all()
-        .filter(|array| standard.has_clocks() || !array.needs_clocks())
-        .filter(|array| standard.has_arrays() || array.scalar(0, MAX_BALLS).is_some())
-        .filter(|array| causalities.contains(&causality(array)))
-        .map(|array| {
-            let name = if standard.has_arrays() { array.row.name } else { &array.row.name_of("i") };
-            of(array.row, name, &mut array.variables(start.balls()))
-        })
-        .collect()
+    TABLE.iter().enumerate().map(variables).collect()
 }
 
 /// Start value, if it is the same for all balls or contacts; otherwise the first and the last.
-fn start_value(start: &Settings, variables: &mut dyn Iterator<Item = Variable>) -> String {
-    let values: Vec<String> = variables.filter_map(|variable| variable.text(start)).collect();
+fn start_value(start: &Settings, variables: &[Variable]) -> String {
+    let values: Vec<String> = variables.iter().filter_map(|variable| variable.text(start)).collect();
     match values.as_slice() {
         [first, .., last] if values.iter().any(|value| value != first) => format!("{first} &hellip; {last}"),
         all => all.first().cloned().unwrap_or_default(),
@@ -134,9 +130,10 @@ mod tests {
 
     #[test]
     fn a_page_is_for_one_version_and_has_every_variable() {
-        const FMI3: Standard = Standard::Fmi3 { clocks: true, scalars: false };
-        let versions = [Standard::Fmi2, FMI3, Standard::Fmi3 { clocks: false, scalars: true }];
-        let [two, three, without] = versions.map(|standard| html(&Settings::default_for(5), standard));
+        let start = Settings::default_for(5);
+        let scalars = Description { clocks: false, scalars: true, ..Description::fmi3(&start) };
+        let versions = [Description::of(&start), Description::fmi3(&start), scalars];
+        let [two, three, without] = versions.map(|description| html(&description));
         assert!(two.contains("fmi2Error") && !two.contains("fmi3") && !two.contains("<!--"));
         assert!(three.contains("fmi3Error") && !three.contains("fmi2") && !three.contains("FMI 2"));
         assert!(three.contains("onset.clock") && !without.contains("clock"));

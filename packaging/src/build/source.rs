@@ -7,7 +7,7 @@ use newtons_cradle::variables::{Description, MODEL_IDENTIFIER};
 use super::choice::PRESETS;
 use super::contents::Binary;
 use crate::archive::Entries;
-use crate::check::{self, MAX_BYTES, Model, Report, TOOL};
+use crate::check::{self, MAX_BYTES, TOOL};
 use crate::error::Error;
 use crate::platform::libraries;
 use crate::universal;
@@ -24,9 +24,8 @@ pub struct Ready {
 impl Ready {
     /// Takes them from an FMU, if it is valid and written by this version of this program.
     pub fn of(path: &Path) -> Result<Self, Error> {
-        let bytes = check::read(path)?;
         let refused = |reason: &str| Error::Usage(format!("--from {} is refused: {reason}", path.display()));
-        let (mut entries, model, mut report) = opened(&bytes);
+        let (mut entries, model, mut report) = check::open(&check::read(path)?, MAX_BYTES);
         if let Some(model) = &model {
             let (name, tool) = (&model.name, if model.tool.is_empty() { "an unknown tool" } else { &model.tool });
             if !model.is_own() {
@@ -36,8 +35,8 @@ impl Ready {
             if tool != TOOL {
                 return Err(refused(&format!("it was written by {tool}; allowed: {TOOL}")));
             }
+            check::contents(&entries, model, &mut report);
         }
-        check::entries(&entries, &mut report);
         if let Some(problem) = report.problems.first() {
             return Err(refused(problem));
         }
@@ -68,14 +67,6 @@ impl Ready {
     }
 }
 
-/// The entries of an FMU, its description if it can be read, and what is wrong with them so far.
-fn opened(bytes: &[u8]) -> (Entries, Option<Model>, Report) {
-    let mut report = Report::default();
-    let entries = check::unpack(bytes, MAX_BYTES, &mut report).unwrap_or_default();
-    let model = Model::of(&entries, &mut report);
-    (entries, model, report)
-}
-
 /// Whether this folder lies in that of the sources.
 pub fn in_checkout() -> bool {
     let is_ours = |folder: &Path| {
@@ -85,14 +76,14 @@ pub fn in_checkout() -> bool {
     std::env::current_dir().is_ok_and(|here| here.ancestors().any(is_ours))
 }
 
-/// The contents of a file that the FMU `new` would replace, in words; none if there is no file, or the same one.
-pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
+/// The contents of a file that the FMU `new` with this GUID would replace, in words; none if there is no file, or the
+/// same one.
+pub fn replaced(path: &Path, new: &[u8], guid: &str) -> Option<String> {
     let old = check::read(path).ok().filter(|old| old != new)?;
-    let (entries, was, _) = opened(&old);
-    let (Some(was), Some(is)) = (was, opened(new).1) else {
+    let (entries, Some(was), _) = check::open(&old, MAX_BYTES) else {
         return Some(format!("{} bytes, not an FMU", old.len()));
     };
-    if was.guid == is.guid {
+    if was.guid == guid {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
     let preset = PRESETS.iter().find(|preset| {
@@ -104,5 +95,5 @@ pub fn replaced(path: &Path, new: &[u8]) -> Option<String> {
         None if was.is_own() => format!("n = {}", check::recipe(&entries).unwrap_or_default().balls),
         None => format!("\"{}\"", was.name),
     };
-    Some(format!("{what}, GUID {}; now GUID {}", was.guid, is.guid))
+    Some(format!("{what}, GUID {}; now GUID {guid}", was.guid))
 }

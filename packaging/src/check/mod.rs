@@ -1,8 +1,8 @@
 //! Validation of an FMU that this program has written, possibly with binaries from elsewhere: its entries, description
 //! and binaries. Any damage is reported, also in foreign files.
 //!
-//! [`bytes()`] checks a whole FMU and returns a [`Report`]. Its parts serve for inspection, too: the entries by
-//! [`unpack()`], the description as `Model`, a binary as `Library`.
+//! [`bytes()`] checks a whole FMU and returns a [`Report`]. Its parts serve for inspection, too: entries and description
+//! by `open`, a binary as `Library`.
 
 mod binary;
 mod model;
@@ -21,7 +21,6 @@ use crate::platform::libraries;
 pub(crate) use binary::Library;
 pub(crate) use model::{Model, TOOL};
 pub use report::Report;
-pub use unpack::unpack;
 
 /// Largest FMU that is read, and largest contents, bytes.
 pub const MAX_BYTES: u64 = 512 << 20;
@@ -44,14 +43,21 @@ pub(crate) fn recipe(entries: &Entries) -> Option<Recipe> {
 /// Checks an FMU in memory, without loading its binaries; unpacks at most `limit` bytes. Returns the entries for
 /// further checks, if it is an FMU of this version of this program.
 pub fn bytes(bytes: &[u8], limit: u64) -> (Report, Option<Entries>) {
+    let (entries, model, mut report) = open(bytes, limit);
+    let complete = model.is_some_and(|model| contents(&entries, &model, &mut report));
+    (report, complete.then_some(entries))
+}
+
+/// The entries of an FMU, its description if it can be read, and what is wrong with them so far.
+pub(crate) fn open(bytes: &[u8], limit: u64) -> (Entries, Option<Model>, Report) {
     let mut report = Report::default();
-    let entries = unpack(bytes, limit, &mut report).filter(|unpacked| self::entries(unpacked, &mut report));
-    (report, entries)
+    let entries = unpack::unpack(bytes, limit, &mut report).unwrap_or_default();
+    let model = Model::of(&entries, &mut report);
+    (entries, model, report)
 }
 
 /// Checks description and binaries. Returns whether this version can check all of them.
-pub(crate) fn entries(entries: &Entries, report: &mut Report) -> bool {
-    let Some(model) = Model::of(entries, report) else { return false };
+pub(crate) fn contents(entries: &Entries, model: &Model, report: &mut Report) -> bool {
     if !model.is_own() {
         let (name, tool) = (&model.name, &model.tool);
         report.problem(format_args!(
@@ -66,7 +72,7 @@ pub(crate) fn entries(entries: &Entries, report: &mut Report) -> bool {
             binary::check(&path, library, report);
         }
     }
-    belongs_together(entries, &model, report)
+    belongs_together(entries, model, report)
 }
 
 /// Checks that description, resources and GUID match. Returns whether this version can check that.

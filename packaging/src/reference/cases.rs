@@ -3,7 +3,7 @@
 //! version 1.0, or 2.0 for arrays.
 
 use newtons_cradle::variables::{
-    Access, Causality, Number, QUANTITIES, Recipe, Settings, Shape, Variable, enumerations, escaped, padding, variables,
+    Access, Causality, Number, QUANTITIES, Settings, Shape, Variable, enumerations, escaped, padding, variables,
 };
 
 use crate::build::PRESETS;
@@ -28,13 +28,12 @@ pub struct Case {
 }
 
 /// The FMU's own start values first, then the presets.
-pub fn cases(recipe: &Recipe) -> Result<Vec<Case>, Error> {
-    let own = recipe.settings()?;
-    let default = Settings::default_for(recipe.balls);
+pub fn cases(own: &Settings) -> Result<Vec<Case>, Error> {
+    let default = Settings::default_for(own.balls());
     let case = |name, title, settings: Settings| {
         let differs =
-            |variable: &Variable| [&default, &own].iter().any(|other| variable.real(other) != variable.real(&settings));
-        let parameters = variables(recipe.balls)
+            |variable: &Variable| [&default, own].iter().any(|other| variable.real(other) != variable.real(&settings));
+        let parameters = variables(own.balls())
             .filter(|variable| variable.row.causality == Causality::Parameter)
             .filter(|variable| variable.row.shape == Shape::Scalar || differs(variable))
             .collect();
@@ -43,7 +42,7 @@ pub fn cases(recipe: &Recipe) -> Result<Vec<Case>, Error> {
     let mut cases = vec![case(START, "The start values of this FMU.", own.clone())];
     for preset in PRESETS {
         let settings = preset.settings()?;
-        if settings.balls() == recipe.balls {
+        if settings.balls() == own.balls() {
             cases.push(case(preset.name, preset.title(), settings));
         }
     }

@@ -10,10 +10,9 @@ mod record;
 
 use std::path::{Path, PathBuf};
 
-use newtons_cradle::variables::{MODEL_IDENTIFIER, Number, Recipe, START_TIME, STEP_SIZE, STOP_TIME, escaped};
+use newtons_cradle::variables::{Description, MODEL_IDENTIFIER, Number, START_TIME, STEP_SIZE, STOP_TIME, escaped};
 
 use crate::archive::{self, Entries};
-use crate::build::Standard;
 use crate::check::{self, Report};
 use crate::error::Error;
 use cases::{Case, cases};
@@ -31,16 +30,16 @@ const PAGE: &str = include_str!("../../assets/fmi-ls-ref.txt");
 /// Tolerance for other hosts, relative to the largest value of a variable.
 const TOLERANCE: f64 = 1e-6;
 
-/// Adds parameter sets and reference results to the FMU of `recipe`. Without a binary for this machine there are no
-/// results; returns why not.
-pub fn add(entries: &mut Entries, recipe: &Recipe, standard: Standard) -> Result<Option<String>, Error> {
-    let cases = cases(recipe)?;
+/// Adds parameter sets and reference results to the FMU with this description. Without a binary for this machine there
+/// are no results; returns why not.
+pub fn add(entries: &mut Entries, description: &Description) -> Result<Option<String>, Error> {
+    let cases = cases(description.start)?;
     let names: Vec<&str> = cases.iter().map(|case| case.name).collect();
     let results = record(entries, &names);
     let mut put = |name: &str, text: String| entries.insert(format!("{FOLDER}/{name}"), text.into_bytes());
     put("fmi-ls-manifest.xml", manifest(&cases, results.is_ok()));
     for case in &cases {
-        put(&format!("{}.ssv", case.name), case.ssv(standard.has_arrays()));
+        put(&format!("{}.ssv", case.name), case.ssv(!description.scalars));
     }
     for (name, csv) in names.iter().zip(results.iter().flatten()) {
         put(&format!("{name}.csv"), csv.clone());
@@ -54,7 +53,8 @@ pub fn check(entries: &Entries, report: &mut Report) {
     if let Err(missing) = own_binary(entries) {
         return report.remark(format_args!("nothing was run: {missing}"));
     }
-    let cases = check::recipe(entries).and_then(|recipe| cases(&recipe).ok()).unwrap_or_default();
+    let start = check::recipe(entries).and_then(|recipe| recipe.settings().ok());
+    let cases = start.and_then(|start| cases(&start).ok()).unwrap_or_default();
     let stored = |case: &Case| Some((case.name, entries.get(&format!("{FOLDER}/{}.csv", case.name))?));
     let (names, stored): (Vec<&str>, Vec<&Vec<u8>>) = cases.iter().filter_map(stored).unzip();
     if names.is_empty() {

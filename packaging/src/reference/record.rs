@@ -10,10 +10,10 @@ use std::{env, fs, io, thread};
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Number, Recipe, STEP_SIZE, STOP_TIME};
 
 use super::cases::{START, cases, recorded, times};
-use super::host::Run;
+use super::host;
 use crate::archive::Entries;
 use crate::error::Error;
-use crate::platform::Platform;
+use crate::platform::{Platform, host_tuple};
 
 /// The name of the results of the default experiment, with the FMU's start values.
 pub const EXPERIMENT: &str = "experiment";
@@ -27,7 +27,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// The FMU's binary for this machine, or an error. An FMU of FMI 3.0 has the same one elsewhere.
 pub fn own_binary(entries: &Entries) -> Result<&[u8], String> {
     let platform = Platform::host().map_err(|error| error.to_string())?;
-    let binary = platform.host_paths(MODEL_IDENTIFIER).iter().find_map(|path| entries.get(path));
+    let folders = [platform.folder, &host_tuple()];
+    let binary = folders.iter().find_map(|folder| entries.get(&platform.path(folder, MODEL_IDENTIFIER)));
     binary.map(Vec::as_slice).ok_or_else(|| format!("the FMU has no binary for this machine, {}", platform.folder))
 }
 
@@ -88,32 +89,22 @@ pub fn run(folder: &Path, name: &str) -> Result<(), Error> {
 /// The results in the form of FMI's cross-check: quoted names, commas, numbers as in C.
 fn csv(folder: &Path, name: &str) -> Result<String, Box<dyn std::error::Error>> {
     let resources = folder.join("resources");
-    let recipe = Recipe::from_json(&fs::read(resources.join(FILE_NAME))?)?;
+    let start = Recipe::from_json(&fs::read(resources.join(FILE_NAME))?)?.settings()?;
     let (of, times) = if name == EXPERIMENT {
         let steps = (STOP_TIME / STEP_SIZE).round() as u32;
         (START, (0..=steps).map(|step| f64::from(step) * STOP_TIME / f64::from(steps)).collect())
     } else {
-        (name, times(recipe.balls))
+        (name, times(start.balls()))
     };
-    let cases = cases(&recipe)?;
+    let cases = cases(&start)?;
     let case = cases.iter().find(|case| case.name == of).ok_or("there is no such case")?;
-    // The first is the FMU as it is.
-    let guid = Description::of(&cases[0].settings).guid();
-    let run = Run::start(&folder.join(BINARY), &resources, &guid, case)?;
-    let variables = recorded(recipe.balls);
+    let (guid, variables) = (Description::of(&start).guid(), recorded(start.balls()));
+    let results = host::run(&folder.join(BINARY), &resources, &guid, case, &times, &variables)?;
     let names = variables.iter().map(|variable| format!(",\"{variable}\""));
     let mut csv = format!("\"time\"{}\n", names.collect::<String>());
-    let mut before = 0.0;
-    for time in times {
-        if time > before {
-            run.step(before, time)?;
-        }
-        before = time;
-        csv += &Number(time).to_string();
-        for variable in &variables {
-            csv += &format!(",{}", Number(run.get(variable)?));
-        }
-        csv.push('\n');
+    for (time, values) in times.into_iter().zip(results) {
+        let values = values.into_iter().map(|value| format!(",{}", Number(value)));
+        csv += &format!("{}{}\n", Number(time), values.collect::<String>());
     }
     Ok(csv)
 }

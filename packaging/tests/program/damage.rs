@@ -2,12 +2,12 @@
 
 use std::sync::LazyLock;
 
-use super::support::{entries, fmu, text, zip};
+use super::support::{START, entries, fmu, text, zip};
 use cradle_packaging::archive::Entries;
-use cradle_packaging::build::Standard;
 use cradle_packaging::check::{MAX_BYTES, bytes};
 use cradle_packaging::info;
 use cradle_packaging::platform::Platform;
+use newtons_cradle::variables::{Description, Recipe};
 use zip::CompressionMethod::{Deflated, Stored};
 
 const DESCRIPTION: &str = "modelDescription.xml";
@@ -16,7 +16,7 @@ fn problems(fmu: &[u8]) -> String {
     bytes(fmu, MAX_BYTES).0.problems.join("\n")
 }
 
-static SOUND: LazyLock<Entries> = LazyLock::new(|| entries(&fmu(Standard::Fmi2)));
+static SOUND: LazyLock<Entries> = LazyLock::new(|| entries(&fmu(&Description::of(&START))));
 
 /// An FMU with this entry, or without it.
 fn with(name: &str, contents: Option<&[u8]>, method: zip::CompressionMethod) -> Vec<u8> {
@@ -29,14 +29,14 @@ fn with(name: &str, contents: Option<&[u8]>, method: zip::CompressionMethod) -> 
 }
 
 fn library() -> String {
-    Platform::host().unwrap().binary_path("NewtonsCradle")
+    let platform = Platform::host().unwrap();
+    platform.path(platform.folder, "NewtonsCradle")
 }
 
 #[test]
 fn a_sound_fmu_has_no_problem() {
-    for clocks in [None, Some(true), Some(false)] {
-        let standard = clocks.map_or(Standard::Fmi2, |clocks| Standard::Fmi3 { clocks, scalars: !clocks });
-        assert_eq!(problems(&fmu(standard)), "");
+    for description in Description::all(&START, false).iter().chain(&Description::all(&START, true)) {
+        assert_eq!(problems(&fmu(description)), "");
     }
     let licences = ["LICENSE-APACHE", "LICENSE-MIT", "third-party"];
     assert!(licences.iter().all(|name| !SOUND[&format!("documentation/licenses/{name}.txt")].is_empty()));
@@ -72,8 +72,8 @@ fn damaged_entries_are_found() {
 
 #[test]
 fn changed_descriptions_are_found() {
-    for standard in [Standard::Fmi2, Standard::Fmi3 { clocks: true, scalars: false }] {
-        let mut entries = entries(&fmu(standard));
+    for description in [Description::of(&START), Description::fmi3(&START)] {
+        let mut entries = entries(&fmu(&description));
         let text = text(&entries, DESCRIPTION);
         for (from, to, expected) in [
             ("oken=\"{", "oken=\"{0", "that of the resources is {"),
@@ -151,11 +151,7 @@ fn a_place_is_for_one_shared_library() {
             contents: contents.to_vec(),
         };
         let binaries = vec![binary("linux64", &arm), binary("aarch64-linux", other)];
-        build::entries(
-            &newtons_cradle::variables::Recipe::default(),
-            binaries,
-            Standard::Fmi3 { clocks: true, scalars: false },
-        )
+        build::entries(&Recipe::default(), &Description::fmi3(&START), binaries)
     };
     assert_eq!(build(&arm).unwrap()["binaries/aarch64-linux/NewtonsCradle.so"], arm);
     let error = build(&[&arm[..], &[0]].concat()).unwrap_err().to_string();

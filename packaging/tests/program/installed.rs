@@ -5,16 +5,18 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use cradle_packaging::build::Standard;
+use newtons_cradle::variables::Description;
 
-use super::support::{Folder, PROGRAM, build, ended, entries_of, fmu, library, run, run_in, sound, text, warnings};
+use super::support::{
+    Folder, PROGRAM, START, build, ended, entries_of, fmu, library, run, run_in, sound, text, warnings,
+};
 
 const REFERENCE: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
 #[test]
 fn an_fmu_gives_its_binaries_and_licences() {
     let folder = Folder::new("from");
-    let from = folder.write("NewtonsCradle.fmu", fmu(Standard::Fmi2));
+    let from = folder.write("NewtonsCradle.fmu", fmu(&Description::of(&START)));
     let built = run_in(&folder, &["build", "--from", "NewtonsCradle.fmu", "--balls", "13"]);
     assert_eq!((built.code, built.error.as_str()), (0, ""));
     let (taken, direct) = (folder.file("NewtonsCradle13.fmu"), build(&folder, "direct.fmu", &["--balls", "13"]));
@@ -22,7 +24,7 @@ fn an_fmu_gives_its_binaries_and_licences() {
     sound(&taken);
     let refused = run_in(&folder, &["build", "--from", "NewtonsCradle.fmu", "--set", "gravity=1"]);
     assert!(refused.code == 2 && refused.error.contains("give another file with --out"), "{}", refused.error);
-    assert!(fs::read(from).unwrap() == fmu(Standard::Fmi2));
+    assert!(fs::read(from).unwrap() == fmu(&Description::of(&START)));
 }
 
 #[test]
@@ -43,7 +45,7 @@ fn what_is_replaced_is_told() {
 fn an_installed_program_has_its_fmu_and_its_python() {
     let folder = Folder::new("environment");
     let package = "venv/lib/python3.11/site-packages/newtons_cradle";
-    folder.write(&format!("{package}/NewtonsCradle.fmu"), fmu(Standard::Fmi2));
+    folder.write(&format!("{package}/NewtonsCradle.fmu"), fmu(&Description::of(&START)));
     folder.script("venv/bin/python3", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"");
     let program = folder.file("venv/bin/cradle-fmu");
     fs::copy(PROGRAM, &program).unwrap();

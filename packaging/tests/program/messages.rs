@@ -1,9 +1,9 @@
 //! What the program says to wrong arguments. None of them leaves anything behind.
 
-use cradle_packaging::build::Standard;
+use newtons_cradle::variables::Description;
 use zip::CompressionMethod::Stored;
 
-use super::support::{Folder, entries, fmu, library, library_path, run, run_in, text, warnings, zip};
+use super::support::{Folder, START, entries, fmu, library, library_path, run, run_in, text, warnings, zip};
 
 #[test]
 fn what_is_refused_is_named_and_leaves_nothing() {
@@ -93,7 +93,7 @@ fn a_wrong_sign_is_told() {
 #[test]
 fn only_fmus_of_this_version_give_their_binaries() {
     let folder = Folder::new("foreign");
-    let sound = entries(&fmu(Standard::Fmi2));
+    let sound = entries(&fmu(&Description::of(&START)));
     let changed = |name: &str, from: &str, to: &str| {
         let description = text(&sound, "modelDescription.xml");
         assert!(description.contains(from));

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::LazyLock;
 use std::{env, fs};
 
 use cradle_packaging::archive::Entries;
-use cradle_packaging::build::{self, Binary, Standard};
-use cradle_packaging::check::{MAX_BYTES, Report, unpack};
+use cradle_packaging::build::{self, Binary};
+use cradle_packaging::check::{MAX_BYTES, bytes};
 use cradle_packaging::platform::Platform;
-use newtons_cradle::variables::Recipe;
+use newtons_cradle::variables::{DEFAULT_BALLS, Description, Recipe, Settings};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -129,15 +130,18 @@ pub fn library() -> String {
     format!("{}={}", Platform::host().unwrap().folder, library_path().display())
 }
 
-/// The default FMU for this machine.
-pub fn fmu(standard: Standard) -> Vec<u8> {
+/// The start values of the default FMU.
+pub static START: LazyLock<Settings> = LazyLock::new(|| Settings::default_for(DEFAULT_BALLS));
+
+/// The default FMU for this machine, with this description.
+pub fn fmu(description: &Description) -> Vec<u8> {
     let binary = Binary { platform: Platform::host().unwrap(), contents: fs::read(library_path()).unwrap() };
-    zip(&build::entries(&Recipe::default(), vec![binary], standard).unwrap(), CompressionMethod::Stored)
+    zip(&build::entries(&Recipe::default(), description, vec![binary]).unwrap(), CompressionMethod::Stored)
 }
 
 /// The entries of an FMU.
 pub fn entries(fmu: &[u8]) -> Entries {
-    unpack(fmu, MAX_BYTES, &mut Report::default()).unwrap()
+    bytes(fmu, MAX_BYTES).1.unwrap()
 }
 
 /// Those of a file.
