@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cradle_packaging::archive;
-use cradle_packaging::build::{self, Binary, Choice, Preset, Ready, Workspace};
+use cradle_packaging::build::{self, Choice, Preset, Ready, Workspace};
 use cradle_packaging::platform::Platform;
 use cradle_packaging::{Error, environment, reference};
 
@@ -36,7 +36,7 @@ impl Build {
                 "the new FMU would replace {from}, from which it is made; give another file with --out"
             )));
         }
-        let runs_here = ready.binaries.iter().any(|binary| Platform::host().ok() == Some(binary.platform));
+        let runs_here = ready.binaries.iter().any(|(platform, _)| Platform::host().ok() == Some(*platform));
         let mut entries = build::entries(&recipe, &description, ready.binaries)?;
         entries.extend(ready.licenses);
         if let Some(reason) = reference::add(&mut entries, &description)? {
@@ -121,7 +121,7 @@ fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &s
     let name = file.display();
     let contents = fs::read(file).map_err(|error| Error::Usage(format!("{argument}: cannot read {name}: {error}")))?;
     platform.check(&contents).map_err(|error| Error::Usage(format!("{argument}: {name} is {error}")))?;
-    ready.add(Binary { platform, contents }).map_err(|error| Error::Usage(format!("{argument}: {error}")))
+    ready.add((platform, contents)).map_err(|error| Error::Usage(format!("{argument}: {error}")))
 }
 
 /// A path as typed from the current folder.

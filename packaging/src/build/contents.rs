@@ -10,12 +10,7 @@ use crate::error::Error;
 use crate::platform::Platform;
 
 /// A shared library and the platform it was made for.
-pub struct Binary {
-    /// Its platform.
-    pub platform: &'static Platform,
-    /// The shared library.
-    pub contents: Vec<u8>,
-}
+pub type Binary = (&'static Platform, Vec<u8>);
 
 /// Licences in every FMU. Those of third parties are kept in the sources, so that packing needs neither Cargo nor a
 /// network; a test compares them with Cargo's.
@@ -52,7 +47,7 @@ pub fn entries(recipe: &Recipe, description: &Description, binaries: Vec<Binary>
     for (name, text) in LICENSES {
         add(&format!("documentation/licenses/{name}.txt"), text.as_bytes());
     }
-    for Binary { platform, contents } in binaries {
+    for (platform, contents) in binaries {
         if !description.fmi3 {
             entries.insert(platform.path(platform.folder, MODEL_IDENTIFIER), contents);
             continue;

@@ -43,7 +43,7 @@ impl Ready {
         let mut ready = Self::default();
         let fmi3 = model.is_some_and(|model| model.is_fmi3());
         for (platform, _, library) in libraries(&entries, MODEL_IDENTIFIER, fmi3) {
-            ready.add(Binary { platform, contents: library.to_vec() }).map_err(|error| refused(&error))?;
+            ready.add((platform, library.to_vec())).map_err(|error| refused(&error))?;
         }
         entries.retain(|name, _| name.starts_with("documentation/licenses/"));
         ready.licenses = entries;
@@ -52,16 +52,16 @@ impl Ready {
 
     /// Adds a shared library. Two of macOS for different processors become one.
     pub fn add(&mut self, binary: Binary) -> Result<(), String> {
-        let Some(other) = self.binaries.iter_mut().find(|other| other.platform == binary.platform) else {
+        let Some((platform, other)) = self.binaries.iter_mut().find(|(platform, _)| *platform == binary.0) else {
             self.binaries.push(binary);
             return Ok(());
         };
-        let folder = binary.platform.folder;
+        let folder = platform.folder;
         let refused = |allowed: &str| format!("there are two binaries for {folder}; allowed: {allowed}");
         if folder != "darwin64" {
             return Err(refused("one"));
         }
-        other.contents = universal::join(&other.contents, &binary.contents)
+        *other = universal::join(other, &binary.1)
             .map_err(|error| refused(&format!("one for each processor, but {error}")))?;
         Ok(())
     }

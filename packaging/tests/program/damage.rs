@@ -7,7 +7,7 @@ use cradle_packaging::archive::Entries;
 use cradle_packaging::check::{MAX_BYTES, bytes};
 use cradle_packaging::info;
 use cradle_packaging::platform::Platform;
-use newtons_cradle::variables::{Description, Recipe};
+use newtons_cradle::variables::Description;
 use zip::CompressionMethod::{Deflated, Stored};
 
 const DESCRIPTION: &str = "modelDescription.xml";
@@ -134,26 +134,4 @@ fn every_flipped_bit_and_cut_is_survived_and_hardly_one_overlooked() {
 fn a_zip_bomb_is_not_unpacked() {
     let found = bytes(&with("a", Some(&vec![0; 8 << 20]), Deflated), 1 << 20).0.problems.join("\n");
     assert!(found.contains("a: the unpacked files exceed 1048576 bytes"), "{found}");
-}
-
-/// FMUs of FMI 2.0 may have Linux on ARM in two folders, those of FMI 3.0 in one.
-#[cfg(target_os = "linux")]
-#[test]
-fn a_place_is_for_one_shared_library() {
-    use cradle_packaging::build::{self, Binary};
-
-    // The processor is named in the header.
-    let mut arm = SOUND[&library()].clone();
-    arm[18..20].copy_from_slice(&[0xb7, 0]);
-    let build = |other: &[u8]| {
-        let binary = |folder, contents: &[u8]| Binary {
-            platform: Platform::named(folder).unwrap(),
-            contents: contents.to_vec(),
-        };
-        let binaries = vec![binary("linux64", &arm), binary("aarch64-linux", other)];
-        build::entries(&Recipe::default(), &Description::fmi3(&START), binaries)
-    };
-    assert_eq!(build(&arm).unwrap()["binaries/aarch64-linux/NewtonsCradle.so"], arm);
-    let error = build(&[&arm[..], &[0]].concat()).unwrap_err().to_string();
-    assert!(error.contains("two different shared libraries are for binaries/aarch64-linux/"), "{error}");
 }

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 use std::io::{Cursor, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::sync::LazyLock;
 use std::{env, fs};
 
 use cradle_packaging::archive::Entries;
-use cradle_packaging::build::{self, Binary};
+use cradle_packaging::build;
 use cradle_packaging::check::{MAX_BYTES, bytes};
 use cradle_packaging::platform::Platform;
 use newtons_cradle::variables::{DEFAULT_BALLS, Description, Recipe, Settings};
@@ -16,6 +16,9 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_cradle-fmu");
+
+/// Names the FMU's library for this machine, in what [`Folder::run`] takes.
+pub const BINARY: &str = "--binary HOST=LIBRARY";
 
 /// How a program ended and what it said.
 #[derive(Debug)]
@@ -32,39 +35,21 @@ pub fn ended(command: &mut Command) -> Ended {
     Ended { code: output.status.code().unwrap(), output: text(output.stdout), error: text(output.stderr) }
 }
 
-/// Runs the program.
-pub fn run(arguments: &[&str]) -> Ended {
-    ended(Command::new(PROGRAM).args(arguments))
-}
+impl Ended {
+    /// Asserts that it ended with this code and said all of this.
+    #[track_caller]
+    pub fn with(self, code: i32, parts: &[&str]) -> Self {
+        let said = format!("{}{}", self.output, self.error);
+        assert!(self.code == code && parts.iter().all(|part| said.contains(part)), "{code}, {parts:?}: {self:?}");
+        self
+    }
 
-/// Runs the program in a folder.
-pub fn run_in(folder: &Folder, arguments: &[&str]) -> Ended {
-    ended(Command::new(PROGRAM).args(arguments).current_dir(&folder.0))
-}
-
-/// Writes an FMU with the library for this machine, unless the arguments name another source: the warnings.
-pub fn warnings(folder: &Folder, name: &str, arguments: &[&str]) -> String {
-    let (out, library) = (folder.file(name), library());
-    let has_source = arguments.iter().any(|argument| ["--from", "--binary"].contains(argument));
-    let ours = if has_source { vec![] } else { vec!["--binary", &library] };
-    let built = run(&[&["build", "--out", &out], &ours[..], arguments].concat());
-    assert_eq!(built.code, 0, "{arguments:?}: {}", built.error);
-    built.error
-}
-
-/// The same without a warning: the path.
-pub fn build(folder: &Folder, name: &str, arguments: &[&str]) -> String {
-    assert_eq!(warnings(folder, name, arguments), "", "{arguments:?}");
-    folder.file(name)
-}
-
-/// What `check` and `info` say of a sound FMU.
-pub fn sound(fmu: &str) -> String {
-    let checked = run(&["check", fmu]);
-    assert!(checked.code == 0 && !checked.output.contains("which may clash"), "{}", checked.output);
-    let info = run(&["info", fmu]);
-    assert_eq!(info.code, 0, "{}", info.error);
-    info.output
+    /// Asserts that it succeeded without a warning.
+    #[track_caller]
+    pub fn quiet(self) -> Self {
+        assert_eq!((self.code, self.error.as_str()), (0, ""));
+        self
+    }
 }
 
 /// A folder of its own, removed in the end.
@@ -77,8 +62,43 @@ impl Folder {
         Self(path)
     }
 
+    /// A command to run a program in the folder with these words.
+    pub fn command(&self, program: &str, words: &str) -> Command {
+        let (host, library) = (Platform::host().unwrap().folder, library_path());
+        let word = |word: &str| word.replace("HOST", host).replace("LIBRARY", library.to_str().unwrap());
+        let mut command = Command::new(program);
+        command.args(words.split_whitespace().map(word)).current_dir(&self.0);
+        command
+    }
+
+    /// Runs cradle-fmu in the folder with these words.
+    pub fn run(&self, words: &str) -> Ended {
+        ended(&mut self.command(PROGRAM, words))
+    }
+
+    /// Writes an FMU without a warning, with the library for this machine unless the words name another source: its
+    /// entries.
+    #[track_caller]
+    pub fn build(&self, name: &str, words: &str) -> Entries {
+        let source = if words.contains("--from") { "" } else { BINARY };
+        self.run(&format!("build --out {name} {source} {words}")).quiet();
+        entries(&self.read(name))
+    }
+
+    /// What `info` says of an FMU in which `check` finds no problem.
+    #[track_caller]
+    pub fn sound(&self, name: &str) -> Ended {
+        let checked = self.run(&format!("check {name}")).with(0, &[]);
+        assert!(!checked.output.contains("which may clash"), "{}", checked.output);
+        self.run(&format!("info {name}")).with(0, &[])
+    }
+
     pub fn file(&self, name: &str) -> String {
         self.0.join(name).to_str().unwrap().to_owned()
+    }
+
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.0.join(name)).unwrap()
     }
 
     /// Writes a file, in folders that are made; its path.
@@ -99,13 +119,12 @@ impl Folder {
         path
     }
 
-    /// Compiles a shared library, with more options for the compiler; its path.
+    /// Compiles the shared library `x.so`, with more options for the compiler.
     #[cfg(target_os = "linux")]
-    pub fn compile(&self, source: &str, options: &[&str]) -> String {
-        let (source, library) = (self.write("x.c", source), self.file("x.so"));
-        let compiled = ended(Command::new("cc").args(["-shared", "-fPIC", "-o", &library, &source]).args(options));
-        assert_eq!(compiled.code, 0, "{}", compiled.error);
-        library
+    pub fn compile(&self, source: &str, options: &str) -> Vec<u8> {
+        self.write("x.c", source);
+        ended(&mut self.command("cc", &format!("-shared -fPIC -o x.so x.c {options}"))).with(0, &[]);
+        self.read("x.so")
     }
 
     pub fn list(&self) -> BTreeSet<PathBuf> {
@@ -125,28 +144,18 @@ pub fn library_path() -> PathBuf {
     env::current_exe().unwrap().with_file_name(name)
 }
 
-/// The same as an argument of `--binary`.
-pub fn library() -> String {
-    format!("{}={}", Platform::host().unwrap().folder, library_path().display())
-}
-
 /// The start values of the default FMU.
 pub static START: LazyLock<Settings> = LazyLock::new(|| Settings::default_for(DEFAULT_BALLS));
 
 /// The default FMU for this machine, with this description.
 pub fn fmu(description: &Description) -> Vec<u8> {
-    let binary = Binary { platform: Platform::host().unwrap(), contents: fs::read(library_path()).unwrap() };
+    let binary = (Platform::host().unwrap(), fs::read(library_path()).unwrap());
     zip(&build::entries(&Recipe::default(), description, vec![binary]).unwrap(), CompressionMethod::Stored)
 }
 
 /// The entries of an FMU.
 pub fn entries(fmu: &[u8]) -> Entries {
     bytes(fmu, MAX_BYTES).1.unwrap()
-}
-
-/// Those of a file.
-pub fn entries_of(path: impl AsRef<Path>) -> Entries {
-    entries(&fs::read(path).unwrap())
 }
 
 /// A zip file, of whatever names.
