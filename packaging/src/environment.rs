@@ -13,7 +13,7 @@ const PACKAGE: &str = "newtons_cradle";
 const PARTS: [&str; 2] = [PACKAGE, "newtons_cradle.pth"];
 
 /// Path of Python in a virtual environment.
-const IN_VENV: &str = if cfg!(windows) { ".venv/Scripts/python.exe" } else { ".venv/bin/python" };
+const IN_VENV: &str = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
 
 const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the folder of the sources, \
                       `python3 cradle.py paper`; --python selects another Python";
@@ -32,8 +32,7 @@ pub fn fmu() -> Option<PathBuf> {
 /// is started, which would take longer than packing an FMU.
 pub fn has_package() -> bool {
     let has_part = |folder: PathBuf| PARTS.iter().any(|part| folder.join(part).exists());
-    let has_package = |root: &Path| packages(root).any(has_part);
-    fmu().is_some() || in_venv().is_some_and(|python| python.ancestors().nth(2).is_some_and(has_package))
+    fmu().is_some() || venv().is_some_and(|venv| packages(&venv).any(has_part))
 }
 
 /// Where the Pythons in the folder `root` have packages.
@@ -74,7 +73,10 @@ fn python() -> Option<OsString> {
     };
     let beside = program_folder().into_iter().flat_map(|folder| beside.map(|name| folder.join(name)));
     let beside = beside.filter(|path| path.is_file());
-    let all = beside.chain(on_path.map(PathBuf::from)).chain(in_venv()).map(PathBuf::into_os_string);
+    let all = beside
+        .chain(on_path.map(PathBuf::from))
+        .chain(venv().map(|venv| venv.join(IN_VENV)))
+        .map(PathBuf::into_os_string);
     let code = format!("import importlib.util as u, sys; sys.exit(u.find_spec('{PACKAGE}') is None)");
     all.into_iter().find(|python| succeeds(python, &code))
 }
@@ -83,10 +85,10 @@ fn succeeds(python: &OsStr, code: &str) -> bool {
     Command::new(python).args(["-c", code]).output().is_ok_and(|output| output.status.success())
 }
 
-/// The Python of `.venv` in this folder or the first above that has one.
-fn in_venv() -> Option<PathBuf> {
+/// `.venv` in this folder or the first above that has one with a Python.
+fn venv() -> Option<PathBuf> {
     let here = env::current_dir().unwrap_or_default();
-    here.ancestors().map(|folder| folder.join(IN_VENV)).find(|python| python.is_file())
+    here.ancestors().map(|folder| folder.join(".venv")).find(|venv| venv.join(IN_VENV).is_file())
 }
 
 /// The folder of this program, with links resolved.

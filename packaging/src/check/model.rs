@@ -59,42 +59,44 @@ impl Model {
 
     fn fill(&mut self, text: &str) -> Result<(), Box<dyn Error>> {
         let mut reader = Reader::from_str(text);
-        let (mut depth, mut list) = (0, String::new());
+        reader.config_mut().expand_empty_elements = true;
+        let mut outer: Vec<String> = Vec::new();
         loop {
-            let event = reader.read_event()?;
-            let (Event::Start(element) | Event::Empty(element)) = &event else {
-                match event {
-                    Event::End(_) => depth -= 1,
-                    Event::Eof if depth == 0 => return Ok(()),
-                    Event::Eof => return Err("it ends within an element".into()),
-                    _ => {}
+            match reader.read_event()? {
+                Event::Start(element) => {
+                    let name = element.name().as_ref().to_owned();
+                    self.take(&outer, &name, &element)?;
+                    outer.push(name);
                 }
-                continue;
-            };
-            let name = element.name().as_ref().to_owned();
-            match (depth, name.as_str()) {
-                (0, "fmiModelDescription") => {
-                    let token;
-                    [self.fmi_version, self.name, self.tool, self.date, self.guid, token] = attributes(element, ROOT)?;
-                    self.guid += &token;
-                }
-                (1, "CoSimulation" | "ModelExchange" | "ScheduledExecution") => {
-                    let [identifier] = attributes(element, ["modelIdentifier"])?;
-                    self.interfaces.push([name.clone(), identifier]);
-                }
-                (1, "DefaultExperiment") => {
-                    self.experiment = attributes(element, ["startTime", "stopTime", "stepSize"])?;
-                }
-                (2, _) if list == "ModelVariables" => {
-                    self.causalities.extend(attributes(element, ["causality"])?);
-                }
+                Event::End(_) => _ = outer.pop(),
+                Event::Eof if outer.is_empty() => return Ok(()),
+                Event::Eof => return Err("it ends within an element".into()),
                 _ => {}
             }
-            if depth == 1 {
-                list = name;
-            }
-            depth += usize::from(matches!(event, Event::Start(_)));
         }
+    }
+
+    /// Takes what is needed from an element within others.
+    fn take(&mut self, outer: &[String], name: &str, element: &BytesStart) -> Result<(), Box<dyn Error>> {
+        match (outer, name) {
+            ([], "fmiModelDescription") => {
+                let token;
+                [self.fmi_version, self.name, self.tool, self.date, self.guid, token] = attributes(element, ROOT)?;
+                self.guid += &token;
+            }
+            ([_], "CoSimulation" | "ModelExchange" | "ScheduledExecution") => {
+                let [identifier] = attributes(element, ["modelIdentifier"])?;
+                self.interfaces.push([name.to_owned(), identifier]);
+            }
+            ([_], "DefaultExperiment") => {
+                self.experiment = attributes(element, ["startTime", "stopTime", "stepSize"])?;
+            }
+            ([_, list], _) if list == "ModelVariables" => {
+                self.causalities.extend(attributes(element, ["causality"])?);
+            }
+            _ => {}
+        }
+        Ok(())
     }
 }
 
