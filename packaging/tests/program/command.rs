@@ -2,7 +2,6 @@
 //! running a binary.
 
 use cradle_packaging::build::PRESETS;
-use zip::CompressionMethod::Stored;
 
 use super::support::{BINARY, Folder, PROGRAM, ended, text, zip};
 
@@ -88,7 +87,7 @@ fn a_binary_with_other_results_or_that_crashes_is_found_out() {
     let check = |name: &str, contents: &[u8], option: &str| {
         let mut entries = sound.clone();
         entries.insert(name.to_owned(), contents.to_vec());
-        folder.write("other.fmu", zip(&entries, Stored));
+        folder.write("other.fmu", zip(&entries));
         folder.run(&format!("check other.fmu {option}"))
     };
     let other = "desk.csv: the binary for this machine gives other results";

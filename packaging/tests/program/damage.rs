@@ -2,13 +2,13 @@
 
 use std::sync::LazyLock;
 
-use super::support::{START, entries, fmu, text, zip};
+use super::support::{START, fmu, text, zip};
 use cradle_packaging::archive::Entries;
+use cradle_packaging::build;
 use cradle_packaging::check::{MAX_BYTES, bytes};
 use cradle_packaging::info;
 use cradle_packaging::platform::Platform;
-use newtons_cradle::variables::Description;
-use zip::CompressionMethod::{Deflated, Stored};
+use newtons_cradle::variables::{Description, Recipe};
 
 const DESCRIPTION: &str = "modelDescription.xml";
 
@@ -16,45 +16,43 @@ fn problems(fmu: &[u8]) -> String {
     bytes(fmu, MAX_BYTES).0.problems.join("\n")
 }
 
-static SOUND: LazyLock<Entries> = LazyLock::new(|| entries(&fmu(&Description::of(&START))));
+/// An FMU without a binary.
+static SMALL: LazyLock<Entries> =
+    LazyLock::new(|| build::entries(&Recipe::default(), &Description::of(&START), vec![]).unwrap());
 
-/// An FMU with this entry, or without it.
-fn with(name: &str, contents: Option<&[u8]>, method: zip::CompressionMethod) -> Vec<u8> {
-    let mut entries = SOUND.clone();
+/// The same with this entry, or without it.
+fn with(name: &str, contents: Option<&[u8]>) -> Vec<u8> {
+    let mut entries = SMALL.clone();
     match contents {
         Some(contents) => entries.insert(name.to_owned(), contents.to_vec()),
         None => entries.remove(name),
     };
-    zip(&entries, method)
-}
-
-fn library() -> String {
-    let platform = Platform::host().unwrap();
-    platform.path(platform.folder, "NewtonsCradle")
+    zip(&entries)
 }
 
 #[test]
 fn a_sound_fmu_has_no_problem() {
     for description in Description::all(&START, false).iter().chain(&Description::all(&START, true)) {
-        assert_eq!(problems(&fmu(description)), "");
+        assert_eq!(problems(&zip(&fmu(description))), "");
     }
     let licences = ["LICENSE-APACHE", "LICENSE-MIT", "third-party"];
-    assert!(licences.iter().all(|name| !SOUND[&format!("documentation/licenses/{name}.txt")].is_empty()));
-    assert!(SOUND["model.png"].starts_with(b"\x89PNG"));
+    assert!(licences.iter().all(|name| !SMALL[&format!("documentation/licenses/{name}.txt")].is_empty()));
+    assert!(SMALL["model.png"].starts_with(b"\x89PNG"));
 }
 
 #[test]
 fn damaged_entries_are_found() {
-    let (library, resources) = (library(), "resources/cradle.json");
-    let [description, binary] = [DESCRIPTION, &library].map(|name| SOUND[name].as_slice());
-    let not_utf8 = [description, &[0xff]].concat();
+    let (platform, resources) = (Platform::host().unwrap(), "resources/cradle.json");
+    let library = platform.path(platform.folder, "NewtonsCradle");
+    let (description, sound) = (&SMALL[DESCRIPTION], fmu(&Description::of(&START)));
+    let not_utf8 = [description, &[0xff][..]].concat();
     let cases: &[(&str, Option<&[u8]>, &str)] = &[
         (DESCRIPTION, None, "modelDescription.xml: missing"),
         (&library, None, "binaries: none for NewtonsCradle"),
         ("documentation/index.html", None, "documentation/index.html: missing"),
         (DESCRIPTION, Some(&description[..5000]), "not well-formed XML"),
         (DESCRIPTION, Some(&not_utf8), "not in UTF-8"),
-        (&library, Some(&binary[..100]), "not a shared library for "),
+        (&library, Some(&sound[&library][..100]), "not a shared library for "),
         (&library, Some(b"MZ"), "not a shared library for "),
         (resources, Some(b"{\"format\":1,\"balls\":4}"), "that of the resources is {"),
         (resources, Some(b"{"), "resources/cradle.json: not readable"),
@@ -65,7 +63,7 @@ fn damaged_entries_are_found() {
         ("a\\b", Some(b"1"), "a\\b: a backslash"),
     ];
     for (name, contents, expected) in cases {
-        let found = problems(&with(name, *contents, Stored));
+        let found = problems(&with(name, *contents));
         assert!(found.contains(expected), "{expected}: {found}");
     }
 }
@@ -73,7 +71,7 @@ fn damaged_entries_are_found() {
 #[test]
 fn changed_descriptions_are_found() {
     for description in [Description::of(&START), Description::fmi3(&START)] {
-        let mut entries = entries(&fmu(&description));
+        let mut entries = build::entries(&Recipe::default(), &description, vec![]).unwrap();
         let text = text(&entries, DESCRIPTION);
         for (from, to, expected) in [
             ("oken=\"{", "oken=\"{0", "that of the resources is {"),
@@ -86,7 +84,7 @@ fn changed_descriptions_are_found() {
         ] {
             if text.contains(from) {
                 entries.insert(DESCRIPTION.to_owned(), text.replacen(from, to, 1).into_bytes());
-                let found = problems(&zip(&entries, Stored));
+                let found = problems(&zip(&entries));
                 assert!(found.contains(expected), "{to}: {found}");
             }
         }
@@ -99,7 +97,7 @@ fn deeply_nested_descriptions_are_survived() {
     let (begin, end) = ("<a>".repeat(100_000), "</a>".repeat(100_000));
     let whole = format!("<fmiModelDescription fmiVersion=\"2.0\">{begin}{end}</fmiModelDescription>");
     for (text, problem, informed) in [(begin, "it ends within an element", false), (whole, "fmpy", true)] {
-        let nested = zip(&[(DESCRIPTION.to_owned(), text.into_bytes())].into(), Deflated);
+        let nested = zip(&[(DESCRIPTION.to_owned(), text.into_bytes())].into());
         assert!(problems(&nested).contains(problem));
         assert_eq!(info::bytes(&nested, MAX_BYTES).is_ok(), informed);
     }
@@ -107,14 +105,14 @@ fn deeply_nested_descriptions_are_survived() {
 
 #[test]
 fn what_is_allowed_and_unusual_is_a_remark() {
-    let (report, _) = bytes(&with("documentation/\u{fc}.txt", Some(b"1"), Stored), MAX_BYTES);
-    assert!(report.problems.is_empty() && report.remarks.join("\n").contains("\u{fc}.txt: not in ASCII"), "{report}");
+    let (report, _) = bytes(&with("documentation/\u{fc}.txt", Some(b"1")), MAX_BYTES);
+    assert_eq!(report.problems.join("\n"), problems(&zip(&SMALL)));
+    assert!(report.remarks.join("\n").contains("\u{fc}.txt: not in ASCII"), "{report}");
 }
 
 #[test]
 fn every_flipped_bit_and_cut_is_survived_and_hardly_one_overlooked() {
-    // Small, without the binary.
-    let sound = with(&library(), None, Deflated);
+    let sound = zip(&SMALL);
     let expected = problems(&sound);
     let tried: Vec<usize> = (0..sound.len()).step_by(401).collect();
     let changed = |at: &&usize| {
@@ -132,6 +130,6 @@ fn every_flipped_bit_and_cut_is_survived_and_hardly_one_overlooked() {
 
 #[test]
 fn a_zip_bomb_is_not_unpacked() {
-    let found = bytes(&with("a", Some(&vec![0; 8 << 20]), Deflated), 1 << 20).0.problems.join("\n");
+    let found = bytes(&with("a", Some(&vec![0; 8 << 20])), 1 << 20).0.problems.join("\n");
     assert!(found.contains("a: the unpacked files exceed 1048576 bytes"), "{found}");
 }

@@ -5,14 +5,14 @@ use std::fs;
 
 use newtons_cradle::variables::Description;
 
-use super::support::{BINARY, Folder, PROGRAM, START, ended, entries, fmu, text};
+use super::support::{BINARY, Folder, PROGRAM, START, ended, fmu, text, zip};
 
 const REFERENCE: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
 #[test]
 fn an_fmu_gives_its_binaries_and_licences() {
     let folder = Folder::new("from");
-    let from = fmu(&Description::of(&START));
+    let from = zip(&fmu(&Description::of(&START)));
     folder.write("NewtonsCradle.fmu", &from);
     folder.run("build --from NewtonsCradle.fmu --balls 13").quiet();
     folder.build("direct.fmu", "--balls 13");
@@ -39,7 +39,7 @@ fn what_is_replaced_is_told() {
 fn an_installed_program_has_its_fmu_and_its_python() {
     let folder = Folder::new("environment");
     let package = "venv/lib/python3.11/site-packages/newtons_cradle";
-    folder.write(&format!("{package}/NewtonsCradle.fmu"), fmu(&Description::of(&START)));
+    folder.write(&format!("{package}/NewtonsCradle.fmu"), zip(&fmu(&Description::of(&START))));
     folder.script("venv/bin/python3", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"");
     let program = folder.file("venv/bin/cradle-fmu");
     fs::copy(PROGRAM, &program).unwrap();
@@ -102,7 +102,7 @@ fn libraries_for_other_machines_come_without_a_hint_and_one_for_each() {
     // FMUs of FMI 2.0 may have Linux on ARM in two folders, those of FMI 3.0 in one.
     let twice = "build --fmi 3 --out arm.fmu --binary linux64=arm.so --binary aarch64-linux=";
     folder.run(&format!("{twice}arm.so")).with(0, &[]);
-    assert!(entries(&folder.read("arm.fmu"))["binaries/aarch64-linux/NewtonsCradle.so"] == library);
+    assert!(folder.entries("arm.fmu")["binaries/aarch64-linux/NewtonsCradle.so"] == library);
     library.push(0);
     folder.write("longer.so", library);
     let refused = folder.run(&format!("{twice}longer.so"));
@@ -172,7 +172,7 @@ fn results_that_cannot_be_recorded_are_missed_loudly() {
     folder.compile("int nothing(void) { return 0; }\n", "");
     let reason = "the FMU gets no reference results: start: fmi2Instantiate is not exported";
     folder.run("build --binary HOST=x.so --out x.fmu").with(0, &[reason]);
-    let entries = entries(&folder.read("x.fmu"));
+    let entries = folder.entries("x.fmu");
     assert!(entries.contains_key(&format!("{REFERENCE}/desk.ssv")));
     assert!(!entries.keys().any(|name| name.ends_with(".csv")));
     let manifest = text(&entries, &format!("{REFERENCE}/fmi-ls-manifest.xml"));

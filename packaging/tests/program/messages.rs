@@ -1,9 +1,8 @@
 //! What the program says to wrong arguments. None of them leaves anything behind.
 
 use newtons_cradle::variables::Description;
-use zip::CompressionMethod::Stored;
 
-use super::support::{BINARY, Folder, START, entries, fmu, text, zip};
+use super::support::{BINARY, Folder, START, fmu, text, zip};
 
 #[test]
 fn what_is_refused_is_named_and_leaves_nothing() {
@@ -12,13 +11,13 @@ fn what_is_refused_is_named_and_leaves_nothing() {
     folder.write("torn.toml", "balls = ");
     folder.write("quoted.toml", "pendulum.length = \"0.2\"");
     folder.write("text.fmu", "text");
-    let sound = entries(&fmu(&Description::of(&START)));
+    let sound = fmu(&Description::of(&START));
     let changed = |name: &str, from: &str, to: &str| {
         let description = text(&sound, "modelDescription.xml");
         assert!(description.contains(from));
         let mut entries = sound.clone();
         entries.insert("modelDescription.xml".to_owned(), description.replacen(from, to, 1).into_bytes());
-        folder.write(name, zip(&entries, Stored));
+        folder.write(name, zip(&entries));
     };
     let tool = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
     changed("foreign.fmu", "modelName=\"NewtonsCradle\"", "modelName=\"BouncingBall\"");

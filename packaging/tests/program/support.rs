@@ -1,19 +1,16 @@
 //! What the tests of the program share.
 
 use std::collections::BTreeSet;
-use std::io::{Cursor, Write};
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::LazyLock;
 use std::{env, fs};
 
-use cradle_packaging::archive::Entries;
+use cradle_packaging::archive::{self, Entries};
 use cradle_packaging::build;
 use cradle_packaging::check::{MAX_BYTES, bytes};
 use cradle_packaging::platform::Platform;
 use newtons_cradle::variables::{DEFAULT_BALLS, Description, Recipe, Settings};
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipWriter};
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_cradle-fmu");
 
@@ -82,7 +79,12 @@ impl Folder {
     pub fn build(&self, name: &str, words: &str) -> Entries {
         let source = if words.contains("--from") { "" } else { BINARY };
         self.run(&format!("build --out {name} {source} {words}")).quiet();
-        entries(&self.read(name))
+        self.entries(name)
+    }
+
+    /// The entries of an FMU.
+    pub fn entries(&self, name: &str) -> Entries {
+        bytes(&self.read(name), MAX_BYTES).1.unwrap()
     }
 
     /// What `info` says of an FMU in which `check` finds no problem.
@@ -148,25 +150,14 @@ pub fn library_path() -> PathBuf {
 pub static START: LazyLock<Settings> = LazyLock::new(|| Settings::default_for(DEFAULT_BALLS));
 
 /// The default FMU for this machine, with this description.
-pub fn fmu(description: &Description) -> Vec<u8> {
+pub fn fmu(description: &Description) -> Entries {
     let binary = (Platform::host().unwrap(), fs::read(library_path()).unwrap());
-    zip(&build::entries(&Recipe::default(), description, vec![binary]).unwrap(), CompressionMethod::Stored)
+    build::entries(&Recipe::default(), description, vec![binary]).unwrap()
 }
 
-/// The entries of an FMU.
-pub fn entries(fmu: &[u8]) -> Entries {
-    bytes(fmu, MAX_BYTES).1.unwrap()
-}
-
-/// A zip file, of whatever names.
-pub fn zip(entries: &Entries, method: CompressionMethod) -> Vec<u8> {
-    let options = SimpleFileOptions::default().compression_method(method);
-    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    for (name, contents) in entries {
-        zip.start_file(name, options).unwrap();
-        zip.write_all(contents).unwrap();
-    }
-    zip.finish().unwrap().into_inner()
+/// The zip file of an FMU.
+pub fn zip(entries: &Entries) -> Vec<u8> {
+    archive::bytes(entries.clone()).unwrap()
 }
 
 /// The text of an entry.
