@@ -111,13 +111,13 @@ class Results:
 
     def in_parallel(self, **lanes) -> None:
         """Runs lanes of stages in parallel: few stages keep two cores busy by themselves."""
-
-        def in_lane(name, stages):
-            LANE.name = name
-            stages(self)
-
         with ThreadPoolExecutor(len(lanes)) as pool:
-            list(pool.map(in_lane, lanes, lanes.values()))
+            list(pool.map(self.in_lane, lanes, lanes.values()))
+
+    def in_lane(self, name: str, stages) -> None:
+        """Runs stages in a lane of this name, in a thread of its own."""
+        LANE.name = name
+        stages(self)
 
 
 def test(options) -> int:
@@ -158,35 +158,22 @@ def what_a_change_needs(results: Results) -> None:
 
 
 def everything(results: Results) -> None:
-    """All tests of all kinds. The binaries for other platforms are compiled mostly by cores that are idle, from when
-    there is an FMU."""
+    """All tests of all kinds. The binaries for other platforms are compiled in the background, mostly by cores that are
+    idle, from when there is an FMU."""
     for path in (FMU, FMU3):
         path.unlink(missing_ok=True)
-    made = threading.Event()
-
-    def here(part):
-        try:
-            # The Python packages are there long before the FMU is linked by one of them.
-            part.in_parallel(
-                build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
-                fuzz=fuzz_and_fmi_sim,
-                others=lambda lane: apart(lane, made),
-            )
-        finally:
-            made.set()
-        if FMU3.exists():
-            part.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
-            # With it, all Python hosts but those of other platforms.
-            python_hosts(part, FMU, "--ignore", OF_PLATFORMS)
-
-    def elsewhere(part):
-        made.wait()
-        if FMU3.exists():
-            all_platforms(part)
-
-    results.in_parallel(here=here, platforms=elsewhere)
-    if not FMU3.exists():
-        return results.fail("hosts: without the FMU they cannot run")
+    with ThreadPoolExecutor(1) as background:
+        # The Python packages are there long before the FMU is linked by one of them.
+        results.in_parallel(
+            build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
+            fuzz=fuzz_and_fmi_sim,
+            others=lambda lane: apart(lane, background),
+        )
+        if not FMU3.exists():
+            return results.fail("hosts: without the FMU they cannot run")
+        results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
+        # With it, all Python hosts but those of other platforms.
+        python_hosts(results, FMU, "--ignore", OF_PLATFORMS)
     # The tests of platforms keep one core busy.
     return results.in_parallel(
         python=lambda part: python_hosts(part, FMU, files=OF_PLATFORMS),
@@ -215,16 +202,16 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 
 
 def all_platforms(results: Results) -> None:
-    """The FMU for all platforms, in the background."""
+    """The FMU for all platforms."""
     _, environment = old_linux()
     idle = ["nice", "-n", "10"] if shutil.which("nice") else []
     command = [*idle, sys.executable, "packaging/platforms.py", PRODUCER, FMU, "--to-test"]
     results.step("FMU for all platforms", command, env=environment)
 
 
-def apart(results: Results, made: threading.Event) -> None:
+def apart(results: Results, background: ThreadPoolExecutor) -> None:
     """Python's packages and style, and packages of Debian; the page's engine; what looks at others' packages; once the
-    tests are compiled, and the producer with them, the FMU, which is `made` then; benches and hosts."""
+    tests are compiled, and the producer with them, the FMU; in the background, that for all platforms; benches."""
     results.in_parallel(python=lambda part: python_style(part, ALL), **unpacking())
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
@@ -233,8 +220,8 @@ def apart(results: Results, made: threading.Event) -> None:
     results.step("Tests compiled", compile_tests, env=linting())
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
-    all(results.step("FMU", command, env=environment) for command in commands)
-    made.set()
+    if all(results.step("FMU", command, env=environment) for command in commands):
+        background.submit(results.in_lane, "platforms", all_platforms)
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
