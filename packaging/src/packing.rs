@@ -39,7 +39,7 @@ impl Build {
         let runs_here = ready.binaries.iter().any(|(platform, _)| Platform::host().ok() == Some(*platform));
         let mut entries = build::entries(&recipe, &description, ready.binaries)?;
         entries.extend(ready.licenses);
-        if let Some(reason) = reference::add(&mut entries, &description)? {
+        if let Some(reason) = reference::add(&mut entries, &description) {
             eprintln!("warning: the FMU gets no reference results: {reason}");
         }
         let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
@@ -138,29 +138,5 @@ fn quoted(word: &str) -> String {
         format!("\"{word}\"")
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::Parser;
-
-    use crate::arguments::{Program, Request};
-
-    #[test]
-    fn files_are_named_after_what_is_in_them() {
-        for (arguments, name) in [
-            (&["--preset", "desk"][..], "desk"),
-            (&["--preset", "figure3"], "figure3"),
-            (&["--balls", "2"], "NewtonsCradle2"),
-            (&["--preset", "desk", "--balls", "5", "--fmi", "3"], "desk.fmi3"),
-            (&["--parameters", "presets/rigid.toml", "--balls", "13"], "rigid13"),
-        ] {
-            let Request::Build(build) = Program::parse_from([&["cradle-fmu", "build"], arguments].concat()).request
-            else {
-                panic!("{arguments:?}")
-            };
-            assert_eq!(build.choice().unwrap().name, name, "{arguments:?}");
-        }
     }
 }

@@ -2,12 +2,13 @@
 //! with the parameters that a host must set, also as a parameter set (SSV) of System Structure and Parameterization,
 //! version 1.0, or 2.0 for arrays.
 
+use std::iter::once;
+
 use newtons_cradle::variables::{
     Access, Causality, Number, QUANTITIES, Settings, Shape, Variable, enumerations, escaped, padding, variables,
 };
 
 use crate::build::PRESETS;
-use crate::error::Error;
 
 /// From this number of balls on, the run is short.
 const MANY_BALLS: usize = 101;
@@ -28,9 +29,9 @@ pub struct Case {
 }
 
 /// The FMU's own start values first, then the presets.
-pub fn cases(own: &Settings) -> Result<Vec<Case>, Error> {
+pub fn cases(own: &Settings) -> Vec<Case> {
     let default = Settings::default_for(own.balls());
-    let case = |name, title, settings: Settings| {
+    let case = |(name, title, settings): (_, _, Settings)| {
         let differs =
             |variable: &Variable| [&default, own].iter().any(|other| variable.real(other) != variable.real(&settings));
         let parameters = variables(own.balls())
@@ -39,14 +40,9 @@ pub fn cases(own: &Settings) -> Result<Vec<Case>, Error> {
             .collect();
         Case { name, title, settings, parameters }
     };
-    let mut cases = vec![case(START, "The start values of this FMU.", own.clone())];
-    for preset in PRESETS {
-        let settings = preset.settings()?;
-        if settings.balls() == own.balls() {
-            cases.push(case(preset.name, preset.title(), settings));
-        }
-    }
-    Ok(cases)
+    let presets = PRESETS.iter().filter_map(|preset| Some((preset.name, preset.title(), preset.settings().ok()?)));
+    let all = once((START, "The start values of this FMU.", own.clone())).chain(presets);
+    all.filter(|(.., settings)| settings.balls() == own.balls()).map(case).collect()
 }
 
 /// The communication points of the results in the FMU, s: ten seconds, or one of many balls, in steps of 0.1 s.
@@ -78,12 +74,10 @@ impl Case {
              xmlns:ssc=\"http://ssp-standard.org/SSP1/SystemStructureCommon\"\n    \
              version=\"{version}\" name=\"{name}\" description=\"{title}\">\n  <ssv:Parameters>\n"
         );
-        let mut written = None;
-        for variable in &self.parameters {
+        // Of an array, the first of its variables stands for all.
+        let of_one = |first: &Variable, second: &Variable| arrays && first.position == second.position;
+        for variable in self.parameters.chunk_by(of_one).map(|variables| &variables[0]) {
             let is_array = is_array(variable);
-            if is_array && written.replace(variable.position) == Some(variable.position) {
-                continue;
-            }
             let name = if is_array { variable.row.name.to_owned() } else { variable.to_string() };
             let (value, unit) = (variable.text(&self.settings).unwrap_or_default(), variable.row.unit());
             let value = if is_array {

@@ -96,7 +96,7 @@ fn csv(folder: &Path, name: &str) -> Result<String, Box<dyn std::error::Error>> 
     } else {
         (name, times(start.balls()))
     };
-    let cases = cases(&start)?;
+    let cases = cases(&start);
     let case = cases.iter().find(|case| case.name == of).ok_or("there is no such case")?;
     let (guid, variables) = (Description::of(&start).guid(), recorded(start.balls()));
     let results = host::run(&folder.join(BINARY), &resources, &guid, case, &times, &variables)?;

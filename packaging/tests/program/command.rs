@@ -38,6 +38,22 @@ fn presets_are_told_in_the_help_and_can_be_built() {
 }
 
 #[test]
+fn files_are_named_after_what_is_in_them() {
+    let folder = Folder::new("names");
+    folder.write("few/three.toml", "balls = 3");
+    for (words, name) in [
+        ("--preset desk", "desk"),
+        ("--preset figure3", "figure3"),
+        ("--balls 2", "NewtonsCradle2"),
+        ("--preset desk --balls 5 --fmi 3", "desk.fmi3"),
+        ("--parameters few/three.toml --balls 4", "three4"),
+    ] {
+        folder.run(&format!("build {BINARY} {words}")).with(0, &[&format!("{name}.fmu (")]);
+        assert!(!folder.read(&format!("{name}.fmu")).is_empty());
+    }
+}
+
+#[test]
 fn a_target_that_cannot_be_written_leaves_nothing() {
     let folder = Folder::new("target");
     folder.write("folder/file", "");
