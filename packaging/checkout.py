@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -144,5 +143,5 @@ def old_linux() -> tuple[list, dict]:
 
 def host_target() -> str:
     """The target triple that rustc compiles for."""
-    version = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
-    return re.search(r"^host: (.+)$", version, re.MULTILINE)[1]
+    command = ["rustc", "--print", "host-tuple"]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

@@ -14,16 +14,9 @@ use crate::platform::libraries;
 
 /// A summary of the FMU in a file.
 pub fn of(path: &Path) -> Result<String, Error> {
-    bytes(&check::read(path)?, MAX_BYTES)
-        .map_err(|reason| Error::Usage(format!("cannot read {}: {reason}", path.display())))
-}
-
-/// The same for an FMU in memory, of which at most `limit` bytes are unpacked; otherwise why it cannot be read.
-pub fn bytes(bytes: &[u8], limit: u64) -> Result<String, String> {
-    let (entries, model, report) = check::open(bytes, limit);
-    let Some(model) = model else {
-        return Err(report.problems.first().cloned().unwrap_or_default());
-    };
+    let (entries, model, report) = check::open(&check::read(path)?, MAX_BYTES);
+    let reason = || report.problems.first().map_or("", String::as_str);
+    let model = model.ok_or_else(|| Error::Usage(format!("cannot read {}: {}", path.display(), reason())))?;
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = write(&mut out, &model, &entries);

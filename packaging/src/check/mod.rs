@@ -51,7 +51,7 @@ pub fn bytes(bytes: &[u8], limit: u64) -> (Report, Option<Entries>) {
 /// The entries of an FMU, its description if it can be read, and what is wrong with them so far.
 pub(crate) fn open(bytes: &[u8], limit: u64) -> (Entries, Option<Model>, Report) {
     let mut report = Report::default();
-    let entries = unpack::unpack(bytes, limit, &mut report).unwrap_or_default();
+    let entries = unpack::unpack(bytes, limit, &mut report);
     let model = Model::of(&entries, &mut report);
     (entries, model, report)
 }

@@ -11,10 +11,10 @@ use crate::archive::Entries;
 /// Longer paths exceed the limit of Windows once a host has unpacked them.
 const LONG_PATH: usize = 160;
 
-/// Every entry that can be read, at most `limit` bytes together; none if this is no zip file.
-pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> {
-    let mut archive = report.accept("zip", ZipArchive::new(Cursor::new(bytes)))?;
+/// Every entry that can be read, at most `limit` bytes together.
+pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Entries {
     let mut entries = Entries::new();
+    let Some(mut archive) = report.accept("zip", ZipArchive::new(Cursor::new(bytes))) else { return entries };
     let mut left = limit;
     for index in 0..archive.len() {
         let entry = archive.by_index_raw(index);
@@ -41,7 +41,7 @@ pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Option<Entries> 
         }
     }
     report.require(entries.contains_key(model::FILE), "modelDescription.xml: missing");
-    Some(entries)
+    entries
 }
 
 fn check_name(name: &str, report: &mut Report) {
