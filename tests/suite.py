@@ -42,45 +42,38 @@ CLIPPY = "clippy-driver"
 UNREACHABLE = "their database cannot be reached"  # accepted by `--strict`: installing something does not help
 
 
-def counts(line: str, ignored: bool) -> tuple[int, int, int]:
-    """(passed, failed, skipped) of a summary line by cargo or pytest, or of a script's line of what it skips.
-    `ignored`: whether cargo's count of those is one of skips."""
+def counts(line: str) -> Counter:
+    """How many tests had which outcome, in a summary line by cargo or pytest or a script's line of what it skips."""
     if re.match(r"test result: |=+ .* in [\d.]+s", line):
         numbers = re.findall(r"(\d+) (passed|failed|skipped|error|ignored)", line)
-        found = Counter({what: int(n) for n, what in numbers})
-        return (
-            found["passed"],
-            found["failed"] + found["error"],
-            found["skipped"] + found["ignored"] * ignored,
-        )
-    return 0, 0, int(bool(re.match(r"SKIPPED (?!\[)", line)))
+        return Counter({what: int(n) for n, what in numbers})
+    return Counter(skipped=bool(re.match(r"SKIPPED (?!\[)", line)))
 
 
 class Results:
     """What stages have counted, and the remarks to repeat at the end. Stages may run in parallel, in lanes."""
 
     def __init__(self, everything: bool = True):
-        self.everything = everything
-        self.passed = self.failed = self.skipped = 0
+        self.everything = everything  # otherwise tests that cargo ignores are not skipped, but left out
+        self.totals = Counter()
         self.remarks: list[str] = []
         self.skips: list[str] = []  # a line for each, with its reason
         self._lock = threading.Lock()
 
-    def _count(self, passed: int, failed: int, skipped: int, *remarks: str) -> None:
+    def _count(self, *remarks: str, **numbers: int) -> None:
         with self._lock:
-            self.passed, self.failed = self.passed + passed, self.failed + failed
-            self.skipped += skipped
+            self.totals.update(numbers)
             self.remarks += remarks
 
     def skip(self, what: str, why: str) -> None:
         """Notes what cannot run here, and why."""
-        self._count(0, 0, 1, f"SKIPPED  {what}: {why}")
+        self._count(f"SKIPPED  {what}: {why}", skipped=1)
         self.skips.append(f"{what}: {why}")
         say(f"\n!! SKIPPED {what}: {why}")
 
     def fail(self, what: str) -> None:
         """Notes a failure that no runner counts."""
-        self._count(0, 1, 0, f"FAILED   {what}")
+        self._count(f"FAILED   {what}", failed=1)
         say(f"\n!! FAILED {what}")
 
     def step(self, what: str, command: list, **options) -> bool:
@@ -93,20 +86,20 @@ class Results:
             except OSError as problem:  # a program that earlier stages should have built
                 say(str(problem))
                 code = problem.errno
-        found = [counts(line, self.everything) for line in lines]
-        passed, failed, skipped = map(sum, zip((0, 0, 0), *found, strict=True))
-        if code == 0 and not passed + failed + skipped:
-            passed = 1
+        found = sum(map(counts, lines), Counter())
+        failed = found["failed"] + found["error"]
+        skipped = found["skipped"] + found["ignored"] * self.everything
+        passed = found["passed"] or int(code == 0 and not failed + skipped)
         failures = [line for line in lines if re.match(r"test \S+ \.\.\. FAILED|(FAILED|ERROR) tests/", line)]
         remarks = [f"         {line.rstrip()}" for line in failures]
-        if code != 0 and not failed:
-            self.fail(f"{what} (code {code})")
-        elif failed:
+        if failed:
             remarks.insert(0, f"FAILED   {what}: {failed} tests")
+        elif code != 0:
+            self.fail(f"{what} (code {code})")
         if skipped:
             remarks.append(f"SKIPPED  {what}: {skipped} tests, see above")
         self.skips += [line for line in lines if line.startswith("SKIPPED")]
-        self._count(passed, failed, skipped, *remarks)
+        self._count(*remarks, passed=passed, failed=failed, skipped=skipped)
         return code == 0
 
     def in_parallel(self, **lanes) -> None:
@@ -131,12 +124,12 @@ def test(options) -> int:
     say(f"\n== {'all tests' if options.all else 'tests'}: {time.perf_counter() - begin:.0f} s")
     for remark in results.remarks:
         say(f"!! {remark}")
-    say(f"{results.passed} passed, {results.failed} failed, {results.skipped} skipped")
+    say(", ".join(f"{results.totals[outcome]} {outcome}" for outcome in ("passed", "failed", "skipped")))
     if not options.all:
         say(
             "The rest (more random cases, other hosts and platforms, fuzzing, ...): python3 cradle.py test --all"
         )
-    return 1 if results.failed else 0
+    return 1 if results.totals["failed"] else 0
 
 
 def what_a_change_needs(results: Results) -> None:
