@@ -7,7 +7,6 @@ use std::path::Path;
 use newtons_cradle::variables::Variable;
 
 use crate::archive::Entries;
-use crate::build;
 use crate::check::{self, Library, MAX_BYTES, Model};
 use crate::error::Error;
 use crate::platform::libraries;
@@ -31,9 +30,10 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
     if let Some(recipe) = check::recipe(entries).filter(|_| model.is_own()) {
         writeln!(out, "balls        {}", recipe.balls)?;
         // Start values that are not the defaults.
-        for (name, value) in &recipe.start {
-            if let Some(variable) = Variable::named(name, recipe.balls) {
-                writeln!(out, "             {}", build::in_words(variable, value))?;
+        if let Ok(settings) = recipe.settings() {
+            for variable in recipe.start.keys().filter_map(|name| Variable::named(name, recipe.balls)) {
+                let value = variable.row.quantified(variable.text(&settings).unwrap_or_default());
+                writeln!(out, "             {variable} = {value}")?;
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Platforms of the FMI standard: folders for binaries, and the platform of a binary.
 
-use object::{Architecture, BinaryFormat, Object, ObjectKind};
+use object::BinaryFormat::{self, Elf, MachO, Pe};
+use object::{Architecture, Object, ObjectKind};
 
 use crate::archive::Entries;
 use crate::error::Error;
@@ -13,17 +14,19 @@ pub struct Platform {
     pub folder: &'static str,
     /// Platform tuples of FMI 3.0, which are folders below `binaries/` there: one for each processor.
     pub tuples: &'static [&'static str],
+    /// Extension of its shared libraries, and the format they have.
+    library: (&'static str, BinaryFormat),
 }
 
 /// Every platform that the standard names and, since 2.0.4 by its tuple of FMI 3.0, Linux on ARM. Hosts of FMI 2.0 look
 /// for macOS in `darwin64`, for either processor.
 pub static PLATFORMS: &[Platform] = &[
-    Platform { folder: "linux64", tuples: &["x86_64-linux"] },
-    Platform { folder: "linux32", tuples: &["x86-linux"] },
-    Platform { folder: "win64", tuples: &["x86_64-windows"] },
-    Platform { folder: "win32", tuples: &["x86-windows"] },
-    Platform { folder: ARM_LINUX, tuples: &[ARM_LINUX] },
-    Platform { folder: "darwin64", tuples: &["x86_64-darwin", "aarch64-darwin"] },
+    Platform { folder: "linux64", tuples: &["x86_64-linux"], library: ("so", Elf) },
+    Platform { folder: "linux32", tuples: &["x86-linux"], library: ("so", Elf) },
+    Platform { folder: "win64", tuples: &["x86_64-windows"], library: ("dll", Pe) },
+    Platform { folder: "win32", tuples: &["x86-windows"], library: ("dll", Pe) },
+    Platform { folder: ARM_LINUX, tuples: &[ARM_LINUX], library: ("so", Elf) },
+    Platform { folder: "darwin64", tuples: &["x86_64-darwin", "aarch64-darwin"], library: ("dylib", MachO) },
 ];
 
 const ARM_LINUX: &str = "aarch64-linux";
@@ -59,22 +62,13 @@ impl Platform {
         })
     }
 
-    /// Extension of its shared libraries, and the format they have.
-    fn library(&self) -> (&'static str, BinaryFormat) {
-        match self.os() {
-            "linux" => ("so", BinaryFormat::Elf),
-            "windows" => ("dll", BinaryFormat::Pe),
-            _ => ("dylib", BinaryFormat::MachO),
-        }
-    }
-
     fn os(&self) -> &'static str {
         self.tuples[0].split_once('-').unwrap_or_default().1
     }
 
     /// Name of a shared library; hosts use the model's identifier as `stem`.
     pub fn library_name(&self, stem: &str) -> String {
-        format!("{stem}.{}", self.library().0)
+        format!("{stem}.{}", self.library.0)
     }
 
     /// Path in an FMU of the shared library in the platform's folder, or in the one with the name of a tuple.
@@ -100,7 +94,7 @@ impl Platform {
             let tuple = format!("{}-{}", processor(architecture), self.os());
             // Hosts of FMI 2.0 on ARM look in `linux64`, too, against the standard.
             let fits = self.tuples.contains(&tuple.as_str()) || (self.folder == "linux64" && tuple == ARM_LINUX);
-            if format != self.library().1 || !fits || kind != ObjectKind::Dynamic {
+            if format != self.library.1 || !fits || kind != ObjectKind::Dynamic {
                 let is_library = kind == ObjectKind::Dynamic;
                 let kind = if is_library { "shared library".to_owned() } else { format!("{kind:?} file") };
                 return Err(format!("{wanted}, but a {format:?} {kind} for {architecture:?}"));

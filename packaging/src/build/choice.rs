@@ -4,8 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use newtons_cradle::variables::{
-    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Number, Recipe, Settings, Shape, StartValue,
-    Variable,
+    DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Settings, Shape, StartValue, Variable,
 };
 use toml::{Table, Value};
 
@@ -192,15 +191,6 @@ fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(St
     match <[StartValue; 1]>::try_from(values) {
         Ok([value]) => Ok(vec![(name.to_owned(), value)]),
         Err(values) => Err(format!("{name} takes one value, not {}; write decimals with a point", values.len())),
-    }
-}
-
-/// A start value as in a parameter file.
-pub fn in_words(variable: Variable, value: &StartValue) -> String {
-    match (value, variable.row.access) {
-        (StartValue::Item(item), Access::Enumeration(_)) => format!("{variable} = {item}"),
-        (StartValue::Item(item), _) => format!("{variable} = \"{item}\""),
-        (StartValue::Number(number), _) => format!("{variable} = {}", variable.row.quantified(Number(*number))),
     }
 }
 

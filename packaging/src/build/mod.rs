@@ -10,7 +10,7 @@ mod names;
 mod page;
 mod source;
 
-pub use choice::{Choice, PRESETS, Preset, in_words};
+pub use choice::{Choice, PRESETS, Preset};
 pub use compile::Workspace;
 pub use contents::{Binary, entries};
 pub use source::{Ready, in_checkout, replaced};
