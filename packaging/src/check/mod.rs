@@ -1,8 +1,8 @@
 //! Validation of an FMU that this program has written, possibly with binaries from elsewhere: its entries, description
 //! and binaries. Any damage is reported, also in foreign files.
 //!
-//! [`bytes()`] checks a whole FMU and returns a [`Report`]. Its parts serve for inspection, too: entries and description
-//! by `open`, a binary as `Library`.
+//! [`bytes()`] checks a whole FMU and returns a [`Report`]. Its parts serve for inspection, too: `open` gives entries
+//! and description, `Library` looks into a binary.
 
 mod binary;
 mod model;

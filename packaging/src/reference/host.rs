@@ -46,7 +46,7 @@ pub fn run(
     if instance.is_null() {
         return Err("fmi2Instantiate refuses the GUID or the resources".to_owned());
     }
-    // Calls a function for the instance, with further arguments of these types; it must answer `fmi2OK` or `fmi2Warning`.
+    // Calls a function for the instance, with more arguments of these types; it must answer `fmi2OK` or `fmi2Warning`.
     macro_rules! call {
         ($name:literal $(, $argument:expr => $type:ty)*) => {{
             type Function = unsafe extern "C" fn(Instance $(, $type)*) -> c_int;

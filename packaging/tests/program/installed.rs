@@ -1,8 +1,6 @@
 //! The program away from the sources: binaries from an FMU, names of files, parameter sets and reference results, and
 //! the Python that it hands over to, for which scripts stand in here. tests/hosts makes a page with a real one.
 
-use std::fs;
-
 use newtons_cradle::variables::Description;
 
 use super::support::{BINARY, Folder, PROGRAM, START, ended, fmu, text, zip};
@@ -42,7 +40,7 @@ fn an_installed_program_has_its_fmu_and_its_python() {
     folder.write(&format!("{package}/NewtonsCradle.fmu"), zip(&fmu(&Description::of(&START))));
     folder.script("venv/bin/python3", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"");
     let program = folder.file("venv/bin/cradle-fmu");
-    fs::copy(PROGRAM, &program).unwrap();
+    std::fs::copy(PROGRAM, &program).unwrap();
     let link = folder.file("cradle-fmu");
     std::os::unix::fs::symlink(&program, &link).unwrap();
     let run = |words: &str| ended(&mut folder.command(&link, words));
@@ -91,7 +89,7 @@ fn the_hint_after_a_build_works_as_it_stands() {
 fn libraries_for_other_machines_come_without_a_hint_and_one_for_each() {
     const MACHINE: usize = 18; // its place in an ELF header
     let folder = Folder::new("machines");
-    let mut library = fs::read(super::support::library_path()).unwrap();
+    let mut library = std::fs::read(super::support::library_path()).unwrap();
     for (name, machine) in [("intel.so", 62), ("arm.so", 183)] {
         library[MACHINE] = machine;
         folder.write(name, &library);
