@@ -176,7 +176,7 @@ def everything(results: Results) -> None:
             # The Python packages are there long before the FMU is linked by one of them.
             part.in_parallel(
                 build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
-                fuzz=fuzz_and_fmi_sim,
+                fuzz=fuzz_and_programs,
                 others=lambda lane: apart(lane, made),
             )
         finally:
@@ -301,8 +301,7 @@ def rust_host(results: Results, what: str, *command: str) -> None:
     if not has_libclang():
         return results.skip(what, "libclang is missing: on Debian, `apt install libclang-dev`")
     options = ["--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", ROOT / "target/hosts"]
-    fmus = {"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(FMU3)}
-    return results.step(what, ["cargo", *command, *options], env=fmus)
+    return results.step(what, ["cargo", *command, *options], env={"CRADLE_FMU3": str(FMU3)})
 
 
 def has_libclang() -> bool:
@@ -316,10 +315,11 @@ def has_libclang() -> bool:
     return any(any(Path(folder).glob(name)) for folder in folders for name in names)
 
 
-def fuzz_and_fmi_sim(results: Results) -> None:
-    """Fuzzing, and then, while the FMU is compiled, a host that tests/hosts/test_hosts.py runs if it is there."""
+def fuzz_and_programs(results: Results) -> None:
+    """Fuzzing, and then, while the FMU is compiled, hosts that tests/hosts/test_hosts.py runs if they are there."""
     fuzz(results)
-    rust_host(results, "fmi-sim", "build", "--package=fmi-sim", "--bin=fmi-sim")
+    programs = ("--package=fmi-sim", "--package=cradle-host-fmi-rs", "--bins")
+    rust_host(results, "Programs in Rust", "build", *programs)
 
 
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached. Code that

@@ -129,7 +129,7 @@ def numberless(text: str) -> str:
 
 
 @pytest.mark.all
-@pytest.mark.parametrize("host", [host for host in HOSTS if "fmi-rs" not in host])
+@pytest.mark.parametrize("host", HOSTS)
 def test_hosts_are_as_the_document_says(folders, host):
     """In some of the cases; trial.py has them all."""
     for name in ("grid", "inputs", "states", "early", "arrays"):

@@ -5,7 +5,6 @@
 
 import json
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -24,7 +23,7 @@ from other_hosts import command, container
 
 ROOT = Path(__file__).resolve().parents[2]
 FMI_SIM = ROOT / "target/hosts/debug/fmi-sim"
-FMI_RS = ROOT / "target/hosts/debug/examples/run"
+FMI_RS = ROOT / "target/hosts/debug/run"
 
 
 def version(package: str) -> str:
@@ -204,9 +203,8 @@ def by_container(name, folder):
         raise Unfit("not offered")
     inside = folder / "container"
     inside.mkdir(exist_ok=True)
-    shutil.copy(folder / "cradle.fmu", inside / "inner.fmu")
     outputs = [name for name in case.record if name not in case.inputs]
-    program(container(inside, case.step, case.inputs, outputs), cwd=inside)
+    program(container(folder / "cradle.fmu", inside, case.step, case.inputs, outputs), cwd=inside)
     return by_fmpy(name, folder, inside / "outer.fmu")
 
 

@@ -1,11 +1,21 @@
 //! FMI 3.0 with the `fmi` crate as the host: cradles of any size, their events and clocks. For FMI 2.0, fmi-sim is a
 //! host of that crate (`test_hosts.py`).
 
+use std::path::{Path, PathBuf};
+
 use fmi::EventFlags;
 use fmi::fmi3::import::Fmi3Import;
 use fmi::fmi3::{CoSimulation, Common, Fmi3Model, GetSet};
 use newtons_cradle::engine::{Engine, Results};
 use newtons_cradle::variables::{Array, START_TIME, STOP_TIME, Settings};
+
+/// The FMU under test.
+fn fmu() -> PathBuf {
+    let default = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../target/fmu/NewtonsCradle.fmi3.fmu"));
+    let path = std::env::var_os("CRADLE_FMU3").map_or(default.to_owned(), PathBuf::from);
+    assert!(path.exists(), "there is no {}: see Cargo.toml", path.display());
+    path
+}
 
 fn vr(name: &str) -> u32 {
     Array::named(name).unwrap().reference()
@@ -32,7 +42,7 @@ fn count_ticks(instance: &mut impl Common, onsets: &mut [u64], releases: &mut [u
 
 #[test]
 fn steps_end_at_the_events_of_a_cradle_of_any_size() {
-    let import: Fmi3Import = fmi::import::from_path(cradle_host_fmi_rs::fmu3()).unwrap();
+    let import: Fmi3Import = fmi::import::from_path(fmu()).unwrap();
     for balls in [1, 2, 5, 13, 1000] {
         let mut instance = import.instantiate_cs("cradle", false, true, true, true, &[]).unwrap();
         assert_eq!(instance.get_version(), "3.0");
