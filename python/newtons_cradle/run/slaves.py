@@ -15,7 +15,7 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 
 from ..errors import FmuError
-from .model import Model, Place, Whole
+from .model import Model, Place
 from .table import split
 
 
@@ -162,20 +162,19 @@ class Version3(Instance):
 
     def read(self, _kind: str, places: list[Place]) -> list[Any]:
         arrays = self._arrays(places)
-        return [arrays[array][index] for array, index in places]
+        return [arrays[name][index] for name, index in places]
 
     def write(self, _kind: str, places: list[Place], values: list[Any]) -> None:
         """Sets these elements; the others of their arrays keep their values."""
         arrays = self._arrays(places)
-        for (array, index), value in zip(places, values, strict=True):
-            arrays[array][index] = value
-        for array, elements in arrays.items():
-            self._accessor("set", array.type)([array.reference], elements)
+        for (name, index), value in zip(places, values, strict=True):
+            arrays[name][index] = value
+        for name, elements in arrays.items():
+            self.set(name, elements)
 
-    def _arrays(self, places: list[Place]) -> dict[Whole, list[Any]]:
-        """The arrays of these elements, with all their values."""
-        arrays = dict.fromkeys(array for array, _ in places)
-        return {a: self._accessor("get", a.type)([a.reference], nValues=a.length) for a in arrays}
+    def _arrays(self, places: list[Place]) -> dict[str, list[Any]]:
+        """The arrays of these elements by name, with all their values."""
+        return {name: np.atleast_1d(self.get(name)).tolist() for name in dict(places)}
 
 
 def instance(fmu: Model, *, exchange: bool = False) -> Any:
