@@ -176,7 +176,7 @@ def everything(results: Results) -> None:
             # The Python packages are there long before the FMU is linked by one of them.
             part.in_parallel(
                 build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
-                fuzz=fuzz_and_programs,
+                fuzz=fuzz_and_hosts,
                 others=lambda lane: apart(lane, made),
             )
         finally:
@@ -194,11 +194,7 @@ def everything(results: Results) -> None:
     results.in_parallel(here=here, platforms=elsewhere)
     if not FMU3.exists():
         return results.fail("hosts: without the FMU they cannot run")
-    # The tests of platforms keep one core busy.
-    return results.in_parallel(
-        python=lambda part: python_hosts(part, FMU, files=OF_PLATFORMS),
-        others=lambda part: rust_host(part, "Rust host", "test"),
-    )
+    return python_hosts(results, FMU, files=OF_PLATFORMS)
 
 
 def linting() -> dict:
@@ -296,12 +292,20 @@ def python_hosts(results: Results, fmu: Path, *options, files="tests/hosts") -> 
     results.step("Python hosts", [*command, *cores])
 
 
-def rust_host(results: Results, what: str, *command: str) -> None:
-    """The crates `fmi` and `fmi-rs` as hosts: a workspace of its own, because the bindings of `fmi` need libclang."""
+def fuzz_and_hosts(results: Results) -> None:
+    """Fuzzing, and then, while the FMU is compiled, the hosts in Rust."""
+    fuzz(results)
+    rust_hosts(results)
+
+
+def rust_hosts(results: Results) -> None:
+    """Hosts that tests/hosts/test_hosts.py runs if they are there: fmi-sim, and programs with the crates `fmi` and
+    `fmi-rs`, a workspace of its own, because the bindings of `fmi` need libclang."""
     if not has_libclang():
-        return results.skip(what, "libclang is missing: on Debian, `apt install libclang-dev`")
+        return results.skip("Rust hosts", "libclang is missing: on Debian, `apt install libclang-dev`")
+    packages = ["--package=fmi-sim", "--package=cradle-host-fmi-rs"]
     options = ["--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", ROOT / "target/hosts"]
-    return results.step(what, ["cargo", *command, *options], env={"CRADLE_FMU3": str(FMU3)})
+    return results.step("Rust hosts", ["cargo", "build", *packages, *options])
 
 
 def has_libclang() -> bool:
@@ -313,13 +317,6 @@ def has_libclang() -> bool:
         folders.append(answer.stdout.strip() or "/usr/lib")
     names = ("libclang.so*", "libclang-[0-9]*.so*", "libclang.dylib", "libclang.dll")
     return any(any(Path(folder).glob(name)) for folder in folders for name in names)
-
-
-def fuzz_and_programs(results: Results) -> None:
-    """Fuzzing, and then, while the FMU is compiled, hosts that tests/hosts/test_hosts.py runs if they are there."""
-    fuzz(results)
-    programs = ("--package=fmi-sim", "--package=cradle-host-fmi-rs", "--bins")
-    rust_host(results, "Programs in Rust", "build", *programs)
 
 
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached. Code that

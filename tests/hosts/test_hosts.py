@@ -4,6 +4,7 @@ The step is a power of two, so that every host, however it counts, arrives at th
 """
 
 import csv
+import json
 import shutil
 import sys
 from pathlib import Path
@@ -102,6 +103,18 @@ def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3_path, t
             assert len(two) == STOP // step + 1
             assert {time: three[time] for time in two} == two
             assert three.keys() - two.keys() == (instants if "early" in options else set())
+
+
+@pytest.mark.parametrize("balls", [1, 2, 5, 13, 1000])
+def test_the_crate_fmi_steps_from_event_to_event(fmu3_path, fmu_path, cradle, balls):
+    """The positions of a run in one step, and a tick of the clocks for each onset and release."""
+    stop = 1.0 if balls == 1000 else STOP
+    lines = ended(program("events"), fmu3_path, balls, stop).stdout.splitlines()
+    with cradle(balls=balls, fmi=3, binaries=fmu_path).start() as run:
+        run.step_to(stop)
+        x, pulses = run["x"].tolist(), run.slave.get("pulses").tolist()
+    assert [json.loads(line) for line in lines] == [x, pulses, pulses, pulses]
+    assert balls == 1 or any(pulses)
 
 
 def test_what_the_crate_fmi_rs_finds_wrong(fmu_path, fmu3_path, producer, tmp_path):
