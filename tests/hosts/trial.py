@@ -16,6 +16,7 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
+from fmpy.util import write_csv
 from newtons_cradle import Fmu, files
 from newtons_cradle.trial import CASES, judge, write_cases
 from newtons_cradle.trial.master import interpolated
@@ -160,11 +161,8 @@ def by_fmi_rs(name, folder):
     case = CASES[name]
     inputs, out = "-", folder / "fmi-rs.csv"
     if case.inputs:
-        inputs = folder / "inputs.csv"
-        if case.fmi == 3:  # its arrays are written as FMPy's
-            table, inputs = table_of(case), folder / "arrays.csv"
-            rows = [f"{time},{' '.join(map(str, values))}\n" for time, values in table]
-            inputs.write_text(f"time,{table.dtype.names[1]}\n{''.join(rows)}")
+        inputs = folder / "table.csv"
+        write_csv(inputs, table_of(case))  # it reads arrays as FMPy writes them
     options = [option for option in ("exchange", "events", "early") if getattr(case, option)]
     options += [f"{key}={' '.join(map(str, np.atleast_1d(value)))}" for key, value in case.settings.items()]
     program(
