@@ -1,7 +1,7 @@
 """FMPy's instances of FMI 2.0 and 3.0: their log goes to a list, variables are read and set by type or by name."""
 
 from collections.abc import Callable
-from ctypes import byref
+from ctypes import POINTER, byref, c_double
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,6 +15,7 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 
 from ..errors import FmuError
+from ..pulses import Array
 from .model import Model, Place
 from .table import split
 
@@ -93,6 +94,12 @@ class Instance:
         self.set("n", balls)
         self.exitConfigurationMode()
         self.balls = balls
+
+    def vector(self, what: str, length: int) -> Array:
+        """What this getter of model exchange fills, such as `getContinuousStates`."""
+        values = np.zeros(length)
+        getattr(self, what)(values.ctypes.data_as(POINTER(c_double)), length)
+        return values
 
     def get(self, name: str) -> Any:
         """The value of a variable; of an array, a NumPy array."""
