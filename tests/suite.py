@@ -159,7 +159,7 @@ def everything(results: Results) -> None:
         # The Python packages are there long before the FMU is linked by one of them.
         results.in_parallel(
             build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
-            fuzz=fuzz_and_fmi_sim,
+            fuzz=fuzz_and_hosts,
             others=lambda lane: apart(lane, background),
         )
         if not FMU3.exists():
@@ -167,11 +167,7 @@ def everything(results: Results) -> None:
         results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         # With it, all Python hosts but those of other platforms.
         python_hosts(results, FMU, "--ignore", OF_PLATFORMS)
-    # The tests of platforms keep one core busy.
-    return results.in_parallel(
-        python=lambda part: python_hosts(part, FMU, files=OF_PLATFORMS),
-        others=lambda part: rust_host(part, "Rust host", "test"),
-    )
+    python_hosts(results, FMU, files=OF_PLATFORMS)
 
 
 def linting() -> dict:
@@ -269,13 +265,20 @@ def python_hosts(results: Results, fmu: Path, *options, files="tests/hosts") -> 
     results.step("Python hosts", [*command, *cores])
 
 
-def rust_host(results: Results, what: str, *command: str) -> None:
-    """The crates `fmi` and `fmi-rs` as hosts: a workspace of its own, because the bindings of `fmi` need libclang."""
+def fuzz_and_hosts(results: Results) -> None:
+    """Fuzzing, and then, while the FMU is compiled, the hosts in Rust."""
+    fuzz(results)
+    rust_hosts(results)
+
+
+def rust_hosts(results: Results) -> None:
+    """Hosts that tests/hosts/test_hosts.py runs if they are there: fmi-sim, and programs with the crates `fmi` and
+    `fmi-rs`, a workspace of its own, because the bindings of `fmi` need libclang."""
     if not has_libclang():
-        return results.skip(what, "libclang is missing: on Debian, `apt install libclang-dev`")
+        return results.skip("Rust hosts", "libclang is missing: on Debian, `apt install libclang-dev`")
+    packages = ["--package=fmi-sim", "--package=cradle-host-fmi-rs"]
     options = ["--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", ROOT / "target/hosts"]
-    fmus = {"CRADLE_FMU": str(FMU), "CRADLE_FMU3": str(FMU3)}
-    return results.step(what, ["cargo", *command, *options], env=fmus)
+    return results.step("Rust hosts", ["cargo", "build", *packages, *options])
 
 
 def has_libclang() -> bool:
@@ -287,12 +290,6 @@ def has_libclang() -> bool:
         folders.append(answer.stdout.strip() or "/usr/lib")
     names = ("libclang.so*", "libclang-[0-9]*.so*", "libclang.dylib", "libclang.dll")
     return any(any(Path(folder).glob(name)) for folder in folders for name in names)
-
-
-def fuzz_and_fmi_sim(results: Results) -> None:
-    """Fuzzing, and then, while the FMU is compiled, a host that tests/hosts/test_hosts.py runs if it is there."""
-    fuzz(results)
-    rust_host(results, "fmi-sim", "build", "--package=fmi-sim", "--bin=fmi-sim")
 
 
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached. Code that

@@ -11,6 +11,7 @@ import ctypes
 import importlib
 import json
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -110,9 +111,10 @@ def command(host: str, path, **request) -> list:
     return [sys.executable, __file__, host, json.dumps({"path": str(path), "inputs": {}} | request)]
 
 
-def container(folder: Path, step: float, inputs, outputs) -> list:
-    """What makes, in this folder, an FMU outer.fmu around inner.fmu, by the FMU Manipulation Toolbox; its steps (s) are
+def container(fmu: Path, folder: Path, step: float, inputs, outputs) -> list:
+    """What makes, in this folder, an FMU outer.fmu around another, by the FMU Manipulation Toolbox; its steps (s) are
     the container's."""
+    shutil.copy(fmu, folder / "inner.fmu")
     recipe = {
         "name": "outer.fmu",
         "fmu": ["inner.fmu"],

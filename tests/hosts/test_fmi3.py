@@ -274,17 +274,12 @@ def test_model_exchange_in_cvode(fmu3_path, contacts, tolerance):
 @pytest.mark.parametrize("balls", [1, 2, 13])
 def test_states_of_model_exchange_for_any_number_of_balls(make3, balls):
     cradle = make3(Exchange).start(balls=balls)
-    states, indicators = ctypes.c_size_t(), ctypes.c_size_t()
-    cradle.fmi3GetNumberOfContinuousStates(cradle.component, ctypes.byref(states))
-    cradle.fmi3GetNumberOfEventIndicators(cradle.component, ctypes.byref(indicators))
-    assert (states.value, indicators.value) == (3 * balls + 2, 2 * balls)
-    values = np.zeros(states.value)
-    place = values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-    cradle.getContinuousStates(place, states.value)
+    states = cradle.getNumberOfContinuousStates()
+    assert (states, cradle.getNumberOfEventIndicators()) == (3 * balls + 2, 2 * balls)
+    values = cradle.vector("getContinuousStates", states)
     assert values[: 2 * balls].tolist() == [*cradle.get("q"), *cradle.get("v")]
     assert values[:balls].tolist() == [cradle.get("x")[0], *cradle.get("overlap")[:-1]]
-    cradle.getNominalsOfContinuousStates(place, states.value)
-    assert (values > 0).all()
+    assert (cradle.vector("getNominalsOfContinuousStates", states) > 0).all()
 
 
 def test_derivatives_by_states_are_those_of_the_equations(make3):

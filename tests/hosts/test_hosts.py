@@ -4,8 +4,10 @@ The step is a power of two, so that every host, however it counts, arrives at th
 """
 
 import csv
+import json
 import shutil
 import sys
+from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -36,37 +38,90 @@ def same(theirs, plain) -> None:
         assert column.tobytes() == plain[name].tobytes(), name
 
 
-def fmi_sim(kind, fmu_path, step, folder) -> list[dict]:
-    """The rows of a run by the program of the fmi-rs project."""
-    simulator = shutil.which("fmi-sim", path=ROOT / "target/hosts/debug")
-    if not simulator:
-        pytest.skip("fmi-sim is missing: tests/hosts/fmi-rs/Cargo.toml says how to make it")
-    options = ["--model", fmu_path, "-o", "out.csv", kind, "-f", STOP, "--output-interval", step]
-    ended(simulator, *options, cwd=folder)
-    with (folder / "out.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
-def test_fmi_sim(fmu_path, plain, tmp_path):
-    rows = fmi_sim("co-simulation", fmu_path, STEP, tmp_path)
-    booleans = {"true": 1, "false": 0}
-    same({name: [booleans.get(row[name], row[name]) for row in rows] for name in plain.dtype.names}, plain)
-
-
-def test_fmi_sim_integrates(fmu_path, tmp_path):
-    """The same program in model exchange, by Euler's method: as FMPy's Euler does."""
-    last = fmi_sim("model-exchange", fmu_path, 1e-3, tmp_path)[-1]
-    assert [int(last[f"pulses[{i}]"]) for i in range(1, 5)] == [7, 14, 14, 7]
-    grown = float(last["E_total"]) / 0.05
-    assert 1.0 < grown < (1 + 5e-6) ** 10000 * (1 + 1e-9)
+def program(name) -> Path:
+    """A host that is a program in Rust."""
+    found = shutil.which(name, path=ROOT / "target/hosts/debug")
+    if not found:
+        pytest.skip(f"{name} is missing: tests/hosts/fmi-rs/Cargo.toml says how to make it")
+    return Path(found)
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
-def test_fmi_sim_with_scalars_of_fmi_3(fmu_path, producer, tmp_path, kind):
-    """What it writes is that of FMI 2.0, digit by digit."""
+def test_fmi_sim(fmu_path, producer, plain, tmp_path, kind):
+    """The program of the rust-fmi project: what it writes of an FMU of FMI 3.0 with scalars is that of FMI 2.0, digit
+    by digit. In model exchange, by Euler's method, the energy grows as it does in FMPy's."""
     scalars = repacked(producer, fmu_path, tmp_path / "s.fmu", "--fmi", "3", "--scalars", "--clocks", "none")
-    two, three = (fmi_sim(kind, path, STEP, tmp_path) for path in (fmu_path, scalars))
-    assert two == three and len(two) > STEPS
+
+    def rows(fmu) -> list[dict]:
+        options = ["--model", fmu, "-o", "out.csv", kind, "-f", STOP, "--output-interval", STEP]
+        ended(program("fmi-sim"), *options, cwd=tmp_path)
+        with (tmp_path / "out.csv").open(newline="") as file:
+            return list(csv.DictReader(file))
+
+    two = rows(fmu_path)
+    assert two == rows(scalars) and len(two) > STEPS
+    if kind == "co-simulation":
+        booleans = {"true": 1, "false": 0}
+        same({name: [booleans.get(row[name], row[name]) for row in two] for name in plain.dtype.names}, plain)
+    else:
+        assert [int(two[-1][f"pulses[{i}]"]) for i in range(1, 5)] == [7, 14, 14, 7]
+        assert 1.0 < float(two[-1]["E_total"]) / 0.05 < (1 + 5 * STEP**2) ** STEPS * (1 + 1e-9)
+
+
+# With the number of elements: in FMI 3.0 arrays over contacts have another one, which belongs to none.
+FAMILIES = {"x": 5, "v": 5, "E_total": 1, "p_total": 1, "impulse": 4, "pulses": 4}
+
+
+def by_fmi_rs(fmu, names, step, folder, *options) -> tuple[dict, str]:
+    """The last row at each time of a run by the crate fmi-rs, and what it finds wrong with the description."""
+    out = folder / "out.csv"
+    said = ended(program("run"), fmu, out, "-", ";".join(names), step, STOP, *options).stdout
+    table = fmpy.read_csv(out)
+    rows = np.hstack([table[name].reshape(len(table), -1)[:, : FAMILIES.get(name)] for name in names])
+    return {time: row.tobytes() for time, row in zip(table["time"].tolist(), rows, strict=True)}, said
+
+
+@pytest.mark.parametrize("options", [(), ("events",), ("events", "early"), ("located",)])
+def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3_path, tmp_path, options):
+    """Early return adds every onset and release. In model exchange, by a method that ends steps at events, the energy
+    grows by that method, less at each step that an event or a communication point cuts in two."""
+    pulses = fmu.simulate(stop=STOP).pulses
+    instants = {*pulses["onset"].tolist(), *pulses["release"].tolist()}
+    assert len(instants) > len(pulses)
+    names = fmu.names(FAMILIES)
+    for step in (0.125,) if "located" in options else (1 / 1024, 0.125, 10.0):
+        two, said = by_fmi_rs(fmu.path, names, step, tmp_path, *options)
+        three, _ = by_fmi_rs(fmu3_path, FAMILIES, step, tmp_path, *options)
+        assert said == "" and max(two) == STOP
+        if "located" in options:
+            assert len(two) > 81 and two == three
+            last, growth = np.frombuffer(two[STOP]), 5 * (step / 512) ** 2
+            assert last[-4:].tolist() == [7, 14, 14, 7]
+            most = 0.05 * (1 + growth) ** (STOP / step * 512)
+            assert 1 - len(two) * growth / 2 < last[10] / most < 1
+        else:
+            assert len(two) == STOP // step + 1
+            assert {time: three[time] for time in two} == two
+            assert three.keys() - two.keys() == (instants if "early" in options else set())
+
+
+@pytest.mark.parametrize("balls", [1, 2, 5, 13, 1000])
+def test_the_crate_fmi_steps_from_event_to_event(fmu3_path, fmu_path, cradle, balls):
+    """The positions of a run in one step, and a tick of the clocks for each onset and release."""
+    stop = 1.0 if balls == 1000 else STOP
+    lines = ended(program("events"), fmu3_path, balls, stop).stdout.splitlines()
+    with cradle(balls=balls, fmi=3, binaries=fmu_path).start() as run:
+        run.step_to(stop)
+        x, pulses = run["x"].tolist(), run.slave.get("pulses").tolist()
+    assert [json.loads(line) for line in lines] == [x, pulses, pulses, pulses]
+    assert balls == 1 or any(pulses)
+
+
+def test_what_the_crate_fmi_rs_finds_wrong(fmu_path, fmu3_path, producer, tmp_path):
+    """FMPy wants output clocks among the initial unknowns, this crate does not, and neither minds an FMU without."""
+    without = repacked(producer, fmu_path, tmp_path / "no-clocks.fmu", "--fmi", "3", "--clocks", "none")
+    with_clocks, none = (by_fmi_rs(fmu, ["x"], STOP, tmp_path)[1] for fmu in (fmu3_path, without))
+    assert with_clocks.count("\n") == 1 and "initial unknowns" in with_clocks and none == ""
 
 
 def test_fmutool_finds_nothing(fmu_path, tmp_path):
@@ -81,8 +136,7 @@ def test_inside_a_container(fmu, fmu_path, plain, tmp_path):
     """An FMU around ours, made by the FMU Manipulation Toolbox and run by FMPy; its steps are the container's."""
     if not sys.platform.startswith("linux"):
         pytest.skip("the container's binary is tried on Linux only")
-    shutil.copy(fmu_path, tmp_path / "inner.fmu")
     inputs = [v.name for v in fmu.description.modelVariables if v.causality == "input"]
-    done = ended(*container(tmp_path, STEP, inputs, plain.dtype.names[1:]), cwd=tmp_path)
+    done = ended(*container(fmu_path, tmp_path, STEP, inputs, plain.dtype.names[1:]), cwd=tmp_path)
     assert "ERROR" not in done.stdout + done.stderr, done
     same(fmpy.simulate_fmu(str(tmp_path / "outer.fmu"), stop_time=STOP, output_interval=STEP), plain)

@@ -152,7 +152,7 @@ def host(tmp_path_factory):
                 environment |= {"WINEARCH": folder, "WINEDEBUG": "-all", "WINEPREFIX": str(place / "wine")}
                 libraries = []
             program, said = place / "outputs.exe", place / "said"
-            flags = ["-O1", "-Wall", "-Wextra", "-o", program]
+            flags = ["-O1", "-Wall", "-Wextra", f"-I{Path(fmpy.__file__).with_name('c-code')}", "-o", program]
             ended(*compiler, *flags, ROOT / "tests/hosts/outputs.c", *libraries, env=environment)
             with said.open("w") as log:
                 alone = {"env": environment, "stdout": log, "stderr": log, "start_new_session": True}

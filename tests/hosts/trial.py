@@ -5,18 +5,18 @@
 
 import json
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
 from contextlib import redirect_stdout
+from functools import partial
 from importlib import metadata
 from io import StringIO
 from pathlib import Path
 
 import fmpy
 import numpy as np
-from fmi3_host import Cradle
+from fmpy.util import write_csv
 from newtons_cradle import Fmu, files
 from newtons_cradle.trial import CASES, judge, write_cases
 from newtons_cradle.trial.master import interpolated
@@ -24,7 +24,7 @@ from other_hosts import command, container
 
 ROOT = Path(__file__).resolve().parents[2]
 FMI_SIM = ROOT / "target/hosts/debug/fmi-sim"
-FMI_RS = ROOT / "target/hosts/debug/examples/run"
+FMI_RS = ROOT / "target/hosts/debug/run"
 
 
 def version(package: str) -> str:
@@ -36,7 +36,7 @@ def version(package: str) -> str:
 
 
 class Unfit(Exception):
-    """The host does not offer what a case needs, or does not get through it; the message says which."""
+    """The host does not get through a case; the message says why."""
 
 
 def program(command, **options) -> str:
@@ -72,8 +72,6 @@ def table_of(case) -> np.ndarray | None:
 def by_fmpy(name, folder, fmu=None):
     """FMPy, in model exchange its CVODE."""
     case = CASES[name]
-    if case.trial or case.act or name in ("derivatives", "binary"):
-        raise Unfit("not offered")
     result = fmpy.simulate_fmu(
         str(fmu or folder / "cradle.fmu"),
         fmi_type="ModelExchange" if case.exchange else "CoSimulation",
@@ -91,36 +89,28 @@ def by_fmpy(name, folder, fmu=None):
 
 
 def by_hand(name, folder):
-    """FMPy's classes, in a few lines for what no simulation loop offers; by the package's `Run` for FMI 2.0."""
+    """FMPy's classes, in a few lines for what no simulation loop offers."""
     case = CASES[name]
-    if name not in ("slopes", "rollback", "derivatives", "intermediate", "arrays"):
-        raise Unfit("not offered")
-    count = round(case.stop / case.step)
-    if case.fmi == 3:
 
-        def act(_environment, time, *_):
-            if case.act and not acted:
-                acted.append(time)
-                cradle.set(*case.act)
+    def act(_environment, time, *_):
+        if not acted:
+            acted.append(time)
+            run.slave.set(*case.act)
 
-        acted, parameters = [], {key: value for key, value in case.settings.items() if key != "n"}
-        with Fmu(folder / "cradle.fmu") as fmu:
-            cradle = Cradle(fmu).start(parameters, case.settings.get("n"), intermediateUpdate=act)
-            rows = [[0.0, *map(cradle.get, case.record)]]
-            for k in range(count):
-                cradle.step(k * case.step, case.step)
-                rows.append([(k + 1) * case.step, *map(cradle.get, case.record)])
-            cradle.freeInstance()
-        return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
-    with Fmu(folder / "cradle.fmu") as fmu, fmu.start() as run:
+    def value(key):
+        order = 0 if key in run.slave.variables else key.count("der(")
+        if not order:
+            return run.slave.get(key)
+        place = run.slave.references(key.replace("der(", "").rstrip(")"))
+        return run.slave.getRealOutputDerivatives(place, [order])[0]
 
-        def value(key):
-            order = 0 if key in fmu.variables else key.count("der(")
-            places = [fmu.variables[key.replace("der(", "").rstrip(")") if order else key].valueReference]
-            return run.slave.getRealOutputDerivatives(places, [order])[0] if order else run[key]
-
+    acted, options = [], {"intermediateUpdate": act} if case.act else {}
+    with Fmu(folder / "cradle.fmu") as fmu, fmu.start(initialize=False, **options) as run:
+        for key, start in case.settings.items():
+            run.slave.resize(start) if key == "n" else run.slave.set(key, start)
+        run.initialize()
         rows = [[0.0, *map(value, case.record)]]
-        for k in range(1, count + 1):
+        for k in range(1, round(case.stop / case.step) + 1):
             if case.trial and k == round(case.trial[0] / case.step) + 1:
                 saved = run.save()
                 run[case.trial[1]] = case.trial[2]
@@ -133,16 +123,17 @@ def by_hand(name, folder):
                 run.slave.setRealInputDerivatives(run.slave.references(key), [1], [(then - now) / case.step])
             run.step_to(k * case.step)
             rows.append([k * case.step, *map(value, case.record)])
+    return by_name(case, rows)
+
+
+def by_name(case, rows) -> dict:
+    """Columns by name, of rows with the time and the variables to record."""
     return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
 
 
 def by_fmi_sim(name, folder):
     """fmi-sim, in FMI 3.0 with scalars instead of arrays; in model exchange by its Euler method."""
     case = CASES[name]
-    if case.trial or case.act or case.settings or case.slopes or case.tolerance:
-        raise Unfit("not offered")
-    if name in ("derivatives", "binary"):  # of locals it writes nothing
-        raise Unfit("not offered")
     fmu, out = folder / "cradle.fmu", folder / "fmi-sim.csv"
     if case.fmi == 3:
         scalars = folder / "scalars.fmu"
@@ -168,15 +159,10 @@ def written(value) -> str:
 def by_fmi_rs(name, folder):
     """The crate fmi-rs, in model exchange by its Euler method."""
     case = CASES[name]
-    if case.trial or case.act or case.slopes or case.tolerance or name == "derivatives":
-        raise Unfit("not offered")
     inputs, out = "-", folder / "fmi-rs.csv"
     if case.inputs:
-        inputs = folder / "inputs.csv"
-        if case.fmi == 3:  # its arrays are written as FMPy's
-            table, inputs = table_of(case), folder / "arrays.csv"
-            rows = [f"{time},{' '.join(map(str, values))}\n" for time, values in table]
-            inputs.write_text(f"time,{table.dtype.names[1]}\n{''.join(rows)}")
+        inputs = folder / "table.csv"
+        write_csv(inputs, table_of(case))  # it reads arrays as FMPy writes them
     options = [option for option in ("exchange", "events", "early") if getattr(case, option)]
     options += [f"{key}={' '.join(map(str, np.atleast_1d(value)))}" for key, value in case.settings.items()]
     program(
@@ -188,44 +174,52 @@ def by_fmi_rs(name, folder):
 def stepping(name, folder, host):
     """libcosim or ecos, in a process of its own: co-simulation of FMI 2.0."""
     case = CASES[name]
-    if case.trial or case.slopes or case.exchange or case.fmi == 3 or name == "derivatives":
-        raise Unfit("not offered")
     names = [f"cradle.{variable}" for variable in case.record]
     request = {"step": case.step, "count": round(case.stop / case.step), "names": names}
     request["inputs"] = {f"cradle.{variable}": list(points) for variable, points in case.inputs.items()}
     rows = json.loads(program(command(host, folder / "cradle.fmu", **request)).splitlines()[-1])
-    return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
+    return by_name(case, rows)
 
 
 def by_container(name, folder):
     """The FMU within an FMU container of the FMU Manipulation Toolbox, run by FMPy."""
     case = CASES[name]
-    if case.trial or case.slopes or case.exchange or case.fmi == 3 or name == "derivatives":
-        raise Unfit("not offered")
     inside = folder / "container"
     inside.mkdir(exist_ok=True)
-    shutil.copy(folder / "cradle.fmu", inside / "inner.fmu")
     outputs = [name for name in case.record if name not in case.inputs]
-    program(container(inside, case.step, case.inputs, outputs), cwd=inside)
+    program(container(folder / "cradle.fmu", inside, case.step, case.inputs, outputs), cwd=inside)
     return by_fmpy(name, folder, inside / "outer.fmu")
 
 
-HOSTS = {
-    f"FMPy {version('fmpy')}": by_fmpy,
-    "its classes, by hand": by_hand,
-    "fmi-sim 0.7.0": by_fmi_sim,
-    "crate fmi-rs 0.3.4": by_fmi_rs,
-    f"libcosimpy {version('libcosimpy')}": lambda name, folder: stepping(name, folder, "libcosim"),
-    f"ecos {version('ecospy')}": lambda name, folder: stepping(name, folder, "ecos"),
-    f"container, fmutool {version('fmu-manipulation-toolbox')}": by_container,
+def asked(name) -> set[str]:
+    """What a case asks of a host: features, the version of FMI, and what it is itself about."""
+    return {name, f"fmi{CASES[name].fmi}", *(key for key in FEATURES if getattr(CASES[name], key))}
+
+
+FEATURES = ("trial", "act", "settings", "slopes", "tolerance", "exchange")
+BY_HAND = {"slopes", "rollback", "derivatives", "intermediate", "arrays"}
+# Of locals fmi-sim writes nothing.
+FMI_SIM_MISSES = {"trial", "act", "settings", "slopes", "tolerance", "derivatives", "binary"}
+CO_SIMULATION_MISSES = {"trial", "slopes", "exchange", "fmi3", "derivatives"}
+HOSTS = {  # how each runs a case, and what it does not offer
+    f"FMPy {version('fmpy')}": (by_fmpy, {"trial", "act", "derivatives", "binary"}),
+    "its classes, by hand": (by_hand, CASES.keys() - BY_HAND),
+    "fmi-sim 0.7.0": (by_fmi_sim, FMI_SIM_MISSES),
+    "crate fmi-rs 0.3.4": (by_fmi_rs, {"trial", "act", "slopes", "tolerance", "derivatives"}),
+    f"libcosimpy {version('libcosimpy')}": (partial(stepping, host="libcosim"), CO_SIMULATION_MISSES),
+    f"ecos {version('ecospy')}": (partial(stepping, host="ecos"), CO_SIMULATION_MISSES),
+    f"container, fmutool {version('fmu-manipulation-toolbox')}": (by_container, CO_SIMULATION_MISSES),
 }
 
 
 def verdict(host, name, folder) -> str:
     """The host's verdict in a case, in a line."""
+    run, missing = HOSTS[host]
+    if missing & asked(name):
+        return "not offered"
     try:
         with redirect_stdout(StringIO()):  # FMPy warns there
-            result = HOSTS[host](name, folder)
+            result = run(name, folder)
     except Unfit as why:
         return str(why)
     except Exception as problem:  # whatever it is, it is the host's

@@ -2,7 +2,6 @@
 
 import copy
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -194,16 +193,7 @@ def _cure(array: str, count: int) -> str:
     return f"; `nc.build(balls={count})` makes one of {count}" if possible else ""
 
 
-@dataclass(frozen=True)
-class Whole:
-    """An array of FMI 3.0: type, value reference, number of elements."""
-
-    type: str
-    reference: int
-    length: int
-
-
-Place = tuple[Whole, int]  #: Where FMI 3.0 has an element: its array, and its index from 0.
+Place = tuple[str, int]  #: Where FMI 3.0 has an element: the name of its array, and its index from 0.
 
 
 def variables(description: ModelDescription) -> dict[str, Any]:
@@ -220,14 +210,13 @@ def _elements(variable: Any) -> Iterator[Any]:
     """The variable itself, or its elements that belong to a ball or contact."""
     length = variable.shape[0] if variable.shape else 1
     starts = (variable.start or "").split()
-    array = Whole(variable.type, variable.valueReference, length)
     meaning = variable.description or ""
     bare, end, _ = variable.name.partition(")")  # der(x) has der(x[1])
     for index in range(length - meaning.endswith(OF_LAST_ELEMENT)):
         element = copy.copy(variable)
         element.name = f"{bare}[{index + 1}]{end}" if variable.shape else variable.name
         element.type = TYPES[variable.type]
-        element.valueReference = array, index
+        element.valueReference = variable.name, index
         element.start = starts[index % len(starts)] if starts else None
         element.description = meaning.removesuffix(OF_LAST_ELEMENT)
         if variable.declaredType is not None:

@@ -1,7 +1,7 @@
 """FMPy's instances of FMI 2.0 and 3.0: their log goes to a list, variables are read and set by type or by name."""
 
 from collections.abc import Callable
-from ctypes import byref
+from ctypes import POINTER, byref, c_double
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,8 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 
 from ..errors import FmuError
-from .model import Model, Place, Whole
+from ..pulses import Array
+from .model import Model, Place
 from .table import split
 
 
@@ -94,6 +95,12 @@ class Instance:
         self.exitConfigurationMode()
         self.balls = balls
 
+    def vector(self, what: str, length: int) -> Array:
+        """What this getter of model exchange fills, such as `getContinuousStates`."""
+        values = np.zeros(length)
+        getattr(self, what)(values.ctypes.data_as(POINTER(c_double)), length)
+        return values
+
     def get(self, name: str) -> Any:
         """The value of a variable; of an array, a NumPy array."""
         variable, index = self._variable(name)
@@ -162,20 +169,19 @@ class Version3(Instance):
 
     def read(self, _kind: str, places: list[Place]) -> list[Any]:
         arrays = self._arrays(places)
-        return [arrays[array][index] for array, index in places]
+        return [arrays[name][index] for name, index in places]
 
     def write(self, _kind: str, places: list[Place], values: list[Any]) -> None:
         """Sets these elements; the others of their arrays keep their values."""
         arrays = self._arrays(places)
-        for (array, index), value in zip(places, values, strict=True):
-            arrays[array][index] = value
-        for array, elements in arrays.items():
-            self._accessor("set", array.type)([array.reference], elements)
+        for (name, index), value in zip(places, values, strict=True):
+            arrays[name][index] = value
+        for name, elements in arrays.items():
+            self.set(name, elements)
 
-    def _arrays(self, places: list[Place]) -> dict[Whole, list[Any]]:
-        """The arrays of these elements, with all their values."""
-        arrays = dict.fromkeys(array for array, _ in places)
-        return {a: self._accessor("get", a.type)([a.reference], nValues=a.length) for a in arrays}
+    def _arrays(self, places: list[Place]) -> dict[str, list[Any]]:
+        """The arrays of these elements by name, with all their values."""
+        return {name: np.atleast_1d(self.get(name)).tolist() for name in dict(places)}
 
 
 def instance(fmu: Model, *, exchange: bool = False) -> Any:

@@ -75,13 +75,8 @@ class Unit:
             self._look(wrong)
         return changed, due
 
-    def vector(self, what: str, length: int) -> Any:
-        values = np.zeros(length)
-        getattr(self.fmu, what)(values.ctypes.data_as(POINTER(c_double)), length)
-        return values
-
     def states(self) -> Any:
-        return self.vector("getContinuousStates", self.sizes[0])
+        return self.fmu.vector("getContinuousStates", self.sizes[0])
 
     def indicators(self, time: float, x: Any) -> Any:
         return self._at(time, x, "getEventIndicators", self.sizes[1])
@@ -94,7 +89,7 @@ class Unit:
         """What the FMU gives at a time (s) for these states."""
         self.fmu.setTime(time)
         self.fmu.setContinuousStates(np.ascontiguousarray(x).ctypes.data_as(POINTER(c_double)), len(x))
-        return self.vector(what, length)
+        return self.fmu.vector(what, length)
 
 
 def interpolated(points: Points, time: float, wrong: str | None = None) -> float:
@@ -243,7 +238,7 @@ def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest
     unit.fmu.enterContinuousTimeMode()
     record(time)
     x = x if wrong == "states" else unit.states()
-    scale = np.ones(len(x)) if wrong == "ones" else unit.vector("getNominalsOfContinuousStates", len(x))
+    scale = np.ones(len(x)) if wrong == "ones" else unit.fmu.vector("getNominalsOfContinuousStates", len(x))
     z = unit.indicators(time, x)
     for end in grid(case, None)[1:]:
         anchor = x
