@@ -1,34 +1,37 @@
 """The report: all plots, interactive, and the table of checks as one HTML file that needs no network."""
 
-import base64
 import json
 from html import escape
 from pathlib import Path
 
 import numpy as np
+from newtons_cradle.files import PAGE
+from newtons_cradle.page import packed
 from plots import COLOURS, Plot
 from support import Check, nc
 
 ASSETS = Path(__file__).parent / "report"
-SCRIPTS = ("axes.js", "charts.js")
+# Those of a module; that common.js exports its functions does no harm there.
+SCRIPTS = (PAGE / "view/common.js", ASSETS / "axes.js", ASSETS / "charts.js")
 
 
 def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path) -> None:
     """Writes the report; `cradle`: the page beside it that it links."""
-    places: dict[tuple[str, str], int] = {}  # of arrays, by their kind and data: each is kept once
+    places: dict[str, int] = {}  # of packed arrays: each is kept once
     figures = [figure(plot, places) for plot in plots]
     contents = [f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>' for plot in plots]
-    arrays = [{"kind": kind, "data": data} for kind, data in places]
     parts = {
         "{{style}}": nc.look.STYLE + asset("report.css"),
-        "{{script}}": "\n".join([nc.look.SCRIPT, *map(asset, SCRIPTS)]),
+        "{{script}}": "\n".join(path.read_text(encoding="utf-8") for path in SCRIPTS),
         "{{cradle}}": escape(cradle.name),
         "{{holding}}": str(sum(check.holds for check in checks)),
         "{{checks}}": str(len(checks)),
         "{{contents}}": "\n".join(contents),
         "{{figures}}": "\n".join(map(section, plots)),
         "{{rows}}": "\n".join(map(row, checks)),
-        "{{data}}": json.dumps({"figures": figures, "arrays": arrays}).replace("<", "\\u003c"),
+        "{{data}}": json.dumps({"figures": figures, "arrays": list(map(json.loads, places))}).replace(
+            "<", "\\u003c"
+        ),
     }
     page = asset("template.html")
     for mark, text in parts.items():
@@ -41,10 +44,8 @@ def asset(name: str) -> str:
 
 
 def place(array: np.ndarray, kind: str, places: dict) -> int:
-    """The number of an array among those kept, as base64 of little-endian bytes; `kind`: f4, or f8 for times that are
-    zoomed into."""
-    data = base64.b64encode(np.ascontiguousarray(array, dtype=f"<{kind}")).decode("ascii")
-    return places.setdefault((kind, data), len(places))
+    """The number of an array among those kept; `kind`: f4, or f8 for times that are zoomed into."""
+    return places.setdefault(json.dumps(packed({"": array}, kind)), len(places))
 
 
 def figure(plot: Plot, places: dict) -> dict:
@@ -60,7 +61,9 @@ def figure(plot: Plot, places: dict) -> dict:
         return vars(strip) | {"traces": list(map(trace, strip.traces))}
 
     def column(column) -> dict:
-        views = [[label, *view] for label, view in column.views.items()]
+        views = [
+            {"label": label, "left": left, "right": right} for label, (left, right) in column.views.items()
+        ]
         return vars(column) | {"views": views, "strips": list(map(strip, column.strips))}
 
     return {"name": plot.name, "height": round(plot.height * 80), "columns": list(map(column, plot.columns))}

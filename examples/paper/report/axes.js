@@ -1,10 +1,4 @@
-// Axes: numbers unpacked, ticks, and how values on an axis are written.
-
-/** Bytes in base64 as an array of numbers; kind: f4 or f8. */
-function decoded({ kind, data }) {
-  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
-  return kind === "f8" ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
-}
+// Axes: ticks, and how values on an axis are written.
 
 /** How numbers from a to b are written: from which origin they are counted, in which unit.
  *

@@ -1,6 +1,6 @@
 // Strips: velocities, forces, energy and momentum by time, with axes, as far as a track knows them; see history.js.
 
-import { countUpTo, prepared, roundStep, through, withPrefix } from "#view/common.js";
+import { countUpTo, line, prepared, roundStep, withPrefix } from "#view/common.js";
 import { ballColour } from "#view/scene.js";
 import { FONT } from "#view/texts.js";
 
@@ -40,7 +40,7 @@ export class Graph {
       c.translate(0, i * tall);
       this.drawRow(kind, { ...view, top: title + (kind === "force" && shown.click ? 16 : 0), foot: tall - FOOT });
       for (const [time, colour] of [[pointer, shown.theme.grid], [now, shown.theme.accent]])
-        if (time !== null) this.line([[place(time), title], [place(time), tall - FOOT]], colour, 1.5);
+        if (time !== null) line(c, [[place(time), title], [place(time), tall - FOOT]], colour, 1.5);
       c.restore();
     });
   }
@@ -56,10 +56,10 @@ export class Graph {
     c.clip();
     const curves = [...track.curves[kind].keys()], filled = stacked ? 1 : click && kind === "force" ? 0.16 : 0;
     for (const i of stacked ? curves.reverse() : curves)
-      this.line(this.points(kind, i, { ...view, level }), colourOf(kind, i, track, theme), 1.6, filled, foot);
+      line(c, this.points(kind, i, { ...view, level }), colourOf(kind, i, track, theme), 1.6, filled, foot);
     if (kind !== "force") return;
     for (const { x, peak } of view.pulses.filter(({ narrow }) => narrow))
-      this.line([[x, foot], [x, level(peak)]], theme.spike, 2);
+      line(c, [[x, foot], [x, level(peak)]], theme.spike, 2);
     if (click) this.drawPairs({ ...view, level });
   }
 
@@ -68,14 +68,14 @@ export class Graph {
     const { context: c } = this, rows = (foot - top) / (most - least) * most >= 44 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
     const style = { font: `11px ${FONT}`, textBaseline: "middle", fillStyle: theme.soft };
     for (const value of rows.map((part) => part * most).filter((value) => value >= least)) {
-      this.line([[GUTTER, level(value)], [width, level(value)]], theme.grid);
+      line(c, [[GUTTER, level(value)], [width, level(value)]], theme.grid);
       const text = withPrefix(value, UNITS[kind], 3, most).replace(" kg", "\u2009kg");
       Object.assign(c, style, { textAlign: "right" }).fillText(text, GUTTER - 4, Math.max(top + 2, level(value)));
     }
     const step = roundStep((right - left) * 90 / (width - GUTTER));
     for (let k = Math.ceil((left - origin) / step - 1e-9); k * step <= right - origin; k++) {
       const x = place(k * step + origin);
-      this.line([[x, foot], [x, foot + 3]], theme.soft);
+      line(c, [[x, foot], [x, foot + 3]], theme.soft);
       if (x <= GUTTER + 12 || x >= width - 22) continue;
       Object.assign(c, style, { textAlign: "center" }).fillText(withPrefix(k * step, "s", 4), x, foot + 10);
     }
@@ -128,19 +128,6 @@ export class Graph {
         c.fillText(text, Math.max(GUTTER + 16, Math.min(width - 20, x)), y);
       }
     });
-  }
-
-  /** Draws a line through these points and, with this opacity, the area below. */
-  line(points, colour, width = 1, opacity = 0, foot = 0) {
-    const { context: c } = this;
-    Object.assign(c, { strokeStyle: colour, fillStyle: colour, lineWidth: width, lineJoin: "round" });
-    through(c, points).stroke();
-    if (!opacity || !points.length) return;
-    c.lineTo(points.at(-1)[0], foot);
-    c.lineTo(points[0][0], foot);
-    c.globalAlpha = opacity;
-    c.fill();
-    c.globalAlpha = 1;
   }
 }
 
