@@ -158,7 +158,8 @@ class Chart {
 
   draw() {
     if (!this.canvas.clientWidth) return;
-    const { strips, stripHeight, left, right, inner, column, reading } = this, { context, height } = prepared(this.canvas);
+    const { strips, stripHeight, left, right, inner, column, reading, canvas } = this;
+    const { context, height } = prepared(canvas), bottom = height - MARGIN.bottom;
     const across = ticks(left, right, Math.max(2, inner / 110), column.xunit);
     const px = (x) => MARGIN.left + inner * (x - left) / (right - left);
     const read = reading === null ? null : this.readings();
@@ -167,8 +168,8 @@ class Chart {
       const top = MARGIN.top + number * (stripHeight + MARGIN.gap);
       this.drawStrip(strip, top, across.list, read?.values[number] ?? []);
     });
-    this.drawAxis(across, height - MARGIN.bottom);
-    if (read) this.drawReading(read.at, height - MARGIN.bottom);
+    this.drawAxis(across, bottom);
+    if (read) this.drawReading(read.at, bottom);
     this.buttons.forEach((button, i) =>
       aria(button, { pressed: this.views[i].left === left && this.views[i].right === right }));
   }
@@ -198,30 +199,12 @@ class Chart {
   }
 
   drawTrace({ x, y, colour: name, style }, py) {
-    const { context, px } = this, shade = colour(name), dashed = style === "dashed";
-    const first = Math.max(0, countUpTo(x, this.left) - 1), last = Math.min(x.length - 1, countUpTo(x, this.right));
-    if (style === "points") {
-      for (let i = first; i <= last; i++) circle(context, { x: px(x[i]), y: py(y[i]) }, 3.2, shade);
-      return;
-    }
+    const { context, px, left, right } = this, shade = colour(name), dashed = style === "dashed";
+    const points = thinned(x, left, right, px, (i) => py(y[i]));
     context.setLineDash(dashed ? [5, 4] : []);
-    line(context, this.points(x, y, first, last, py), shade, dashed ? 1.1 : 1.6, style === "area" ? 0.22 : 0, py(0));
+    if (style === "points") for (const [x, y] of points) circle(context, { x, y }, 3.2, shade);
+    else line(context, points, shade, dashed ? 1.1 : 1.6, style === "area" ? 0.22 : 0, py(0));
     context.setLineDash([]);
-  }
-
-  /** The points of a curve; where many share a pixel column, only the first, lowest, highest and last. */
-  points(x, y, first, last, py) {
-    const { px } = this, points = [];
-    for (let i = first, next; i <= last; i = next) {
-      const column = Math.floor(px(x[i]));
-      for (next = i + 1; next <= last && Math.floor(px(x[next])) === column;) next++;
-      const values = y.subarray(i, next), most = (of) => values.reduce((a, b) => of(a, b));
-      if (values.length > 4)
-        for (const value of [values[0], most(Math.min), most(Math.max), values.at(-1)])
-          points.push([column + 0.5, py(value)]);
-      else for (let k = i; k < next; k++) points.push([px(x[k]), py(y[k])]);
-    }
-    return points;
   }
 
   /** A text that stays readable on the curves; returns its left end. */
@@ -249,7 +232,8 @@ class Chart {
     line(context, [[MARGIN.left, y + 0.5], [end, y + 0.5]], colour("--edge"));
     Object.assign(context, { fillStyle: colour("--soft"), textAlign: "center", textBaseline: "top" });
     for (const { at, text } of list) context.fillText(text, this.px(at), y + 6);
-    const label = name ? `${xlabel}: ${name}` : xlabel, half = Math.min(context.measureText(label).width, clientWidth) / 2;
+    const label = name ? `${xlabel}: ${name}` : xlabel;
+    const half = Math.min(context.measureText(label).width, clientWidth) / 2;
     context.fillText(label, Math.min((MARGIN.left + end) / 2, clientWidth - half), y + 25);
   }
 }

@@ -109,6 +109,21 @@ export function through(context, points) {
   return context;
 }
 
+/** The points [px of a time, py of a sample] of a curve between two times; where many share a pixel column, the first,
+ *  the lowest, the highest and the last. */
+export function thinned(times, left, right, px, py) {
+  const last = Math.min(countUpTo(times, right), times.length - 1), points = [];
+  for (let i = Math.max(0, countUpTo(times, left) - 1), next; i <= last; i = next) {
+    const column = Math.floor(px(times[i]));
+    let low = i, high = i;
+    for (next = i + 1; next <= last && Math.floor(px(times[next])) === column; next++)
+      if (py(next) < py(low)) low = next; else if (py(next) > py(high)) high = next;
+    if (next - i > 4) for (const k of [i, low, high, next - 1]) points.push([column + 0.5, py(k)]);
+    else for (let k = i; k < next; k++) points.push([px(times[k]), py(k)]);
+  }
+  return points;
+}
+
 /** Draws a line through these points and, with this opacity, the area between it and the height `foot`. */
 export function line(context, points, colour, width = 1, opacity = 0, foot = 0) {
   Object.assign(context, { strokeStyle: colour, fillStyle: colour, lineWidth: width, lineJoin: "round" });

@@ -1,6 +1,6 @@
 // Strips: velocities, forces, energy and momentum by time, with axes, as far as a track knows them; see history.js.
 
-import { countUpTo, line, prepared, roundStep, withPrefix } from "#view/common.js";
+import { countUpTo, line, prepared, roundStep, thinned, withPrefix } from "#view/common.js";
 import { ballColour } from "#view/scene.js";
 import { FONT } from "#view/texts.js";
 
@@ -27,14 +27,12 @@ export class Graph {
     if (width <= GUTTER || !height) return;
     const { times } = track, scale = (width - GUTTER) / (right - left);
     const title = parseFloat(getComputedStyle(this.canvas).fontSize) * (width > THIN ? TITLE : TITLE + LINE);
-    const place = (time) => GUTTER + (time - left) * scale, drawn = [track, times[0], times.length];
-    if (drawn.some((part, k) => part !== this.drawn?.[k])) this.kept = new Map();
-    Object.assign(this, { context: c, track, drawn });
+    const place = (time) => GUTTER + (time - left) * scale;
+    Object.assign(this, { context: c, track });
     const pulses = track.pulsesIn(left, right).map(({ contact, onset, release, peak }) => ({ contact, release, peak,
       x: place(0.5 * (onset + release)), narrow: (release - onset) * scale < NARROW,
       before: countUpTo(times, onset) - 1 })); // the last sample that knows nothing of it
-    const [from, to] = [left, right].map((time) => countUpTo(times, time));
-    const view = { left, right, width, place, pulses, from, to, ...shown };
+    const view = { left, right, width, place, pulses, ...shown };
     kinds.forEach((kind, i) => {
       c.save();
       c.translate(0, i * tall);
@@ -82,31 +80,13 @@ export class Graph {
   }
 
   /** A curve's points; a velocity jumps where a pulse lies between two samples. */
-  points(kind, i, { from, to, width, place, level, pulses }) {
+  points(kind, i, { left, right, place, level, pulses }) {
     const { times } = this.track, value = curveOf(this.track, kind, i), jumps = new Map();
-    const block = 2 ** Math.max(0, Math.ceil(Math.log2((to - from) / (2 * width))));
-    const kept = this.samples(kind, i, block);
-    const points = kept.slice(countUpTo(kept, from - block - 1), countUpTo(kept, to + block))
-      .map((k) => [place(times[k]), level(value(k))]);
+    const points = thinned(times, left, right, place, (k) => level(value(k)));
     for (const { contact, release, before, x } of kind === "velocity" ? pulses : [])
       if ((contact === i || contact === i - 1) && release <= times[before + 1]) jumps.set(before, x);
     for (const [k, x] of jumps) points.push([x, level(value(k))], [x, level(value(k + 1))]);
     return jumps.size ? points.sort(([a], [b]) => a - b) : points;
-  }
-
-  /** The samples to draw of a curve: the smallest and the largest of each block, found once. */
-  samples(kind, i, block) {
-    const key = [kind, i, block].join(), { times } = this.track, value = curveOf(this.track, kind, i), kept = [];
-    if (this.kept.has(key)) return this.kept.get(key);
-    for (let first = 0; first < times.length; first += block) {
-      let low = first, high = first;
-      for (let k = first + 1; k < Math.min(first + block, times.length); k++)
-        if (value(k) < value(low)) low = k; else if (value(k) > value(high)) high = k;
-      kept.push(Math.min(low, high));
-      if (low !== high) kept.push(Math.max(low, high));
-    }
-    this.kept.set(key, kept);
-    return kept;
   }
 
   /** Labels each pulse with its balls, at its peak. */
