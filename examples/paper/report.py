@@ -6,41 +6,33 @@ from pathlib import Path
 
 import numpy as np
 from newtons_cradle.files import PAGE
-from newtons_cradle.page import packed
+from newtons_cradle.page import filled, packed
 from plots import COLOURS, Plot
 from support import Check, nc
 
 ASSETS = Path(__file__).parent / "report"
-# Those of a module; that common.js exports its functions does no harm there.
-SCRIPTS = (PAGE / "view/common.js", ASSETS / "axes.js", ASSETS / "charts.js")
 
 
 def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path) -> None:
     """Writes the report; `cradle`: the page beside it that it links."""
     places: dict[str, int] = {}  # of packed arrays: each is kept once
     figures = [figure(plot, places) for plot in plots]
+    data = {"figures": figures, "arrays": [json.loads(array) for array in places]}
     contents = [f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>' for plot in plots]
+    sources = ASSETS / "report.css", PAGE / "view/common.js", ASSETS / "charts.js"
+    style, common, charts = (path.read_text(encoding="utf-8") for path in sources)
     parts = {
-        "{{style}}": nc.look.STYLE + asset("report.css"),
-        "{{script}}": "\n".join(path.read_text(encoding="utf-8") for path in SCRIPTS),
-        "{{cradle}}": escape(cradle.name),
-        "{{holding}}": str(sum(check.holds for check in checks)),
-        "{{checks}}": str(len(checks)),
-        "{{contents}}": "\n".join(contents),
-        "{{figures}}": "\n".join(map(section, plots)),
-        "{{rows}}": "\n".join(map(row, checks)),
-        "{{data}}": json.dumps({"figures": figures, "arrays": list(map(json.loads, places))}).replace(
-            "<", "\\u003c"
-        ),
+        "style": nc.look.STYLE + style,
+        "script": common + charts,
+        "cradle": escape(cradle.name),
+        "holding": str(sum(check.holds for check in checks)),
+        "checks": str(len(checks)),
+        "contents": "\n".join(contents),
+        "figures": "\n".join(map(section, plots)),
+        "rows": "\n".join(map(row, checks)),
+        "data": json.dumps(data).replace("<", "\\u003c"),
     }
-    page = asset("template.html")
-    for mark, text in parts.items():
-        page = page.replace(mark, text)
-    path.write_text(page, encoding="utf-8")
-
-
-def asset(name: str) -> str:
-    return (ASSETS / name).read_text(encoding="utf-8")
+    path.write_text(filled(ASSETS / "template.html", parts), encoding="utf-8")
 
 
 def place(array: np.ndarray, kind: str, places: dict) -> int:
