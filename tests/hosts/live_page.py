@@ -31,9 +31,10 @@ def open_page(browser, path: Path, link: str = "#preset=textbook") -> None:
     """Opens the page by a link, so that nothing moves by itself, or "" for what is recorded in it; names that its
     modules export become its window's."""
     visit(browser, path, link)
-    script = """const done = arguments[0], rooms = ["engine/live", "engine/setup", "view/captions", "control/keep", "control/link"];
+    rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link")
+    script = """const [rooms, done] = arguments;
       Promise.all(rooms.map((room) => import(`#${room}.js`))).then((all) => done(Object.assign(window, ...all) && 0))"""
-    browser.execute_async_script(script)
+    browser.execute_async_script(script, rooms)
 
 
 def by_onset(pulses) -> np.ndarray:

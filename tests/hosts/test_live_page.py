@@ -262,15 +262,8 @@ def test_keys_that_are_listed_do_something(page, live_path, recorded_path):
     shown = "cradle.panels.toggle('help'); return [...document.querySelectorAll('.keys dt')].map((k) => k.innerText)"
     always = {"Space", "D", "V", "C", "S", "L", "P, N", "K"}
     inside = {"I", "E", ", ."}
-    assert set(js(page, shown)) == always | inside | {
-        "Tab",
-        "\u2190 \u2192",
-        "Enter",
-        "1 to 9",
-        "A",
-        "0",
-        "B",
-    }
+    live = {"Tab", "\u2190 \u2192", "Enter", "1 to 9", "A", "0", "B"}
+    assert set(js(page, shown)) == always | inside | live
     open_page(page, recorded_path, "")
     recorded = always | {"[ ]", "\u2190 \u2192", "R"}
     assert set(js(page, shown)) == recorded | inside

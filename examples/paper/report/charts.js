@@ -76,7 +76,7 @@ class Chart {
   build(figure) {
     const { strips, views, stripHeight, column: { title, xunit } } = this, zooms = xunit !== "" || views.length > 1;
     const bar = element(figure, "div", { className: "bar" }), legend = element(figure, "p", { className: "legend" });
-    element(bar, "span", { textContent: title });
+    if (title) element(bar, "span", { textContent: title });
     const button = (textContent, onclick) => element(bar, "button", { type: "button", textContent, onclick });
     this.buttons = zooms ? views.map((view) => button(view.label, () => this.show(view))) : [];
     for (const [text, label, factor] of zooms ? [["+", "zoom in", 0.5], ["−", "zoom out", 2]] : [])
@@ -225,9 +225,9 @@ class Chart {
     for (const trace of strip.traces) this.drawTrace(trace, py);
     context.restore();
     // Name of the strip, and the values that are read.
-    this.plate(strip.label, MARGIN.left + 6, top + 1, "left");
+    this.plate(strip.label, MARGIN.left + 6, top + 1);
     values.forEach(({ colour: shade, text }, i) => {
-      const y = top + 1 + 15 * i, edge = this.plate(text, end - 6, y, "right");
+      const y = top + 1 + 15 * i, edge = this.plate(text, end - 6, y, 1, 14);
       context.fillStyle = colour(shade);
       context.fillRect(edge - 12, y + 2, 9, 9);
     });
@@ -242,10 +242,9 @@ class Chart {
     context.setLineDash([]);
   }
 
-  /** A text that stays readable on the curves; returns its left end. */
-  plate(text, x, y, align) {
-    const { context } = this, wide = context.measureText(text).width, air = align === "right" ? 14 : 2;
-    const left = x - wide * { left: 0, center: 0.5, right: 1 }[align];
+  /** A text that stays readable on the curves, with a `part` of it to the left of `x`; returns its left end. */
+  plate(text, x, y, part = 0, air = 2) {
+    const { context } = this, wide = context.measureText(text).width, left = x - part * wide;
     Object.assign(context, { fillStyle: colour("--card"), globalAlpha: 0.85 });
     context.fillRect(left - air, y - 1, wide + air + 2, 15);
     Object.assign(context, { fillStyle: colour("--ink"), globalAlpha: 1, textAlign: "left", textBaseline: "top" });
@@ -259,7 +258,7 @@ class Chart {
     if (pixel < MARGIN.left || pixel > end) return;
     context.fillStyle = colour("--edge");
     context.fillRect(pixel - 0.5, MARGIN.top - 4, 1, bottom - MARGIN.top + 4);
-    this.plate(text, Math.min(Math.max(pixel, MARGIN.left + half), end - half), 6, "center");
+    this.plate(text, Math.min(Math.max(pixel, MARGIN.left + half), end - half), 6, 0.5);
   }
 
   drawAxis({ list, name }, y) {
