@@ -95,7 +95,7 @@ def ranges(browser, figure: str) -> list:
 
 
 def test_charts_side_by_side_move_together(report):
-    """Those of the same range; by buttons, dragging and keys. The pointer reads both, in the units of their axes."""
+    """By buttons, dragging and keys. The pointer reads both, in the units of their axes."""
     left, right = report.find_elements(By.CSS_SELECTOR, "#figure5 canvas")
     show(report, left)
     before = left.screenshot_as_png

@@ -60,10 +60,10 @@ function valueAt({ x, y, style }, at) {
 }
 
 class Chart {
-  constructor(parent, column, height, arrays) {
+  /** `mates`: the charts of its figure, which show the same range; `reading`: where values are read. */
+  constructor(parent, column, height, arrays, mates) {
     const { views, strips } = column, [{ left, right }] = views;
-    // `mates`: the charts that show the same range; `reading`: where values are read.
-    Object.assign(this, { column, stripHeight: height, views, left, right, mates: [this], reading: null, grip: null });
+    Object.assign(this, { column, stripHeight: height, views, left, right, mates, reading: null, grip: null });
     this.strips = strips.map((strip) => {
       const traces = strip.traces.map((trace) => ({ ...trace, x: arrays[trace.x], y: arrays[trace.y] }));
       return { ...strip, traces, range: strip.limits ?? rangeOf(traces) };
@@ -276,10 +276,8 @@ const { figures, arrays } = JSON.parse(document.getElementById("data").textConte
 const numbers = await Promise.all(arrays.map(async (packed) => (await columnsOf(packed)).get("")));
 for (const { name, columns, height } of figures) {
   const parent = document.querySelector(`#${name} .charts`);
-  const row = columns.map((column) => new Chart(parent, column, height, numbers));
-  const ranges = ({ views }) => String(views.map(({ left, right }) => [left, right]));
-  for (const chart of row) chart.mates = row.filter((other) => ranges(other) === ranges(chart));
-  charts[name] = row;
+  const row = charts[name] = [];
+  for (const column of columns) row.push(new Chart(parent, column, height, numbers, row));
 }
 DARK.onchange = () => { for (const chart of Object.values(charts).flat()) chart.draw(); };
 window.report = { charts };
