@@ -24,6 +24,7 @@ FOLLOW = """(run, times) => {
   return [rows, pulses];
 }"""
 ITEMS = {"powerLaw": 1, "hertz": 2, "rigid": 3}
+PANELS = ("change", "show", "beside", "lesson", "keep", "help")
 DRAWN = "requestAnimationFrame(() => requestAnimationFrame(arguments[0]))"
 
 
@@ -119,7 +120,7 @@ def text(page, selector: str) -> str:
 
 def each_panel(page):
     """Opens and closes one panel after the other; their names."""
-    for panel in ("change", "show", "beside", "lesson", "keep", "help"):
+    for panel in PANELS:
         js(page, "cradle.panels.toggle(arguments[0])", panel)
         yield panel
         js(page, "cradle.panels.toggle(arguments[0])", panel)

@@ -1,4 +1,4 @@
-"""The page in which the engine runs live, in a headless Chromium: keyboard, links, tables, languages, accessibility;
+"""The page in which the engine runs live, in a headless Chromium: keyboard, links, tables, languages;
 for classes: what will fly out is asked before it is seen, and the lesson is presented step by step."""
 
 import json
@@ -9,7 +9,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
 
 import pytest
-from browser import ready, serious, set_screen, visit
+from browser import ready, set_screen, visit
 from conftest import ROOT
 from live_page import boxes, drag, each_panel, gesture, js, keys, open_page, place, press, wait
 from newtons_cradle.page import save_site
@@ -158,25 +158,6 @@ def test_a_picture_is_kept(page):
         wait(page, "cradle.stages[0].scene.painter?.drawn ?? true")
         kind, large, colours = page.execute_async_script(PICTURE)
         assert (kind, large) == ("image/png", 2) and colours > 300, space
-
-
-def test_axe_finds_nothing_serious(page, axe):
-    """The page and each of its panels, dark and light; in 3D; and inside a click, on a phone."""
-    page.execute_script(axe)
-    js(page, "cradle.choose('steel'); cradle.lift(2); cradle.set('energy', true)")
-    for light in (False, True):
-        js(page, "cradle.setTheme(arguments[0])", light)
-        assert serious(page) == [], light
-        for panel in each_panel(page):
-            assert serious(page) == [], (light, panel)
-        for other in ("view=3d", "present"):
-            js(page, "cradle.open(arguments[0])", other)
-            assert serious(page) == [], (light, other)
-        js(page, "cradle.open('preset=steel&lift=2&show=energy')")
-    set_screen(page, "phone")
-    js(page, "cradle.inside()")
-    wait(page, "cradle.clock.inside && source.shownClick?.sampled")
-    assert serious(page) == []
 
 
 TEXTS = {path.stem: json.loads(path.read_bytes()) for path in (ROOT / "web/page/texts").glob("*.json")}

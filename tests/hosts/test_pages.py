@@ -8,7 +8,7 @@ from urllib.parse import unquote
 
 import pytest
 from browser import SIZES, assert_quiet, colours, serious, set_screen, visit
-from live_page import boxes, drag, each_panel, js, wait
+from live_page import DRAWN, PANELS, boxes, drag, each_panel, js, wait
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -132,19 +132,31 @@ def test_charts_side_by_side_move_together(report):
     assert ranges(report, "figure4") == [[0, 10]]
 
 
-#: What is done with a recording, one after the other: it stands still in a click, with strips, and with its parameters.
-ACTIONS = (
-    "cradle.setRunning(false); cradle.clock.slowAt('always'); cradle.seek(cradle.sources[0].clicks[0].begin + 3e-5)",
-    "for (const kind of ['force', 'energy']) cradle.set(kind, true)",
-    "for (const kind of ['force', 'energy']) cradle.set(kind, false); cradle.panels.toggle('details')",
-)
+#: What is done with a page, one after the other: a recording stands still in a click, with strips, and with its
+#: parameters; a live run is shown with each panel, in 3D, as a lesson, and inside a click.
+ACTIONS = {
+    "recorded": (
+        "cradle.setRunning(false); cradle.clock.slowAt('always'); cradle.seek(cradle.sources[0].clicks[0].begin + 3e-5)",
+        "for (const kind of ['force', 'energy']) cradle.set(kind, true)",
+        "for (const kind of ['force', 'energy']) cradle.set(kind, false); cradle.panels.toggle('details')",
+    ),
+    "live": (
+        "cradle.open('preset=steel&lift=2&show=energy')",
+        *(f"cradle.panels.toggle('{panel}')" for panel in PANELS),
+        "cradle.panels.close(); cradle.open('view=3d')",
+        "cradle.open('present')",
+        """cradle.open('preset=steel&lift=2&show=energy&slow=always'); const [source] = cradle.sources;
+        while (!source.shownClick?.sampled) source.advance(source.time + 0.9 * source.ahead(Infinity).distance);
+        cradle.seek(source.shownClick.begin + 3e-5)""",
+    ),
+}
 
 #: Each text of the page as [text, left, top, right, bottom, whether it may scroll away sideways], CSS pixels.
 TEXTS = """
 const found = [], walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
 for (let node; (node = walk.nextNode());) {
   const parent = node.parentElement, text = node.textContent.trim();
-  if (!text || parent.closest("script, style, .spoken, #panelbody")) continue;
+  if (!text || parent.closest("script, style, .spoken, #panelbody, #status")) continue;
   if (!parent.checkVisibility({visibilityProperty: true})) continue;
   if (getComputedStyle(parent).clipPath !== "none") continue;
   const range = document.createRange(), scrolls = Boolean(parent.closest("[role=region], .wide"));
@@ -157,9 +169,10 @@ return found;"""
 
 
 @pytest.fixture(scope="module")
-def pages(recorded_path, paper, fmu) -> dict[str, Path]:
-    """The three kinds of pages."""
+def pages(live_path, recorded_path, paper, fmu) -> dict[str, Path]:
+    """The kinds of pages."""
     return {
+        "live": live_path,
         "recorded": recorded_path,
         "report": paper[0] / "report.html",
         "fmu": Path(fmu.folder) / "documentation/index.html",
@@ -188,22 +201,22 @@ def assert_fits(browser) -> None:
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.parametrize("page", ["recorded", "report", "fmu"])
+@pytest.mark.parametrize("page", ["live", "recorded", "report", "fmu"])
 def test_nothing_overprints_and_axe_finds_nothing_serious(browser, axe, pages, page):
-    """In windows of all sizes, light and dark; a recording also in a click, with strips, and with its parameters."""
-    set_screen(browser)
+    """In windows of all sizes, light and dark, whatever has been done."""
+    set_screen(browser, still=True)  # no view glides
     visit(browser, pages[page])
     browser.execute_script(axe)
-    for action in ["", *(ACTIONS if page == "recorded" else ())]:
+    for action in ["", *ACTIONS.get(page, ())]:
         browser.execute_script(action)
         for size in SIZES:
-            set_screen(browser, size)
-            browser.execute_async_script("setTimeout(arguments[0], 1000)")  # views glide
+            set_screen(browser, size, still=True)
+            browser.execute_async_script(DRAWN)
             assert_fits(browser)
-            if page == "recorded":
+            if page in ACTIONS:
                 boxes(browser)
             for dark in (False, True):
-                set_screen(browser, size, dark=dark)
+                set_screen(browser, size, dark=dark, still=True)
                 assert serious(browser) == [], (action, size, dark)
     assert_quiet(browser)
 
