@@ -47,7 +47,7 @@ class Strip:
 @dataclass(frozen=True)
 class Column:
     """Strips above each other that share a horizontal axis. `views`: ranges of it to look at, by the name of their
-    button; the first one is shown first."""
+    button; the first one is shown first. In the report, columns side by side have the same."""
 
     strips: list[Strip]
     views: dict[str, tuple[float, float]]

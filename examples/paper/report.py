@@ -1,50 +1,43 @@
 """The report: all plots, interactive, and the table of checks as one HTML file that needs no network."""
 
-import base64
 import json
 from html import escape
 from pathlib import Path
 
 import numpy as np
+from newtons_cradle.files import PAGE
+from newtons_cradle.page import filled, packed
 from plots import COLOURS, Plot
 from support import Check, nc
 
 ASSETS = Path(__file__).parent / "report"
-SCRIPTS = ("axes.js", "charts.js")
 
 
 def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path) -> None:
     """Writes the report; `cradle`: the page beside it that it links."""
-    places: dict[tuple[str, str], int] = {}  # of arrays, by their kind and data: each is kept once
+    places: dict[str, int] = {}  # of packed arrays: each is kept once
     figures = [figure(plot, places) for plot in plots]
+    data = {"figures": figures, "arrays": [json.loads(array) for array in places]}
     contents = [f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>' for plot in plots]
-    arrays = [{"kind": kind, "data": data} for kind, data in places]
+    sources = ASSETS / "report.css", PAGE / "view/common.js", ASSETS / "charts.js"
+    style, common, charts = (path.read_text(encoding="utf-8") for path in sources)
     parts = {
-        "{{style}}": nc.look.STYLE + asset("report.css"),
-        "{{script}}": "\n".join([nc.look.SCRIPT, *map(asset, SCRIPTS)]),
-        "{{cradle}}": escape(cradle.name),
-        "{{holding}}": str(sum(check.holds for check in checks)),
-        "{{checks}}": str(len(checks)),
-        "{{contents}}": "\n".join(contents),
-        "{{figures}}": "\n".join(map(section, plots)),
-        "{{rows}}": "\n".join(map(row, checks)),
-        "{{data}}": json.dumps({"figures": figures, "arrays": arrays}).replace("<", "\\u003c"),
+        "style": nc.look.STYLE + style,
+        "script": common + charts,
+        "cradle": escape(cradle.name),
+        "holding": str(sum(check.holds for check in checks)),
+        "checks": str(len(checks)),
+        "contents": "\n".join(contents),
+        "figures": "\n".join(map(section, plots)),
+        "rows": "\n".join(map(row, checks)),
+        "data": json.dumps(data).replace("<", "\\u003c"),
     }
-    page = asset("template.html")
-    for mark, text in parts.items():
-        page = page.replace(mark, text)
-    path.write_text(page, encoding="utf-8")
-
-
-def asset(name: str) -> str:
-    return (ASSETS / name).read_text(encoding="utf-8")
+    path.write_text(filled(ASSETS / "template.html", parts), encoding="utf-8")
 
 
 def place(array: np.ndarray, kind: str, places: dict) -> int:
-    """The number of an array among those kept, as base64 of little-endian bytes; `kind`: f4, or f8 for times that are
-    zoomed into."""
-    data = base64.b64encode(np.ascontiguousarray(array, dtype=f"<{kind}")).decode("ascii")
-    return places.setdefault((kind, data), len(places))
+    """The number of an array among those kept; `kind`: f4, or f8 for times that are zoomed into."""
+    return places.setdefault(json.dumps(packed({"": array}, kind)), len(places))
 
 
 def figure(plot: Plot, places: dict) -> dict:
@@ -60,7 +53,9 @@ def figure(plot: Plot, places: dict) -> dict:
         return vars(strip) | {"traces": list(map(trace, strip.traces))}
 
     def column(column) -> dict:
-        views = [[label, *view] for label, view in column.views.items()]
+        views = [
+            {"label": label, "left": left, "right": right} for label, (left, right) in column.views.items()
+        ]
         return vars(column) | {"views": views, "strips": list(map(strip, column.strips))}
 
     return {"name": plot.name, "height": round(plot.height * 80), "columns": list(map(column, plot.columns))}

@@ -40,10 +40,12 @@ def save_page(
         # So that no `</script>` in it ends the element.
         "recording": json.dumps(recording and told(recording)).replace("<", "\\u003c"),
     }
-    # One pass, so that nothing in a part is taken for a slot.
-    template = (PAGE / "template.html").read_text(encoding="utf-8")
-    finished = re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], template)
-    return in_folder(path).write_bytes(finished.encode("utf-8"))
+    return in_folder(path).write_bytes(filled(PAGE / "template.html", parts).encode("utf-8"))
+
+
+def filled(template: Path, parts: dict[str, str]) -> str:
+    """A template whose slots, such as `{{style}}`, are filled in one pass: nothing in a part is taken for a slot."""
+    return re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], template.read_text(encoding="utf-8"))
 
 
 def save_site(folder: str | Path) -> int:

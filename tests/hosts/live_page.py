@@ -1,14 +1,9 @@
 """What the tests of the page share: the page in Chromium, pointers, and the native run to compare with."""
 
-import json
-import shutil
 from pathlib import Path
 
 import numpy as np
-import pytest
 from browser import visit
-from conftest import ROOT, ended
-from newtons_cradle.files import presets
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.actions.pointer_input import PointerInput
@@ -29,35 +24,18 @@ FOLLOW = """(run, times) => {
   return [rows, pulses];
 }"""
 ITEMS = {"powerLaw": 1, "hertz": 2, "rigid": 3}
+PANELS = ("change", "show", "beside", "lesson", "keep", "help")
 DRAWN = "requestAnimationFrame(() => requestAnimationFrame(arguments[0]))"
-ENGINE = "target/web/wasm32-unknown-unknown/release/cradle_web.wasm"
-
-
-def node(script: str):
-    """What the body of an async function returns that runs in node with the `engine` and some of the page's modules."""
-    if shutil.which("node") is None:
-        pytest.skip("node is missing")
-    names = {"readFileSync": "node:fs", "Engine": "#engine/engine.js", "Live": "#engine/live.js"}
-    names |= {
-        "FILES, PRESETS": "#engine/setup.js",
-        "captionOf": "#view/captions.js",
-        "learn": "#view/texts.js",
-    }
-    lines = [f'import {{ {name} }} from "{module}";' for name, module in names.items()]
-    lines.append('learn({ en: JSON.parse(readFileSync("page/texts/en.json")) });')
-    lines.append(f"Object.assign(FILES, {json.dumps(presets())});")
-    lines.append(f"const engine = await Engine.load(readFileSync({json.dumps(str(ROOT / ENGINE))}));")
-    lines.append(f"console.log(JSON.stringify(await (async () => {{ {script} }})()));")
-    return json.loads(ended("node", "--input-type=module", cwd=ROOT / "web", input="\n".join(lines)).stdout)
 
 
 def open_page(browser, path: Path, link: str = "#preset=textbook") -> None:
     """Opens the page by a link, so that nothing moves by itself, or "" for what is recorded in it; names that its
     modules export become its window's."""
     visit(browser, path, link)
-    script = """const done = arguments[0], rooms = ["engine/setup", "view/captions", "control/keep", "control/link"];
+    rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link")
+    script = """const [rooms, done] = arguments;
       Promise.all(rooms.map((room) => import(`#${room}.js`))).then((all) => done(Object.assign(window, ...all) && 0))"""
-    browser.execute_async_script(script)
+    browser.execute_async_script(script, rooms)
 
 
 def by_onset(pulses) -> np.ndarray:
@@ -142,7 +120,7 @@ def text(page, selector: str) -> str:
 
 def each_panel(page):
     """Opens and closes one panel after the other; their names."""
-    for panel in ("change", "show", "beside", "lesson", "keep", "help"):
+    for panel in PANELS:
         js(page, "cradle.panels.toggle(arguments[0])", panel)
         yield panel
         js(page, "cradle.panels.toggle(arguments[0])", panel)

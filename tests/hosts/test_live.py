@@ -1,5 +1,4 @@
-"""The page in which the engine runs live: dragged, changed, looked into, in a headless Chromium; and its engine in
-node."""
+"""The page in which the engine runs live: dragged, changed, looked into, in a headless Chromium."""
 
 import json
 
@@ -7,7 +6,7 @@ import newtons_cradle as nc
 import numpy as np
 import pytest
 from browser import colours
-from live_page import FOLLOW, GRID, assert_native, drag, gesture, js, let_go, node, place, same_run, wait
+from live_page import FOLLOW, GRID, assert_native, drag, gesture, js, let_go, place, same_run, wait
 from selenium.webdriver.common.by import By
 
 pytestmark = pytest.mark.all
@@ -23,17 +22,20 @@ SET_UPS = {
 
 
 @pytest.mark.parametrize("name", SET_UPS)
-def test_the_engine_gives_the_native_bits_in_node(fmu, live_path, name):
+def test_the_engine_gives_the_native_bits(page, fmu, name):
     """A minute of each, sampled at 3841 instants: sums, positions, velocities, pulses."""
     recipe = {"balls": 5, "start": SET_UPS[name]}
-    rows, pulses = node(f"return ({FOLLOW})(engine.start({json.dumps(recipe)}), {GRID})")
+    rows, pulses = js(
+        page, f"return ({FOLLOW})(cradle.engine.start(arguments[0]), arguments[1])", recipe, GRID
+    )
     assert len(pulses) > 10
     assert same_run(fmu, recipe, rows, pulses)
 
 
 # What is said of a set-up's first click, from 21 us before it to its end, and what goes with the end.
 SAID = """
-const source = new Live(engine, PRESETS[preset].setup().with({x_start})), said = new Set();
+const [preset, x_start] = arguments, said = new Set();
+const source = new Live(cradle.engine, PRESETS[preset].setup().with({x_start}));
 while (!source.click?.sampled) source.advance(source.time + 0.9 * source.ahead(Infinity).distance);
 const {click} = source;
 for (const time of [-21e-6, ...Array.from({length: 200}, (_, k) => k / 199 * click.length)]) {
@@ -75,9 +77,8 @@ CAPTIONS = {
 
 
 @pytest.mark.parametrize("preset, lifted", CAPTIONS)
-def test_captions_tell_what_happens(live_path, preset, lifted):
-    given = f"const preset = {json.dumps(preset)}, x_start = {[-0.1] * lifted};"
-    assert node(given + SAID) == CAPTIONS[preset, lifted]
+def test_captions_tell_what_happens(page, preset, lifted):
+    assert page.execute_script(SAID, preset, [-0.1] * lifted) == CAPTIONS[preset, lifted]
 
 
 def test_two_balls_are_dragged_and_let_go(page, fmu):

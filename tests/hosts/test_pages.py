@@ -1,11 +1,14 @@
-"""The FMU's page and the report, opened from disk in a headless Chromium."""
+"""The FMU's page and the report, opened from disk in a headless Chromium. All pages in windows of a desktop and of a
+phone, light and dark: nothing overprints or is cut off, axe-core finds nothing serious, and balls can be dragged beside
+panels and strips."""
 
 import re
 from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from browser import colours, set_screen, visit
+from browser import SIZES, assert_quiet, colours, serious, set_screen, visit
+from live_page import DRAWN, PANELS, boxes, drag, each_panel, js, wait
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -92,7 +95,7 @@ def ranges(browser, figure: str) -> list:
 
 
 def test_charts_side_by_side_move_together(report):
-    """Those of the same range; by buttons, dragging and keys. The pointer reads both, in the units of their axes."""
+    """By buttons, dragging and keys. The pointer reads both, in the units of their axes."""
     left, right = report.find_elements(By.CSS_SELECTOR, "#figure5 canvas")
     show(report, left)
     before = left.screenshot_as_png
@@ -127,3 +130,154 @@ def test_charts_side_by_side_move_together(report):
     left.send_keys("0")
     WebDriverWait(report, 30).until(lambda _: ranges(report, "figure5") == [[-5e-8, 1.1e-6]] * 2)
     assert ranges(report, "figure4") == [[0, 10]]
+
+
+#: What is done with a page, one after the other: a recording stands still in a click, with strips, and with its
+#: parameters; a live run is shown with each panel, in 3D, as a lesson, and inside a click.
+ACTIONS = {
+    "recorded": (
+        "cradle.setRunning(false); cradle.clock.slowAt('always'); cradle.seek(cradle.sources[0].clicks[0].begin + 3e-5)",
+        "for (const kind of ['force', 'energy']) cradle.set(kind, true)",
+        "for (const kind of ['force', 'energy']) cradle.set(kind, false); cradle.panels.toggle('details')",
+    ),
+    "live": (
+        "cradle.open('preset=steel&lift=2&show=energy')",
+        *(f"cradle.panels.toggle('{panel}')" for panel in PANELS),
+        "cradle.panels.close(); cradle.open('view=3d')",
+        "cradle.open('present')",
+        """cradle.open('preset=steel&lift=2&show=energy&slow=always'); const [source] = cradle.sources;
+        while (!source.shownClick?.sampled) source.advance(source.time + 0.9 * source.ahead(Infinity).distance);
+        cradle.seek(source.shownClick.begin + 3e-5)""",
+    ),
+}
+
+#: Each text of the page as [text, left, top, right, bottom, whether it may scroll away sideways], CSS pixels.
+TEXTS = """
+const found = [], walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+for (let node; (node = walk.nextNode());) {
+  const parent = node.parentElement, text = node.textContent.trim();
+  if (!text || parent.closest("script, style, .spoken, #panelbody, #status")) continue;
+  if (!parent.checkVisibility({visibilityProperty: true})) continue;
+  if (getComputedStyle(parent).clipPath !== "none") continue;
+  const range = document.createRange(), scrolls = Boolean(parent.closest("[role=region], .wide"));
+  range.selectNodeContents(node);
+  for (const {left, top, right, bottom} of range.getClientRects()) {
+    if (right - left > 1) found.push([text.slice(0, 60), left, top + scrollY, right, bottom + scrollY, scrolls]);
+  }
+}
+return found;"""
+
+
+@pytest.fixture(scope="module")
+def pages(live_path, recorded_path, paper, fmu) -> dict[str, Path]:
+    """The kinds of pages."""
+    return {
+        "live": live_path,
+        "recorded": recorded_path,
+        "report": paper[0] / "report.html",
+        "fmu": Path(fmu.folder) / "documentation/index.html",
+    }
+
+
+def overprints(texts: list) -> list[tuple[str, str]]:
+    """Pairs of texts that lie on each other, by more than what letters leave free in their line."""
+    texts, found = sorted(texts, key=lambda text: text[2]), []
+    for i, (text, left, top, right, bottom, _) in enumerate(texts):
+        for other, *box, _ in texts[i + 1 :]:
+            if box[1] >= bottom:
+                break
+            wide = min(right, box[2]) - max(left, box[0])
+            high = min(bottom, box[3]) - max(top, box[1])
+            if wide > 1.5 and high > 0.35 * min(bottom - top, box[3] - box[1]):
+                found.append((text, other))
+    return found
+
+
+def assert_fits(browser) -> None:
+    """No text on another one or beyond the sides of the window, and nothing that makes the page scroll sideways."""
+    width, texts = browser.execute_script("return innerWidth"), browser.execute_script(TEXTS)
+    assert len(texts) > 10 and overprints(texts) == []
+    assert [t for t in texts if not t[5] and not (t[1] >= 0 and t[3] <= width + 0.5)] == []
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize("page", ["live", "recorded", "report", "fmu"])
+def test_nothing_overprints_and_axe_finds_nothing_serious(browser, axe, pages, page):
+    """In windows of all sizes, light and dark, whatever has been done."""
+    set_screen(browser, still=True)  # no view glides
+    visit(browser, pages[page])
+    browser.execute_script(axe)
+    for action in ["", *ACTIONS.get(page, ())]:
+        browser.execute_script(action)
+        for size in SIZES:
+            set_screen(browser, size, still=True)
+            browser.execute_async_script(DRAWN)
+            assert_fits(browser)
+            if page in ACTIONS:
+                boxes(browser)
+            for dark in (False, True):
+                set_screen(browser, size, dark=dark, still=True)
+                assert serious(browser) == [], (action, size, dark)
+    assert_quiet(browser)
+
+
+#: Of the report: colours of texts, of curves, and of what they are drawn on.
+TEXT_COLOURS, GROUNDS = ("ink", "soft", "accent", "good", "bad"), ("paper", "card")
+CURVES = ("edge", *(f"series-{i}" for i in range(1, 7)))
+#: The contrast of two of them after WCAG 2, 1 to 21.
+CONTRAST = """const {Color, getContrast} = axe.commons.color, style = getComputedStyle(document.documentElement);
+return getContrast(...[...arguments].map((name) => {
+  const colour = new Color();
+  colour.parseString(style.getPropertyValue(`--${name}`).trim());
+  return colour;
+}))"""
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_colours_are_told_from_what_they_are_on(browser, axe, pages, dark):
+    """Texts, also those drawn on canvases, which axe-core does not see: 4.5 to 1; curves: 3 to 1."""
+    set_screen(browser, dark=dark)
+    visit(browser, pages["report"])
+    browser.execute_script(axe)
+    for name in TEXT_COLOURS + CURVES:
+        least = min(browser.execute_script(CONTRAST, name, ground) for ground in GROUNDS)
+        assert least >= (4.5 if name in TEXT_COLOURS else 3), name
+    assert browser.execute_script(CONTRAST, "on-accent", "accent") >= 4.5
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_cradle_has_room(page, size):
+    """Swinging, it comes close to two sides of its canvas at least, and sticks out at none. All strips together take
+    no more of its height than two and a bit; the rest is scrolled to. Balls are as large as can be told apart, beside
+    each step of the lesson in large letters, and, in German, whose words are long, beside panels, where a hand takes
+    one of them."""
+    set_screen(page, size)
+    js(page, "cradle.lift(2)")
+    wait(page, "source.run.time > 1.5")
+    [alone] = boxes(page)
+    across, up = js(
+        page,
+        """const {scene, canvas} = cradle.stages[0], {unit, floor, long} = scene;
+        const {x} = scene.place(0, -0.1), {x: last} = scene.place(4, 0.1);
+        return [(last - x + 2 * unit) / canvas.clientWidth, unit * (long - floor + 0.42) / canvas.clientHeight]""",
+    )
+    assert 0.85 < max(across, up) < 1
+    js(page, "for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.set(kind, true)")
+    wait(page, "cradle.stages[0].strips.box.scrollHeight > 1.5 * cradle.stages[0].strips.box.clientHeight")
+    [beside] = boxes(page)
+    assert beside["bottom"] - beside["top"] > 0.6 * (alone["bottom"] - alone["top"])
+    for step in range(1, 7):
+        js(page, "cradle.open(`present=${arguments[0]}`)", step)
+        assert all(box["bottom"] - box["top"] > 120 for box in boxes(page)), step
+    js(page, "cradle.open('preset=textbook&lang=de')")
+    for beside, least in (("stop", 140), ("hertz", 120)):
+        js(page, "cradle.compare(arguments[0])", beside)
+        boxes(page)
+        for panel in each_panel(page):
+            assert all(box["bottom"] - box["top"] > least for box in boxes(page)), panel
+        js(page, "cradle.panels.toggle('change')")
+        boxes(page)
+        drag(page, 0, -30)
+        lifted = page.execute_script("return cradle.sources.map(({setup}) => setup.values.x_start[0])")
+        assert max(lifted) < -0.01
+        js(page, "cradle.panels.toggle('change'); cradle.stopAll()")

@@ -1,94 +1,121 @@
 // Charts of strips above a common axis, zoomable over any number of decades; those side by side move together.
+// In the report it stands behind common.js of the cradle's page, whose functions it uses.
 
 const MARGIN = { left: 70, right: 14, top: 26, bottom: 44, gap: 14 };
+const DARK = matchMedia("(prefers-color-scheme: dark)"), STILL = matchMedia("(prefers-reduced-motion: reduce)");
 
-/** An element with these properties and children. */
-function make(tag, properties = {}, ...children) {
-  const element = Object.assign(document.createElement(tag), properties);
-  element.append(...children);
-  return element;
+/** The value of a colour of look.css, such as "--ink"; a colour by its number is lightened where the page is dark. */
+function colour(name) {
+  if (name.startsWith("--")) return getComputedStyle(document.documentElement).getPropertyValue(name);
+  return DARK.matches ? `color-mix(in srgb, ${name}, white 40%)` : name;
+}
+
+/** How numbers from a to b are written: from which origin they are counted, in which unit.
+ *
+ *  Deep in a zoom all numbers begin alike. Then `origin` is a round value below a, `name` says so; texts count from it.
+ */
+function notation(a, b, unit) {
+  const span = b - a, largest = Math.max(Math.abs(a), Math.abs(b));
+  let origin = 0, name = "";
+  if (span < 1e-3 * largest) {
+    const round = 10 ** Math.ceil(Math.log10(span));
+    origin = Math.floor(a / round) * round;
+    name = `${origin.toFixed(Math.max(0, -Math.round(Math.log10(round))))} ${unit}`;
+  }
+  const power = unit ? powerFor(Math.max(Math.abs(a - origin), Math.abs(b - origin))) : 0;
+  return { origin, name, scale: 10 ** power, unit: unit && ` ${PREFIXES[power]}${unit}` };
+}
+
+/** Ticks of an axis from a to b: where they are, their texts, and what they are counted from. */
+function ticks(a, b, count, unit) {
+  const way = notation(a, b, unit), { origin, scale } = way, step = roundStep((b - a) / count);
+  const digits = Math.max(0, -Math.floor(Math.log10(step / scale) + 1e-9)), list = [];
+  for (let k = Math.ceil((a - origin) / step - 1e-9); k * step <= (b - origin) * (1 + 1e-12) + 1e-9 * step; k++) {
+    const short = digits > 5 ? (k * step / scale).toPrecision(2) : (k * step / scale).toFixed(digits);
+    list.push({ at: origin + k * step, text: short.replace("-", "−") + way.unit });
+  }
+  return { list, name: way.name && `${way.name} + …` };
+}
+
+/** A value in the axis's unit, to about `finest`. */
+function written(value, { origin, name, scale, unit }, finest) {
+  const digits = Math.max(0, Math.ceil(-Math.log10(finest / scale) - 1e-9)), number = (value - origin) / scale;
+  const text = (digits > 6 ? number.toExponential(3) : number.toFixed(digits)).replace(/^-/, "−");
+  return `${name && `${name} + `}${text}${unit}`;
+}
+
+/** From the smallest to the largest value, with some air. */
+function rangeOf(traces) {
+  let low = Infinity, high = -Infinity;
+  for (const { y } of traces) for (const value of y) { low = Math.min(low, value); high = Math.max(high, value); }
+  const air = 0.06 * (high - low || Math.abs(high) || 1);
+  return [low === 0 ? 0 : low - air, high + air];
+}
+
+/** A curve's value at x = `at`, of points that of the nearest one; null beside the data. */
+function valueAt({ x, y, style }, at) {
+  const place = placeIn(x, at);
+  if (style === "points") return y[place.i + Math.round(place.part)];
+  return at < x[0] || at > x[x.length - 1] ? null : linear(y, place);
 }
 
 class Chart {
-  constructor(parent, column, height, arrays) {
-    this.column = column;
-    this.stripHeight = height;
-    this.views = column.views.map(([label, left, right]) => ({ label, left, right }));
-    this.strips = column.strips.map((strip) => ({
-      ...strip,
-      traces: strip.traces.map((trace) => ({ ...trace, x: arrays[trace.x], y: arrays[trace.y] })),
-    }));
-    for (const strip of this.strips) strip.range = strip.limits ?? Chart.range(strip.traces);
-    this.left = this.views[0].left;
-    this.right = this.views[0].right;
-    this.mates = [this]; // the charts that show the same range
-    this.reading = null; // where values are read
-    this.build(parent);
+  /** `mates`: the charts of its figure, which show the same range; `reading`: where values are read. */
+  constructor(parent, column, height, arrays, mates) {
+    const { views, strips } = column, [{ left, right }] = views;
+    Object.assign(this, { column, stripHeight: height, views, left, right, mates, reading: null, grip: null });
+    this.strips = strips.map((strip) => {
+      const traces = strip.traces.map((trace) => ({ ...trace, x: arrays[trace.x], y: arrays[trace.y] }));
+      return { ...strip, traces, range: strip.limits ?? rangeOf(traces) };
+    });
+    this.build(element(parent, "figure", { className: "chart" }));
+    this.listen();
     new ResizeObserver(() => this.draw()).observe(this.canvas);
   }
 
-  /** From the smallest to the largest value, with some air. */
-  static range(traces) {
-    let low = Infinity, high = -Infinity;
-    for (const { y } of traces) for (const value of y) { low = Math.min(low, value); high = Math.max(high, value); }
-    const air = 0.06 * (high - low || Math.abs(high) || 1);
-    return [low === 0 ? 0 : low - air, high + air];
-  }
-
-  build(parent) {
-    const { title, xunit } = this.column, bar = make("div", { className: "bar" }, make("span", { textContent: title }));
-    const zooms = xunit !== "" || this.views.length > 1;
-    this.buttons = this.views.filter(() => zooms).map((view) => this.button(bar, view.label, () => this.show(view)));
-    if (zooms) {
-      for (const [text, name, factor] of [["+", "zoom in", 0.5], ["−", "zoom out", 2]]) {
-        this.button(bar, text, () => this.zoom(factor)).setAttribute("aria-label", name);
-      }
+  build(figure) {
+    const { strips, views, stripHeight, column: { title, xunit } } = this, zooms = xunit !== "" || views.length > 1;
+    const bar = element(figure, "div", { className: "bar" }), legend = element(figure, "p", { className: "legend" });
+    if (title) element(bar, "span", { textContent: title });
+    const button = (textContent, onclick) => element(bar, "button", { type: "button", textContent, onclick });
+    this.buttons = zooms ? views.map((view) => button(view.label, () => this.show(view))) : [];
+    for (const [text, label, factor] of zooms ? [["+", "zoom in", 0.5], ["−", "zoom out", 2]] : [])
+      aria(button(text, () => this.zoom(factor)), { label });
+    for (const { label, colour: shade } of strips.flatMap(({ traces }) => traces).filter(({ label }) => label)) {
+      const item = element(legend, "span");
+      element(item, "i").style.background = shade.startsWith("--") ? `var(${shade})` : shade;
+      item.append(label);
     }
-    const named = this.strips.flatMap(({ traces }) => traces).filter(({ label }) => label);
-    this.legend = make("p", { className: "legend" }, ...named.map(({ label, colour: shade }) => {
-      const patch = make("i");
-      patch.style.background = shade.startsWith("--") ? `var(${shade})` : shade;
-      return make("span", {}, patch, label);
-    }));
-    this.canvas = make("canvas", { tabIndex: 0, role: "img" });
-    this.canvas.ariaLabel = `${title}: ${this.strips.map((strip) => strip.label).join(", ")}`;
-    const count = this.strips.length, inner = count * this.stripHeight + (count - 1) * MARGIN.gap;
+    for (const part of [bar, legend]) if (!part.textContent) part.remove();
+    this.canvas = element(figure, "canvas", { tabIndex: 0, role: "img" });
+    aria(this.canvas, { label: `${title}: ${strips.map((strip) => strip.label).join(", ")}` });
+    const inner = strips.length * (stripHeight + MARGIN.gap) - MARGIN.gap;
     this.canvas.style.height = `${MARGIN.top + inner + MARGIN.bottom}px`;
-    this.spoken = make("p", { className: "spoken", ariaLive: "polite" });
-    const above = [...(zooms || title ? [bar] : []), ...(named.length ? [this.legend] : [])];
-    parent.append(make("figure", { className: "chart" }, ...above, this.canvas, this.spoken));
-    this.listen();
-  }
-
-  button(bar, textContent, onclick) {
-    return bar.appendChild(make("button", { type: "button", textContent, onclick }));
+    this.spoken = aria(element(figure, "p", { className: "spoken" }), { live: "polite" });
   }
 
   listen() {
-    const canvas = this.canvas;
-    canvas.addEventListener("wheel", (event) => {
+    const { canvas } = this;
+    canvas.onwheel = (event) => {
       if (document.activeElement !== canvas) return;
       event.preventDefault();
       this.zoom(Math.exp(event.deltaY * 0.002), this.timeAt(event.offsetX));
-    }, { passive: false });
-    canvas.addEventListener("pointerdown", (event) => {
-      this.grip = event.offsetX;
-      canvas.setPointerCapture(event.pointerId);
-      this.read(this.timeAt(event.offsetX));
-    });
-    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { this.grip = null; });
-    canvas.addEventListener("pointermove", (event) => {
-      if (this.grip != null) {
-        const shift = this.timeAt(this.grip) - this.timeAt(event.offsetX);
-        this.grip = event.offsetX;
-        this.set(this.left + shift, this.right + shift);
-      }
-      this.read(this.timeAt(event.offsetX));
-    });
-    canvas.addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") this.read(null); });
-    canvas.addEventListener("blur", () => this.read(null));
-    canvas.addEventListener("dblclick", () => this.show(this.views[0]));
-    canvas.addEventListener("keydown", (event) => this.key(event));
+    };
+    canvas.onpointerdown = ({ pointerId, offsetX }) => {
+      canvas.setPointerCapture(pointerId);
+      this.grip = this.timeAt(offsetX);
+      this.read(this.grip);
+    };
+    canvas.onpointerup = canvas.onpointercancel = () => { this.grip = null; };
+    canvas.onpointermove = ({ offsetX }) => {
+      const shift = this.grip === null ? 0 : this.grip - this.timeAt(offsetX);
+      if (shift) this.set(this.left + shift, this.right + shift);
+      this.read(this.timeAt(offsetX));
+    };
+    canvas.onpointerleave = ({ pointerType }) => { if (pointerType === "mouse") this.read(null); };
+    canvas.onblur = () => this.read(null);
+    canvas.ondblclick = () => this.show(this.views[0]);
+    canvas.onkeydown = (event) => this.key(event);
   }
 
   key(event) {
@@ -116,23 +143,13 @@ class Chart {
 
   /** What is read, in the units of the axes: the place, and for each strip its traces' values: {name, colour, text}. */
   readings() {
-    const at = this.reading, finest = (this.right - this.left) / Math.max(1, this.inner);
-    const values = this.strips.map((strip) => {
-      const [low, high] = strip.range, way = notation(low, high, strip.unit);
-      return strip.traces.flatMap(({ x, y, colour, style, label }) => {
-        const value = Chart.valueAt(x, y, at, style === "points");
-        if (value === null) return [];
-        return [{ name: label || strip.label, colour, text: written(value, way, (high - low) / 2000) }];
-      });
-    });
-    return { at: written(at, notation(this.left, this.right, this.column.xunit), finest), values };
-  }
-
-  /** A curve's value at x = `at`, of points that of the nearest one; null beside the data. */
-  static valueAt(x, y, at, nearest) {
-    const place = placeIn(x, at);
-    if (nearest) return y[place.i + Math.round(place.part)];
-    return at < x[0] || at > x[x.length - 1] ? null : linear(y, place);
+    const { reading, left, right, column } = this, finest = (right - left) / Math.max(1, this.inner);
+    const values = this.strips.map(({ range: [low, high], unit, traces, label }) => traces.flatMap((trace) => {
+      const value = valueAt(trace, reading), way = notation(low, high, unit);
+      const told = { name: trace.label || label, colour: trace.colour };
+      return value === null ? [] : [{ ...told, text: written(value, way, (high - low) / 2000) }];
+    }));
+    return { at: written(reading, notation(left, right, column.xunit), finest), values };
   }
 
   /** Width of the strips in pixels. */
@@ -176,158 +193,91 @@ class Chart {
 
   draw() {
     if (!this.canvas.clientWidth) return;
-    const { context, height } = prepared(this.canvas), inner = this.inner;
-    const read = this.reading === null ? null : this.readings();
-    const across = ticks(this.left, this.right, Math.max(2, inner / 110), this.column.xunit);
-    this.strips.forEach((strip, number) => {
-      const top = MARGIN.top + number * (this.stripHeight + MARGIN.gap);
-      this.drawStrip(context, strip, top, inner, across, read?.values[number]);
+    const { strips, stripHeight, left, right, inner, column, reading, canvas } = this;
+    const { context, height } = prepared(canvas), bottom = height - MARGIN.bottom;
+    const across = ticks(left, right, Math.max(2, inner / 110), column.xunit);
+    const px = (x) => MARGIN.left + inner * (x - left) / (right - left);
+    const read = reading === null ? null : this.readings();
+    Object.assign(this, { context, px, end: MARGIN.left + inner });
+    strips.forEach((strip, number) => {
+      const top = MARGIN.top + number * (stripHeight + MARGIN.gap);
+      this.drawStrip(strip, top, across.list, read?.values[number] ?? []);
     });
-    this.drawAxis(context, across, inner, height);
-    if (read) this.drawReading(context, read.at, inner, height);
-    this.buttons.forEach((button, i) => {
-      const { left, right } = this.views[i];
-      button.setAttribute("aria-pressed", String(left === this.left && right === this.right));
-    });
+    this.drawAxis(across, bottom);
+    if (read) this.drawReading(read.at, bottom);
+    this.buttons.forEach((button, i) =>
+      aria(button, { pressed: this.views[i].left === left && this.views[i].right === right }));
   }
 
-  drawStrip(context, strip, top, inner, across, values) {
-    const [low, high] = strip.range, bottom = top + this.stripHeight;
-    const px = (x) => MARGIN.left + inner * (x - this.left) / (this.right - this.left);
-    const py = (y) => bottom - (bottom - top) * (y - low) / (high - low);
-    context.lineWidth = 1;
-    context.strokeStyle = colour("--line");
-    context.fillStyle = colour("--soft");
-    context.textAlign = "right";
-    context.textBaseline = "middle";
-    context.beginPath();
-    for (const { at } of across.list) { context.moveTo(px(at), top); context.lineTo(px(at), bottom); }
-    for (const { at, text } of ticks(low, high, Math.max(2.4, this.stripHeight / 34), strip.unit).list) {
-      context.moveTo(MARGIN.left, py(at));
-      context.lineTo(MARGIN.left + inner, py(at));
-      context.fillText(text, MARGIN.left - 6, py(at));
+  drawStrip(strip, top, across, values) {
+    const { context, px, end, stripHeight } = this, [low, high] = strip.range, bottom = top + stripHeight;
+    const py = (y) => bottom - stripHeight * (y - low) / (high - low);
+    for (const { at } of across) line(context, [[px(at), top], [px(at), bottom]], colour("--line"));
+    const style = { fillStyle: colour("--soft"), textAlign: "right", textBaseline: "middle" };
+    for (const { at, text } of ticks(low, high, Math.max(2.4, stripHeight / 34), strip.unit).list) {
+      line(context, [[MARGIN.left, py(at)], [end, py(at)]], colour("--line"));
+      Object.assign(context, style).fillText(text, MARGIN.left - 6, py(at));
     }
-    context.stroke();
     context.save();
     context.beginPath();
-    context.rect(MARGIN.left, top - 2, inner, bottom - top + 4);
+    context.rect(MARGIN.left, top - 2, end - MARGIN.left, stripHeight + 4);
     context.clip();
-    for (const trace of strip.traces) this.drawTrace(context, trace, px, py, inner);
+    for (const trace of strip.traces) this.drawTrace(trace, py);
     context.restore();
-    this.drawTexts(context, strip, top, inner, values);
+    // Name of the strip, and the values that are read.
+    this.plate(strip.label, MARGIN.left + 6, top + 1);
+    values.forEach(({ colour: shade, text }, i) => {
+      const y = top + 1 + 15 * i, edge = this.plate(text, end - 6, y, 1, 14);
+      context.fillStyle = colour(shade);
+      context.fillRect(edge - 12, y + 2, 9, 9);
+    });
   }
 
-  drawTrace(context, { x, y, colour: shade, style }, px, py, inner) {
-    const first = Math.max(0, countUpTo(x, this.left) - 1), last = Math.min(x.length - 1, countUpTo(x, this.right));
-    context.strokeStyle = context.fillStyle = colour(shade);
-    if (style === "points") {
-      for (let i = first; i <= last; i++) {
-        context.beginPath();
-        context.arc(px(x[i]), py(y[i]), 3.2, 0, 2 * Math.PI);
-        context.fill();
-      }
-      return;
-    }
-    const path = this.path(x, y, first, last, px, py, inner);
-    if (style === "area") {
-      const area = new Path2D(path);
-      area.lineTo(px(x[last]), py(0));
-      area.lineTo(px(x[first]), py(0));
-      context.globalAlpha = 0.22;
-      context.fill(area);
-      context.globalAlpha = 1;
-    }
-    context.setLineDash(style === "dashed" ? [5, 4] : []);
-    context.lineWidth = style === "dashed" ? 1.1 : 1.6;
-    context.lineJoin = "round";
-    context.stroke(path);
+  drawTrace({ x, y, colour: name, style }, py) {
+    const { context, px, left, right } = this, shade = colour(name), dashed = style === "dashed";
+    const points = thinned(x, left, right, px, (i) => py(y[i]));
+    context.setLineDash(dashed ? [5, 4] : []);
+    if (style === "points") for (const [x, y] of points) circle(context, { x, y }, 3.2, shade);
+    else line(context, points, shade, dashed ? 1.1 : 1.6, style === "area" ? 0.22 : 0, py(0));
     context.setLineDash([]);
   }
 
-  /** The polyline; where many points share a pixel column, only its first, lowest, highest and last. */
-  path(x, y, first, last, px, py, inner) {
-    const path = new Path2D();
-    path.moveTo(px(x[first]), py(y[first]));
-    if (last - first < 4 * inner) {
-      for (let i = first + 1; i <= last; i++) path.lineTo(px(x[i]), py(y[i]));
-      return path;
-    }
-    for (let i = first; i <= last;) {
-      const column = Math.floor(px(x[i])), begin = i;
-      let low = y[i], high = y[i];
-      for (; i <= last && Math.floor(px(x[i])) === column; i++) {
-        low = Math.min(low, y[i]);
-        high = Math.max(high, y[i]);
-      }
-      for (const value of [y[begin], low, high, y[i - 1]]) path.lineTo(column + 0.5, py(value));
-    }
-    return path;
-  }
-
-  /** Name of the strip, and the values that are read. */
-  drawTexts(context, strip, top, inner, values) {
-    context.textBaseline = "top";
-    this.plate(context, strip.label, MARGIN.left + 6, top + 1, "left", colour("--ink"));
-    (values ?? []).forEach(({ colour: shade, text }, i) => {
-      const y = top + 1 + 15 * i, right = MARGIN.left + inner - 6;
-      const left = this.plate(context, text, right, y, "right", colour("--ink"));
-      context.fillStyle = colour(shade);
-      context.fillRect(left - 12, y + 2, 9, 9);
-    });
-  }
-
-  /** A text that stays readable on the curves; returns its left end. */
-  plate(context, text, x, y, align, shade) {
-    const wide = context.measureText(text).width, left = x - wide * { left: 0, center: 0.5, right: 1 }[align];
-    context.fillStyle = colour("--card");
-    context.globalAlpha = 0.85;
-    context.fillRect(left - (align === "right" ? 14 : 2), y - 1, wide + (align === "right" ? 16 : 4), 15);
-    context.globalAlpha = 1;
-    context.textAlign = "left";
-    context.textBaseline = "top";
-    context.fillStyle = shade;
+  /** A text that stays readable on the curves, with a `part` of it to the left of `x`; returns its left end. */
+  plate(text, x, y, part = 0, air = 2) {
+    const { context } = this, wide = context.measureText(text).width, left = x - part * wide;
+    Object.assign(context, { fillStyle: colour("--card"), globalAlpha: 0.85 });
+    context.fillRect(left - air, y - 1, wide + air + 2, 15);
+    Object.assign(context, { fillStyle: colour("--ink"), globalAlpha: 1, textAlign: "left", textBaseline: "top" });
     context.fillText(text, left, y);
     return left;
   }
 
   /** The line at which values are read, and where that is. */
-  drawReading(context, text, inner, height) {
-    const pixel = MARGIN.left + inner * (this.reading - this.left) / (this.right - this.left);
-    if (pixel < MARGIN.left || pixel > MARGIN.left + inner) return;
+  drawReading(text, bottom) {
+    const { context, end } = this, pixel = this.px(this.reading), half = context.measureText(text).width / 2;
+    if (pixel < MARGIN.left || pixel > end) return;
     context.fillStyle = colour("--edge");
-    context.fillRect(pixel - 0.5, MARGIN.top - 4, 1, height - MARGIN.bottom - MARGIN.top + 4);
-    const half = context.measureText(text).width / 2;
-    const middle = Math.min(Math.max(pixel, MARGIN.left + half), MARGIN.left + inner - half);
-    this.plate(context, text, middle, 6, "center", colour("--ink"));
+    context.fillRect(pixel - 0.5, MARGIN.top - 4, 1, bottom - MARGIN.top + 4);
+    this.plate(text, Math.min(Math.max(pixel, MARGIN.left + half), end - half), 6, 0.5);
   }
 
-  drawAxis(context, across, inner, height) {
-    const y = height - MARGIN.bottom;
-    context.strokeStyle = colour("--edge");
-    context.lineWidth = 1;
-    through(context, [[MARGIN.left, y + 0.5], [MARGIN.left + inner, y + 0.5]]).stroke();
-    context.fillStyle = colour("--soft");
-    context.textBaseline = "top";
-    context.textAlign = "center";
-    for (const { at, text } of across.list) {
-      context.fillText(text, MARGIN.left + inner * (at - this.left) / (this.right - this.left), y + 6);
-    }
-    const label = across.name ? `${this.column.xlabel}: ${across.name}` : this.column.xlabel;
-    const half = Math.min(context.measureText(label).width / 2, this.canvas.clientWidth / 2);
-    context.fillText(label, Math.min(MARGIN.left + inner / 2, this.canvas.clientWidth - half), y + 25);
+  drawAxis({ list, name }, y) {
+    const { context, end, column: { xlabel }, canvas: { clientWidth } } = this;
+    line(context, [[MARGIN.left, y + 0.5], [end, y + 0.5]], colour("--edge"));
+    Object.assign(context, { fillStyle: colour("--soft"), textAlign: "center", textBaseline: "top" });
+    for (const { at, text } of list) context.fillText(text, this.px(at), y + 6);
+    const label = name ? `${xlabel}: ${name}` : xlabel;
+    const half = Math.min(context.measureText(label).width, clientWidth) / 2;
+    context.fillText(label, Math.min((MARGIN.left + end) / 2, clientWidth - half), y + 25);
   }
 }
 
-window.report = (() => {
-  const { figures, arrays } = JSON.parse(document.getElementById("data").textContent);
-  const numbers = arrays.map(decoded), charts = {};
-  for (const figure of figures) {
-    const parent = document.querySelector(`#${figure.name} .charts`);
-    const row = figure.columns.map((column) => new Chart(parent, column, figure.height, numbers));
-    const ranges = (chart) => JSON.stringify(chart.views.map(({ left, right }) => [left, right]));
-    for (const chart of row) chart.mates = row.filter((other) => ranges(other) === ranges(chart));
-    charts[figure.name] = row;
-  }
-  DARK.addEventListener("change", () => { for (const chart of Object.values(charts).flat()) chart.draw(); });
-  return { charts };
-})();
+const { figures, arrays } = JSON.parse(document.getElementById("data").textContent), charts = {};
+const numbers = await Promise.all(arrays.map(async (packed) => (await columnsOf(packed)).get("")));
+for (const { name, columns, height } of figures) {
+  const parent = document.querySelector(`#${name} .charts`);
+  const row = charts[name] = [];
+  for (const column of columns) row.push(new Chart(parent, column, height, numbers, row));
+}
+DARK.onchange = () => { for (const chart of Object.values(charts).flat()) chart.draw(); };
+window.report = { charts };

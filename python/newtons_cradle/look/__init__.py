@@ -1,5 +1,4 @@
-"""The common look of report, plots and the FMU's page: fonts, and colours with their meaning (look.css,
-look.js); numbers and drawing (common.js of the cradle's page).
+"""The common look of report, plots and the FMU's page: fonts, and colours with their meaning (look.css).
 
 The producer puts look.css into the FMU's page, too.
 """
@@ -9,13 +8,7 @@ from importlib.resources import files
 
 import numpy as np
 
-from ..files import PAGE
-
-STYLE, _colours = (
-    (files(__package__) / name).read_text(encoding="utf-8") for name in ("look.css", "look.js")
-)
-#: Of a module; that common.js exports its functions does no harm there.
-SCRIPT = (PAGE / "view/common.js").read_text(encoding="utf-8") + _colours
+STYLE = (files(__package__) / "look.css").read_text(encoding="utf-8")
 
 #: Colours by name, `COLOURS["series-1"]`, as "#rrggbb", where pages are light.
 COLOURS = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", STYLE.partition("@media")[0]))

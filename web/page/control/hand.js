@@ -1,6 +1,6 @@
 // Hands: pointers that take balls, several at once, and the keyboard's sliders that do the same.
 
-import { aria, element } from "#view/elements.js";
+import { aria, element } from "#view/common.js";
 import { say } from "#view/texts.js";
 
 const REACH = 22;         // px beside a ball that still take it, for fingers

@@ -3,7 +3,7 @@
 import { showLink } from "#control/link.js";
 import { LESSON } from "#engine/setup.js";
 import { outcome } from "#view/captions.js";
-import { element } from "#view/elements.js";
+import { element } from "#view/common.js";
 import { say, textsOf } from "#view/texts.js";
 
 const ASKING = [0, 3, 5]; // steps of the lesson in which the class is asked

@@ -5,8 +5,7 @@ import { pulsesTable, runTable, save, savePicture } from "#control/keep.js";
 import { offers } from "#control/keys.js";
 import { copyLink } from "#control/link.js";
 import { LESSON } from "#engine/setup.js";
-import { withPrefix } from "#view/common.js";
-import { aria, element, unpacked } from "#view/elements.js";
+import { aria, element, unpacked, withPrefix } from "#view/common.js";
 import { fillTexts, languages, paceText, rounded, say, textsOf } from "#view/texts.js";
 
 const KINDS = ["details", "change", "show", "beside", "lesson", "keep", "help"];

@@ -2,9 +2,8 @@
 
 import { Hand, Sliders } from "#control/hand.js";
 import { Strips } from "#control/strips.js";
-import { write } from "#view/common.js";
+import { aria, element, write } from "#view/common.js";
 import { captionOf, describeSetup } from "#view/captions.js";
-import { aria, element } from "#view/elements.js";
 import { drawLenses, Scene } from "#view/scene.js";
 import { Scene3D } from "#view/scene3d.js";
 import { say } from "#view/texts.js";

@@ -1,8 +1,7 @@
 // What runs below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
 
 import { History } from "#engine/history.js";
-import { linear, placeIn, roundStep, withPrefix } from "#view/common.js";
-import { aria, element } from "#view/elements.js";
+import { aria, element, linear, placeIn, roundStep, withPrefix } from "#view/common.js";
 import { colourOf, FINE, Graph, SECONDS, UNITS } from "#view/graph.js";
 import { rounded, say } from "#view/texts.js";
 

@@ -1,8 +1,7 @@
 // What a recording has besides: a slider with its clicks, the way from one to the next, and into a live run.
 
 import { TOGETHER } from "#view/captions.js";
-import { write } from "#view/common.js";
-import { aria } from "#view/elements.js";
+import { aria, write } from "#view/common.js";
 import { paceText, say } from "#view/texts.js";
 
 const SLOWEST = 1e-6; // that the run can be chosen to be

@@ -5,15 +5,14 @@ import { State } from "#engine/engine.js";
 import { Track } from "#engine/history.js";
 import { Setup } from "#engine/setup.js";
 import { fromCsv, runOf } from "#engine/table.js";
-import { countUpTo, cubic, largest, linear, placeIn } from "#view/common.js";
-import { inflated } from "#view/elements.js";
+import { columnsOf, countUpTo, cubic, largest, linear, placeIn } from "#view/common.js";
 
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
 
 export class Recording extends Track {
   /** From the data that page.py has packed into the page. */
   static async load({ time, samples, pulses, ...known }) {
-    const [times, columns, table] = await Promise.all([time, samples, pulses].map(unpacked));
+    const [times, columns, table] = await Promise.all([time, samples, pulses].map(columnsOf));
     const rows = Array.from(table.get("contact"), (contact, i) => ({ contact: contact - 1, onset: table.get("onset")[i],
       release: table.get("release")[i], peak: table.get("peak")[i], impulse: table.get("impulse")[i] }));
     return new Recording({ ...runOf(new Map([...times, ...columns])), pulses: rows, ...known });
@@ -152,13 +151,4 @@ class RecordedClick {
     return { velocity: largest([speeds, after]), force: largest([pulses.map(({ peak }) => peak)]),
       overlap: samples.setup ? largest(samples.curves.force.map(pressed)) : 0 };
   }
-}
-
-/** Undoes `packed` of page.py, base64, deflate, planes of bytes: columns by their names. */
-async function unpacked({ names, kind, data }) {
-  const planes = new Uint8Array(await inflated(data, "deflate").arrayBuffer()), mixed = new Uint8Array(planes.length);
-  const [Kind, size] = kind === "f8" ? [Float64Array, 8] : [Float32Array, 4], count = planes.length / size;
-  planes.forEach((byte, k) => { mixed[(k % count) * size + Math.floor(k / count)] = byte; });
-  const numbers = new Kind(mixed.buffer), long = numbers.length / names.length;
-  return new Map(names.map((name, i) => [name, numbers.subarray(i * long, (i + 1) * long)]));
 }

@@ -1,4 +1,4 @@
-// What the page and the paper's report share: numbers as they are written, samples of a run, and drawing.
+// What the page and the paper's report share: numbers as they are written, samples of a run, elements, and drawing.
 
 const PREFIXES = { 9: "G", 6: "M", 3: "k", 0: "", "-3": "m", "-6": "µ", "-9": "n", "-12": "p", "-15": "f" };
 
@@ -52,6 +52,37 @@ export function cubic(x, v, { i, h, part }) {
     + h * part * rest * (v[i] * rest - v[i + 1] * part);
 }
 
+/** A new element with these properties, at the end of another one. */
+export function element(parent, name, properties = {}) {
+  return parent.appendChild(Object.assign(document.createElement(name), properties));
+}
+
+/** Sets ARIA attributes of an element; Firefox has properties such as `ariaLabel` only since version 119. */
+export function aria(item, words) {
+  for (const [kind, word] of Object.entries(words)) {
+    if (item.getAttribute(`aria-${kind}`) !== String(word)) item.setAttribute(`aria-${kind}`, word);
+  }
+  return item;
+}
+
+/** Decompresses base64 data of this format. */
+function inflated(text, format) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream(format)));
+}
+
+/** The unpacked content of an element of the page. */
+export function unpacked(id) { return inflated(document.getElementById(id).textContent, "gzip"); }
+
+/** Undoes `packed` of page.py, base64, deflate, planes of bytes: columns by their names. */
+export async function columnsOf({ names, kind, data }) {
+  const planes = new Uint8Array(await inflated(data, "deflate").arrayBuffer()), mixed = new Uint8Array(planes.length);
+  const [Kind, size] = kind === "f8" ? [Float64Array, 8] : [Float32Array, 4], count = planes.length / size;
+  planes.forEach((byte, k) => { mixed[(k % count) * size + Math.floor(k / count)] = byte; });
+  const numbers = new Kind(mixed.buffer), long = numbers.length / names.length;
+  return new Map(names.map((name, i) => [name, numbers.subarray(i * long, (i + 1) * long)]));
+}
+
 /** Writes a text, if it differs. */
 export function write(item, text) { if (item && item.textContent !== text) item.textContent = text; }
 
@@ -76,6 +107,41 @@ export function through(context, points) {
   context.beginPath();
   for (const [x, y] of points) context.lineTo(x, y);
   return context;
+}
+
+/** The points [px of a time, py of a sample] of a curve between two times; where many share a pixel column, the first,
+ *  the lowest, the highest and the last. */
+export function thinned(times, left, right, px, py) {
+  const last = Math.min(countUpTo(times, right), times.length - 1), points = [];
+  for (let i = Math.max(0, countUpTo(times, left) - 1), next; i <= last; i = next) {
+    const column = Math.floor(px(times[i]));
+    let low = i, high = i;
+    for (next = i + 1; next <= last && Math.floor(px(times[next])) === column; next++)
+      if (py(next) < py(low)) low = next; else if (py(next) > py(high)) high = next;
+    if (next - i > 4) for (const k of [i, low, high, next - 1]) points.push([column + 0.5, py(k)]);
+    else for (let k = i; k < next; k++) points.push([px(times[k]), py(k)]);
+  }
+  return points;
+}
+
+/** Draws a line through these points and, with this opacity, the area between it and the height `foot`. */
+export function line(context, points, colour, width = 1, opacity = 0, foot = 0) {
+  Object.assign(context, { strokeStyle: colour, fillStyle: colour, lineWidth: width, lineJoin: "round" });
+  through(context, points).stroke();
+  if (!opacity || !points.length) return;
+  context.lineTo(points.at(-1)[0], foot);
+  context.lineTo(points[0][0], foot);
+  context.globalAlpha = opacity;
+  context.fill();
+  context.globalAlpha = 1;
+}
+
+/** Fills a circle, or an ellipse so `tall`, around a place, or draws it as a line of this width. */
+export function circle(c, { x, y }, radius, colour, width = 0, tall = radius) {
+  c.beginPath();
+  c.ellipse(x, y, radius, tall, 0, 0, 2 * Math.PI);
+  Object.assign(c, width ? { strokeStyle: colour, lineWidth: width } : { fillStyle: colour });
+  if (width) c.stroke(); else c.fill();
 }
 
 /** The gradient with these stops: [place, colour], or colours at even distances. */

@@ -1,6 +1,6 @@
 // Strips: velocities, forces, energy and momentum by time, with axes, as far as a track knows them; see history.js.
 
-import { countUpTo, prepared, roundStep, through, withPrefix } from "#view/common.js";
+import { countUpTo, line, prepared, roundStep, thinned, withPrefix } from "#view/common.js";
 import { ballColour } from "#view/scene.js";
 import { FONT } from "#view/texts.js";
 
@@ -27,20 +27,18 @@ export class Graph {
     if (width <= GUTTER || !height) return;
     const { times } = track, scale = (width - GUTTER) / (right - left);
     const title = parseFloat(getComputedStyle(this.canvas).fontSize) * (width > THIN ? TITLE : TITLE + LINE);
-    const place = (time) => GUTTER + (time - left) * scale, drawn = [track, times[0], times.length];
-    if (drawn.some((part, k) => part !== this.drawn?.[k])) this.kept = new Map();
-    Object.assign(this, { context: c, track, drawn });
+    const place = (time) => GUTTER + (time - left) * scale;
+    Object.assign(this, { context: c, track });
     const pulses = track.pulsesIn(left, right).map(({ contact, onset, release, peak }) => ({ contact, release, peak,
       x: place(0.5 * (onset + release)), narrow: (release - onset) * scale < NARROW,
       before: countUpTo(times, onset) - 1 })); // the last sample that knows nothing of it
-    const [from, to] = [left, right].map((time) => countUpTo(times, time));
-    const view = { left, right, width, place, pulses, from, to, ...shown };
+    const view = { left, right, width, place, pulses, ...shown };
     kinds.forEach((kind, i) => {
       c.save();
       c.translate(0, i * tall);
       this.drawRow(kind, { ...view, top: title + (kind === "force" && shown.click ? 16 : 0), foot: tall - FOOT });
       for (const [time, colour] of [[pointer, shown.theme.grid], [now, shown.theme.accent]])
-        if (time !== null) this.line([[place(time), title], [place(time), tall - FOOT]], colour, 1.5);
+        if (time !== null) line(c, [[place(time), title], [place(time), tall - FOOT]], colour, 1.5);
       c.restore();
     });
   }
@@ -56,10 +54,10 @@ export class Graph {
     c.clip();
     const curves = [...track.curves[kind].keys()], filled = stacked ? 1 : click && kind === "force" ? 0.16 : 0;
     for (const i of stacked ? curves.reverse() : curves)
-      this.line(this.points(kind, i, { ...view, level }), colourOf(kind, i, track, theme), 1.6, filled, foot);
+      line(c, this.points(kind, i, { ...view, level }), colourOf(kind, i, track, theme), 1.6, filled, foot);
     if (kind !== "force") return;
     for (const { x, peak } of view.pulses.filter(({ narrow }) => narrow))
-      this.line([[x, foot], [x, level(peak)]], theme.spike, 2);
+      line(c, [[x, foot], [x, level(peak)]], theme.spike, 2);
     if (click) this.drawPairs({ ...view, level });
   }
 
@@ -68,45 +66,27 @@ export class Graph {
     const { context: c } = this, rows = (foot - top) / (most - least) * most >= 44 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
     const style = { font: `11px ${FONT}`, textBaseline: "middle", fillStyle: theme.soft };
     for (const value of rows.map((part) => part * most).filter((value) => value >= least)) {
-      this.line([[GUTTER, level(value)], [width, level(value)]], theme.grid);
+      line(c, [[GUTTER, level(value)], [width, level(value)]], theme.grid);
       const text = withPrefix(value, UNITS[kind], 3, most).replace(" kg", "\u2009kg");
       Object.assign(c, style, { textAlign: "right" }).fillText(text, GUTTER - 4, Math.max(top + 2, level(value)));
     }
     const step = roundStep((right - left) * 90 / (width - GUTTER));
     for (let k = Math.ceil((left - origin) / step - 1e-9); k * step <= right - origin; k++) {
       const x = place(k * step + origin);
-      this.line([[x, foot], [x, foot + 3]], theme.soft);
+      line(c, [[x, foot], [x, foot + 3]], theme.soft);
       if (x <= GUTTER + 12 || x >= width - 22) continue;
       Object.assign(c, style, { textAlign: "center" }).fillText(withPrefix(k * step, "s", 4), x, foot + 10);
     }
   }
 
   /** A curve's points; a velocity jumps where a pulse lies between two samples. */
-  points(kind, i, { from, to, width, place, level, pulses }) {
+  points(kind, i, { left, right, place, level, pulses }) {
     const { times } = this.track, value = curveOf(this.track, kind, i), jumps = new Map();
-    const block = 2 ** Math.max(0, Math.ceil(Math.log2((to - from) / (2 * width))));
-    const kept = this.samples(kind, i, block);
-    const points = kept.slice(countUpTo(kept, from - block - 1), countUpTo(kept, to + block))
-      .map((k) => [place(times[k]), level(value(k))]);
+    const points = thinned(times, left, right, place, (k) => level(value(k)));
     for (const { contact, release, before, x } of kind === "velocity" ? pulses : [])
       if ((contact === i || contact === i - 1) && release <= times[before + 1]) jumps.set(before, x);
     for (const [k, x] of jumps) points.push([x, level(value(k))], [x, level(value(k + 1))]);
     return jumps.size ? points.sort(([a], [b]) => a - b) : points;
-  }
-
-  /** The samples to draw of a curve: the smallest and the largest of each block, found once. */
-  samples(kind, i, block) {
-    const key = [kind, i, block].join(), { times } = this.track, value = curveOf(this.track, kind, i), kept = [];
-    if (this.kept.has(key)) return this.kept.get(key);
-    for (let first = 0; first < times.length; first += block) {
-      let low = first, high = first;
-      for (let k = first + 1; k < Math.min(first + block, times.length); k++)
-        if (value(k) < value(low)) low = k; else if (value(k) > value(high)) high = k;
-      kept.push(Math.min(low, high));
-      if (low !== high) kept.push(Math.max(low, high));
-    }
-    this.kept.set(key, kept);
-    return kept;
   }
 
   /** Labels each pulse with its balls, at its peak. */
@@ -128,19 +108,6 @@ export class Graph {
         c.fillText(text, Math.max(GUTTER + 16, Math.min(width - 20, x)), y);
       }
     });
-  }
-
-  /** Draws a line through these points and, with this opacity, the area below. */
-  line(points, colour, width = 1, opacity = 0, foot = 0) {
-    const { context: c } = this;
-    Object.assign(c, { strokeStyle: colour, fillStyle: colour, lineWidth: width, lineJoin: "round" });
-    through(c, points).stroke();
-    if (!opacity || !points.length) return;
-    c.lineTo(points.at(-1)[0], foot);
-    c.lineTo(points[0][0], foot);
-    c.globalAlpha = opacity;
-    c.fill();
-    c.globalAlpha = 1;
   }
 }
 

@@ -1,6 +1,6 @@
 // The cradle, drawn: frame, strings, balls, and the glow of the forces between them.
 
-import { prepared, shaded, through, withPrefix } from "#view/common.js";
+import { circle, prepared, shaded, through, withPrefix } from "#view/common.js";
 import { box, Lens, minus, plus } from "#view/eye.js";
 import { FONT, say } from "#view/texts.js";
 
@@ -228,14 +228,6 @@ export class Scene {
       c.fillText(String(i + 1), x, y + 0.02 * unit);
     });
   }
-}
-
-/** Fills a circle, or an ellipse so `tall`, around a place, or draws it as a line of this width. */
-function circle(c, { x, y }, radius, colour, width = 0, tall = radius) {
-  c.beginPath();
-  c.ellipse(x, y, radius, tall, 0, 0, 2 * Math.PI);
-  Object.assign(c, width ? { strokeStyle: colour, lineWidth: width } : { fillStyle: colour });
-  if (width) c.stroke(); else c.fill();
 }
 
 // ---- microscopes above the contacts: the gap between two balls, or how far they are pressed together, in micrometres
