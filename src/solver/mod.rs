@@ -51,16 +51,19 @@ macro_rules! operators {
     };
 }
 
+#[cfg(feature = "engine")]
 pub mod block_tridiagonal;
 pub mod crossing;
 pub mod double_double;
 pub mod dual;
 pub mod gauss;
 pub mod ode;
+#[cfg(feature = "engine")]
 pub mod oscillator;
 pub mod power;
 pub mod quadrature;
 pub mod queue;
+#[cfg(feature = "engine")]
 pub mod radau;
 pub mod root;
 pub mod series;

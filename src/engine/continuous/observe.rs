@@ -3,7 +3,6 @@
 use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
-use crate::model::algebraic::{self, Chain, algebraic_results};
 use crate::model::{ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -54,19 +53,6 @@ impl Continuous {
         by_time(self.cradle(), self.chain(&self.y()), &self.inputs.at(self.time), order)
     }
 
-    fn step_length(&self) -> f64 {
-        self.time - self.step_start
-    }
-
-    fn support_impulse_of_step(&self) -> f64 {
-        let [.., support] = self.trajectory.dynamics.sums();
-        self.value(support) - self.y_at_step[support]
-    }
-
-    fn impulse_of_step(&self, i: usize) -> f64 {
-        self.impulse(i) - self.y_at_step[self.trajectory.dynamics.impulse(i)]
-    }
-
     /// Time of the next onset or release, s, if the solver's steps so far contain it or, in flight, the look ahead
     /// does.
     pub fn next_event(&self) -> Option<f64> {
@@ -106,7 +92,7 @@ impl Continuous {
     }
 }
 
-impl Chain for Continuous {
+impl Results for Continuous {
     fn cradle(&self) -> &Cradle {
         &self.trajectory.dynamics.cradle
     }
@@ -115,21 +101,30 @@ impl Chain for Continuous {
         (self.value(i), self.value(self.trajectory.dynamics.v(i)))
     }
 
-    fn overlap_of(&self, i: usize) -> f64 {
+    fn overlap(&self, i: usize) -> f64 {
         self.trajectory.overlap(i, self.place()).0
     }
 
-    fn force_of(&self, i: usize) -> f64 {
+    fn force(&self, i: usize) -> f64 {
         self.trajectory.force(i, self.place())
     }
 
     fn forcing_of(&self, i: usize) -> f64 {
         self.trajectory.dynamics.forcing(i, self.now())
     }
-}
 
-impl Results for Continuous {
-    algebraic_results!(self, self.energy_at_start);
+    fn step_length(&self) -> f64 {
+        self.time - self.step_start
+    }
+
+    fn support_impulse_of_step(&self) -> f64 {
+        let [.., support] = self.trajectory.dynamics.sums();
+        self.value(support) - self.y_at_step[support]
+    }
+
+    fn impulse_of_step(&self, i: usize) -> f64 {
+        self.impulse(i) - self.y_at_step[self.trajectory.dynamics.impulse(i)]
+    }
 
     fn impulse(&self, i: usize) -> f64 {
         self.value(self.trajectory.dynamics.impulse(i))
@@ -149,6 +144,10 @@ impl Results for Continuous {
 
     fn last_release(&self, i: usize) -> f64 {
         self.ledgers[i].release
+    }
+
+    fn energy_at_start(&self) -> f64 {
+        self.energy_at_start
     }
 
     fn dissipated_energy(&self) -> f64 {

@@ -66,7 +66,7 @@ fn of_series(chain: &WholeChain, inputs: &HeldInputs, series: &Series, order: us
         true => support_on_arcs(chain, series),
         false => [support_series(chain, series), [0.0; MAX_OUTPUT_DERIVATIVE + 1]],
     };
-    let mut rates = Differential::zero(cradle.balls.len());
+    let mut rates = Differential::all(cradle.balls.len(), 0.0);
     let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     for (i, (ball, Flight { x: start, forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let path = series.displacement(i);
@@ -79,7 +79,7 @@ fn of_series(chain: &WholeChain, inputs: &HeldInputs, series: &Series, order: us
             momentum[k + 1] += ball.mass * forcing[k] / factorial(k + 1);
         }
         let force = inputs.series(|inputs| inputs.force[i]);
-        rates.energy += of_rate
+        rates.total_energy += of_rate
             * (product_term(&force, &v, last) - 2.0 * ball.gamma * ball.mass * product_term(&along, &along, last));
     }
     for k in 0..order {
@@ -87,13 +87,13 @@ fn of_series(chain: &WholeChain, inputs: &HeldInputs, series: &Series, order: us
     }
     (rates.momentum, rates.support_force) = (of_order * momentum[order], of_order * support[order]);
     rates.support_force_vertical = of_order * vertical[order];
-    rates.energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
+    rates.total_energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
     for (j, contact) in state.contacts.iter().enumerate() {
         let acts = if contact.mode == Mode::Pressing { 1.0 } else { 0.0 };
         let force: Vec<f64> = series.force_row(j).iter().map(|f| acts * f).collect();
         (rates.force[j], rates.impulse[j]) = (of_order * force[order], of_rate * force[last]);
         let excess: Vec<f64> = force.iter().zip(series.elastic_row(j)).map(|(f, e)| f - e).collect();
-        rates.energy -= of_rate * product_term(&excess, &series.rate(series.overlap_row(j)), last);
+        rates.total_energy -= of_rate * product_term(&excess, &series.rate(series.overlap_row(j)), last);
     }
     rates
 }

@@ -2,8 +2,7 @@
 
 use crate::engine::cluster::{OverlapSeries, Series, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing};
-use crate::model::algebraic::Chain;
-use crate::model::{Cradle, MAX_OUTPUT_DERIVATIVE, Mode};
+use crate::model::{Cradle, MAX_OUTPUT_DERIVATIVE, Mode, Results};
 use crate::solver::dual::Scalar;
 
 /// The balls and contacts of a chain at one time, which determine its motion.
@@ -42,7 +41,7 @@ impl<S: Scalar> WholeChain<'_, S> {
     }
 }
 
-impl<S: Scalar> Chain<S> for WholeChain<'_, S> {
+impl<S: Scalar> Results<S> for WholeChain<'_, S> {
     fn cradle(&self) -> &Cradle<S> {
         self.cradle
     }
@@ -51,11 +50,11 @@ impl<S: Scalar> Chain<S> for WholeChain<'_, S> {
         (self.state.flights[i].x, self.state.flights[i].v)
     }
 
-    fn overlap_of(&self, j: usize) -> S {
+    fn overlap(&self, j: usize) -> S {
         self.state.contacts[j].overlap
     }
 
-    fn force_of(&self, j: usize) -> S {
+    fn force(&self, j: usize) -> S {
         let WindowContact { overlap, mode } = self.state.contacts[j];
         match mode {
             Mode::Pressing => self.cradle.contacts[j].unclipped_force(overlap, self.window().overlap_rate(j)),

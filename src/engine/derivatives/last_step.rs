@@ -8,7 +8,7 @@ use crate::engine::cluster::WindowContact;
 use crate::engine::flight::{Flight, Forcing};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
-use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
+use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters, Results};
 use crate::solver::dual::{Dual, Scalar};
 
 /// The last step of a run, by any method: the data for its derivatives.
@@ -44,7 +44,7 @@ impl LastStep<'_> {
     /// has rigid balls that stay in contact, or its derivatives are only rounding.
     pub fn along_inputs(&self, inputs: &Inputs) -> Option<Differential> {
         if self.length == 0.0 {
-            return Some(Differential::zero(self.cradle.balls.len()));
+            return Some(Differential::all(self.cradle.balls.len(), 0.0));
         }
         let along = self.cradle.map(Dual::from);
         let forcings = forcings_along(&along, &self.inputs, inputs);
@@ -108,14 +108,7 @@ impl LastStep<'_> {
         let state = start_along(&self.end, &along, tangent).under(forcings);
         let first = along.balls[0].omega2;
         let run = Run::new(along, state);
-        let mut outputs = run.outputs();
-        if self.cradle.restitution.is_some() {
-            // Rigid contacts transmit nothing yet.
-            outputs.force.fill(0.0);
-        }
-        outputs.force_mean.clone_from(&outputs.force);
-        outputs.force_peak.clone_from(&outputs.force);
-        outputs.support_force_mean = outputs.support_force;
+        let mut outputs = run.outputs_of_step(0.0);
         if first.value() > 0.0 {
             outputs.period = (Dual::from(std::f64::consts::TAU) / first.sqrt()).tangent();
         }

@@ -13,8 +13,7 @@ use crate::engine::cluster::{Control, Series, Switch, WindowContact, sign_after_
 use crate::engine::flight::{Flight, Forcing, integral_of, shifted};
 use crate::engine::rigid::restitution::{self, Row};
 use crate::engine::run::around;
-use crate::model::algebraic::momentum;
-use crate::model::{Cradle, Differential, Mode};
+use crate::model::{Cradle, Differential, Mode, Results};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
@@ -99,14 +98,24 @@ impl Run {
         outputs
     }
 
-    /// The same, with the values over the last step, of this length (s).
+    /// The same, with the values over the last step, of this length (s); without one, those at the start of a run.
     pub fn outputs_of_step(&self, length: f64) -> Differential {
+        let mut outputs = self.outputs();
+        if length == 0.0 {
+            if self.cradle.restitution.is_some() {
+                // Rigid contacts transmit nothing yet.
+                outputs.force.fill(0.0);
+            }
+            outputs.force_mean.clone_from(&outputs.force);
+            outputs.force_peak.clone_from(&outputs.force);
+            return Differential { support_force_mean: outputs.support_force, ..outputs };
+        }
         let impulses = self.impulse.iter().zip(&self.impulse_before);
         Differential {
             force_mean: impulses.map(|(now, before)| (*now - *before).tangent() / length).collect(),
             force_peak: self.peak.iter().map(|peak| peak.tangent()).collect(),
             support_force_mean: self.support_impulse.tangent() / length,
-            ..self.outputs()
+            ..outputs
         }
     }
 
@@ -233,7 +242,7 @@ impl Run {
             // What the inputs give, less the change of the momentum.
             let balls = self.state.flights.iter().zip(&self.cradle.balls);
             let given: Dual = balls.map(|(flight, ball)| ball.mass * integral_of(&flight.forcing, tau)).sum();
-            self.support_impulse += given + momentum(&self.chain());
+            self.support_impulse += given + self.chain().momentum();
         }
         for (i, ball) in self.cradle.balls.iter().enumerate().filter(|(_, ball)| !ball.on_arc) {
             let displacement = series.displacement(i);
@@ -263,7 +272,7 @@ impl Run {
             (contact.overlap, _) = series.overlap_at(j, s);
         }
         if self.cradle.on_arcs() {
-            self.support_impulse += -momentum(&self.chain());
+            self.support_impulse += -self.chain().momentum();
         }
         self.elapsed += tau.value();
         self.delay += tau.tangent();
@@ -296,7 +305,7 @@ impl Run {
             return None;
         }
         let row = Row::new(&self.cradle, balls.clone(), |i| self.state.flights[i].x).ok()?;
-        let before = momentum(&self.chain());
+        let before = self.chain().momentum();
         let mut v: Vec<Dual> = self.state.flights[balls.clone()].iter().map(|ball| ball.v).collect();
         let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
         let unresolved = UNRESOLVED * f64::EPSILON * scale;
@@ -306,7 +315,7 @@ impl Run {
         }
         self.state.flights[balls].iter_mut().zip(v).for_each(|(ball, v)| ball.v = v);
         if self.cradle.on_arcs() {
-            self.support_impulse += before - momentum(&self.chain());
+            self.support_impulse += before - self.chain().momentum();
         }
         // Without relative velocity they may stay in contact.
         if self.chain().window().overlap_rate(j).value() < 0.0 { Some(()) } else { None }
