@@ -177,8 +177,7 @@ impl Results for Continuous {
     }
 
     fn work(&self) -> WorkCounters {
-        let work = self.trajectory.solver.work;
-        WorkCounters { steps: work.steps, evaluations: work.evaluations, events: self.events }
+        self.trajectory.solver.work
     }
 }
 
