@@ -37,14 +37,8 @@ impl Continuous {
     }
 
     pub(crate) fn last_step(&self) -> LastStep<'_> {
-        LastStep {
-            cradle: self.cradle(),
-            start: self.chain(&self.y_at_step),
-            inputs: self.inputs.at(self.step_start),
-            length: self.step_length(),
-            end: self.chain(&self.y()),
-            onset_ahead: self.next_onset().found().is_some(),
-        }
+        let states = [&self.y_at_step, &self.y()].map(|y| self.chain(y));
+        LastStep::new(self, states, self.inputs.at(self.step_start))
     }
 
     /// See [`by_time`]. The polynomials of the steps have too low an order for overlaps: the second and third
