@@ -20,7 +20,7 @@ pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
 /// A cradle at one time. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
 ///
 /// The first functions are its state. What follows from it and the inputs has its formula here, for every method of
-/// solution. The last functions are the record of a run: by themselves, that of one that begins now, without a step.
+/// solution. The last functions are the record of a run: unless it has its own, that of one that begins now.
 pub trait Results<S: Scalar = f64> {
     /// The coefficients of its equations.
     fn cradle(&self) -> &Cradle<S>;

@@ -50,6 +50,7 @@ macro_rules! operators {
     };
 }
 
+// What needs nalgebra comes with the engine.
 #[cfg(feature = "engine")]
 pub mod block_tridiagonal;
 pub mod crossing;

@@ -6,7 +6,7 @@ use crate::engine::flight::{Flight, Regime, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
-use crate::solver::series::product_term;
+use crate::solver::series::{of_derivatives, product_term};
 
 impl Engine {
     /// Time derivatives of the outputs at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right; 0
@@ -117,14 +117,11 @@ fn support_series(cradle: &Cradle, state: &ChainState, series: &Series) -> [f64;
     }
     let mut at_once = [0.0; 2];
     for (i, (ball, Flight { x: start, forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
-        let (mut x, mut factorial) = (series.displacement(i).to_vec(), 1.0);
+        let (mut x, push) = (series.displacement(i).to_vec(), of_derivatives(*forcing));
         let v = series.rate(&x);
         x[0] = *start;
-        let without_contacts = |(k, forcing): (usize, &f64)| {
-            factorial *= k.max(1) as f64;
-            ball.mass * (forcing / factorial - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k])
-        };
-        let accelerations: Vec<f64> = forcing.iter().enumerate().map(without_contacts).collect();
+        let without_contacts = |k: usize| ball.mass * (push[k] - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k]);
+        let accelerations: Vec<f64> = (0..push.len()).map(without_contacts).collect();
         add(ball.omega2, ball.gamma, &accelerations);
         at_once[0] += ball.mass * (ball.omega2 * x[0] + 2.0 * ball.gamma * v[0]);
         at_once[1] += ball.mass * ball.omega2 * v[0];
