@@ -46,8 +46,8 @@
 //! # Ok::<(), newtons_cradle::engine::EngineError>(())
 //! ```
 
-// A browser calls the instance directly: what only the C interfaces use is unused there.
-#![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports))]
+// A browser calls the instance directly: what only the C interfaces use is unused there, and the physics without an engine.
+#![cfg_attr(any(target_family = "wasm", not(feature = "engine")), allow(dead_code, unused_imports))]
 
 #[cfg(feature = "engine")]
 pub mod engine;
@@ -62,7 +62,6 @@ pub mod fmi3;
 mod instance;
 pub mod model;
 pub mod next;
-#[cfg(feature = "engine")]
 mod solver;
 #[doc = include_str!("../docs/theory.md")]
 #[cfg(doc)]

@@ -1,8 +1,12 @@
-//! What a run shows at its current time, and derivatives of that.
+//! What a run shows at its current time, in doubles or dual numbers, and derivatives of that.
 
 use serde::{Deserialize, Serialize};
 
-use crate::next::Next;
+use super::arc::{Line, Place};
+use super::contact::ContactLaw;
+use super::cradle::{BallModel, Cradle};
+use crate::next::{NEVER, Next};
+use crate::solver::dual::{Dual, Scalar};
 
 /// Periods of the first ball within which the next onset is looked for.
 pub const ONSET_PERIODS: f64 = 1000.0;
@@ -13,68 +17,258 @@ pub const MAX_INPUT_DERIVATIVE: usize = 3;
 /// Highest derivative by time that is offered.
 pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
 
-/// A run at its current time. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
-pub trait Results {
-    /// Position of ball `i` from its rest position, relative to the support, m.
-    fn x(&self, i: usize) -> f64;
-    /// Velocity of ball `i` relative to the support, m/s.
-    fn v(&self, i: usize) -> f64;
-    /// Angle of pendulum `i`, rad.
-    fn angle(&self, i: usize) -> f64;
-    /// Height of ball `i` above its rest position, m.
-    fn y(&self, i: usize) -> f64;
-    /// Acceleration of ball `i` relative to the support, m/s2.
-    fn a(&self, i: usize) -> f64;
-    /// Force of contact `i`, pushing its balls apart, N.
-    fn force(&self, i: usize) -> f64;
+/// A cradle at one time. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
+///
+/// The first functions are its state. What follows from it and the inputs has its formula here, for every method of
+/// solution. The last functions are the record of a run: unless it has its own, that of one that begins now.
+pub trait Results<S: Scalar = f64> {
+    /// The coefficients of its equations.
+    fn cradle(&self) -> &Cradle<S>;
+    /// Position (m) and velocity (m/s) of ball `i` along its path.
+    fn state_of(&self, i: usize) -> (S, S);
+    /// Acceleration of ball `i` by the external forces and the support, m/s2.
+    fn forcing_of(&self, i: usize) -> S;
     /// Overlap of contact `i`, m; negative while apart.
-    fn overlap(&self, i: usize) -> f64;
-    /// Rate of that overlap, m/s.
-    fn overlap_rate(&self, i: usize) -> f64;
+    fn overlap(&self, i: usize) -> S;
+    /// Force of contact `i`, pushing its balls apart, N.
+    fn force(&self, i: usize) -> S;
+
     /// Whether the balls of contact `i` overlap.
-    fn in_contact(&self, i: usize) -> bool;
-    /// Integral of the force of contact `i` since the start, N.s.
-    fn impulse(&self, i: usize) -> f64;
-    /// Mean force of contact `i` over the last step, N.
-    fn force_mean(&self, i: usize) -> f64;
-    /// Largest force of contact `i` in the last step, N.
-    fn force_peak(&self, i: usize) -> f64;
-    /// Onsets of contact `i` so far.
-    fn pulses(&self, i: usize) -> u64;
-    /// Last onset of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
-    fn last_onset(&self, i: usize) -> f64;
-    /// Last release of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
-    fn last_release(&self, i: usize) -> f64;
+    fn in_contact(&self, i: usize) -> bool {
+        self.overlap(i).value() > 0.0
+    }
+
+    /// Rate of the overlap of contact `i`, m/s.
+    fn overlap_rate(&self, i: usize) -> S {
+        self.cradle().pair(i).overlap_rate([self.state_of(i), self.state_of(i + 1)])
+    }
+
+    /// Position of ball `i` from its rest position, relative to the support, m.
+    fn x(&self, i: usize) -> S {
+        place(self, i).x
+    }
+
+    /// Velocity of ball `i` relative to the support, m/s.
+    fn v(&self, i: usize) -> S {
+        self.state_of(i).1 * place(self, i).cos
+    }
+
+    /// Angle of pendulum `i`, rad.
+    fn angle(&self, i: usize) -> S {
+        self.state_of(i).0 / self.cradle().balls[i].length
+    }
+
+    /// Height of ball `i` above its rest position, m.
+    fn y(&self, i: usize) -> S {
+        place(self, i).y
+    }
+
+    /// Acceleration of ball `i` relative to the support, m/s2.
+    fn a(&self, i: usize) -> S {
+        let (ball, (s, u)) = (&self.cradle().balls[i], self.state_of(i));
+        let [force, _] = pushed(self, i);
+        if !ball.on_arc {
+            return ball.acceleration(s, u, force, self.forcing_of(i));
+        }
+        let Place { sin, cos, .. } = ball.place(s);
+        let gravity = ball.gravity * sin;
+        let along = force / ball.mass + self.forcing_of(i) * cos - gravity - S::from(2.0) * ball.gamma * u;
+        along * cos - u * u / ball.length * sin
+    }
+
     /// Kinetic energy of ball `i`, J.
-    fn kinetic_energy(&self, i: usize) -> f64;
+    fn kinetic_energy(&self, i: usize) -> S {
+        let (_, v) = self.state_of(i);
+        S::from(0.5) * self.cradle().balls[i].mass * v * v
+    }
+
     /// Energy of ball `i` in the field of gravity, J.
-    fn gravity_energy(&self, i: usize) -> f64;
+    fn gravity_energy(&self, i: usize) -> S {
+        let (ball, (x, _)) = (&self.cradle().balls[i], self.state_of(i));
+        if ball.on_arc {
+            return ball.mass * ball.gravity * ball.place(x).y;
+        }
+        S::from(0.5) * ball.mass * ball.omega2 * x * x
+    }
+
     /// Elastic energy of contact `i`, J.
-    fn contact_energy(&self, i: usize) -> f64;
+    fn contact_energy(&self, i: usize) -> S {
+        self.cradle().contacts[i].elastic_energy(compression(self, i))
+    }
+
     /// Kinetic, gravity and contact energy of all balls, J.
-    fn total_energy(&self) -> f64;
-    /// Energy dissipated by drag and contacts since the start, J.
-    fn dissipated_energy(&self) -> f64;
-    /// Power dissipated by drag and contacts at this instant, W.
-    fn dissipation(&self) -> f64;
-    /// Work of the external forces and of the moving support since the start, J.
-    fn external_work(&self) -> f64;
-    /// Power of these at this instant, W.
-    fn external_power(&self) -> f64;
-    /// The energy error since the start, J.
-    fn energy_residual(&self) -> f64;
+    fn total_energy(&self) -> S {
+        let Cradle { balls, contacts, .. } = self.cradle();
+        let of_ball = |(i, ball): (usize, &BallModel<S>)| {
+            if ball.on_arc {
+                return self.kinetic_energy(i) + self.gravity_energy(i);
+            }
+            let (x, v) = self.state_of(i);
+            S::from(0.5) * ball.mass * (v * v + ball.omega2 * x * x)
+        };
+        balls.iter().enumerate().map(of_ball).sum::<S>() + (0..contacts.len()).map(|i| self.contact_energy(i)).sum()
+    }
+
     /// Sum of mass times velocity, N.s.
-    fn momentum(&self) -> f64;
+    fn momentum(&self) -> S {
+        self.cradle().balls.iter().enumerate().map(|(i, ball)| ball.mass * self.v(i)).sum()
+    }
+
     /// Horizontal force of the pendulums and the drag on the support, N.
-    fn support_force(&self) -> f64;
+    fn support_force(&self) -> S {
+        (0..self.cradle().balls.len()).map(|i| on_support(self, i)[0]).sum()
+    }
+
     /// Vertical force on the support, upwards, N: minus the weight of the balls while they hang at rest.
-    fn support_force_vertical(&self) -> f64;
-    /// Mean of the horizontal force over the last step, N.
-    fn support_force_mean(&self) -> f64;
+    fn support_force_vertical(&self) -> S {
+        (0..self.cradle().balls.len()).map(|i| on_support(self, i)[1]).sum()
+    }
+
+    /// Power dissipated by drag and contacts at this instant, W.
+    fn dissipation(&self) -> S {
+        let Cradle { balls, contacts, .. } = self.cradle();
+        let of_ball = |(i, ball): (usize, &BallModel<S>)| {
+            let (_, v) = self.state_of(i);
+            S::from(2.0) * ball.gamma * ball.mass * v * v
+        };
+        let of_contact = |(i, law): (usize, &ContactLaw<S>)| {
+            let excess = self.force(i) - law.elastic_force(compression(self, i));
+            excess * self.overlap_rate(i)
+        };
+        balls.iter().enumerate().map(of_ball).sum::<S>() + contacts.iter().enumerate().map(of_contact).sum()
+    }
+
+    /// Power of the external forces and of the moving support at this instant, W.
+    fn external_power(&self) -> S {
+        let of_ball = |(i, ball): (usize, &BallModel<S>)| ball.mass * self.forcing_of(i) * self.v(i);
+        self.cradle().balls.iter().enumerate().map(of_ball).sum()
+    }
+
+    /// Length of the last step, s; 0 where values over a step are those of this instant.
+    fn step_length(&self) -> f64 {
+        0.0
+    }
+
+    /// Integral of the force of contact `i` over the last step, N.s.
+    fn impulse_of_step(&self, _i: usize) -> f64 {
+        0.0
+    }
+
+    /// Integral of the horizontal force on the support over the last step, N.s.
+    fn support_impulse_of_step(&self) -> f64 {
+        0.0
+    }
+
+    /// Mean force of contact `i` over the last step, N.
+    fn force_mean(&self, i: usize) -> f64 {
+        let length = self.step_length();
+        if length == 0.0 { self.force(i).value() } else { self.impulse_of_step(i) / length }
+    }
+
+    /// Mean of the horizontal force on the support over the last step, N.
+    fn support_force_mean(&self) -> f64 {
+        let length = self.step_length();
+        if length == 0.0 { self.support_force().value() } else { self.support_impulse_of_step() / length }
+    }
+
+    /// Largest force of contact `i` in the last step, N.
+    fn force_peak(&self, i: usize) -> f64 {
+        self.force(i).value()
+    }
+
+    /// Integral of the force of contact `i` since the start, N.s.
+    fn impulse(&self, _i: usize) -> f64 {
+        0.0
+    }
+
+    /// Onsets of contact `i` so far.
+    fn pulses(&self, _i: usize) -> u64 {
+        0
+    }
+
+    /// Last onset of contact `i`, s; minus [`NEVER`] before the first.
+    fn last_onset(&self, _i: usize) -> f64 {
+        -NEVER
+    }
+
+    /// Last release of contact `i`, s; minus [`NEVER`] before the first.
+    fn last_release(&self, _i: usize) -> f64 {
+        -NEVER
+    }
+
+    /// The total energy at the start, J.
+    fn energy_at_start(&self) -> f64 {
+        self.total_energy().value()
+    }
+
+    /// Energy dissipated by drag and contacts since the start, J.
+    fn dissipated_energy(&self) -> f64 {
+        0.0
+    }
+
+    /// Work of the external forces and of the moving support since the start, J.
+    fn external_work(&self) -> f64 {
+        0.0
+    }
+
+    /// The energy error since the start, J.
+    fn energy_residual(&self) -> f64 {
+        (self.total_energy().value() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
+    }
+
     /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
-    fn next_onset(&self) -> Next;
+    fn next_onset(&self) -> Next {
+        Next::Never
+    }
+
     /// Work counters since the start.
-    fn work(&self) -> WorkCounters;
+    fn work(&self) -> WorkCounters {
+        WorkCounters::default()
+    }
+}
+
+/// The place of ball `i` on its path.
+fn place<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> Place<S> {
+    chain.cradle().balls[i].place(chain.state_of(i).0)
+}
+
+/// The overlap of contact `i` that has energy, m: open contacts have none.
+fn compression<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> S {
+    let overlap = chain.overlap(i);
+    if overlap.value() > 0.0 && !chain.in_contact(i) { S::default() } else { overlap }
+}
+
+/// The sum of the contact forces on ball `i` along its path, and that away from the pivot, N.
+fn pushed<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> [S; 2] {
+    let contacts = &chain.cradle().contacts;
+    let from_left = if i > 0 { chain.force(i - 1) } else { S::default() };
+    let from_right = if i < contacts.len() { chain.force(i) } else { S::default() };
+    if !chain.cradle().balls[i].on_arc {
+        return [from_left - from_right, S::default()];
+    }
+    let (mut sum, own) = ([S::default(); 2], place(chain, i));
+    for (force, j) in [(from_left, i.wrapping_sub(1)), (-from_right, i)] {
+        // Balls far apart need no direction.
+        if force != S::default() {
+            let [left, right] = [j, j + 1].map(|k| if k == i { own } else { place(chain, k) });
+            let line = Line::new(&left, &right, contacts[j].pivots);
+            sum[0] += force * line.along(&own);
+            sum[1] += force * line.outward(&own);
+        }
+    }
+    sum
+}
+
+/// Horizontal and vertical force, upwards, of ball `i` on the support, N: by the tension of its string and the drag.
+fn on_support<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> [S; 2] {
+    let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
+    if !ball.on_arc {
+        return [ball.support_force(s, u), -ball.mass * ball.gravity];
+    }
+    let Place { sin, cos, .. } = ball.place(s);
+    let pull = ball.gravity * cos + u * u / ball.length + chain.forcing_of(i) * sin;
+    let (tension, drag) = (ball.mass * pull + pushed(chain, i)[1], S::from(2.0) * ball.gamma * ball.mass * u);
+    [tension * sin + drag * cos, drag * sin - tension * cos]
 }
 
 /// Work counters since the start; they saturate.
@@ -89,74 +283,60 @@ pub struct WorkCounters {
     pub events: u64,
 }
 
-/// Derivatives of all real outputs, and of the states of model exchange with their derivatives: by time, of one order,
-/// or along one direction in the space of inputs, states and parameters. The units are those of the variables over that
-/// of the time or of the direction.
-#[derive(Clone, Debug, Default)]
-pub struct Differential {
-    /// Of the positions.
-    pub x: Vec<f64>,
-    /// Of the velocities.
-    pub v: Vec<f64>,
-    /// Of the angles.
-    pub angle: Vec<f64>,
-    /// Of the heights.
-    pub y: Vec<f64>,
-    /// Of the contact forces.
-    pub force: Vec<f64>,
-    /// Of the total energy.
-    pub energy: f64,
-    /// Of the total momentum.
-    pub momentum: f64,
-    /// Of the force on the support.
-    pub support_force: f64,
-    /// Of the vertical one.
-    pub support_force_vertical: f64,
-    /// Of the time of the next onset.
-    pub next_onset: f64,
-    /// Of the impulses.
-    pub impulse: Vec<f64>,
-    /// Of the mean forces over the last step.
-    pub force_mean: Vec<f64>,
-    /// Of the largest forces in the last step.
-    pub force_peak: Vec<f64>,
-    /// Of the mean force on the support over the last step.
-    pub support_force_mean: f64,
-    /// Of the period of the first ball.
-    pub period: f64,
-    /// Of the overlaps, by directions only.
-    pub overlap: Vec<f64>,
-    /// Of the rates of the overlaps, likewise.
-    pub overlap_rate: Vec<f64>,
-    /// Of the accelerations, likewise.
-    pub a: Vec<f64>,
-    /// Of the energy dissipated, likewise.
-    pub dissipated_energy: f64,
-    /// Of the power dissipated, likewise.
-    pub dissipation: f64,
-    /// Of the work of the inputs, likewise.
-    pub external_work: f64,
-    /// Of the power of the inputs, likewise.
-    pub external_power: f64,
+/// Declares [`Differential`] by the names of the results: first those that follow from the state and the inputs.
+macro_rules! differential {
+    (
+        of_balls: $($ball:ident)*; of_contacts: $($contact:ident)*; sums: $($sum:ident)*;
+        recorded_of_contacts: $($recorded:ident)*; recorded: $($number:ident)*;
+    ) => {
+        /// Derivatives of all real outputs, and of the states of model exchange with their derivatives: by time, of one
+        /// order, or along one direction in the space of inputs, states and parameters. The units are those of the
+        /// variables over that of the time or of the direction.
+        #[derive(Clone, Debug)]
+        pub struct Differential {
+            $(#[doc = concat!("Of `", stringify!($ball), "` of each ball.")]
+            pub $ball: Vec<f64>,)*
+            $(#[doc = concat!("Of `", stringify!($contact), "` of each contact.")]
+            pub $contact: Vec<f64>,)*
+            $(#[doc = concat!("Of `", stringify!($recorded), "` of each contact.")]
+            pub $recorded: Vec<f64>,)*
+            $(#[doc = concat!("Of `", stringify!($sum), "`.")]
+            pub $sum: f64,)*
+            $(#[doc = concat!("Of `", stringify!($number), "`.")]
+            pub $number: f64,)*
+        }
+
+        impl Differential {
+            /// This value for everything.
+            pub fn all(balls: usize, value: f64) -> Self {
+                let [balls, contacts] = [balls, balls.saturating_sub(1)].map(|count| vec![value; count]);
+                Self {
+                    $($ball: balls.clone(),)*
+                    $($contact: contacts.clone(),)*
+                    $($recorded: contacts.clone(),)*
+                    $($sum: value,)*
+                    $($number: value,)*
+                }
+            }
+
+            /// Derivatives of these outputs by the state of `chain` and the inputs; 0 of what is recorded.
+            pub(crate) fn along(chain: &dyn Results<Dual>) -> Self {
+                let [balls, contacts] = [chain.cradle().balls.len(), chain.cradle().contacts.len()];
+                Self {
+                    $($ball: (0..balls).map(|i| chain.$ball(i).tangent()).collect(),)*
+                    $($contact: (0..contacts).map(|i| chain.$contact(i).tangent()).collect(),)*
+                    $($sum: chain.$sum().tangent(),)*
+                    ..Self::all(balls, 0.0)
+                }
+            }
+        }
+    };
 }
 
-impl Differential {
-    /// No change of anything.
-    pub fn zero(balls: usize) -> Self {
-        let contacts = vec![0.0; balls.saturating_sub(1)];
-        Self {
-            x: vec![0.0; balls],
-            v: vec![0.0; balls],
-            angle: vec![0.0; balls],
-            y: vec![0.0; balls],
-            a: vec![0.0; balls],
-            overlap: contacts.clone(),
-            overlap_rate: contacts.clone(),
-            force: contacts.clone(),
-            impulse: contacts.clone(),
-            force_mean: contacts.clone(),
-            force_peak: contacts,
-            ..Self::default()
-        }
-    }
+differential! {
+    of_balls: x v angle y a;
+    of_contacts: force overlap overlap_rate;
+    sums: total_energy momentum support_force support_force_vertical dissipation external_power;
+    recorded_of_contacts: impulse force_mean force_peak;
+    recorded: support_force_mean next_onset period dissipated_energy external_work;
 }

@@ -8,8 +8,7 @@
 //! - dual numbers (`dual`): with every function by libm, as it is for doubles;
 //! - double-double (`double_double`): the few operations for times and sums over pulses;
 //! - powers of many numbers at once (`power`);
-//! - the event queue (`queue`): entries that move by their key, ties in the order of the keys;
-//! - BDF and Adams-Moulton formulas: `ode` says why.
+//! - the event queue (`queue`): entries that move by their key, ties in the order of the keys.
 
 /// Implements the operators of a type of numbers by formulas; differences and assignments follow from them.
 macro_rules! operators {
@@ -51,16 +50,19 @@ macro_rules! operators {
     };
 }
 
+// What needs nalgebra comes with the engine.
+#[cfg(feature = "engine")]
 pub mod block_tridiagonal;
 pub mod crossing;
 pub mod double_double;
 pub mod dual;
 pub mod gauss;
-pub mod ode;
+#[cfg(feature = "engine")]
 pub mod oscillator;
 pub mod power;
 pub mod quadrature;
 pub mod queue;
+#[cfg(feature = "engine")]
 pub mod radau;
 pub mod root;
 pub mod series;

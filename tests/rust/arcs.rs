@@ -247,7 +247,7 @@ fn pressed_rigid_balls_swing_as_one() {
         close(body.external_work(), single.external_work());
         let (of_body, of_single) = (body.time_derivative(2), single.time_derivative(2));
         close(of_body.support_force, of_single.support_force);
-        close(of_body.energy, of_single.energy);
+        close(of_body.total_energy, of_single.total_energy);
         assert_energy(&body, 1e-13, "pressed");
     }
     assert_eq!(body.pulses(1), 1);

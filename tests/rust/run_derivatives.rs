@@ -72,7 +72,7 @@ fn unit(known: newtons_cradle::variables::Variable, balls: usize) -> Settings {
 
 /// The derivatives of [`Course::outputs`].
 fn derivatives(of: &Differential) -> Vec<f64> {
-    let sums = [of.energy, of.momentum, of.support_force, of.support_force_mean];
+    let sums = [of.total_energy, of.momentum, of.support_force, of.support_force_mean];
     let (states, next) = (of.x.iter().chain(&of.v).chain(&of.impulse), [of.next_onset, of.support_force_vertical]);
     states.chain(&sums).chain(&next).chain(&of.angle).chain(&of.y).copied().collect()
 }

@@ -2,12 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::path::Path;
+use super::tridiagonal::Tridiagonal;
 use crate::engine::flight::{Forcing, forcing_at, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::ode::{Path, System, Tridiagonal};
 use crate::solver::series;
 
 /// Velocities down to this part of the largest are computed to the tolerance; otherwise resting balls would creep apart
@@ -140,12 +141,9 @@ impl Dynamics {
         }
         bound > 0.0
     }
-}
 
-impl System for Dynamics {
-    type Linearized = Linearized;
-
-    fn rates(&self, t: DoubleDouble, y: &[f64], rates: &mut [f64]) {
+    /// Writes the rates of the state `y`.
+    pub fn rates(&self, t: DoubleDouble, y: &[f64], rates: &mut [f64]) {
         let n = self.balls();
         let (mut loss, mut work, mut support, mut from_left) = (0.0, 0.0, 0.0, 0.0);
         for (i, ball) in self.cradle.balls.iter().enumerate() {
@@ -170,7 +168,8 @@ impl System for Dynamics {
         rates[4 * n - 2..].copy_from_slice(&[loss, work, support]);
     }
 
-    fn size(&self, y: &[f64], e: &[f64]) -> f64 {
+    /// The change `e` of the state `y` over the allowed error, of the components that the rates depend on.
+    pub fn size(&self, y: &[f64], e: &[f64]) -> f64 {
         let n = self.balls();
         let mut most = 0.0;
         for (range, scale) in [0..n, n..2 * n, 2 * n..3 * n - 1].into_iter().zip(self.scales) {
@@ -185,17 +184,19 @@ impl System for Dynamics {
         most / self.tolerance
     }
 
-    /// Includes the energy dissipated: a clipped contact loses the energy of its spring without any effect on the
-    /// balls.
-    fn error(&self, y: &[f64], e: &[f64]) -> f64 {
+    /// The error `e` of the state `y` over the allowed one. Includes the energy dissipated: a clipped contact loses the
+    /// energy of its spring without any effect on the balls.
+    pub fn error(&self, y: &[f64], e: &[f64]) -> f64 {
         let [loss, ..] = self.sums();
         let loss = e[loss].abs() / (self.tolerance * self.energy_scale.max(y[loss].abs()));
         if loss.is_finite() { loss.max(self.size(y, e)) } else { f64::INFINITY }
     }
 
+    /// The matrix `1 - gamma J` for Newton's method, with the Jacobian J of the rates at `y`.
+    ///
     /// Positions and overlaps are eliminated by `e_x = r_x + gamma e_v` and the like: for the velocities remains `M +
     /// gamma C + gamma^2 K` with the masses, dampings and stiffnesses, symmetric and tridiagonal.
-    fn linearize(&self, _: DoubleDouble, y: &[f64], gamma: f64) -> Linearized {
+    pub fn linearize(&self, y: &[f64], gamma: f64) -> Linearized {
         let n = self.balls();
         let ball = |ball: &BallModel| ball.mass * (1.0 + gamma * (2.0 * ball.gamma + gamma * ball.omega2));
         let mut diagonal: Vec<f64> = self.cradle.balls.iter().map(ball).collect();
@@ -212,7 +213,8 @@ impl System for Dynamics {
         Linearized { gamma, stiffness, matrix: Tridiagonal::new(diagonal, beside), velocities: vec![0.0; n] }
     }
 
-    fn solve(&self, linearized: &mut Linearized, e: &mut [f64]) {
+    /// Replaces `e` by the solution of `matrix * solution = e`, except in components that the rates do not depend on.
+    pub fn solve(&self, linearized: &mut Linearized, e: &mut [f64]) {
         let n = self.balls();
         let Linearized { gamma, stiffness, matrix, velocities } = linearized;
         let mut from_left = 0.0;
@@ -231,12 +233,9 @@ impl System for Dynamics {
         }
     }
 
-    fn copy_sums(&self, from: &[f64], to: &mut [f64]) {
-        let sums = self.impulse(0)..;
-        to[sums.clone()].copy_from_slice(&from[sums]);
-    }
-
-    fn overlooked(&self, path: &Path) -> Option<f64> {
+    /// Checks a step before it is accepted: if a contact switched within it and its ends do not show that, the fraction
+    /// of the step at which it shows.
+    pub fn overlooked(&self, path: &Path) -> Option<f64> {
         let shown = |i: usize| {
             if !self.might_switch(path, i) {
                 return None;

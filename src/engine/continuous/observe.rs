@@ -3,7 +3,6 @@
 use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
-use crate::model::algebraic::{self, Chain, algebraic_results};
 use crate::model::{ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
@@ -38,33 +37,14 @@ impl Continuous {
     }
 
     pub(crate) fn last_step(&self) -> LastStep<'_> {
-        LastStep {
-            cradle: self.cradle(),
-            start: self.chain(&self.y_at_step),
-            inputs: self.inputs.at(self.step_start),
-            length: self.step_length(),
-            end: self.chain(&self.y()),
-            onset_ahead: self.next_onset().found().is_some(),
-        }
+        let states = [&self.y_at_step, &self.y()].map(|y| self.chain(y));
+        LastStep::new(self, states, self.inputs.at(self.step_start))
     }
 
     /// See [`by_time`]. The polynomials of the steps have too low an order for overlaps: the second and third
     /// derivatives of a force at rest are rounding and solver error.
     pub(crate) fn time_derivative(&self, order: usize) -> Differential {
         by_time(self.cradle(), self.chain(&self.y()), &self.inputs.at(self.time), order)
-    }
-
-    fn step_length(&self) -> f64 {
-        self.time - self.step_start
-    }
-
-    fn support_impulse_of_step(&self) -> f64 {
-        let [.., support] = self.trajectory.dynamics.sums();
-        self.value(support) - self.y_at_step[support]
-    }
-
-    fn impulse_of_step(&self, i: usize) -> f64 {
-        self.impulse(i) - self.y_at_step[self.trajectory.dynamics.impulse(i)]
     }
 
     /// Time of the next onset or release, s, if the solver's steps so far contain it or, in flight, the look ahead
@@ -106,7 +86,7 @@ impl Continuous {
     }
 }
 
-impl Chain for Continuous {
+impl Results for Continuous {
     fn cradle(&self) -> &Cradle {
         &self.trajectory.dynamics.cradle
     }
@@ -115,21 +95,30 @@ impl Chain for Continuous {
         (self.value(i), self.value(self.trajectory.dynamics.v(i)))
     }
 
-    fn overlap_of(&self, i: usize) -> f64 {
+    fn overlap(&self, i: usize) -> f64 {
         self.trajectory.overlap(i, self.place()).0
     }
 
-    fn force_of(&self, i: usize) -> f64 {
+    fn force(&self, i: usize) -> f64 {
         self.trajectory.force(i, self.place())
     }
 
     fn forcing_of(&self, i: usize) -> f64 {
         self.trajectory.dynamics.forcing(i, self.now())
     }
-}
 
-impl Results for Continuous {
-    algebraic_results!(self, self.energy_at_start);
+    fn step_length(&self) -> f64 {
+        self.time - self.step_start
+    }
+
+    fn support_impulse_of_step(&self) -> f64 {
+        let [.., support] = self.trajectory.dynamics.sums();
+        self.value(support) - self.y_at_step[support]
+    }
+
+    fn impulse_of_step(&self, i: usize) -> f64 {
+        self.impulse(i) - self.y_at_step[self.trajectory.dynamics.impulse(i)]
+    }
 
     fn impulse(&self, i: usize) -> f64 {
         self.value(self.trajectory.dynamics.impulse(i))
@@ -149,6 +138,10 @@ impl Results for Continuous {
 
     fn last_release(&self, i: usize) -> f64 {
         self.ledgers[i].release
+    }
+
+    fn energy_at_start(&self) -> f64 {
+        self.energy_at_start
     }
 
     fn dissipated_energy(&self) -> f64 {
@@ -178,8 +171,7 @@ impl Results for Continuous {
     }
 
     fn work(&self) -> WorkCounters {
-        let work = self.trajectory.solver.work;
-        WorkCounters { steps: work.steps, evaluations: work.evaluations, events: self.events }
+        self.trajectory.solver.work
     }
 }
 

@@ -5,6 +5,7 @@ use std::cell::{Cell, RefCell};
 use serde::{Deserialize, Serialize};
 
 use super::dynamics::{Dynamics, forcings};
+use super::solver::Method;
 use super::trajectory::{Event, Kind, Trajectory};
 use crate::engine::error::EngineError;
 use crate::engine::inputs::HeldInputs;
@@ -14,7 +15,6 @@ use crate::engine::run::{Unsound, require};
 use crate::model::{Cradle, Inputs, Parameters, Results};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::ode::Method;
 
 /// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
 const WORK_PER_REPORT: u64 = 16_384;
@@ -33,7 +33,6 @@ pub struct Continuous {
     pub(super) step_start: f64,
     pub(super) y_at_step: Vec<f64>,
     pub(super) energy_at_start: f64,
-    pub(super) events: u64,
     /// A copy of the motion that looks ahead for the next onset.
     pub(super) ahead: RefCell<Option<Box<Trajectory>>>,
     /// The last result, and the time of the request, s.
@@ -65,14 +64,13 @@ impl Continuous {
             step_start: start_time,
             y_at_step: y,
             energy_at_start: 0.0,
-            events: 0,
             ahead: RefCell::new(None),
             foreseen: Cell::new(None),
         };
         for i in 0..run.ledgers.len() {
             if run.trajectory.closed[i] {
                 run.ledgers[i].open_pulse(since, 0);
-                run.events += 1;
+                run.trajectory.solver.work.events += 1;
             }
         }
         run.energy_at_start = run.total_energy();
@@ -227,7 +225,8 @@ impl Continuous {
             }
         }
         if kind != Kind::Peak {
-            self.events = self.events.saturating_add(1);
+            let events = &mut self.trajectory.solver.work.events;
+            *events = events.saturating_add(1);
         }
     }
 }

@@ -5,12 +5,13 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use super::dynamics::{Dynamics, LARGEST};
+use super::path::Path;
+use super::solver::{Method, Solver};
 use crate::engine::error::EngineError;
 use crate::engine::flight::Forcing;
-use crate::model::{Cradle, Parameters, SolverMethod};
+use crate::model::{Cradle, Parameters, SolverMethod, WorkCounters};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
-use crate::solver::ode::{Method, Path, Solver, StepCounters, Stuck};
 use crate::solver::root;
 
 /// What happens in a contact within a step.
@@ -56,7 +57,7 @@ impl Trajectory {
     /// From the state `y` at `dynamics.since` on.
     pub fn new(method: Method, dynamics: Dynamics, y: &[f64]) -> Self {
         let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
-        let solver = Solver::new(method, &dynamics, dynamics.since, y, StepCounters::default());
+        let solver = Solver::new(method, &dynamics, dynamics.since, y, WorkCounters::default());
         Self { dynamics, solver, closed, events: VecDeque::new() }
     }
 
@@ -105,8 +106,7 @@ impl Trajectory {
 
     /// Makes a step and finds the events in it; those of the step before must have been taken.
     pub fn step(&mut self) -> Result<(), EngineError> {
-        let time = self.path().end.value();
-        self.solver.step(&self.dynamics).map_err(|Stuck { step }| EngineError::StepTooSmall { time, step })?;
+        self.solver.step(&self.dynamics)?;
         let dynamic = &self.path().last()[..2 * self.dynamics.balls()];
         if let Some(i) = dynamic.iter().position(|y| y.is_nan() || y.abs() > LARGEST) {
             let ball = i % self.dynamics.balls();

@@ -1,12 +1,12 @@
 //! Derivatives of the outputs by time.
 
-use super::chain_state::{ChainState, WholeChain};
+use super::chain_state::ChainState;
 use crate::engine::cluster::{INVERSE_FACTORIAL, Series};
 use crate::engine::flight::{Flight, Regime, shifted};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
-use crate::solver::series::product_term;
+use crate::solver::series::{of_derivatives, product_term};
 
 impl Engine {
     /// Time derivatives of the outputs at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right; 0
@@ -18,25 +18,24 @@ impl Engine {
     pub fn time_derivative(&self, order: usize) -> Differential {
         let inputs = self.inputs.at(self.time);
         let state = self.state_of_all(self.time.into()).under(inputs.forcings(&self.cradle));
-        let chain = WholeChain { cradle: &self.cradle, state: &state };
         let series = if self.contacts.iter().any(|contact| contact.constraint().is_some()) {
-            self.series_of_bodies(&chain)
+            self.series_of_bodies(&state)
         } else {
             let pressed: Vec<_> = (0..self.contacts.len()).map(|i| self.pressed_series(i)).collect();
-            chain.series(&pressed)
+            state.series(&self.cradle, &pressed)
         };
-        of_series(&chain, &inputs, &series, order)
+        of_series(&self.cradle, &state, &inputs, &series, order)
     }
 
     /// The series of rigid balls, with the constraint forces between those that move as one body.
-    fn series_of_bodies(&self, chain: &WholeChain) -> Series {
-        let (mut bodies, mut apart) = (self.cradle.clone(), chain.state.clone());
+    fn series_of_bodies(&self, state: &ChainState) -> Series {
+        let (mut bodies, mut apart) = (self.cradle.clone(), state.clone());
         apart.contacts.iter_mut().for_each(|contact| contact.mode = Mode::Open);
         for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.regime == Regime::Body) {
             (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
             apart.flights[i].forcing = shifted(&ball.flight.forcing, self.time - ball.anchor.value());
         }
-        let mut series = WholeChain { cradle: &bodies, state: &apart }.series(&[]);
+        let mut series = apart.series(&bodies, &[]);
         for (j, contact) in self.contacts.iter().enumerate() {
             if let Some(constraint) = contact.constraint() {
                 series.set_forces(j, &[], &constraint.series(self.time.into()));
@@ -48,8 +47,8 @@ impl Engine {
 
 /// The same for a state under these inputs.
 pub(crate) fn by_time(cradle: &Cradle, state: ChainState, inputs: &HeldInputs, order: usize) -> Differential {
-    let chain = WholeChain { cradle, state: &state.under(inputs.forcings(cradle)) };
-    of_series(&chain, inputs, &chain.series(&[]), order)
+    let state = state.under(inputs.forcings(cradle));
+    of_series(cradle, &state, inputs, &state.series(cradle, &[]), order)
 }
 
 /// The same from the series of all motions and forces.
@@ -58,15 +57,14 @@ pub(crate) fn by_time(cradle: &Cradle, state: ChainState, inputs: &HeldInputs, o
 /// `p' = sum F_ext - a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where
 /// an overlap vanishes under a law with an exponent that is not whole, its elastic force counts as 0 with all its
 /// derivatives.
-fn of_series(chain: &WholeChain, inputs: &HeldInputs, series: &Series, order: usize) -> Differential {
-    let WholeChain { cradle, state } = chain;
+fn of_series(cradle: &Cradle, state: &ChainState, inputs: &HeldInputs, series: &Series, order: usize) -> Differential {
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
     let [support, vertical] = match cradle.on_arcs() {
-        true => support_on_arcs(chain, series),
-        false => [support_series(chain, series), [0.0; MAX_OUTPUT_DERIVATIVE + 1]],
+        true => support_on_arcs(cradle, state, series),
+        false => [support_series(cradle, state, series), [0.0; MAX_OUTPUT_DERIVATIVE + 1]],
     };
-    let mut rates = Differential::zero(cradle.balls.len());
+    let mut rates = Differential::all(cradle.balls.len(), 0.0);
     let mut momentum = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     for (i, (ball, Flight { x: start, forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let path = series.displacement(i);
@@ -79,7 +77,7 @@ fn of_series(chain: &WholeChain, inputs: &HeldInputs, series: &Series, order: us
             momentum[k + 1] += ball.mass * forcing[k] / factorial(k + 1);
         }
         let force = inputs.series(|inputs| inputs.force[i]);
-        rates.energy += of_rate
+        rates.total_energy += of_rate
             * (product_term(&force, &v, last) - 2.0 * ball.gamma * ball.mass * product_term(&along, &along, last));
     }
     for k in 0..order {
@@ -87,21 +85,20 @@ fn of_series(chain: &WholeChain, inputs: &HeldInputs, series: &Series, order: us
     }
     (rates.momentum, rates.support_force) = (of_order * momentum[order], of_order * support[order]);
     rates.support_force_vertical = of_order * vertical[order];
-    rates.energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
+    rates.total_energy -= of_rate * product_term(&inputs.series(|inputs| inputs.support_acceleration), &momentum, last);
     for (j, contact) in state.contacts.iter().enumerate() {
         let acts = if contact.mode == Mode::Pressing { 1.0 } else { 0.0 };
         let force: Vec<f64> = series.force_row(j).iter().map(|f| acts * f).collect();
         (rates.force[j], rates.impulse[j]) = (of_order * force[order], of_rate * force[last]);
         let excess: Vec<f64> = force.iter().zip(series.elastic_row(j)).map(|(f, e)| f - e).collect();
-        rates.energy -= of_rate * product_term(&excess, &series.rate(series.overlap_row(j)), last);
+        rates.total_energy -= of_rate * product_term(&excess, &series.rate(series.overlap_row(j)), last);
     }
     rates
 }
 
 /// Coefficients of the force on the support, `sum m (omega2 x + 2 gamma v)`. Contact forces change it only as far as
 /// pendulums differ, so their parts are summed contact by contact, where they cancel exactly.
-fn support_series(chain: &WholeChain, series: &Series) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
-    let WholeChain { cradle, state } = chain;
+fn support_series(cradle: &Cradle, state: &ChainState, series: &Series) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
     let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
     // Coefficients of accelerations times mass, with the factors omega2 and gamma.
     let mut add = |omega2: f64, gamma: f64, accelerations: &[f64]| {
@@ -120,14 +117,11 @@ fn support_series(chain: &WholeChain, series: &Series) -> [f64; MAX_OUTPUT_DERIV
     }
     let mut at_once = [0.0; 2];
     for (i, (ball, Flight { x: start, forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
-        let (mut x, mut factorial) = (series.displacement(i).to_vec(), 1.0);
+        let (mut x, push) = (series.displacement(i).to_vec(), of_derivatives(*forcing));
         let v = series.rate(&x);
         x[0] = *start;
-        let without_contacts = |(k, forcing): (usize, &f64)| {
-            factorial *= k.max(1) as f64;
-            ball.mass * (forcing / factorial - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k])
-        };
-        let accelerations: Vec<f64> = forcing.iter().enumerate().map(without_contacts).collect();
+        let without_contacts = |k: usize| ball.mass * (push[k] - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k]);
+        let accelerations: Vec<f64> = (0..push.len()).map(without_contacts).collect();
         add(ball.omega2, ball.gamma, &accelerations);
         at_once[0] += ball.mass * (ball.omega2 * x[0] + 2.0 * ball.gamma * v[0]);
         at_once[1] += ball.mass * ball.omega2 * v[0];
@@ -138,8 +132,7 @@ fn support_series(chain: &WholeChain, series: &Series) -> [f64; MAX_OUTPUT_DERIV
 }
 
 /// Coefficients of the horizontal and the vertical force of balls on arcs on the support, by the tensions and the drag.
-fn support_on_arcs(chain: &WholeChain, series: &Series) -> [[f64; MAX_OUTPUT_DERIVATIVE + 1]; 2] {
-    let WholeChain { cradle, state } = chain;
+fn support_on_arcs(cradle: &Cradle, state: &ChainState, series: &Series) -> [[f64; MAX_OUTPUT_DERIVATIVE + 1]; 2] {
     let mut support = [[0.0; MAX_OUTPUT_DERIVATIVE + 1]; 2];
     for (i, (ball, Flight { forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let ([sin, cos], u) = (series.directions(i), series.rate(series.displacement(i)));

@@ -2,7 +2,6 @@
 
 use crate::engine::cluster::{OverlapSeries, Series, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing};
-use crate::model::algebraic::Chain;
 use crate::model::{Cradle, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::dual::Scalar;
 
@@ -26,56 +25,22 @@ impl<S: Scalar> ChainState<S> {
         self.flights.iter_mut().zip(forcings).for_each(|(flight, forcing)| flight.forcing = forcing);
         self
     }
-}
 
-/// A whole chain in a state, with its equations.
-#[derive(Clone, Copy)]
-pub(crate) struct WholeChain<'a, S = f64> {
-    pub cradle: &'a Cradle<S>,
-    pub state: &'a ChainState<S>,
-}
-
-impl<S: Scalar> WholeChain<'_, S> {
-    pub fn window(&self) -> Window<'_, S> {
-        let (Cradle { balls, contacts: laws, .. }, ChainState { flights, contacts }) = (self.cradle, self.state);
+    /// The whole chain as a window, with these coefficients of its equations.
+    pub fn window<'a>(&'a self, cradle: &'a Cradle<S>) -> Window<'a, S> {
+        let (Cradle { balls, contacts: laws, .. }, Self { flights, contacts }) = (cradle, self);
         Window { flights, models: balls, balls: &[], contacts, laws }
     }
 }
 
-impl<S: Scalar> Chain<S> for WholeChain<'_, S> {
-    fn cradle(&self) -> &Cradle<S> {
-        self.cradle
-    }
-
-    fn state_of(&self, i: usize) -> (S, S) {
-        (self.state.flights[i].x, self.state.flights[i].v)
-    }
-
-    fn overlap_of(&self, j: usize) -> S {
-        self.state.contacts[j].overlap
-    }
-
-    fn force_of(&self, j: usize) -> S {
-        let WindowContact { overlap, mode } = self.state.contacts[j];
-        match mode {
-            Mode::Pressing => self.cradle.contacts[j].unclipped_force(overlap, self.window().overlap_rate(j)),
-            Mode::Open | Mode::Clipped => S::default(),
-        }
-    }
-
-    fn forcing_of(&self, i: usize) -> S {
-        self.state.flights[i].forcing[0]
-    }
-}
-
-impl WholeChain<'_> {
+impl ChainState {
     /// The series of all motions and forces, in seconds, for derivatives by time up to the highest order.
     ///
     /// The overlaps of pressing contacts may be `given` by the run's description. By the equations, the acceleration of
     /// an overlap is force over mass minus load: for a contact at rest that is rounding, which each further derivative
     /// multiplies by the angular frequency of the contact, 1e5 1/s.
-    pub fn series(&self, given: &[Option<OverlapSeries>]) -> Series {
-        let (window, mut series) = (self.window(), Series::default());
+    pub fn series(&self, cradle: &Cradle, given: &[Option<OverlapSeries>]) -> Series {
+        let (window, mut series) = (self.window(cradle), Series::default());
         series.begin(&window, MAX_OUTPUT_DERIVATIVE + 1, 1.0);
         for (j, given) in given.iter().enumerate() {
             if let Some(given) = given {

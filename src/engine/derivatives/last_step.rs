@@ -8,43 +8,43 @@ use crate::engine::cluster::WindowContact;
 use crate::engine::flight::{Flight, Forcing};
 use crate::engine::inputs::HeldInputs;
 use crate::engine::run::Engine;
-use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters};
+use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters, Results};
 use crate::solver::dual::{Dual, Scalar};
 
 /// The last step of a run, by any method: the data for its derivatives.
 pub struct LastStep<'a> {
-    pub(crate) cradle: &'a Cradle,
+    cradle: &'a Cradle,
     /// State and inputs at its start.
-    pub(crate) start: ChainState,
-    pub(crate) inputs: HeldInputs,
+    start: ChainState,
+    inputs: HeldInputs,
     /// Its length, s; 0 before the first.
-    pub(crate) length: f64,
+    length: f64,
     pub(crate) end: ChainState,
     /// Whether an onset ahead is known.
-    pub(crate) onset_ahead: bool,
+    onset_ahead: bool,
 }
 
 impl Engine {
     /// The last step, or the start before the first, for derivatives along directions.
     pub fn last_step(&self) -> LastStep<'_> {
-        LastStep {
-            cradle: &self.cradle,
-            start: self.state_at_start(),
-            inputs: self.inputs.at(self.step.time),
-            length: self.step_length(),
-            end: self.state_of_all(self.time.into()),
-            onset_ahead: self.find_next_onset().found().is_some(),
-        }
+        let states = [self.state_at_start(), self.state_of_all(self.time.into())];
+        LastStep::new(self, states, self.inputs.at(self.step.time))
     }
 }
 
-impl LastStep<'_> {
+impl<'a> LastStep<'a> {
+    /// Of this run, with its states at the start and at the end of the step, and the inputs at the start.
+    pub(crate) fn new(run: &'a dyn Results, [start, end]: [ChainState; 2], inputs: HeldInputs) -> Self {
+        let onset_ahead = run.next_onset().found().is_some();
+        Self { cradle: run.cradle(), start, inputs, length: run.step_length(), end, onset_ahead }
+    }
+
     /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
     /// depends on them. `None` if the step cannot be followed: it has too many segments, leaves the range of numbers,
     /// has rigid balls that stay in contact, or its derivatives are only rounding.
     pub fn along_inputs(&self, inputs: &Inputs) -> Option<Differential> {
         if self.length == 0.0 {
-            return Some(Differential::zero(self.cradle.balls.len()));
+            return Some(Differential::all(self.cradle.balls.len(), 0.0));
         }
         let along = self.cradle.map(Dual::from);
         let forcings = forcings_along(&along, &self.inputs, inputs);
@@ -108,14 +108,7 @@ impl LastStep<'_> {
         let state = start_along(&self.end, &along, tangent).under(forcings);
         let first = along.balls[0].omega2;
         let run = Run::new(along, state);
-        let mut outputs = run.outputs();
-        if self.cradle.restitution.is_some() {
-            // Rigid contacts transmit nothing yet.
-            outputs.force.fill(0.0);
-        }
-        outputs.force_mean.clone_from(&outputs.force);
-        outputs.force_peak.clone_from(&outputs.force);
-        outputs.support_force_mean = outputs.support_force;
+        let mut outputs = run.outputs_of_step(0.0);
         if first.value() > 0.0 {
             outputs.period = (Dual::from(std::f64::consts::TAU) / first.sqrt()).tangent();
         }

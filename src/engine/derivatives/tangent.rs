@@ -8,13 +8,12 @@
 //! Impacts of rigid balls are computed in dual numbers, too. There are no derivatives where balls stay in contact, nor
 //! where more than two touch whose impacts the direction would separate.
 
-use super::chain_state::{ChainState, WholeChain};
+use super::chain_state::ChainState;
 use crate::engine::cluster::{Control, Series, Switch, WindowContact, sign_after_clip, velocity_scale};
 use crate::engine::flight::{Flight, Forcing, integral_of, shifted};
 use crate::engine::rigid::restitution::{self, Row};
 use crate::engine::run::around;
-use crate::model::algebraic::momentum;
-use crate::model::{Cradle, Differential, Mode};
+use crate::model::{Cradle, Differential, Mode, Results};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
@@ -83,13 +82,9 @@ impl Run {
         next
     }
 
-    fn chain(&self) -> WholeChain<'_, Dual> {
-        WholeChain { cradle: &self.cradle, state: &self.state }
-    }
-
     /// Derivatives of the outputs that follow from the state, and of the impulses.
     pub fn outputs(&self) -> Differential {
-        let mut outputs = Differential::along(&self.chain());
+        let mut outputs = Differential::along(self);
         outputs.impulse = self.impulse.iter().map(|impulse| impulse.tangent()).collect();
         if self.cradle.restitution.is_some() {
             // A constraint force has none.
@@ -99,14 +94,24 @@ impl Run {
         outputs
     }
 
-    /// The same, with the values over the last step, of this length (s).
+    /// The same, with the values over the last step, of this length (s); without one, those at the start of a run.
     pub fn outputs_of_step(&self, length: f64) -> Differential {
+        let mut outputs = self.outputs();
+        if length == 0.0 {
+            if self.cradle.restitution.is_some() {
+                // Rigid contacts transmit nothing yet.
+                outputs.force.fill(0.0);
+            }
+            outputs.force_mean.clone_from(&outputs.force);
+            outputs.force_peak.clone_from(&outputs.force);
+            return Differential { support_force_mean: outputs.support_force, ..outputs };
+        }
         let impulses = self.impulse.iter().zip(&self.impulse_before);
         Differential {
             force_mean: impulses.map(|(now, before)| (*now - *before).tangent() / length).collect(),
             force_peak: self.peak.iter().map(|peak| peak.tangent()).collect(),
             support_force_mean: self.support_impulse.tangent() / length,
-            ..self.outputs()
+            ..outputs
         }
     }
 
@@ -160,9 +165,9 @@ impl Run {
 
     /// The series from now on, as far as their values and derivatives converge.
     fn expand(&self) -> Series<Dual> {
-        let (chain, mut series) = (self.chain(), Series::default());
+        let (window, mut series) = (self.state.window(&self.cradle), Series::default());
         let control = Control { order: ORDER, ..Control::new(TOLERANCE) };
-        let negligible = series.expand(&chain.window(), &control, velocity_scale(&chain.window()));
+        let negligible = series.expand(&window, &control, velocity_scale(&window));
         let convergence = |part: fn(Dual) -> f64| {
             let term = |i: usize, k: usize| k as f64 * part(series.displacement(i)[k]).abs() / series.unit;
             let largest = |k: usize| (0..self.cradle.balls.len()).map(|i| term(i, k)).fold(0.0, f64::max);
@@ -233,7 +238,7 @@ impl Run {
             // What the inputs give, less the change of the momentum.
             let balls = self.state.flights.iter().zip(&self.cradle.balls);
             let given: Dual = balls.map(|(flight, ball)| ball.mass * integral_of(&flight.forcing, tau)).sum();
-            self.support_impulse += given + momentum(&self.chain());
+            self.support_impulse += given + self.momentum();
         }
         for (i, ball) in self.cradle.balls.iter().enumerate().filter(|(_, ball)| !ball.on_arc) {
             let displacement = series.displacement(i);
@@ -263,14 +268,14 @@ impl Run {
             (contact.overlap, _) = series.overlap_at(j, s);
         }
         if self.cradle.on_arcs() {
-            self.support_impulse += -momentum(&self.chain());
+            self.support_impulse += -self.momentum();
         }
         self.elapsed += tau.value();
         self.delay += tau.tangent();
     }
 
     fn mode_when_closed(&self, j: usize) -> Mode {
-        self.cradle.contacts[j].mode_when_closed(self.state.contacts[j].overlap, self.chain().window().overlap_rate(j))
+        self.cradle.contacts[j].mode_when_closed(self.overlap(j), self.overlap_rate(j))
     }
 
     fn switch(&mut self, j: usize, switch: Switch) {
@@ -296,7 +301,7 @@ impl Run {
             return None;
         }
         let row = Row::new(&self.cradle, balls.clone(), |i| self.state.flights[i].x).ok()?;
-        let before = momentum(&self.chain());
+        let before = self.momentum();
         let mut v: Vec<Dual> = self.state.flights[balls.clone()].iter().map(|ball| ball.v).collect();
         let scale = v.iter().map(|v| v.value().abs()).fold(0.0, f64::max);
         let unresolved = UNRESOLVED * f64::EPSILON * scale;
@@ -306,10 +311,10 @@ impl Run {
         }
         self.state.flights[balls].iter_mut().zip(v).for_each(|(ball, v)| ball.v = v);
         if self.cradle.on_arcs() {
-            self.support_impulse += before - momentum(&self.chain());
+            self.support_impulse += before - self.momentum();
         }
         // Without relative velocity they may stay in contact.
-        if self.chain().window().overlap_rate(j).value() < 0.0 { Some(()) } else { None }
+        if self.overlap_rate(j).value() < 0.0 { Some(()) } else { None }
     }
 
     /// Takes the modes from `end`, because rounding decides the side of a switching at the end of the step. Refuses a
@@ -327,5 +332,30 @@ impl Run {
             }
         }
         Some(())
+    }
+}
+
+impl Results<Dual> for Run {
+    fn cradle(&self) -> &Cradle<Dual> {
+        &self.cradle
+    }
+
+    fn state_of(&self, i: usize) -> (Dual, Dual) {
+        (self.state.flights[i].x, self.state.flights[i].v)
+    }
+
+    fn forcing_of(&self, i: usize) -> Dual {
+        self.state.flights[i].forcing[0]
+    }
+
+    fn overlap(&self, j: usize) -> Dual {
+        self.state.contacts[j].overlap
+    }
+
+    fn force(&self, j: usize) -> Dual {
+        match self.state.contacts[j].mode {
+            Mode::Pressing => self.cradle.contacts[j].unclipped_force(self.overlap(j), self.overlap_rate(j)),
+            Mode::Open | Mode::Clipped => Dual::default(),
+        }
     }
 }

@@ -1,8 +1,7 @@
 //! The equations of motion, with contacts that act by flags, in doubles and dual numbers.
 
-use crate::model::algebraic::Chain;
-use crate::model::{BallModel, Cradle, Mode};
-use crate::solver::dual::Scalar;
+use crate::model::{BallModel, Cradle, Mode, Results};
+use crate::solver::dual::{Dual, Scalar};
 
 /// Number of continuous states: the first position, the overlaps, the velocities, the impulses, the energy dissipated
 /// and the work of the inputs.
@@ -83,32 +82,35 @@ impl<S: Scalar> State<S> {
     }
 }
 
-pub(super) struct View<'a, S> {
-    pub cradle: &'a Cradle<S>,
+/// The chain along a direction.
+pub(super) struct Along<'a> {
+    pub cradle: &'a Cradle<Dual>,
     pub modes: &'a [Mode],
-    pub state: &'a State<S>,
+    pub state: &'a State<Dual>,
 }
 
-impl<S: Scalar> Chain<S> for View<'_, S> {
-    fn cradle(&self) -> &Cradle<S> {
+impl Results<Dual> for Along<'_> {
+    fn cradle(&self) -> &Cradle<Dual> {
         self.cradle
     }
 
-    fn state_of(&self, i: usize) -> (S, S) {
+    fn state_of(&self, i: usize) -> (Dual, Dual) {
         (self.state.x[i], self.state.v[i])
     }
 
-    /// Open contacts have no energy, whatever their overlap.
-    fn overlap_of(&self, i: usize) -> S {
-        let overlap = self.state.overlaps[i];
-        if self.modes[i] == Mode::Open && overlap.value() > 0.0 { S::default() } else { overlap }
+    fn forcing_of(&self, i: usize) -> Dual {
+        self.state.forcings[i]
     }
 
-    fn force_of(&self, i: usize) -> S {
+    fn overlap(&self, i: usize) -> Dual {
+        self.state.overlaps[i]
+    }
+
+    fn force(&self, i: usize) -> Dual {
         self.state.forces[i]
     }
 
-    fn forcing_of(&self, i: usize) -> S {
-        self.state.forcings[i]
+    fn in_contact(&self, i: usize) -> bool {
+        self.modes[i] != Mode::Open
     }
 }

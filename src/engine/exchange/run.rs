@@ -4,12 +4,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::contact::Contact;
-use super::equations::{State, View, state_count};
+use super::equations::{Along, State, state_count};
 use super::scales::{SHIFT, Scales};
 use crate::engine::error::EngineError;
 use crate::engine::run::{Engine, Unsound, require};
-use crate::model::algebraic::{self, algebraic_results};
-use crate::model::{Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results, WorkCounters};
+use crate::model::{Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results};
 use crate::next::Next;
 use crate::solver::dual::{Dual, Scalar};
 
@@ -130,7 +129,7 @@ impl Exchange {
 
     /// Overlap of contact `j`, m, and its rate, m/s.
     pub(super) fn overlap_and_rate(&self, j: usize) -> (f64, f64) {
-        (self.state.overlaps[j], algebraic::overlap_rate(&self.view(), j))
+        (self.state.overlaps[j], self.overlap_rate(j))
     }
 
     pub(super) fn impulse_place(&self, j: usize) -> usize {
@@ -186,22 +185,17 @@ impl Exchange {
         self.refresh();
     }
 
-    pub(super) fn view(&self) -> View<'_, f64> {
-        View { cradle: &self.cradle, modes: &self.modes, state: &self.state }
-    }
-
     /// Derivatives of the states by time.
     pub fn derivatives(&mut self) -> Vec<f64> {
         for (contact, force) in self.contacts.iter_mut().zip(&self.state.forces) {
             contact.seen = contact.seen.max(*force);
         }
-        let (view, State { forces, .. }) = (self.view(), &self.state);
         let mut rates = Vec::with_capacity(self.y.len());
         rates.push(self.y[self.balls()]);
-        rates.extend((0..self.modes.len()).map(|j| algebraic::overlap_rate(&view, j)));
-        rates.extend((0..self.balls()).map(|i| algebraic::a(&view, i)));
-        rates.extend_from_slice(forces);
-        rates.extend([algebraic::dissipation(&view), algebraic::external_power(&view)]);
+        rates.extend((0..self.modes.len()).map(|j| self.overlap_rate(j)));
+        rates.extend((0..self.balls()).map(|i| self.a(i)));
+        rates.extend_from_slice(&self.state.forces);
+        rates.extend([self.dissipation(), self.external_power()]);
         rates
     }
 
@@ -215,10 +209,8 @@ impl Exchange {
         };
         let forcings = self.forcings().into_iter().enumerate().map(forcing).collect();
         let state = State::new(&cradle, &self.modes, &y, forcings);
-        let view = View { cradle: &cradle, modes: &self.modes, state: &state };
         let [loss, work] = self.sums_place();
-        let mut outputs = Differential::along(&view);
-        outputs.overlap = state.overlaps.iter().map(|overlap| overlap.tangent()).collect();
+        let mut outputs = Differential::along(&Along { cradle: &cradle, modes: &self.modes, state: &state });
         outputs.impulse = states[self.impulse_place(0)..self.impulse_place(self.modes.len())].to_vec();
         (outputs.dissipated_energy, outputs.external_work) = (states[loss], states[work]);
         outputs.force_mean.clone_from(&outputs.force);
@@ -288,16 +280,26 @@ impl Exchange {
     }
 }
 
-/// See [`Results`]; values over a step are those of this instant, discrete values those after the last event.
+/// Values over a step are those of this instant, discrete values those after the last event; the host does the work.
 impl Results for Exchange {
-    algebraic_results!(self, &self.view(), self.energy_at_start);
+    fn cradle(&self) -> &Cradle {
+        &self.cradle
+    }
 
-    fn force(&self, i: usize) -> f64 {
-        self.state.forces[i]
+    fn state_of(&self, i: usize) -> (f64, f64) {
+        (self.state.x[i], self.state.v[i])
+    }
+
+    fn forcing_of(&self, i: usize) -> f64 {
+        self.state.forcings[i]
     }
 
     fn overlap(&self, i: usize) -> f64 {
         self.state.overlaps[i]
+    }
+
+    fn force(&self, i: usize) -> f64 {
+        self.state.forces[i]
     }
 
     fn in_contact(&self, i: usize) -> bool {
@@ -306,10 +308,6 @@ impl Results for Exchange {
 
     fn impulse(&self, i: usize) -> f64 {
         self.y[self.impulse_place(i)]
-    }
-
-    fn force_mean(&self, i: usize) -> f64 {
-        self.force(i)
     }
 
     fn force_peak(&self, i: usize) -> f64 {
@@ -328,6 +326,10 @@ impl Results for Exchange {
         self.contacts[i].ledger.release
     }
 
+    fn energy_at_start(&self) -> f64 {
+        self.energy_at_start
+    }
+
     fn dissipated_energy(&self) -> f64 {
         self.y[self.sums_place()[0]]
     }
@@ -336,16 +338,7 @@ impl Results for Exchange {
         self.y[self.sums_place()[1]]
     }
 
-    fn support_force_mean(&self) -> f64 {
-        self.support_force()
-    }
-
     fn next_onset(&self) -> Next {
         self.next
-    }
-
-    /// The host does the work.
-    fn work(&self) -> WorkCounters {
-        WorkCounters::default()
     }
 }

@@ -5,7 +5,6 @@ use crate::engine::derivatives::ChainState;
 use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
 use crate::engine::records::BallStart;
 use crate::engine::run::{Engine, NO_STEP, Phase};
-use crate::model::algebraic::{self, Chain, algebraic_results};
 use crate::model::{Cradle, Mode, Results, WorkCounters};
 use crate::next::{NEVER, Next};
 use crate::solver::double_double::DoubleDouble;
@@ -135,27 +134,6 @@ impl Engine {
         model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
     }
 
-    /// Length of the last step, s; 0 before the first.
-    pub(crate) fn step_length(&self) -> f64 {
-        self.time - self.step.time
-    }
-
-    fn support_impulse_of_step(&self) -> f64 {
-        let balls = 0..self.balls.len();
-        let at_start = |i: usize| match &self.step.balls[i] {
-            Some(start) => start.support_impulse,
-            None => self.support_impulse_of(i, self.step.time.into()),
-        };
-        let before: f64 = balls.clone().map(at_start).sum();
-        balls.map(|i| self.support_impulse_of(i, self.now())).sum::<f64>() - before
-    }
-
-    fn impulse_of_step(&self, i: usize) -> f64 {
-        let at_start = self.contacts[i].ledger.impulse_at_start(self.step.number);
-        let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step.time.into()));
-        (self.impulse_at(i, self.now()) - at_start).value()
-    }
-
     /// To be called before an event at `t` changes the closed form of ball `i` or its contacts. Records nothing at the
     /// very start of the step.
     pub(crate) fn before_move(&mut self, i: usize, t: DoubleDouble) {
@@ -198,7 +176,7 @@ impl Engine {
     }
 }
 
-impl Chain for Engine {
+impl Results for Engine {
     fn cradle(&self) -> &Cradle {
         &self.cradle
     }
@@ -215,12 +193,12 @@ impl Chain for Engine {
         state
     }
 
-    fn overlap_of(&self, i: usize) -> f64 {
+    fn overlap(&self, i: usize) -> f64 {
         self.overlap_at(i, self.now()).0
     }
 
     /// For a lasting rigid contact, the constraint force.
-    fn force_of(&self, i: usize) -> f64 {
+    fn force(&self, i: usize) -> f64 {
         if self.is_held_back(i) {
             return 0.0;
         }
@@ -239,10 +217,27 @@ impl Chain for Engine {
     fn forcing_of(&self, i: usize) -> f64 {
         forcing_at(&self.inputs.forcing(i, self.cradle.balls[i].mass), self.time - self.inputs.since)
     }
-}
 
-impl Results for Engine {
-    algebraic_results!(self, self.totals.energy_at_start);
+    /// Length of the last step, s; 0 before the first.
+    fn step_length(&self) -> f64 {
+        self.time - self.step.time
+    }
+
+    fn support_impulse_of_step(&self) -> f64 {
+        let balls = 0..self.balls.len();
+        let at_start = |i: usize| match &self.step.balls[i] {
+            Some(start) => start.support_impulse,
+            None => self.support_impulse_of(i, self.step.time.into()),
+        };
+        let before: f64 = balls.clone().map(at_start).sum();
+        balls.map(|i| self.support_impulse_of(i, self.now())).sum::<f64>() - before
+    }
+
+    fn impulse_of_step(&self, i: usize) -> f64 {
+        let at_start = self.contacts[i].ledger.impulse_at_start(self.step.number);
+        let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step.time.into()));
+        (self.impulse_at(i, self.now()) - at_start).value()
+    }
 
     fn impulse(&self, i: usize) -> f64 {
         self.impulse_at(i, self.now()).value()
@@ -273,6 +268,10 @@ impl Results for Engine {
 
     fn last_release(&self, i: usize) -> f64 {
         self.contacts[i].ledger.release
+    }
+
+    fn energy_at_start(&self) -> f64 {
+        self.totals.energy_at_start
     }
 
     fn dissipated_energy(&self) -> f64 {

@@ -156,7 +156,7 @@ pub static TABLE: &[Row] = &[
     real("E_total", Scalar, Output, &ENERGY, |s, _| s.total_energy(),
         "Kinetic, gravitational and contact energy of all balls")
         .initially(&[MASSES, PENDULUMS, OVERLAP, ELASTIC, &["v_start"]]).follows(&[&["position", "v"]])
-        .derivative(|d, _| d.energy),
+        .derivative(|d, _| d.total_energy),
     real("p_total", Scalar, Output, &MOMENTUM, |s, _| s.momentum(),
         "Sum of mass times horizontal velocity").initially(&[MASSES, &["v_start", "pendulum.model"]]).follows(&[&["v"]])
         .derivative(|d, _| d.momentum),

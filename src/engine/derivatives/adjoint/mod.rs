@@ -85,7 +85,7 @@ impl Tape {
             x: of_balls(X),
             v: of_balls(V),
             impulse: of_balls(IMPULSE),
-            energy: sums[0].value(),
+            total_energy: sums[0].value(),
             momentum: sums[1].value(),
             support_force: sums[2].value(),
             ..self.lacks()
@@ -97,7 +97,7 @@ impl Tape {
         let zero = |numbers: usize| vec![DoubleDouble::ZERO; numbers];
         let mut by_coefficients = vec![zero(numbers_of_coefficients(self.balls())); self.tunings.len()];
         let mut by_state = zero(numbers_of_state(self.balls()));
-        let mut unit = Differential::zero(self.balls());
+        let mut unit = Differential::all(self.balls(), 0.0);
         let mut weight = |output: &dyn Fn(&mut Differential) -> &mut f64| {
             *output(&mut unit) = 1.0;
             let weight = sum(&unit);
@@ -110,7 +110,8 @@ impl Tape {
                 *by_impulse = weight(&|of| &mut of.impulse[i]);
             }
         }
-        let sums = [weight(&|of| &mut of.energy), weight(&|of| &mut of.momentum), weight(&|of| &mut of.support_force)];
+        let sums =
+            [weight(&|of| &mut of.total_energy), weight(&|of| &mut of.momentum), weight(&|of| &mut of.support_force)];
         self.sums.apply_transposed(&sums, &mut by_coefficients[self.sums.tuning], &mut by_state);
         for part in self.parts.iter().rev() {
             part.backward(&mut by_coefficients[part.tuning], &mut by_state);
@@ -120,27 +121,9 @@ impl Tape {
 
     /// Zero for each output whose derivatives it has, NaN for the others.
     pub fn lacks(&self) -> Differential {
-        let balls = self.balls();
-        let (ball, contact) = (vec![f64::NAN; balls], vec![f64::NAN; balls.saturating_sub(1)]);
-        Differential {
-            force: contact.clone(),
-            force_mean: contact.clone(),
-            force_peak: contact.clone(),
-            overlap: contact.clone(),
-            overlap_rate: contact,
-            a: ball.clone(),
-            angle: ball.clone(),
-            y: ball,
-            support_force_vertical: f64::NAN,
-            next_onset: f64::NAN,
-            support_force_mean: f64::NAN,
-            period: f64::NAN,
-            dissipated_energy: f64::NAN,
-            dissipation: f64::NAN,
-            external_work: f64::NAN,
-            external_power: f64::NAN,
-            ..Differential::zero(balls)
-        }
+        let [has, lacks] = [0.0, f64::NAN].map(|value| Differential::all(self.balls(), value));
+        let Differential { x, v, impulse, total_energy, momentum, support_force, .. } = has;
+        Differential { x, v, impulse, total_energy, momentum, support_force, ..lacks }
     }
 }
 

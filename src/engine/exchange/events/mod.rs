@@ -9,8 +9,7 @@ use crate::engine::error::EngineError;
 use crate::engine::flight::Ball;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::run::{Engine, Phase};
-use crate::model::Mode;
-use crate::model::algebraic;
+use crate::model::{Mode, Results};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use group::START;
@@ -69,7 +68,7 @@ impl Exchange {
             if self.modes[j] == Mode::Pressing && !self.is_rigid() {
                 let ((overlap, rate), law) = (self.overlap_and_rate(j), &self.cradle.contacts[j]);
                 let (by_overlap, by_rate) = law.force_slopes(overlap, rate);
-                let [left, right] = [j, j + 1].map(|i| algebraic::a(&self.view(), i));
+                let [left, right] = [j, j + 1].map(|i| self.a(i));
                 let slope = by_overlap * rate + by_rate * (left - right);
                 self.contacts[j].pass(self.time, self.state.forces[j], slope);
             }

@@ -1,53 +1,8 @@
-//! Systems of ordinary differential equations, and the solution over one step as polynomials.
+//! The solution over one step as polynomials.
 
 use serde::{Deserialize, Serialize};
 
 use crate::solver::double_double::DoubleDouble;
-
-/// A system `y' = f(t, y)`, with the functions that its solvers need.
-pub trait System {
-    /// The factors of the Jacobian from [`Self::linearize`].
-    type Linearized;
-
-    /// Writes `f(t, y)`.
-    fn rates(&self, t: DoubleDouble, y: &[f64], rates: &mut [f64]);
-
-    /// The change `e` of the solution `y` over the allowed error. Components that `f` does not depend on are left out.
-    fn size(&self, y: &[f64], e: &[f64]) -> f64;
-
-    /// The error `e` of the solution `y` over the allowed one: at least its size.
-    fn error(&self, y: &[f64], e: &[f64]) -> f64;
-
-    /// The matrix `I - gamma df/dy` at `(t, y)`.
-    fn linearize(&self, t: DoubleDouble, y: &[f64], gamma: f64) -> Self::Linearized;
-
-    /// Replaces `e` by the solution of `matrix * solution = e`, except in components that `f` does not depend on.
-    fn solve(&self, matrix: &mut Self::Linearized, e: &mut [f64]);
-
-    /// Replaces the components that `f` does not depend on by those of `from`.
-    fn copy_sums(&self, from: &[f64], to: &mut [f64]);
-
-    /// Checks a step before it is accepted: if `f` switched within it and its ends do not show that, the fraction of
-    /// the step at which it shows.
-    fn overlooked(&self, path: &Path) -> Option<f64>;
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stuck {
-    /// Length of the last step it tried, s.
-    pub step: f64,
-}
-
-/// Whether double-doubles resolve steps of `step` (s) at the time `t`.
-pub(super) fn resolved(t: DoubleDouble, step: f64) -> bool {
-    step > 1e-32 * t.value().abs().max(1.0)
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct StepCounters {
-    pub steps: u64,
-    pub evaluations: u64,
-}
 
 /// The solution over the last step: each component is a polynomial of `s = (t - end) / step` on `[-1, 0]`.
 ///

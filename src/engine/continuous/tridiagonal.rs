@@ -2,7 +2,7 @@
 
 /// The factors `L D L'` of a matrix, which need no pivoting here (Golub and Van Loan, Matrix Computations, section
 /// 4.3.6).
-pub struct Tridiagonal {
+pub(super) struct Tridiagonal {
     diagonal: Vec<f64>,
     beside: Vec<f64>,
 }

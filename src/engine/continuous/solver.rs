@@ -1,9 +1,12 @@
-//! A solver with its history.
+//! A solver of ordinary differential equations with its history.
 
 use serde::{Deserialize, Serialize};
 
 use super::corrector::MAX_ORDER;
-use super::system::{Path, StepCounters, Stuck, System, resolved};
+use super::dynamics::Dynamics;
+use super::path::Path;
+use crate::engine::error::EngineError;
+use crate::model::WorkCounters;
 use crate::solver::double_double::DoubleDouble;
 
 pub(super) const LONGEST: f64 = 1e3;
@@ -11,7 +14,7 @@ pub(super) const LONGEST: f64 = 1e3;
 const FIRST_GROWTH: f64 = 1e4;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Method {
+pub(crate) enum Method {
     /// Adams-Moulton of orders 1 to 12, solved by fixed-point iteration: for motions that are not stiff.
     Adams,
     /// Backward differentiation of orders 1 to 5, solved by Newton's method: for stiff motions.
@@ -36,9 +39,14 @@ impl Method {
     }
 }
 
-/// A run of one of the methods over a [`System`].
+/// Whether double-doubles resolve steps of `step` (s) at the time `t`.
+pub(super) fn resolved(t: DoubleDouble, step: f64) -> bool {
+    step > 1e-32 * t.value().abs().max(1.0)
+}
+
+/// A run of one of the methods.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Solver {
+pub(super) struct Solver {
     pub method: Method,
     pub path: Path,
     /// Where a step is tried.
@@ -62,13 +70,13 @@ pub struct Solver {
     pub(super) state: Vec<f64>,
     #[serde(skip)]
     pub(super) rates: Vec<f64>,
-    pub work: StepCounters,
+    pub work: WorkCounters,
 }
 
 impl Solver {
     /// Starts at the state `y` at time `t`, after this `work`. Unless the method has a fixed step, the first step is
     /// one of order 1 that changes the state by no more than the allowed error.
-    pub fn new(method: Method, system: &impl System, t: DoubleDouble, y: &[f64], work: StepCounters) -> Self {
+    pub fn new(method: Method, dynamics: &Dynamics, t: DoubleDouble, y: &[f64], work: WorkCounters) -> Self {
         let path = Path::resting(t, y, method.room());
         let mut solver = Self {
             method,
@@ -86,8 +94,8 @@ impl Solver {
             rates: vec![0.0; y.len()],
             work,
         };
-        solver.evaluate(system, t);
-        let pace = system.size(&solver.state, &solver.rates);
+        solver.evaluate(dynamics, t);
+        let pace = dynamics.size(&solver.state, &solver.rates);
         solver.step = match method {
             Method::RungeKutta(step) => step,
             Method::Adams | Method::Bdf if pace > 0.0 => (1.0 / pace).min(LONGEST),
@@ -117,18 +125,18 @@ impl Solver {
         sound.then_some(self)
     }
 
-    /// Makes a step; [`Stuck`] if it would have to be shorter than doubles resolve.
-    pub fn step(&mut self, system: &impl System) -> Result<(), Stuck> {
+    /// Makes a step; fails if it would have to be shorter than double-doubles resolve.
+    pub fn step(&mut self, dynamics: &Dynamics) -> Result<(), EngineError> {
         let made = match self.method {
-            Method::RungeKutta(step) => self.runge_kutta(system, step),
-            Method::Adams | Method::Bdf => self.multistep(system),
+            Method::RungeKutta(step) => self.runge_kutta(dynamics, step),
+            Method::Adams | Method::Bdf => self.multistep(dynamics),
         };
         self.work.steps = self.work.steps.saturating_add(u64::from(made.is_ok()));
         made
     }
 
-    pub(super) fn evaluate(&mut self, system: &impl System, t: DoubleDouble) {
-        system.rates(t, &self.state, &mut self.rates);
+    pub(super) fn evaluate(&mut self, dynamics: &Dynamics, t: DoubleDouble) {
+        dynamics.rates(t, &self.state, &mut self.rates);
         self.work.evaluations = self.work.evaluations.saturating_add(1);
     }
 
@@ -139,10 +147,10 @@ impl Solver {
 
     /// Makes a step of the classical method of order 4, of length `h` (s). Within it the solution is the cubic
     /// polynomial with the states and rates at both ends (Hermite's).
-    fn runge_kutta(&mut self, system: &impl System, h: f64) -> Result<(), Stuck> {
+    fn runge_kutta(&mut self, dynamics: &Dynamics, h: f64) -> Result<(), EngineError> {
         let (from, to) = (self.path.end, self.path.end + h);
         if !resolved(from, h) {
-            return Err(Stuck { step: h });
+            return Err(EngineError::StepTooSmall { time: from.value(), step: h });
         }
         // Rates times the step: those at the last stage, and the sum of all.
         self.kept.copy_from_slice(self.path.column(1));
@@ -150,13 +158,13 @@ impl Solver {
         for (share, weight) in [(0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
             let y = self.path.last().iter().zip(&self.kept);
             self.state.iter_mut().zip(y).for_each(|(state, (y, k))| *state = y + share * k);
-            self.evaluate(system, from + share * h);
+            self.evaluate(dynamics, from + share * h);
             self.kept.iter_mut().zip(&self.rates).for_each(|(k, rate)| *k = h * rate);
             self.correction.iter_mut().zip(&self.kept).for_each(|(sum, k)| *sum += weight * k);
         }
         let y = self.path.last().iter().zip(&self.correction);
         self.state.iter_mut().zip(y).for_each(|(state, (y, sum))| *state = y + sum / 6.0);
-        self.evaluate(system, to);
+        self.evaluate(dynamics, to);
         for i in 0..self.state.len() {
             let (y0, y1, r0, r1) = (self.path.last()[i], self.state[i], self.path.column(1)[i], h * self.rates[i]);
             let (a, b) = (y0 - y1 + r1, r0 - r1);
