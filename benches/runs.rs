@@ -28,8 +28,8 @@ fn one_step(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host
 }
 
 fn runs(c: &mut Criterion) {
-    one_step(c, "paper", "ten minutes", || scenes::ten_minutes(&[]), (0.0, 600.0));
-    one_step(c, "paper", "cubic, 600 s", || scenes::cubic(&[]), (0.0, 600.0));
+    one_step(c, "paper", "ten minutes", || scenes::ten_minutes(""), (0.0, 600.0));
+    one_step(c, "paper", "cubic, 600 s", || scenes::cubic(""), (0.0, 600.0));
     one_step(c, "paper", "figure 3, 10 s", scenes::figure3, (0.0, 10.0));
     one_step(c, "hertz line struck once", "n = 1000", scenes::hertz_line, (0.0, 0.2));
     one_step(c, "settling cradle", "first 100 s", scenes::settling, (0.0, 100.0));

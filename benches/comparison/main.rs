@@ -32,25 +32,23 @@ struct Line {
     span: f64,
 }
 
-/// Settings of a solver.
-type Settings = &'static [(&'static str, f64)];
-
 /// What is compared.
 struct Table {
     title: &'static str,
-    scene: fn(Settings) -> Host,
+    scene: fn(&str) -> Host,
     /// Length of the run, s.
     whole: f64,
-    /// Each with a title; the event-driven method first.
-    solvers: &'static [(&'static str, Settings)],
+    /// Titles and settings; the event-driven method first.
+    solvers: &'static [(&'static str, &'static str)],
     cvode: &'static [cvode::Run],
 }
 
-const ADAMS: (&str, f64) = ("solver.method", 3.0);
+const HUNT_CROSSLEY: &str = "contact.dampingLaw=huntCrossley contact.huntCrossley=0.05";
+const VISCOELASTIC: &str = "contact.dampingLaw=viscoelastic contact.relaxationTime=4e-7";
 
-/// Of the contacts that are not analytic where they open and close.
-const STEEL: &[(&str, Settings)] =
-    &[("eventDriven", &[]), ("adams, rtol 1e-12", &[ADAMS, ("solver.tolerance", 1e-12)])];
+const EVENT_DRIVEN: (&str, &str) = ("eventDriven", "");
+const ADAMS_10: (&str, &str) = ("adams, rtol 1e-10", "solver.method=adams solver.tolerance=1e-10");
+const ADAMS_12: (&str, &str) = ("adams, rtol 1e-12", "solver.method=adams solver.tolerance=1e-12");
 
 const TABLES: [Table; 6] = [
     Table {
@@ -58,12 +56,12 @@ const TABLES: [Table; 6] = [
         scene: scenes::ten_minutes,
         whole: 600.0,
         solvers: &[
-            ("eventDriven", &[]),
-            ("adams, rtol 1e-12", &[ADAMS, ("solver.tolerance", 1e-12)]),
-            ("adams, rtol 1e-10", &[ADAMS, ("solver.tolerance", 1e-10)]),
-            ("bdf, rtol 1e-10", &[("solver.method", 2.0), ("solver.tolerance", 1e-10)]),
+            EVENT_DRIVEN,
+            ADAMS_12,
+            ADAMS_10,
+            ("bdf, rtol 1e-10", "solver.method=bdf solver.tolerance=1e-10"),
             // Thirteen steps to a contact.
-            ("rk4, steps of 1e-8 s", &[("solver.method", 4.0), ("solver.fixedStep", 1e-8)]),
+            ("rk4, steps of 1e-8 s", "solver.method=rk4 solver.fixedStep=1e-8"),
         ],
         cvode: &[
             ("CVODE Adams, rtol 1e-12", ["linear", "adams", "1e-12", "1e-12"]),
@@ -73,37 +71,37 @@ const TABLES: [Table; 6] = [
     },
     Table {
         title: "Figure 6's set-up on arcs (600 s)",
-        scene: scenes::on_arcs,
+        scene: |solver| scenes::ten_minutes(&format!("pendulum.model=circular {solver}")),
         whole: 600.0,
-        solvers: &[("eventDriven", &[])],
+        solvers: &[EVENT_DRIVEN],
         cvode: &[("CVODE Adams, rtol 1e-12", ["arcs", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Cubic contacts (600 s, 7,194 pulses)",
         scene: scenes::cubic,
         whole: 600.0,
-        solvers: &[("eventDriven", &[]), ("adams, rtol 1e-10", &[ADAMS, ("solver.tolerance", 1e-10)])],
+        solvers: &[EVENT_DRIVEN, ADAMS_10],
         cvode: &[("CVODE Adams, rtol 1e-10", ["cubic", "adams", "1e-10", "1e-14"])],
     },
     Table {
         title: "Touching steel balls (60 s)",
         scene: scenes::steel,
         whole: 60.0,
-        solvers: STEEL,
+        solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["hertz", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Touching steel balls, Hunt-Crossley 0.05 s/m (60 s)",
-        scene: scenes::steel_hunt_crossley,
+        scene: |solver| scenes::steel(&format!("{HUNT_CROSSLEY} {solver}")),
         whole: 60.0,
-        solvers: STEEL,
+        solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["hunt-crossley", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Touching steel balls, viscoelastic 4e-7 s (60 s)",
-        scene: scenes::steel_viscoelastic,
+        scene: |solver| scenes::steel(&format!("{VISCOELASTIC} {solver}")),
         whole: 60.0,
-        solvers: STEEL,
+        solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["viscoelastic", "adams", "1e-12", "1e-12"])],
     },
 ];

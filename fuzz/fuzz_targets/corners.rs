@@ -179,26 +179,17 @@ impl Driver<'_> {
             let variable = settable[usize::from(*variable) % settable.len()];
             self.set(variable, *corner);
         }
-        let each = |family: &str, value: &dyn Fn(&Variable) -> f64| {
-            for (name, variable) in settable.iter().map(|variable| (variable.to_string(), variable)) {
-                if name.starts_with(family) {
-                    self.host.set(&name, value(variable));
-                }
-            }
+        let size = |name: &str, corner: Corner| {
+            let variable = Variable::named(name, self.host.balls)?;
+            Some(corner.value(&variable, &self.defaults).abs())
         };
-        match &self.run.start {
-            Start::Default => {}
-            Start::Touching => each("x_start", &|_| 0.0),
-            Start::Pressed(corner) => {
-                each("x_start", &|_| 0.0);
-                each("contact.gap", &|variable| -corner.value(variable, &self.defaults).abs());
-            }
-            Start::Hit(corner) => {
-                each("x_start", &|_| 0.0);
-                each("v_start[1]", &|variable| corner.value(variable, &self.defaults).abs());
-            }
-        }
-        self.host.log();
+        let moved = match self.run.start {
+            Start::Default => return,
+            Start::Touching => None,
+            Start::Pressed(corner) => size("contact.gap[1]", corner).map(|overlap| format!("contact.gap={}", -overlap)),
+            Start::Hit(corner) => size("v_start[1]", corner).map(|speed| format!("v_start[1]={speed}")),
+        };
+        self.host.give(&format!("x_start=0 {}", moved.unwrap_or_default()));
     }
 
     fn set(&self, variable: &Variable, corner: Corner) {
@@ -211,7 +202,7 @@ impl Driver<'_> {
             }
             _ => corner.value(variable, &self.defaults),
         };
-        self.host.give(&[(name, value)]);
+        assert_eq!(self.host.set(name, value), fmi2OK, "{name} = {value}: {:?}", self.host.log());
     }
 
     /// Changes an input or a tunable parameter before a step; `false` if it was refused.

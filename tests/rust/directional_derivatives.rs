@@ -3,7 +3,7 @@
 use cradle_host::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
-use crate::differences::{LAWS, Values, by_differences, knowns, names};
+use crate::differences::{LAWS, by_differences, knowns, names};
 
 const BALLS: usize = 5;
 
@@ -66,11 +66,10 @@ impl Step {
 }
 
 /// A step from `from` seconds after the onset of the first impact of balls whose impacts are apart.
-fn step(law: Values, from: f64, length: f64) -> Step {
+fn step(law: &str, from: f64, length: f64) -> Step {
     let host = Host::new();
     // Gaps that keep the order of the pulses under the changes of the inputs, and inputs that are not 0.
-    host.give(&[("x_start[2]", -0.0983), ("x_start[4]", 0.0011), ("x_start[5]", 0.0023)]);
-    host.give(&[("F_ext[1]", 0.03), ("a_support", -0.01)]);
+    host.give("x_start=-0.1,-0.0983,0,0.0011,0.0023 F_ext[1]=0.03 a_support=-0.01");
     host.give(law);
     host.start();
     let start = host.get("t_next") + from;
@@ -110,15 +109,10 @@ fn they_agree_with_differences() {
 #[test]
 fn overlapping_pulses_and_lasting_contacts() {
     // Where balls just touch, or two onsets coincide, there is no derivative: so a nanometre apart, and unequal.
-    let ratios = names(&[("ball.massRatio", BALLS)], &[]);
-    let wave = ratios.iter().zip([1.01, 1.02, 1.03, 1.04, 1.05]).map(|(name, ratio)| (name.as_str(), ratio));
-    let wave = wave.chain([("contact.deadBand", 1e-9)]).collect();
-    let (starts, gaps) = (names(&[("x_start", BALLS)], &[]), names(&[("contact.gap", BALLS - 1)], &[]));
-    let pressed = starts.iter().map(|name| (name.as_str(), 0.0));
-    let gaps = gaps.iter().zip([-1.1e-5, -1.2e-5, -1.3e-5, -1.4e-5]).map(|(name, gap)| (name.as_str(), gap));
-    let pressed = pressed.chain(gaps).chain([("contact.damping", 2e4), ("contact.deadBand", 0.0)]).collect();
-    for (what, values) in [("wave", wave), ("pressed", pressed)] as [(&str, Vec<(&str, f64)>); 2] {
-        let host = Host::started_with(&values);
+    let wave = "ball.massRatio=1.01,1.02,1.03,1.04,1.05 contact.deadBand=1e-9";
+    let pressed = "x_start=0 contact.gap=-1.1e-5,-1.2e-5,-1.3e-5,-1.4e-5 contact.damping=2e4 contact.deadBand=0";
+    for (what, settings) in [("wave", wave), ("pressed", pressed)] {
+        let host = Host::started_with(settings);
         let from = if what == "wave" { host.get("t_next") - 1e-3 } else { 0.01 };
         assert_eq!(host.step(0.0, from), fmi2OK);
         let step = Step { state: host.to_bytes(), host, from, length: 1.00005e-3 };
@@ -141,11 +135,11 @@ fn refused(host: &Host, (unknown, known, change): (&str, &str, f64), words: &str
 #[test]
 fn rigid_balls_in_contact_are_refused() {
     let refused = |host: &Host, input: &str| refused(host, ("v[3]", input, 1.0), "v[3] has no derivative here");
-    let host = Host::started_with(&[("contact.model", 3.0), ("contact.deadBand", 0.0), ("F_ext[3]", 0.1)]);
+    let host = Host::started_with("contact.model=rigid contact.deadBand=0 F_ext[3]=0.1");
     assert!(host.get("F[3]") > 0.0);
     assert_eq!(host.step(0.0, 0.1), fmi2OK);
     refused(&host, "F_ext[1]");
-    let host = Host::started_with(&[("contact.model", 3.0)]);
+    let host = Host::started_with("contact.model=rigid");
     let onset = host.get("t_next");
     assert_eq!(host.step(0.0, onset), fmi2OK);
     refused(&host, "F_ext[2]");
@@ -199,21 +193,20 @@ fn directions_add_up_and_states_keep_them() {
 /// In Initialization Mode the unknowns depend on the parameters and the inputs.
 #[test]
 fn initial_unknowns_agree_with_differences() {
-    let closing = [("v_start[4]", 0.1), ("x_start[4]", 2e-4), ("x_start[5]", 0.01)];
-    let relaxing = [("contact.dampingLaw", 4.0), ("contact.relaxationTime", 1e-5)];
-    let hertz = [("contact.model", 2.0), ("contact.dampingLaw", 3.0), ("contact.huntCrossley", 0.4)];
-    let dashpots = [("contact.exponent", 1.7), ("contact.damping", 1e3), ("pendulum.drag", 0.2)];
-    for (what, values) in [
-        ("apart", vec![]),
-        ("pressed, Hertz with Hunt-Crossley damping", [closing, hertz].concat()),
-        ("pressed, viscoelastic real power", [&closing[..], &relaxing, &[("contact.exponent", 1.7)]].concat()),
-        ("pressed, viscoelastic and linear", [&closing[..], &relaxing].concat()),
-        ("pressed, real power with dashpots and drag", [closing, dashpots].concat()),
+    let relaxing = "contact.dampingLaw=viscoelastic contact.relaxationTime=1e-5";
+    let real_relaxing = &format!("{relaxing} contact.exponent=1.7");
+    for (what, law, closing) in [
+        ("apart", "", false),
+        ("Hertz", "contact.model=hertz contact.dampingLaw=huntCrossley contact.huntCrossley=0.4", true),
+        ("viscoelastic real power", real_relaxing, true),
+        ("viscoelastic and linear", relaxing, true),
+        ("real power with drag", "contact.exponent=1.7 contact.damping=1e3 pendulum.drag=0.2", true),
     ] {
         let host = Host::new();
         // There is room on both sides.
-        host.give(&[("contact.restitution", 0.9)]);
-        host.give(&values);
+        host.give("contact.restitution=0.9");
+        host.give(if closing { "v_start[4]=0.1 x_start[4]=2e-4 x_start[5]=0.01" } else { "" });
+        host.give(law);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
         let names: Vec<String> = outputs().into_iter().chain(["pendulum.period".to_owned()]).collect();
         let references: Vec<u32> = names.iter().map(|name| host.vr(name)).collect();
@@ -225,10 +218,10 @@ fn initial_unknowns_agree_with_differences() {
             let one_sided = host.set(&known, value - h) != fmi2OK;
             host.log();
             let (differences, rounding) = by_differences(h, one_sided, |change| {
-                host.give(&[(&known, value + change)]);
+                host.give(&format!("{known}={}", value + change));
                 values()
             });
-            host.give(&[(&known, value)]);
+            host.give(&format!("{known}={value}"));
             for (j, (name, size)) in names.iter().zip(values()).enumerate() {
                 let (difference, rounding) = (differences[j], 1e-13 * size.abs().max(1e-3) * rounding);
                 assert!(

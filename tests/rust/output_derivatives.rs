@@ -66,8 +66,7 @@ const MAX_ORDER: usize = 3;
 #[test]
 fn they_agree_with_differences_in_flight_and_in_contact() {
     for (law, values) in LAWS.into_iter().filter(|(law, _)| !law.starts_with("rigid")) {
-        let given = [("contact.deadBand", 0.0), ("F_ext[5]", 0.4), ("a_support", -0.2)];
-        let host = Host::started_with(&[&given, values].concat());
+        let host = Host::started_with(&format!("contact.deadBand=0 F_ext[5]=0.4 a_support=-0.2 {values}"));
         check(&format!("{law}, in flight"), &host, (0.0, 0.01, 40), 1e-6);
         let onset = host.get("t_next");
         assert_eq!(host.step(0.4, onset - 0.4), fmi2OK);
@@ -96,22 +95,15 @@ fn they_agree_with_differences_in_flight_and_in_contact() {
 /// Five unequal pendulums, released side by side and pressed together, swing as one: rigid ones with drag, and others.
 #[test]
 fn they_agree_with_differences_in_lasting_contacts() {
-    let rigid = [("contact.model", 3.0), ("pendulum.drag", 0.4), ("F_ext[5]", -2.0), ("a_support", -0.2)];
-    let damped = [("contact.damping", 2e4), ("F_ext[5]", -3.0)];
+    let rigid = "contact.model=rigid pendulum.drag=0.4 F_ext[5]=-2 a_support=-0.2";
+    let damped = "contact.damping=2e4 F_ext[5]=-3";
     // Of damped contacts the third derivative of a force is rounding from the fifth digit on, of some starts from the
     // fourth.
-    for (what, values, start, h, tolerance, least) in
-        [("rigid", &rigid[..], 0.1, 0.01, 1e-6, 0.1), ("damped", &damped, 0.5, 0.02, 1e-4, 2.0)]
+    for (what, settings, start, h, tolerance, least) in
+        [("rigid", rigid, 0.1, 0.01, 1e-6, 0.1), ("damped", damped, 0.5, 0.02, 1e-4, 2.0)]
     {
-        let host = Host::new();
-        host.give(&[&[("contact.deadBand", 0.0), ("F_ext[1]", 3.0)], values].concat());
-        for i in 1..=5 {
-            let [start, mass, length] =
-                ["x_start", "ball.massRatio", "pendulum.lengthRatio"].map(|name| format!("{name}[{i}]"));
-            let i = f64::from(i);
-            host.give(&[(&start, -0.02), (&mass, 1.0 + 0.1 * i), (&length, 1.0 - 0.02 * i)]);
-        }
-        host.start();
+        let unequal = "ball.massRatio=1.1,1.2,1.3,1.4,1.5 pendulum.lengthRatio=0.98,0.96,0.94,0.92,0.9";
+        let host = Host::started_with(&format!("contact.deadBand=0 x_start=-0.02 {unequal} F_ext[1]=3 {settings}"));
         assert_eq!((host.set_derivative("F_ext[1]", 1, 0.2), host.step(0.0, start)), (fmi2OK, fmi2OK));
         check(what, &host, (start, h, 40), tolerance);
         assert!((1..=4).all(|i| host.get(&format!("F[{i}]")) > least));
@@ -129,21 +121,16 @@ fn they_keep_their_digits_where_balls_rest_against_each_other() {
         [-0.2, 0.0, 0.0, 0.1, 0.05],
         [0.4, 0.0, 0.0, -0.2, 0.0],
     ];
-    let dashpot = ("contact.damping", 2e4);
-    let hertz = [("contact.model", 2.0), ("contact.dampingLaw", 3.0), ("contact.huntCrossley", 1e4)];
-    for (law, values) in
-        [("dashpot", &[dashpot][..]), ("cubic", &[("contact.exponent", 3.0), dashpot]), ("Hertz", &hertz)]
-    {
+    for law in [
+        "contact.damping=2e4",
+        "contact.exponent=3 contact.damping=2e4",
+        "contact.model=hertz contact.dampingLaw=huntCrossley contact.huntCrossley=1e4",
+    ] {
         for masses in [[1.0; 5], [1.0, 1.2, 0.9, 1.1, 1.3]] {
             let host = Host::new();
-            host.give(&[("contact.deadBand", 0.0), ("a_support", 0.1)]);
-            host.give(values);
+            host.give(&format!("contact.deadBand=0 a_support=0.1 x_start=0.02 v_start=0.3 {law}"));
             for (i, mass) in (1..).zip(masses) {
-                for (name, value) in
-                    [("x_start", 0.02), ("v_start", 0.3), ("F_ext", PUSHES[0][i - 1]), ("ball.massRatio", mass)]
-                {
-                    host.give(&[(&format!("{name}[{i}]"), value)]);
-                }
+                host.give(&format!("F_ext[{i}]={} ball.massRatio[{i}]={mass}", PUSHES[0][i - 1]));
             }
             host.start();
             assert_eq!(host.step(0.0, 1.0), fmi2OK);
@@ -191,9 +178,9 @@ fn inputs_that_change_count() {
 
 #[test]
 fn they_exist_before_the_first_step_and_at_an_onset_from_the_right() {
-    let host = Host::started_with(&[("v_start[4]", 0.3)]);
+    let host = Host::started_with("v_start[4]=0.3");
     assert_eq!((host.derivative("x[4]", 1), host.derivative("x[4]", 2), host.derivative("v[4]", 2)), (0.3, 0.0, -1.5));
-    let dashpot = Host::started_with(&[("contact.damping", 2e4)]);
+    let dashpot = Host::started_with("contact.damping=2e4");
     let onset = dashpot.get("t_next");
     assert_eq!(dashpot.step(0.0, onset), fmi2OK);
     // F' = k u + c u' with the closing rate u, u' = -2 F / m, F = c u.

@@ -17,7 +17,9 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::{env, fs, process};
 
 use newtons_cradle::fmi2::*;
-use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Type, Variable, variables};
+use newtons_cradle::variables::{
+    Access, Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Type, Variable, variables,
+};
 
 /// The two answers that tests expect.
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
@@ -132,13 +134,13 @@ impl Host {
 
     /// One that has been initialized at t = 0.
     pub fn started() -> Self {
-        Self::started_with(&[])
+        Self::started_with("")
     }
 
-    /// The same with these values.
-    pub fn started_with(values: &[(&str, f64)]) -> Self {
+    /// The same with these settings.
+    pub fn started_with(settings: &str) -> Self {
         let host = Self::new();
-        host.give(values);
+        host.give(settings);
         host.start();
         host
     }
@@ -170,7 +172,7 @@ impl Host {
 
     /// From the instantiated into the error state: of free balls, a force takes the first out of the range of numbers.
     pub fn fail(&self) {
-        assert_eq!((self.set("gravity", 0.0), self.set("F_ext[1]", -1e300)), (fmi2OK, fmi2OK));
+        self.give("gravity=0 F_ext[1]=-1e300");
         self.start();
         if self.step(0.0, 1e9) == fmi2OK {
             // A flight is not evaluated before somebody asks; a changed input has to be taken up where it is.
@@ -214,10 +216,21 @@ impl Host {
         }
     }
 
-    /// Sets these variables, which must be accepted.
-    pub fn give(&self, values: &[(&str, f64)]) {
-        for (name, value) in values {
-            assert_eq!(self.set(name, *value), fmi2OK, "{name} = {value}: {:?}", self.log());
+    /// Sets variables, which must be accepted: `name=value` for each, with spaces between. An array takes one value for
+    /// all elements, or one for each, with commas between; an enumeration takes the name of an item.
+    pub fn give(&self, settings: &str) {
+        for setting in settings.split_whitespace() {
+            let (name, values) = setting.split_once('=').unwrap();
+            let is_named = |variable: &Variable| variable.row.name == name || variable.to_string() == name;
+            let elements: Vec<Variable> = variables(self.balls).filter(is_named).collect();
+            let values: Vec<&str> = values.split(',').collect();
+            assert!(!elements.is_empty() && [1, elements.len()].contains(&values.len()), "{setting}");
+            for (element, text) in elements.iter().zip(values.into_iter().cycle()) {
+                let items = if let Access::Enumeration(of) = element.row.access { of.items } else { &[] };
+                let item = items.iter().find(|item| item.name == text);
+                let value = item.map_or_else(|| text.parse().unwrap(), |item| item.value.into());
+                assert_eq!(self.set(&element.to_string(), value), fmi2OK, "{setting}: {:?}", self.log());
+            }
         }
     }
 

@@ -6,15 +6,13 @@ use cradle_host::{Host, fmi2OK};
 
 use super::{assert_close, exchanging, stepped};
 
-type Values<'a> = &'a [(&'a str, f64)];
-
-fn with(values: Values, contacts: i32) -> Host {
-    exchanging(&[values, &[("exchange.contacts", contacts.into())]].concat())
+fn with(settings: &str, contacts: i32) -> Host {
+    exchanging(&format!("{settings} exchange.contacts={contacts}"))
 }
 
-const AT_REST: Values = &[("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0)];
-const ONE_LIFTED: Values = &[("contact.deadBand", 0.0), ("x_start[1]", -0.1), ("x_start[2]", 0.0)];
-const BOTH_ENDS: Values = &[("x_start[1]", -0.1), ("x_start[2]", 0.0), ("x_start[5]", 0.1)];
+const AT_REST: &str = "contact.deadBand=0 x_start=0";
+const ONE_LIFTED: &str = "contact.deadBand=0 x_start[2]=0";
+const BOTH_ENDS: &str = "x_start=-0.1,0,0,0,0.1";
 
 #[test]
 fn balls_at_rest_in_touch_stay_so() {
@@ -58,27 +56,20 @@ fn ties_from_both_ends_stay_mirrored() {
 
 #[test]
 fn what_is_closed_from_the_start_is_followed_from_there() {
-    let values: Values = &[
-        ("contact.deadBand", 0.0),
-        ("x_start[1]", 2e-8),
-        ("x_start[2]", 0.0),
-        ("x_start[4]", -1e-8),
-        ("v_start[5]", -0.1),
-    ];
+    let settings = "contact.deadBand=0 x_start=2e-8,0,0,-1e-8,0 v_start[5]=-0.1";
     for (contacts, h) in [(1, 1e-8), (2, 1e-3)] {
-        let host = with(values, contacts);
+        let host = with(settings, contacts);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
         assert_eq!((host.pulses(), host.get("t_onset[1]")), (vec![1, 0, 1, 0], 0.0));
         assert!(host.get("F[1]") > 0.0 && host.get_boolean("inContact[1]"));
         assert_eq!(host.reset(), fmi2OK);
-        host.give(values);
-        host.give(&[("exchange.contacts", contacts.into())]);
+        host.give(&format!("{settings} exchange.contacts={contacts}"));
         let mut master = Master::start(&host);
         if contacts == 2 {
             assert_eq!((host.get("F[1]"), host.get_boolean("inContact[1]")), (0.0, false));
         }
         let until = if contacts == 1 { 1e-5 } else { 0.1 };
-        let other = stepped(values, until);
+        let other = stepped(settings, until);
         master.steps(until, h, Method::Rk4);
         assert_eq!(host.pulses(), other.pulses(), "{contacts}");
         let tolerance = if contacts == 1 { 1e-6 } else { 1e-11 };
@@ -95,7 +86,7 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
         (other.step(0.0, onset), other.set("F_ext[3]", 50.0), other.step(onset, 1e-4)),
         (fmi2OK, fmi2OK, fmi2OK)
     );
-    let host = with(&[], 2);
+    let host = with("", 2);
     let mut master = Master::start(&host);
     master.steps(master.next - 1e-3, 1e-3, Method::Rk4);
     // Swings in closed form, to be there exactly.
@@ -119,9 +110,8 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
 fn a_chain_that_stays_pressed_is_resolved() {
     // Without gravity no period limits the duration of a group.
     for (gravity, contacts) in [(9.81, 1), (9.81, 2), (0.0, 1), (0.0, 2)] {
-        let pressed = [("gravity", gravity), ("F_ext[1]", 1e3), ("F_ext[5]", -1e3), ("contact.damping", 1e5)];
-        let values = [AT_REST, &pressed].concat();
-        let (other, host) = (stepped(&values, 1e-3), with(&values, contacts));
+        let settings = format!("{AT_REST} gravity={gravity} F_ext[1]=1e3 F_ext[5]=-1e3 contact.damping=1e5");
+        let (other, host) = (stepped(&settings, 1e-3), with(&settings, contacts));
         let mut master = Master::start(&host);
         assert!(master.next < 1e-12);
         master.steps(2e-6, 1e-7, Method::Rk4);
@@ -138,16 +128,9 @@ fn a_chain_that_stays_pressed_is_resolved() {
 fn a_short_impact_beside_a_pair_that_stays_pressed_is_mapped() {
     // The pair is pressed from the start, or closes a microsecond after that, within the impact.
     for (overlap, closed) in [(1e-7, true), (-1e-8, false)] {
-        let values: Values = &[
-            ("contact.deadBand", 0.0),
-            ("x_start[1]", -1e-3 + 2e-8),
-            ("x_start[2]", -1e-3),
-            ("x_start[4]", 1e-3 + overlap),
-            ("x_start[5]", 1e-3),
-            ("F_ext[4]", 1e3),
-            ("F_ext[5]", -1e3),
-        ];
-        let (host, other) = (with(values, 2), stepped(values, 1e-4));
+        let forces = "F_ext[4]=1e3 F_ext[5]=-1e3";
+        let settings = format!("contact.deadBand=0 x_start=-0.99998e-3,-1e-3,0,{},1e-3 {forces}", 1e-3 + overlap);
+        let (host, other) = (with(&settings, 2), stepped(&settings, 1e-4));
         let mut master = Master::start(&host);
         assert_eq!((host.pulses()[..3].to_vec(), host.get("F[1]")), (vec![1, 0, 0], 0.0));
         assert_eq!(host.each("inContact"), [0.0, 0.0, 0.0, f64::from(closed)]);
@@ -178,7 +161,7 @@ fn a_late_event_goes_back_to_every_onset() {
 #[test]
 fn an_event_with_nothing_due_changes_nothing() {
     for contacts in [1, 2] {
-        let host = with(&[], contacts);
+        let host = with("", contacts);
         let mut master = Master::start(&host);
         // Up to the first onset where the host would have to integrate it.
         for k in 1..if contacts == 1 { 14 } else { 40 } {
@@ -196,8 +179,8 @@ fn an_event_with_nothing_due_changes_nothing() {
 
 #[test]
 fn a_resolved_pulse_is_that_of_co_simulation() {
-    let other = stepped(&[], 0.71);
-    let host = with(&[], 1);
+    let other = stepped("", 0.71);
+    let host = with("", 1);
     let mut master = Master::start(&host);
     master.steps(0.70, 1e-3, Method::Rk4);
     while master.time < 0.71 {

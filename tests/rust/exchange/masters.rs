@@ -6,20 +6,20 @@ use cradle_host::{FIGURE_6, Host};
 use super::{assert_close, exchanging, stepped};
 
 /// Figure 6's set-up, with the first two of five balls lifted by 1 m.
-fn figure_6(pendulum: f64) -> Vec<(&'static str, f64)> {
-    [&FIGURE_6[..], &[("pendulum.model", pendulum), ("x_start[1]", -1.0), ("x_start[2]", -1.0)]].concat()
+fn figure_6(pendulum: &str) -> String {
+    format!("{FIGURE_6} pendulum.model={pendulum} x_start[1]=-1 x_start[2]=-1")
 }
 
 #[test]
 fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
     for whole in [true, false] {
-        let host = exchanging(&figure_6(1.0));
+        let host = exchanging(&figure_6("linear"));
         let mut master = Master::start(&host);
         if whole {
             master.whole_steps(240.0, 1e-3, Method::Rk4);
         } else {
             master.steps(20.0, 1e-3, Method::Rk4);
-            pulses_are_those_of_co_simulation(&host, 1.0, 20.0);
+            pulses_are_those_of_co_simulation(&host, "linear", 20.0);
             master.steps(240.0, 1e-3, Method::Rk4);
         }
         assert_eq!(host.pulses(), [171, 342, 342, 171]);
@@ -31,14 +31,14 @@ fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
 
 #[test]
 fn rk4_follows_figure_6_on_arcs() {
-    let host = exchanging(&figure_6(2.0));
+    let host = exchanging(&figure_6("circular"));
     // Near a contact an overlap changes within the time in which balls pass each other, 0.03 s. Later the impacts do
     // not come one after the other any more, and rounding grows.
     Master::start(&host).steps(4.0, 1e-4, Method::Rk4);
-    pulses_are_those_of_co_simulation(&host, 2.0, 4.0);
+    pulses_are_those_of_co_simulation(&host, "circular", 4.0);
 }
 
-fn pulses_are_those_of_co_simulation(host: &Host, pendulum: f64, time: f64) {
+fn pulses_are_those_of_co_simulation(host: &Host, pendulum: &str, time: f64) {
     let steps = stepped(&figure_6(pendulum), time);
     assert_eq!(host.pulses(), steps.pulses());
     for (family, scale) in
@@ -52,7 +52,7 @@ fn pulses_are_those_of_co_simulation(host: &Host, pendulum: f64, time: f64) {
 
 #[test]
 fn euler_leaves_exactly_what_euler_does() {
-    let host = exchanging(&figure_6(1.0));
+    let host = exchanging(&figure_6("linear"));
     let mut master = Master::start(&host);
     let (h, steps) = (1e-3, 20_000);
     master.whole_steps(f64::from(steps) * h, h, Method::Euler);
@@ -72,7 +72,7 @@ fn one_ball_swings_and_two_free_balls_meet_once() {
     let (x, expected) = (alone.get("x[1]"), -0.1 * 5f64.sqrt().cos());
     assert!((x - expected).abs() < 1e-12, "{x} {expected}");
     let pair = Host::exchanging(2);
-    pair.give(&[("gravity", 0.0), ("v_start[1]", 1.0)]);
+    pair.give("gravity=0 v_start[1]=1");
     let mut master = Master::start(&pair);
     assert!((master.next - 0.100_002_6).abs() < 1e-12, "{}", master.next);
     master.steps(1.0, 0.1, Method::Euler);

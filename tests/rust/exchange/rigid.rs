@@ -5,20 +5,18 @@ use cradle_host::fmi2OK;
 
 use super::{assert_close, exchanging, stepped};
 
-/// On lines and on arcs.
-const PENDULUMS: [f64; 2] = [1.0, 2.0];
+const PENDULUMS: [&str; 2] = ["linear", "circular"];
 
-/// Rigid contacts with these pendulums, this coefficient of restitution and these values.
-fn rigid<'a>(pendulum: f64, restitution: f64, values: &[(&'a str, f64)]) -> Vec<(&'a str, f64)> {
-    let rigid = [("contact.model", 3.0), ("pendulum.model", pendulum), ("contact.restitution", restitution)];
-    [&rigid, values].concat()
+/// Rigid contacts with these pendulums, this coefficient of restitution and these settings.
+fn rigid(pendulum: &str, restitution: f64, settings: &str) -> String {
+    format!("contact.model=rigid pendulum.model={pendulum} contact.restitution={restitution} {settings}")
 }
 
 #[test]
 fn impacts_are_those_of_co_simulation() {
     for (restitution, pendulum) in [1.0, 0.9].into_iter().flat_map(|e| PENDULUMS.map(|model| (e, model))) {
-        let values = rigid(pendulum, restitution, &[]);
-        let (other, host) = (stepped(&values, 3.0), exchanging(&values));
+        let settings = rigid(pendulum, restitution, "");
+        let (other, host) = (stepped(&settings, 3.0), exchanging(&settings));
         let mut master = Master::start(&host);
         master.steps(3.0, 1e-3, Method::Rk4);
         assert_eq!(host.pulses(), other.pulses(), "{restitution}");
@@ -29,10 +27,8 @@ fn impacts_are_those_of_co_simulation() {
 
 #[test]
 fn pressed_balls_move_as_a_body_until_they_part() {
-    let values =
-        [("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -3.0)];
     for pendulum in PENDULUMS {
-        let host = exchanging(&rigid(pendulum, 0.5, &values));
+        let host = exchanging(&rigid(pendulum, 0.5, "contact.deadBand=0 x_start=0 F_ext[1]=5 F_ext[5]=-3"));
         let mut master = Master::start(&host);
         for (i, force) in [(1, 4.6), (2, 4.2), (3, 3.8), (4, 3.4)] {
             assert!((host.get(&format!("F[{i}]")) - force).abs() < 1e-12);
@@ -53,10 +49,9 @@ fn pressed_balls_move_as_a_body_until_they_part() {
 
 #[test]
 fn chatter_comes_to_an_end() {
-    let values =
-        [("contact.deadBand", 0.0), ("x_start[1]", -0.01), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -5.0)];
     for pendulum in PENDULUMS {
-        let host = exchanging(&rigid(pendulum, 0.5, &values));
+        let pressed = "contact.deadBand=0 x_start=-0.01,0,0,0,0 F_ext[1]=5 F_ext[5]=-5";
+        let host = exchanging(&rigid(pendulum, 0.5, pressed));
         let mut master = Master::start(&host);
         master.steps(2.0, 1e-3, Method::Rk4);
         assert!(master.events < 1000, "{}", master.events);

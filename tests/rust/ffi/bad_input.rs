@@ -38,11 +38,11 @@ fn parameters_out_of_range_are_refused() {
 fn rigid_balls_that_cannot_start_are_refused() {
     let host = Host::new();
     host.refused(host.set("contact.restitution", 1.1), "contact.restitution = 1.1 is refused; allowed: 0 to 1");
-    host.give(&[("contact.model", 3.0), ("x_start[3]", 0.001)]);
+    host.give("contact.model=rigid x_start[3]=0.001");
     assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
     host.refused(host.exit(), "rigid balls 3 and 4 overlap by 9.9740e-4 m; allowed: x_start[3] - x_start[4]");
     // Still in Initialization Mode: it can be corrected.
-    host.give(&[("x_start[3]", 0.0), ("solver.method", 2.0)]);
+    host.give("x_start[3]=0 solver.method=bdf");
     let expected = "contact.model = rigid has no contact force that solver.method could integrate; allowed with it: \
                     eventDriven (1)";
     host.refused(host.exit(), expected);
@@ -68,7 +68,7 @@ fn what_is_beyond_the_range_of_doubles_is_refused_by_name() {
     assert!(host.get("x[1]") == -0.1);
     host.assert_usable();
     // A push that is none ends the step.
-    let host = Host::started_with(&[("ball.mass", 1e-10)]);
+    let host = Host::started_with("ball.mass=1e-10");
     assert_eq!(host.set("F_ext[2]", 1e300), fmi2OK);
     host.refused(host.step(0.0, 0.1), "the state of ball 2 is not finite at t = 0 s");
 }

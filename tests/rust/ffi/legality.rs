@@ -226,7 +226,7 @@ fn bad_arguments_in_model_exchange_are_refused_and_change_nothing() {
     assert_eq!(unsafe { fmi2EnterEventMode(host.c) }, fmi2OK);
     assert_eq!(unsafe { fmi2NewDiscreteStates(host.c, null_mut()) }, fmi2Error);
     assert_eq!(host.everything(), before);
-    host.give(&[("pendulum.drag", 0.1), ("F_ext[1]", 1.0)]);
+    host.give("pendulum.drag=0.1 F_ext[1]=1");
     assert!((host.get("a[1]") - 1.0 - 0.5).abs() < 1e-12, "{}", host.get("a[1]"));
 }
 
