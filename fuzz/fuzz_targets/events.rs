@@ -18,6 +18,8 @@ use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Array, Type};
 
+use Phase::{Configuration, ContinuousTime, Event, Initialization, Instantiated, Terminated};
+
 /// All enumerations.
 static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Enumeration));
 
@@ -124,32 +126,20 @@ impl Driver<'_> {
         let before = self.picture.phase;
         unsafe {
             match operation {
-                Operation::EnterConfiguration => {
-                    self.go(operation, fmi3EnterConfigurationMode(c), Phase::Configuration);
-                }
-                Operation::ExitConfiguration => {
-                    self.go(operation, fmi3ExitConfigurationMode(c), Phase::Instantiated);
-                }
-                Operation::EnterInitialization => {
-                    let status = self.host.enter();
-                    self.go(operation, status, Phase::Initialization);
-                    self.picture.time = if status == fmi3OK { 0.0 } else { self.picture.time };
-                }
+                Operation::EnterConfiguration => self.go(operation, fmi3EnterConfigurationMode(c), Configuration),
+                Operation::ExitConfiguration => self.go(operation, fmi3ExitConfigurationMode(c), Instantiated),
+                Operation::EnterInitialization => self.go(operation, self.host.enter(), Initialization),
                 Operation::ExitInitialization => {
-                    let next = if self.picture.events { Phase::Event } else { Phase::Step };
+                    let next = if self.picture.events { Event } else { Phase::Step };
                     self.go(operation, fmi3ExitInitializationMode(c), next);
                 }
                 Operation::EnterEvents => {
-                    self.go(operation, fmi3EnterEventMode(c), Phase::Event);
-                    if self.picture.phase == Phase::Event && self.picture.exchange {
-                        self.picture.event = self.picture.time;
-                    }
+                    self.go(operation, fmi3EnterEventMode(c), Event);
+                    self.picture.event = self.picture.time;
                 }
                 Operation::EnterStepMode => self.go(operation, fmi3EnterStepMode(c), Phase::Step),
-                Operation::EnterContinuousTime => {
-                    self.go(operation, fmi3EnterContinuousTimeMode(c), Phase::ContinuousTime);
-                }
-                Operation::Terminate => self.go(operation, fmi3Terminate(c), Phase::Terminated),
+                Operation::EnterContinuousTime => self.go(operation, fmi3EnterContinuousTimeMode(c), ContinuousTime),
+                Operation::Terminate => self.go(operation, fmi3Terminate(c), Terminated),
                 Operation::Reset => {
                     self.take(operation, true, fmi3Reset(c));
                     self.picture = Picture::new(self.picture.events, self.picture.exchange);
@@ -159,10 +149,10 @@ impl Driver<'_> {
                     if self.picture.allows(&Operation::EnterEvents) {
                         self.make(&Operation::EnterEvents);
                     }
-                    while self.picture.phase == Phase::Event && self.update() {}
+                    while self.picture.phase == Event && self.update() {}
                     match (self.picture.phase, self.picture.exchange) {
-                        (Phase::Event, true) => self.make(&Operation::EnterContinuousTime),
-                        (Phase::Event, false) => self.make(&Operation::EnterStepMode),
+                        (Event, true) => self.make(&Operation::EnterContinuousTime),
+                        (Event, false) => self.make(&Operation::EnterStepMode),
                         _ => {}
                     }
                 }
@@ -170,7 +160,7 @@ impl Driver<'_> {
                 Operation::SetBalls(balls) => {
                     let balls = u64::from(*balls) % (BALLS as u64 + 1);
                     let status = fmi3SetUInt64(c, &vr("n"), 1, &balls, 1);
-                    let legal = self.picture.phase == Phase::Configuration;
+                    let legal = self.picture.phase == Configuration;
                     if self.take_of_setter(format_args!("{operation:?}"), legal, balls > 0, status) {
                         self.picture.balls = balls as usize;
                     }
