@@ -11,7 +11,8 @@ mod cvode;
 use std::process::Command;
 use std::time::Instant;
 
-use cradle_host::{Host, fmi2OK, scenes};
+use cradle_host::scenes::{self, Scene, ready};
+use cradle_host::{Host, fmi2OK};
 
 /// Seconds that a run may take; slower methods are followed for a shorter span.
 const PATIENCE: f64 = 20.0;
@@ -35,16 +36,15 @@ struct Line {
 /// What is compared.
 struct Table {
     title: &'static str,
-    scene: fn(&str) -> Host,
+    scene: Scene,
+    /// What the runs have in common besides.
+    besides: &'static str,
     /// Length of the run, s.
     whole: f64,
     /// Titles and settings; the event-driven method first.
     solvers: &'static [(&'static str, &'static str)],
     cvode: &'static [cvode::Run],
 }
-
-const HUNT_CROSSLEY: &str = "contact.dampingLaw=huntCrossley contact.huntCrossley=0.05";
-const VISCOELASTIC: &str = "contact.dampingLaw=viscoelastic contact.relaxationTime=4e-7";
 
 const EVENT_DRIVEN: (&str, &str) = ("eventDriven", "");
 const ADAMS_10: (&str, &str) = ("adams, rtol 1e-10", "solver.method=adams solver.tolerance=1e-10");
@@ -53,7 +53,8 @@ const ADAMS_12: (&str, &str) = ("adams, rtol 1e-12", "solver.method=adams solver
 const TABLES: [Table; 6] = [
     Table {
         title: "Ten minutes of Figure 6's set-up (600 s, 2,562 pulses)",
-        scene: scenes::ten_minutes,
+        scene: scenes::TEN_MINUTES,
+        besides: "",
         whole: 600.0,
         solvers: &[
             EVENT_DRIVEN,
@@ -71,35 +72,40 @@ const TABLES: [Table; 6] = [
     },
     Table {
         title: "Figure 6's set-up on arcs (600 s)",
-        scene: |solver| scenes::ten_minutes(&format!("pendulum.model=circular {solver}")),
+        scene: scenes::TEN_MINUTES,
+        besides: "pendulum.model=circular",
         whole: 600.0,
         solvers: &[EVENT_DRIVEN],
         cvode: &[("CVODE Adams, rtol 1e-12", ["arcs", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Cubic contacts (600 s, 7,194 pulses)",
-        scene: scenes::cubic,
+        scene: scenes::CUBIC,
+        besides: "",
         whole: 600.0,
         solvers: &[EVENT_DRIVEN, ADAMS_10],
         cvode: &[("CVODE Adams, rtol 1e-10", ["cubic", "adams", "1e-10", "1e-14"])],
     },
     Table {
         title: "Touching steel balls (60 s)",
-        scene: scenes::steel,
+        scene: scenes::STEEL,
+        besides: "",
         whole: 60.0,
         solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["hertz", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Touching steel balls, Hunt-Crossley 0.05 s/m (60 s)",
-        scene: |solver| scenes::steel(&format!("{HUNT_CROSSLEY} {solver}")),
+        scene: scenes::STEEL,
+        besides: "contact.dampingLaw=huntCrossley contact.huntCrossley=0.05",
         whole: 60.0,
         solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["hunt-crossley", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Touching steel balls, viscoelastic 4e-7 s (60 s)",
-        scene: |solver| scenes::steel(&format!("{VISCOELASTIC} {solver}")),
+        scene: scenes::STEEL,
+        besides: "contact.dampingLaw=viscoelastic contact.relaxationTime=4e-7",
         whole: 60.0,
         solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["viscoelastic", "adams", "1e-12", "1e-12"])],
@@ -206,10 +212,12 @@ fn main() {
     }
     let (version, rustc) = (env!("CARGO_PKG_VERSION"), first_line("rustc", "--version"));
     println!("newtons-cradle {version} ({rustc}), one core of: {}", processor());
-    for Table { title, scene, whole, solvers, cvode } in TABLES {
+    for Table { title, scene, besides, whole, solvers, cvode } in TABLES {
         let whole = if glance { GLANCE } else { whole };
-        let mut lines: Vec<Line> =
-            solvers.iter().map(|(title, solver)| measured(title, || scene(solver), whole)).collect();
+        let mut lines: Vec<Line> = solvers
+            .iter()
+            .map(|(title, solver)| measured(title, || ready(scene, &format!("{besides} {solver}")), whole))
+            .collect();
         let remark = match cvode::measure(cvode, whole) {
             Ok((more, version)) => {
                 lines.extend(more);

@@ -205,7 +205,8 @@ fn questions_about_the_last_step_are_answered() {
 /// Ten minutes in one step: Figure 6's set-up, and cubic contacts. Every impact of two balls is solved at once.
 #[test]
 fn long_runs_keep_their_energy() {
-    for (host, pulses) in [(scenes::ten_minutes(""), 2562), (scenes::cubic(""), 7194)] {
+    for (scene, pulses) in [(scenes::TEN_MINUTES, 2562), (scenes::CUBIC, 7194)] {
+        let host = scenes::ready(scene, "");
         let energy = host.get("E_total");
         assert_eq!(host.step(0.0, 600.0), fmi2OK);
         assert_eq!(host.pulses().iter().sum::<i32>(), pulses);

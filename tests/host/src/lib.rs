@@ -25,7 +25,6 @@ use newtons_cradle::variables::{
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
 
 pub use log::{Line, Lines, callbacks};
-pub use scenes::FIGURE_6;
 
 /// A component and its log.
 pub struct Host {

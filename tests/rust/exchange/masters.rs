@@ -1,13 +1,14 @@
 //! Runs with mapped contacts by explicit methods: only the error of the method in flight is left.
 
+use cradle_host::Host;
 use cradle_host::exchange::{Master, Method};
-use cradle_host::{FIGURE_6, Host};
+use cradle_host::scenes::TEN_MINUTES;
 
 use super::{assert_close, exchanging, stepped};
 
 /// Figure 6's set-up, with the first two of five balls lifted by 1 m.
 fn figure_6(pendulum: &str) -> String {
-    format!("{FIGURE_6} pendulum.model={pendulum} x_start[1]=-1 x_start[2]=-1")
+    format!("{} pendulum.model={pendulum}", TEN_MINUTES.1)
 }
 
 #[test]
