@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use newtons_cradle::variables::{Type, Variable, variables};
+use newtons_cradle::variables::{Causality, Type, Variable, variables};
 
 /// Contacts of every law.
 pub const LAWS: [(&str, &str); 14] = [
@@ -34,10 +34,11 @@ pub fn knowns(balls: usize) -> impl Iterator<Item = Variable> {
     variables(balls).filter(real).filter(|known| !known.row.name.starts_with("solver"))
 }
 
-/// The names of the elements of these arrays, each with its length, and of scalars.
-pub fn names(arrays: &[(&str, usize)], scalars: &[&str]) -> Vec<String> {
-    let elements = arrays.iter().flat_map(|(name, count)| (1..=*count).map(move |i| format!("{name}[{i}]")));
-    elements.chain(scalars.iter().map(|name| name.to_string())).collect()
+/// The names of the real outputs.
+pub fn outputs(balls: usize) -> Vec<String> {
+    let real = |variable: &Variable| variable.row.access.data_type() == Type::Real;
+    let outputs = variables(balls).filter(|variable| variable.row.causality == Causality::Output);
+    outputs.filter(real).map(|output| output.to_string()).collect()
 }
 
 /// The unknowns in a part of a description of FMI 2.0, each with its dependencies in rising order; none if these may be

@@ -3,11 +3,11 @@
 use cradle_host::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
-use crate::differences::{LAWS, names};
+use crate::differences::{LAWS, outputs};
 
-/// Outputs that vary with the time.
-fn outputs() -> Vec<String> {
-    names(&[("x", 5), ("v", 5), ("F", 4), ("impulse", 4)], &["E_total", "p_total", "F_support"])
+/// Whether an output changes at events only.
+fn is_steady(output: &str) -> bool {
+    ["t_next", "F_mean", "F_peak", "F_support_mean"].iter().any(|name| output.starts_with(name))
 }
 
 /// The first derivative of equidistant samples in the middle of nine, of eighth order.
@@ -19,7 +19,8 @@ fn difference(samples: &[f64], h: f64) -> f64 {
 /// Steps finely from `start` on and checks the derivatives of orders 1 to 3 against differences of the order before, by
 /// the `tolerance` for their largest.
 fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), tolerance: f64) {
-    let names = outputs();
+    let mut names = outputs(5);
+    names.retain(|name| !is_steady(name));
     // Sampled: the order, the output, the sample.
     let mut samples = vec![vec![Vec::new(); names.len()]; 4];
     for i in 0..count {
@@ -195,7 +196,7 @@ fn they_exist_before_the_first_step_and_at_an_onset_from_the_right() {
 fn what_changes_at_events_only_does_not_change() {
     let host = Host::started();
     assert_eq!(host.step(0.0, 0.75), fmi2OK);
-    for name in ["t_next", "F_mean[2]", "F_peak[2]", "F_support_mean"] {
+    for name in outputs(5).iter().filter(|name| is_steady(name)) {
         for order in 1..=3 {
             assert_eq!(host.derivative(name, order), 0.0, "{name}");
         }
