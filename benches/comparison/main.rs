@@ -121,8 +121,8 @@ fn once(method: &str, host: Host, span: f64, whole: f64) -> Line {
     Line {
         method: method.to_owned(),
         seconds: seconds / share,
-        steps: f64::from(host.get_integer("solver.steps")) / share,
-        evaluations: f64::from(host.get_integer("solver.evaluations")) / share,
+        steps: host.get("solver.steps") / share,
+        evaluations: host.get("solver.evaluations") / share,
         energy_error: (host.get("E_residual") / energy).abs(),
         span,
     }

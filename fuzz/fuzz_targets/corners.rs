@@ -26,7 +26,7 @@ const LONGEST: Duration = Duration::from_secs(2);
 
 /// A step is followed by one `LONGER` times as long if the counters of work grew by less than this, and it took less
 /// time than that.
-const LITTLE: i32 = 100;
+const LITTLE: f64 = 200.0;
 const SHORT: Duration = Duration::from_millis(20);
 
 /// Under a force that grows with the cube of time, events become more numerous with its fifth power: 32 times by this
@@ -245,8 +245,8 @@ impl Driver<'_> {
     }
 
     /// The FMU's counters of work, together.
-    fn work(&self) -> i32 {
-        ["solver.steps", "solver.events"].map(|name| self.host.get_integer(name) / 2).iter().sum()
+    fn work(&self) -> f64 {
+        self.host.get("solver.steps") + self.host.get("solver.events")
     }
 
     /// A refused call says why, in one line that names what was wrong.

@@ -75,11 +75,11 @@ fn they_agree_with_differences_in_flight_and_in_contact() {
         let mut t = onset;
         let mut stretches = 0;
         for _ in 0..60 {
-            let (state, events) = (host.to_bytes(), host.get_integer("solver.events"));
+            let (state, events) = (host.to_bytes(), host.get("solver.events"));
             let (h, count) = (2e-8, 40);
             assert_eq!(host.step(t, h * count as f64), fmi2OK);
             // Short of the release, where the force of some laws has a branch point.
-            let smooth = host.get_integer("solver.events") == events && host.get("F[2]") > 30.0;
+            let smooth = host.get("solver.events") == events && host.get("F[2]") > 30.0;
             assert_eq!(host.set_bytes(&state), fmi2OK);
             if smooth && host.get("F[2]") > 1.0 {
                 check(&format!("{law}, in contact"), &host, (t, h, count), 1e-6);
@@ -128,7 +128,7 @@ fn they_keep_their_digits_where_balls_rest_against_each_other() {
         "contact.model=hertz contact.dampingLaw=huntCrossley contact.huntCrossley=1e4",
     ] {
         for masses in [[1.0; 5], [1.0, 1.2, 0.9, 1.1, 1.3]] {
-            let host = Host::new();
+            let host = Host::default();
             host.give(&format!("contact.deadBand=0 a_support=0.1 x_start=0.02 v_start=0.3 {law}"));
             for (i, mass) in (1..).zip(masses) {
                 host.give(&format!("F_ext[{i}]={} ball.massRatio[{i}]={mass}", PUSHES[0][i - 1]));

@@ -108,12 +108,7 @@ impl Default for Host {
 }
 
 impl Host {
-    /// A component of the default FMU.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// The same, which logs all categories from the start.
+    /// A component of the default FMU that logs all categories from the start.
     pub fn logging() -> Self {
         Instantiate { logging: true, ..Default::default() }.host().unwrap()
     }
@@ -138,7 +133,7 @@ impl Host {
 
     /// The same with these settings.
     pub fn started_with(settings: &str) -> Self {
-        let host = Self::new();
+        let host = Self::default();
         host.give(settings);
         host.start();
         host
@@ -331,7 +326,7 @@ impl Host {
         variables(self.balls).map(|variable| value(variable).to_bits()).collect()
     }
 
-    /// A real variable, in its unit.
+    /// A variable of any type; a real one in its unit, an enumeration as the integer of its item.
     pub fn get(&self, name: &str) -> f64 {
         self.try_get(name).unwrap_or_else(|| panic!("{name}: {:?}", self.log()))
     }
@@ -352,11 +347,6 @@ impl Host {
     /// Onsets of each contact so far.
     pub fn pulses(&self) -> Vec<i32> {
         self.each("pulses").into_iter().map(|count| count as i32).collect()
-    }
-
-    /// An integer or an enumeration.
-    pub fn get_integer(&self, name: &str) -> i32 {
-        self.get(name) as i32
     }
 
     /// A boolean variable.

@@ -119,7 +119,7 @@ fn a_restored_run_goes_on_with_the_same_bits() {
 
 #[test]
 fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
-    let host = Host::new();
+    let host = Host::default();
     assert_eq!(host.set("ball.mass", 2.0), fmi2OK);
     let instantiated = host.to_bytes();
     assert_eq!(unsafe { fmi2SetupExperiment(host.c, 1, f64::NAN, 3.0, 1, 9.0) }, fmi2OK);
@@ -135,7 +135,7 @@ fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
     assert_eq!(host.terminate(), fmi2OK);
     let terminated = host.to_bytes();
 
-    let other = Host::new();
+    let other = Host::default();
     assert_eq!(other.set_bytes(&terminated), fmi2OK);
     assert_eq!(other.everything(), host.everything());
     assert_eq!(other.step(3.5, 0.5), fmi2Error);
@@ -163,7 +163,7 @@ fn the_error_state_can_be_saved_and_left() {
     assert_eq!((host.step(0.0, 1e9), host.set("F_ext[1]", 0.0), host.step(1e9, 1.0)), (fmi2OK, fmi2OK, fmi2Error));
     host.log();
     let bytes = host.to_bytes();
-    let other = Host::new();
+    let other = Host::default();
     assert_eq!(other.set_bytes(&bytes), fmi2OK, "{:?}", other.log());
     assert_eq!(other.everything(), host.everything());
     assert_eq!((other.step(1e9, 1.0), host.restore(before), host.step(0.0, 0.5)), (fmi2Error, fmi2OK, fmi2OK));

@@ -82,7 +82,7 @@ fn the_bits_are_those_of_fmi_2_and_each_pulse_ticks() {
         other.update();
         count_ticks(&exchange, &mut onsets, &mut releases, &mut impulses);
         let pulses = exchange.counts("pulses", 5);
-        let expected: Vec<u64> = (1..5).map(|i| other.get_integer(&format!("pulses[{i}]")) as u64).collect();
+        let expected: Vec<u64> = (1..5).map(|i| other.get(&format!("pulses[{i}]")) as u64).collect();
         assert_eq!(pulses[..4], expected);
         assert_eq!(pulses, onsets);
         assert!(pulses[..4].iter().all(|count| *count > 0) && pulses[4] == 0, "{pulses:?}");
