@@ -34,11 +34,10 @@ pub fn knowns(balls: usize) -> impl Iterator<Item = Variable> {
     variables(balls).filter(real).filter(|known| !known.row.name.starts_with("solver"))
 }
 
-/// The names of the real outputs.
-pub fn outputs(balls: usize) -> Vec<String> {
+/// The real outputs.
+pub fn outputs(balls: usize) -> Vec<Variable> {
     let real = |variable: &Variable| variable.row.access.data_type() == Type::Real;
-    let outputs = variables(balls).filter(|variable| variable.row.causality == Causality::Output);
-    outputs.filter(real).map(|output| output.to_string()).collect()
+    variables(balls).filter(real).filter(|variable| variable.row.causality == Causality::Output).collect()
 }
 
 /// The unknowns in a part of a description of FMI 2.0, each with its dependencies in rising order; none if these may be

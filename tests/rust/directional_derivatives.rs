@@ -23,27 +23,26 @@ impl Step {
         assert_eq!(self.host.set_derivative("a_support", 2, 0.3), fmi2OK);
         assert_eq!(self.host.set(input, self.host.get(input) + change), fmi2OK);
         assert_eq!(self.host.step(self.from, self.length), fmi2OK);
-        outputs(BALLS).iter().map(|name| self.host.get(name)).collect()
+        self.host.values(&outputs(BALLS))
     }
 
     /// Checks the derivatives along `input` against central differences of sixth order with steps of `h`.
     fn check(&self, what: &str, input: &str, h: f64, tolerance: f64) {
         self.outputs(input, 0.0);
-        let references: Vec<u32> = outputs(BALLS).iter().map(|name| self.host.vr(name)).collect();
-        let exact = self.host.along(&references, &[self.host.vr(input)], &[1.0]);
+        let exact = self.host.along(&outputs(BALLS), &[self.host.variable(input)], &[1.0]);
         // The progress of a look ahead does not depend on the cradle.
         let foreseen = self.host.get_boolean("t_next_isOnset");
         let size: Vec<f64> = self.outputs(input, h);
         let (differences, _) = by_differences(h, false, |change| self.outputs(input, change));
-        for (j, name) in outputs(BALLS).iter().enumerate() {
+        for (j, output) in outputs(BALLS).iter().enumerate() {
+            let name = output.row.name;
             if name == "t_next" && !foreseen {
                 assert_eq!(exact[j], 0.0);
                 continue;
             }
             let difference = differences[j];
             // The scale of the kind of output: what the same kind changes by elsewhere.
-            let kind = name.split('[').next().unwrap();
-            let scale = exact.iter().zip(outputs(BALLS)).filter(|(_, other)| other.split('[').next() == Some(kind));
+            let scale = exact.iter().zip(outputs(BALLS)).filter(|(_, other)| other.row.name == name);
             let scale = scale.fold(0.0_f64, |scale, (value, _)| scale.max(value.abs()));
             // Means are differences of integrals, energies and forces of the support sums over all balls.
             let over = if name.contains("mean") { self.length.min(1.0) } else { 1.0 };
@@ -51,7 +50,7 @@ impl Step {
             let rounding = 2e-11 * size[j].abs().max(1e-1) / over / h;
             assert!(
                 (exact[j] - difference).abs() <= tolerance * scale + rounding,
-                "{what}: {name} by {input}: {} {difference}, scale {scale}",
+                "{what}: {output} by {input}: {} {difference}, scale {scale}",
                 exact[j]
             );
         }
@@ -157,9 +156,8 @@ fn a_step_that_ends_at_an_onset_has_the_derivatives_from_the_right() {
 #[test]
 fn nothing_depends_on_inputs_that_have_not_been_held() {
     let host = Host::started();
-    for name in outputs(BALLS) {
-        assert_eq!(host.sensitivity(&name, "F_ext[3]"), 0.0, "{name}");
-    }
+    let along = host.along(&outputs(BALLS), &[host.variable("F_ext[3]")], &[1.0]);
+    assert!(along.iter().all(|derivative| *derivative == 0.0), "{along:?}");
 }
 
 #[test]
@@ -168,14 +166,12 @@ fn directions_add_up_and_states_keep_them() {
     let host = &step.host;
     let (now, from) = (host.time().unwrap(), host.get("t_next") - 1e-3);
     assert_eq!((host.step(now, from - now), host.step(from, 2e-3)), (fmi2OK, fmi2OK));
-    let unknowns: Vec<u32> = outputs(BALLS).iter().map(|name| host.vr(name)).collect();
-    let along = |host: &Host, direction: [f64; 2]| {
-        host.along(&unknowns, &[host.vr("F_ext[1]"), host.vr("a_support")], &direction)
-    };
+    let inputs = [host.variable("F_ext[1]"), host.variable("a_support")];
+    let along = |host: &Host, direction: [f64; 2]| host.along(&outputs(BALLS), &inputs, &direction);
     let (both, one, other) = (along(host, [2.0, -3.0]), along(host, [1.0, 0.0]), along(host, [0.0, 1.0]));
-    for (j, name) in outputs(BALLS).iter().enumerate() {
+    for (j, output) in outputs(BALLS).iter().enumerate() {
         let (a, b) = (2.0 * one[j], -3.0 * other[j]);
-        assert!((both[j] - (a + b)).abs() <= 1e-9 * (a.abs() + b.abs()), "{name}: {} {}", both[j], a + b);
+        assert!((both[j] - (a + b)).abs() <= 1e-9 * (a.abs() + b.abs()), "{output}: {} {}", both[j], a + b);
     }
     let restored = Host::default();
     assert_eq!(restored.set_bytes(&host.to_bytes()), fmi2OK);
@@ -201,25 +197,23 @@ fn initial_unknowns_agree_with_differences() {
         host.give(if closing { "v_start[4]=0.1 x_start[4]=2e-4 x_start[5]=0.01" } else { "" });
         host.give(law);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
-        let names: Vec<String> = outputs(BALLS).into_iter().chain(["pendulum.period".to_owned()]).collect();
-        let references: Vec<u32> = names.iter().map(|name| host.vr(name)).collect();
-        let values = || names.iter().map(|name| host.get(name)).collect::<Vec<f64>>();
-        for known in knowns(BALLS).map(|known| known.to_string()) {
-            let value = host.get(&known);
+        let unknowns = [outputs(BALLS), vec![host.variable("pendulum.period")]].concat();
+        for known in knowns(BALLS) {
+            let (name, value) = (known.to_string(), host.values(&[known])[0]);
             let h = if value == 0.0 { 1e-7 } else { 3e-6 * value.abs() };
-            let exact = host.along(&references, &[host.vr(&known)], &[1.0]);
-            let one_sided = host.set(&known, value - h) != fmi2OK;
+            let exact = host.along(&unknowns, &[known], &[1.0]);
+            let one_sided = host.set(&name, value - h) != fmi2OK;
             host.log();
             let (differences, rounding) = by_differences(h, one_sided, |change| {
                 host.give(&format!("{known}={}", value + change));
-                values()
+                host.values(&unknowns)
             });
             host.give(&format!("{known}={value}"));
-            for (j, (name, size)) in names.iter().zip(values()).enumerate() {
+            for (j, (unknown, size)) in unknowns.iter().zip(host.values(&unknowns)).enumerate() {
                 let (difference, rounding) = (differences[j], 1e-13 * size.abs().max(1e-3) * rounding);
                 assert!(
                     (exact[j] - difference).abs() <= 1e-4 * exact[j].abs() + rounding,
-                    "{what}: {name} by {known}: {} {difference}",
+                    "{what}: {unknown} by {known}: {} {difference}",
                     exact[j]
                 );
             }

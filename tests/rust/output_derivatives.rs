@@ -5,10 +5,8 @@ use newtons_cradle::fmi2::*;
 
 use crate::differences::{LAWS, outputs};
 
-/// Whether an output changes at events only.
-fn is_steady(output: &str) -> bool {
-    ["t_next", "F_mean", "F_peak", "F_support_mean"].iter().any(|name| output.starts_with(name))
-}
+/// Outputs that change at events only.
+const STEADY: [&str; 4] = ["t_next", "F_mean", "F_peak", "F_support_mean"];
 
 /// The first derivative of equidistant samples in the middle of nine, of eighth order.
 fn difference(samples: &[f64], h: f64) -> f64 {
@@ -19,41 +17,36 @@ fn difference(samples: &[f64], h: f64) -> f64 {
 /// Steps finely from `start` on and checks the derivatives of orders 1 to 3 against differences of the order before, by
 /// the `tolerance` for their largest.
 fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), tolerance: f64) {
-    let (steady, names): (Vec<_>, Vec<_>) = outputs(5).into_iter().partition(|name| is_steady(name));
+    let (steady, outputs): (Vec<_>, Vec<_>) = outputs(5).into_iter().partition(|of| STEADY.contains(&of.row.name));
     // Sampled: the order, the output, the sample.
-    let mut samples = vec![vec![Vec::new(); names.len()]; 4];
+    let mut samples = vec![vec![Vec::new(); outputs.len()]; 4];
     for i in 0..count {
         let t = start + i as f64 * h;
         assert_eq!(host.step(t, start + (i + 1) as f64 * h - t), fmi2OK);
-        for (samples, name) in samples[0].iter_mut().zip(&names) {
-            samples.push(host.get(name));
-        }
-        for (order, samples) in (1..=3).zip(&mut samples[1..]) {
-            assert!(host.derivatives(&steady, order).iter().all(|derivative| *derivative == 0.0), "{what}");
-            for (samples, derivative) in samples.iter_mut().zip(host.derivatives(&names, order)) {
-                samples.push(derivative);
-            }
+        for (order, samples) in (0..=3).zip(&mut samples) {
+            let values = if order == 0 { host.values(&outputs) } else { host.derivatives(&outputs, order) };
+            samples.iter_mut().zip(values).for_each(|(samples, value)| samples.push(value));
+            assert!(order == 0 || host.derivatives(&steady, order).iter().all(|rate| *rate == 0.0), "{what}");
         }
     }
     for (order, pair) in (1..).zip(samples.windows(2)) {
-        for (j, name) in names.iter().enumerate() {
+        for (j, output) in outputs.iter().enumerate() {
             let (before, of_order) = (&pair[0][j], &pair[1][j]);
-            let kind = |name: &str| name.split('[').next().map(str::to_owned);
-            let of_kind = pair[1].iter().zip(&names).filter(|(_, other)| kind(other) == kind(name));
+            let of_kind = pair[1].iter().zip(&outputs).filter(|(_, other)| other.row.name == output.row.name);
             let largest =
                 of_kind.flat_map(|(values, _)| values).fold(0.0_f64, |largest, value| largest.max(value.abs()));
             // What differences make of the rounding of the samples. Those of F_support and p_total are sums over all
             // balls, whose accelerations nearly cancel.
             let magnitude =
                 |samples: &[Vec<f64>]| samples.concat().into_iter().fold(0.0_f64, |m, value| m.max(value.abs()));
-            let cancelled = if name.contains('_') { 5.0 * magnitude(&pair[0][..5]) } else { 0.0 };
+            let cancelled = if output.row.name.contains('_') { 5.0 * magnitude(&pair[0][..5]) } else { 0.0 };
             let rounding = (1e-14 * magnitude(&pair[0][j..=j]) + 2e-16 * cancelled) / h;
             for i in 4..count - 4 {
                 let difference = difference(&before[i - 4..=i + 4], h);
                 let error = (of_order[i] - difference).abs();
                 assert!(
                     error <= tolerance * largest + rounding,
-                    "{what}: order {order} of {name}, sample {i}: {} {difference}, largest {largest}",
+                    "{what}: order {order} of {output}, sample {i}: {} {difference}, largest {largest}",
                     of_order[i]
                 );
             }

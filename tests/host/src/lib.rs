@@ -185,7 +185,8 @@ impl Host {
         unsafe { fmi2Terminate(self.c) }
     }
 
-    fn variable(&self, name: &str) -> Variable {
+    /// The variable of this name.
+    pub fn variable(&self, name: &str) -> Variable {
         Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}"))
     }
 
@@ -235,14 +236,14 @@ impl Host {
 
     /// The derivative of an output by time, of this order.
     pub fn derivative(&self, name: &str, order: i32) -> f64 {
-        self.derivatives(&[name], order)[0]
+        self.derivatives(&[self.variable(name)], order)[0]
     }
 
     /// The derivatives of several outputs by time, of this order.
-    pub fn derivatives(&self, names: &[impl AsRef<str>], order: i32) -> Vec<f64> {
-        let references: Vec<u32> = names.iter().map(|name| self.vr(name.as_ref())).collect();
-        let (orders, mut values) = (vec![order; names.len()], vec![f64::NAN; names.len()]);
-        let (count, into) = (names.len(), values.as_mut_ptr());
+    pub fn derivatives(&self, outputs: &[Variable], order: i32) -> Vec<f64> {
+        let references: Vec<u32> = outputs.iter().map(Variable::reference).collect();
+        let (orders, mut values) = (vec![order; outputs.len()], vec![f64::NAN; outputs.len()]);
+        let (count, into) = (outputs.len(), values.as_mut_ptr());
         let status = unsafe { fmi2GetRealOutputDerivatives(self.c, references.as_ptr(), count, orders.as_ptr(), into) };
         assert_eq!(status, fmi2OK, "{references:?}: {:?}", self.log());
         values
@@ -250,12 +251,13 @@ impl Host {
 
     /// The derivative of `unknown` along `known`.
     pub fn sensitivity(&self, unknown: &str, known: &str) -> f64 {
-        self.along(&[self.vr(unknown)], &[self.vr(known)], &[1.0])[0]
+        self.along(&[self.variable(unknown)], &[self.variable(known)], &[1.0])[0]
     }
 
-    /// The derivatives of unknowns along a direction in the space of knowns, all by their value references.
-    pub fn along(&self, unknowns: &[u32], knowns: &[u32], direction: &[f64]) -> Vec<f64> {
+    /// The derivatives of unknowns along a direction in the space of knowns.
+    pub fn along(&self, unknowns: &[Variable], knowns: &[Variable], direction: &[f64]) -> Vec<f64> {
         let mut values = vec![f64::NAN; unknowns.len()];
+        let [unknowns, knowns] = [unknowns, knowns].map(|of| of.iter().map(Variable::reference).collect::<Vec<u32>>());
         let (unknowns, count) = (unknowns.as_ptr(), unknowns.len());
         let (knowns, of, along) = (knowns.as_ptr(), knowns.len(), direction.as_ptr());
         let status =
@@ -320,15 +322,22 @@ impl Host {
         (status == fmi2OK).then_some(if of_type == Type::Real { real } else { integer.into() })
     }
 
+    /// The values of variables.
+    pub fn values(&self, of: &[Variable]) -> Vec<f64> {
+        let value =
+            |variable: &Variable| self.read(*variable).unwrap_or_else(|| panic!("{variable}: {:?}", self.log()));
+        of.iter().map(value).collect()
+    }
+
     /// Every variable, bit by bit.
     pub fn everything(&self) -> Vec<u64> {
-        let value = |variable| self.read(variable).unwrap_or_else(|| panic!("{variable}: {:?}", self.log()));
-        variables(self.balls).map(|variable| value(variable).to_bits()).collect()
+        let all: Vec<Variable> = variables(self.balls).collect();
+        self.values(&all).into_iter().map(f64::to_bits).collect()
     }
 
     /// A variable of any type; a real one in its unit, an enumeration as the integer of its item.
     pub fn get(&self, name: &str) -> f64 {
-        self.try_get(name).unwrap_or_else(|| panic!("{name}: {:?}", self.log()))
+        self.values(&[self.variable(name)])[0]
     }
 
     /// A variable, unless that is refused.
@@ -338,10 +347,9 @@ impl Host {
 
     /// The elements of an array, whatever their type.
     pub fn each(&self, array: &str) -> Vec<f64> {
-        let elements = variables(self.balls).filter(|variable| variable.row.name == array);
-        let values: Vec<f64> = elements.map(|element| self.get(&element.to_string())).collect();
-        assert!(!values.is_empty(), "there is no {array}");
-        values
+        let elements: Vec<Variable> = variables(self.balls).filter(|variable| variable.row.name == array).collect();
+        assert!(!elements.is_empty(), "there is no {array}");
+        self.values(&elements)
     }
 
     /// Onsets of each contact so far.

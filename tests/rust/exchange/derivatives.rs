@@ -49,21 +49,12 @@ fn unknowns() -> Vec<Variable> {
     outputs.chain(rates).filter(continuous).filter(|v| !["t_next", "F_peak"].contains(&v.row.name)).collect()
 }
 
-fn derivatives(host: &Host, unknowns: &[Variable], known: Variable) -> Vec<f64> {
-    let references: Vec<u32> = unknowns.iter().map(Variable::reference).collect();
-    host.along(&references, &[known.reference()], &[1.0])
-}
-
 /// The states with their places and steps for differences, and the inputs.
 fn knowns(host: &Host) -> Vec<(Variable, Option<usize>, f64)> {
     let nominals = host.nominals();
     let of_states = states(BALLS).enumerate().map(|(place, (state, _))| (state, Some(place), 1e-4 * nominals[place]));
     let inputs = variables(BALLS).filter(|variable| variable.row.causality == Causality::Input);
     of_states.chain(inputs.map(|input| (input, None, 1e-2))).collect()
-}
-
-fn values(host: &Host, unknowns: &[Variable]) -> Vec<f64> {
-    unknowns.iter().map(|unknown| host.get(&unknown.to_string())).collect()
 }
 
 #[test]
@@ -73,9 +64,9 @@ fn derivatives_are_differences() {
     for law in COMPLIANT.into_iter().chain([RIGID]).map(str::to_owned).chain(on_arcs) {
         let host = pressed(&law);
         assert!(host.get("F[1]") > 0.0);
-        let (base, y) = (values(&host, &unknowns), host.states());
+        let (base, y) = (host.values(&unknowns), host.states());
         for (known, place, step) in knowns(&host) {
-            let exact = derivatives(&host, &unknowns, known);
+            let exact = host.along(&unknowns, &[known], &[1.0]);
             let old = host.get(&known.to_string());
             let shifted = |by: f64| {
                 match place {
@@ -86,7 +77,7 @@ fn derivatives_are_differences() {
                     }
                     None => assert_eq!(host.set(&known.to_string(), old + by), fmi2OK),
                 }
-                values(&host, &unknowns)
+                host.values(&unknowns)
             };
             let (differences, rounding) = by_differences(step, false, shifted);
             shifted(0.0);
@@ -103,7 +94,7 @@ fn derivatives_are_differences() {
                 assert!((exact - difference).abs() <= allowed, "{law}: {unknown} by {known}: {exact} {difference}");
             }
         }
-        assert_eq!(values(&host, &unknowns), base);
+        assert_eq!(host.values(&unknowns), base);
     }
 }
 
@@ -123,7 +114,7 @@ fn the_structure_is_what_depends() {
         for law in laws {
             let host = pressed(law);
             for (known, ..) in knowns(&host) {
-                let exact = derivatives(&host, &unknowns, known);
+                let exact = host.along(&unknowns, &[known], &[1.0]);
                 for (unknown, _) in unknowns.iter().zip(&exact).filter(|(_, derivative)| **derivative != 0.0) {
                     seen.entry(unknown.to_string()).or_default().insert(known.to_string());
                 }
@@ -145,10 +136,9 @@ fn the_structure_is_what_depends() {
 fn rates_are_those_of_the_variables() {
     let host = Host::exchanging(BALLS);
     let mut master = Master::start(&host);
+    let (states, rates): (Vec<_>, Vec<_>) = states(BALLS).unzip();
     for k in 1..20 {
         master.steps(0.1 * f64::from(k), 1e-3, Method::Rk4);
-        for ((state, rate), (y, dy)) in states(BALLS).zip(host.states().into_iter().zip(host.rates())) {
-            assert_eq!((host.get(&state.to_string()), host.get(&rate.to_string())), (y, dy), "{state}");
-        }
+        assert_eq!([host.values(&states), host.values(&rates)], [host.states(), host.rates()]);
     }
 }
