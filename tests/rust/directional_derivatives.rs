@@ -31,7 +31,7 @@ impl Step {
         self.outputs(input, 0.0);
         let exact = self.host.along(&outputs(BALLS), &[self.host.variable(input)], &[1.0]);
         // The progress of a look ahead does not depend on the cradle.
-        let foreseen = self.host.get_boolean("t_next_isOnset");
+        let foreseen = self.host.get("t_next_isOnset") == 1.0;
         let size: Vec<f64> = self.outputs(input, h);
         let (differences, _) = by_differences(h, false, |change| self.outputs(input, change));
         for (j, output) in outputs(BALLS).iter().enumerate() {

@@ -335,7 +335,7 @@ impl Host {
         self.values(&all).into_iter().map(f64::to_bits).collect()
     }
 
-    /// A variable of any type; a real one in its unit, an enumeration as the integer of its item.
+    /// A variable of any type; a real one in its unit, an enumeration as the integer of its item, a boolean as 0 or 1.
     pub fn get(&self, name: &str) -> f64 {
         self.values(&[self.variable(name)])[0]
     }
@@ -355,11 +355,6 @@ impl Host {
     /// Onsets of each contact so far.
     pub fn pulses(&self) -> Vec<i32> {
         self.each("pulses").into_iter().map(|count| count as i32).collect()
-    }
-
-    /// A boolean variable.
-    pub fn get_boolean(&self, name: &str) -> bool {
-        self.get(name) != 0.0
     }
 
     /// The log so far, which starts anew.

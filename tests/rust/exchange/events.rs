@@ -61,12 +61,12 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
         let host = with(settings, contacts);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
         assert_eq!((host.pulses(), host.get("t_onset[1]")), (vec![1, 0, 1, 0], 0.0));
-        assert!(host.get("F[1]") > 0.0 && host.get_boolean("inContact[1]"));
+        assert!(host.get("F[1]") > 0.0 && host.get("inContact[1]") == 1.0);
         assert_eq!(host.reset(), fmi2OK);
         host.give(&format!("{settings} exchange.contacts={contacts}"));
         let mut master = Master::start(&host);
         if contacts == 2 {
-            assert_eq!((host.get("F[1]"), host.get_boolean("inContact[1]")), (0.0, false));
+            assert_eq!((host.get("F[1]"), host.get("inContact[1]")), (0.0, 0.0));
         }
         let until = if contacts == 1 { 1e-5 } else { 0.1 };
         let other = stepped(settings, until);
