@@ -238,7 +238,7 @@ impl Driver<'_> {
             assert!(!value.is_some_and(f64::is_nan), "{variable} is NaN: {:?}", self.run);
             assert!(value.is_some() || lacks && self.extreme, "{variable}: {log:?}: {:?}", self.run);
         }
-        let (time, next) = (self.host.time(), self.host.try_get("t_next"));
+        let (time, next) = (self.host.time(), self.host.read(self.host.variable("t_next")));
         assert!(time.is_some() && next > time, "t_next = {next:?} at {time:?}");
         // A step may have told that it took long.
         self.host.log();

@@ -340,11 +340,6 @@ impl Host {
         self.values(&[self.variable(name)])[0]
     }
 
-    /// A variable, unless that is refused.
-    pub fn try_get(&self, name: &str) -> Option<f64> {
-        self.read(self.variable(name))
-    }
-
     /// The elements of an array, whatever their type.
     pub fn each(&self, array: &str) -> Vec<f64> {
         let elements: Vec<Variable> = variables(self.balls).filter(|variable| variable.row.name == array).collect();
