@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cradle_host::exchange::{Master, Method};
+use cradle_host::exchange::{Master, rk4};
 use cradle_host::{Host, fmi2OK};
 use newtons_cradle::model::ContactModel;
 use newtons_cradle::variables::{Causality, Description, Settings, Type, Variable, states, variables};
@@ -12,7 +12,7 @@ use crate::differences::{by_differences, dependencies};
 const BALLS: usize = 5;
 
 /// Compliant contacts of all laws.
-const COMPLIANT: [&str; 7] = [
+const LAWS: [&str; 7] = [
     "",
     "contact.dampingLaw=kelvinVoigtNoPull",
     "contact.dampingLaw=huntCrossley contact.exponent=1.5",
@@ -60,8 +60,8 @@ fn knowns(host: &Host) -> Vec<(Variable, Option<usize>, f64)> {
 #[test]
 fn derivatives_are_differences() {
     let unknowns = unknowns();
-    let on_arcs = COMPLIANT.map(|law| format!("{law} {ARCS}"));
-    for law in COMPLIANT.into_iter().chain([RIGID]).map(str::to_owned).chain(on_arcs) {
+    let on_arcs = LAWS.map(|law| format!("{law} {ARCS}"));
+    for law in LAWS.into_iter().chain([RIGID]).map(str::to_owned).chain(on_arcs) {
         let host = pressed(&law);
         assert!(host.get("F[1]") > 0.0);
         let (base, y) = (host.values(&unknowns), host.states());
@@ -101,7 +101,7 @@ fn derivatives_are_differences() {
 #[test]
 fn the_structure_is_what_depends() {
     let unknowns = unknowns();
-    for (rigid, laws) in [(false, &COMPLIANT[..]), (true, &[RIGID])] {
+    for (rigid, laws) in [(false, &LAWS[..]), (true, &[RIGID])] {
         let mut settings = Settings::default_for(BALLS);
         if rigid {
             settings.parameters.contact_model = ContactModel::Rigid;
@@ -138,7 +138,7 @@ fn rates_are_those_of_the_variables() {
     let mut master = Master::start(&host);
     let (states, rates): (Vec<_>, Vec<_>) = states(BALLS).unzip();
     for k in 1..20 {
-        master.steps(0.1 * f64::from(k), 1e-3, Method::Rk4);
+        master.steps(0.1 * f64::from(k), 1e-3, rk4);
         assert_eq!([host.values(&states), host.values(&rates)], [host.states(), host.rates()]);
     }
 }

@@ -1,6 +1,6 @@
 //! Rigid contacts in model exchange: impulses in events.
 
-use cradle_host::exchange::{Master, Method};
+use cradle_host::exchange::{Master, rk4};
 use cradle_host::fmi2OK;
 
 use super::{assert_close, exchanging, stepped};
@@ -18,7 +18,7 @@ fn impacts_are_those_of_co_simulation() {
         let settings = rigid(pendulum, restitution, "");
         let (other, host) = (stepped(&settings, 3.0), exchanging(&settings));
         let mut master = Master::start(&host);
-        master.steps(3.0, 1e-3, Method::Rk4);
+        master.steps(3.0, 1e-3, rk4);
         assert_eq!(host.pulses(), other.pulses(), "{restitution}");
         assert_close(&host, &other, &["x", "v", "impulse", "t_onset"], 1e-9);
         assert!(host.get("E_residual").abs() < 1e-12, "{}", host.get("E_residual"));
@@ -35,12 +35,12 @@ fn pressed_balls_move_as_a_body_until_they_part() {
         assert_eq!(host.each("inContact"), [1.0; 4]);
         assert!(host.each("a").iter().all(|a| (a - 0.4).abs() < 1e-12), "{:?}", host.each("a"));
         assert!((host.sensitivity("F[2]", "F_ext[1]") - 0.6).abs() < 1e-12);
-        master.steps(0.1, 1e-3, Method::Rk4);
+        master.steps(0.1, 1e-3, rk4);
         assert_eq!(host.pulses(), [1; 4]);
         // Now they are pulled apart: the contacts open in the event that the indicators ask for.
         assert_eq!(host.set("F_ext[1]", -5.0), fmi2OK);
         assert!(host.indicators()[4..].iter().any(|z| *z < 0.0));
-        master.step(0.101, Method::Rk4);
+        master.step(0.101, rk4);
         assert_eq!((host.get("inContact[1]"), host.get("inContact[4]")), (0.0, 1.0));
         assert!(host.get("t_release[1]") > 0.1);
     }
@@ -52,7 +52,7 @@ fn chatter_comes_to_an_end() {
         let pressed = "contact.deadBand=0 x_start=-0.01,0,0,0,0 F_ext[1]=5 F_ext[5]=-5";
         let host = exchanging(&rigid(pendulum, 0.5, pressed));
         let mut master = Master::start(&host);
-        master.steps(2.0, 1e-3, Method::Rk4);
+        master.steps(2.0, 1e-3, rk4);
         assert!(master.events < 1000, "{}", master.events);
         assert_eq!(host.each("inContact"), [1.0; 4]);
         assert!(host.get("E_residual").abs() < 1e-9, "{}", host.get("E_residual"));

@@ -2,7 +2,7 @@
 //! for ever.
 
 use cradle_host::Host;
-use cradle_host::exchange::{Master, Method};
+use cradle_host::exchange::{Master, rk4};
 use proptest::prelude::*;
 
 /// Events that may follow each other without an onset.
@@ -17,7 +17,7 @@ fn onsets(host: &Host, time: f64) -> usize {
     let mut master = Master::start(host);
     let (mut before, mut at, mut most) = (onsets(), master.events, 0);
     while master.time < time && most <= MOST && master.events < TOTAL {
-        master.step((master.time + 1e-5).min(master.next).min(time), Method::Rk4);
+        master.step((master.time + 1e-5).min(master.next).min(time), rk4);
         let now = onsets();
         (before, at) = if now > before { (now, master.events) } else { (before, at) };
         most = most.max(master.events - at);
