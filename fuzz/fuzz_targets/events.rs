@@ -60,8 +60,7 @@ fuzz_target!(|sequence: Sequence| match sequence.kind {
 fn run(host: &Host, sequence: &Sequence, picture: Picture, early: bool) {
     host.log(); // Or it would grow over all sequences.
     assert_eq!(unsafe { fmi3Reset(host.c) }, fmi3OK);
-    let mut driver =
-        Driver { host, early, picture, states: [null_mut(); PLACES], saved: [const { None }; PLACES], ended: false };
+    let mut driver = Driver { host, early, picture, saved: [const { (null_mut(), None) }; PLACES], ended: false };
     if sequence.started {
         driver.make(&Operation::EnterInitialization);
         driver.make(&Operation::ExitInitialization);
@@ -74,7 +73,7 @@ fn run(host: &Host, sequence: &Sequence, picture: Picture, early: bool) {
             driver.make(operation);
         }
     }
-    for mut state in driver.states {
+    for (mut state, _) in driver.saved {
         assert_ne!(unsafe { fmi3FreeFMUState(host.c, &mut state) }, fmi3Status::fmi3Fatal);
     }
 }
@@ -83,8 +82,7 @@ struct Driver<'a> {
     host: &'a Host,
     early: bool,
     picture: Picture,
-    states: [fmi3FMUState; PLACES],
-    saved: [Option<Picture>; PLACES],
+    saved: [(fmi3FMUState, Option<Picture>); PLACES],
     ended: bool,
 }
 
@@ -202,33 +200,31 @@ impl Driver<'_> {
                     self.given_up(status);
                 }
                 Operation::Save(place) => {
-                    let place = usize::from(*place) % PLACES;
-                    let status = fmi3GetFMUState(c, &mut self.states[place]);
+                    let (state, saved) = &mut self.saved[usize::from(*place) % PLACES];
+                    *saved = Some(self.picture.clone());
+                    let status = fmi3GetFMUState(c, state);
                     self.take(operation, true, status);
-                    self.saved[place] = Some(self.picture.clone());
                 }
                 Operation::Load(place) => {
-                    let place = usize::from(*place) % PLACES;
-                    let status = fmi3SetFMUState(c, self.states[place]);
-                    let saved = self.saved[place].clone();
-                    if self.take(operation, saved.is_some(), status) {
+                    let (state, saved) = self.saved[usize::from(*place) % PLACES].clone();
+                    if self.take(operation, saved.is_some(), fmi3SetFMUState(c, state)) {
                         self.picture = saved.unwrap();
                     }
                 }
                 Operation::Free(place) => {
-                    let place = usize::from(*place) % PLACES;
-                    self.saved[place] = None;
-                    let status = fmi3FreeFMUState(c, &mut self.states[place]);
+                    let (state, saved) = &mut self.saved[usize::from(*place) % PLACES];
+                    *saved = None;
+                    let status = fmi3FreeFMUState(c, state);
                     self.take(operation, true, status);
                 }
                 Operation::Through(place) => {
-                    let place = usize::from(*place) % PLACES;
                     let bytes = self.host.to_bytes();
-                    let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut self.states[place]);
-                    self.take(operation, true, status);
-                    assert_eq!(fmi3SetFMUState(c, self.states[place]), fmi3OK);
+                    let (state, saved) = &mut self.saved[usize::from(*place) % PLACES];
+                    *saved = Some(self.picture.clone());
+                    let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), state);
+                    assert_eq!(fmi3SetFMUState(c, *state), fmi3OK);
                     assert!(self.host.to_bytes() == bytes, "its own bytes read and written are others");
-                    self.saved[place] = Some(self.picture.clone());
+                    self.take(operation, true, status);
                 }
                 Operation::Forge(changes) => {
                     forge(self.host, &self.picture, changes);
