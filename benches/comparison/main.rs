@@ -171,16 +171,9 @@ fn print(lines: &[Line], whole: f64) {
     for line in lines {
         let scaled_up = line.span < whole;
         let shown = |value| readable(if scaled_up { three_digits(value) } else { value });
-        println!(
-            "| {}{} | {} | {} | {} | {} | {:.0e} |",
-            line.method,
-            if scaled_up { " *" } else { "" },
-            shown(line.seconds),
-            shown(line.seconds / fastest),
-            shown(line.steps),
-            shown(line.evaluations),
-            line.energy_error,
-        );
+        let numbers = [line.seconds, line.seconds / fastest, line.steps, line.evaluations].map(shown).join(" | ");
+        let mark = if scaled_up { " *" } else { "" };
+        println!("| {}{mark} | {numbers} | {:.0e} |", line.method, line.energy_error);
         if scaled_up {
             scaled.push(format!("{}: {} s", line.method, readable(line.span)));
         }

@@ -59,14 +59,8 @@ pub struct Instantiate<'a> {
 
 impl Default for Instantiate<'_> {
     fn default() -> Self {
-        Self {
-            name: Some("cradle"),
-            kind: fmi2CoSimulation,
-            guid: Some(guid(5)),
-            location: None,
-            logging: false,
-            balls: 5,
-        }
+        let (name, kind, guid) = (Some("cradle"), fmi2CoSimulation, Some(guid(5)));
+        Self { name, kind, guid, location: None, logging: false, balls: 5 }
     }
 }
 
@@ -82,20 +76,11 @@ impl Instantiate<'_> {
     pub fn host(self) -> Result<Host, Vec<Line>> {
         let lines = Box::<Lines>::default();
         let functions = callbacks(&lines);
-        let [name, guid, location] = [self.name.map(str::to_owned), self.guid, self.location]
+        let texts = [self.name.map(str::to_owned), self.guid, self.location]
             .map(|text| text.map(|text| CString::new(text).unwrap()));
-        let pointer = |text: &Option<CString>| text.as_ref().map_or(null(), |text| text.as_ptr());
-        let c = unsafe {
-            fmi2Instantiate(
-                pointer(&name),
-                self.kind,
-                pointer(&guid),
-                pointer(&location),
-                &functions,
-                0,
-                self.logging.into(),
-            )
-        };
+        let [name, guid, location] = texts.each_ref().map(|text| text.as_ref().map_or(null(), |text| text.as_ptr()));
+        let logging = self.logging.into();
+        let c = unsafe { fmi2Instantiate(name, self.kind, guid, location, &functions, 0, logging) };
         if c.is_null() { Err(lines.take()) } else { Ok(Host { c, balls: self.balls, lines }) }
     }
 }
