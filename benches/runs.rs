@@ -4,7 +4,8 @@
 
 use std::time::{Duration, Instant};
 
-use cradle_host::{Host, fmi2OK, fmi3, scenes};
+use cradle_host::scenes::{self, ready};
+use cradle_host::{Host, fmi2OK, fmi3};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use newtons_cradle::engine::{Differential, History, Simulation, Unrecorded};
 use newtons_cradle::fmi2::{fmi2DoStep, fmi2GetReal};
@@ -13,40 +14,40 @@ use newtons_cradle::fmi3::{fmi3EnterEventMode, fmi3EnterStepMode, fmi3SetDebugLo
 use newtons_cradle::model::{ContactModel, Inputs, Parameters};
 use newtons_cradle::variables::{Settings, Type, Variable, variables};
 
-/// One step of a fresh instance, from `from` (s), where it has got before, to `to`.
-fn one_step(c: &mut Criterion, group: &str, name: &str, scene: impl Fn() -> Host, (from, to): (f64, f64)) {
-    let ready = || {
-        let host = scene();
-        assert!(from == 0.0 || host.step(0.0, from) == fmi2OK);
-        host
-    };
-    let step = |host: Host| {
-        assert_eq!(host.step(from, to - from), fmi2OK, "{:?}", host.log());
-        host
-    };
-    c.benchmark_group(group).bench_function(name, |b| b.iter_batched(ready, step, BatchSize::PerIteration));
-}
-
+/// One step of a fresh instance, from a time (s) where it has got before to another.
 fn runs(c: &mut Criterion) {
-    one_step(c, "paper", "ten minutes", || scenes::ten_minutes(&[]), (0.0, 600.0));
-    one_step(c, "paper", "cubic, 600 s", || scenes::cubic(&[]), (0.0, 600.0));
-    one_step(c, "paper", "figure 3, 10 s", scenes::figure3, (0.0, 10.0));
-    one_step(c, "hertz line struck once", "n = 1000", scenes::hertz_line, (0.0, 0.2));
-    one_step(c, "settling cradle", "first 100 s", scenes::settling, (0.0, 100.0));
-    one_step(c, "settling cradle", "last 100 s of 600 s", scenes::settling, (500.0, 600.0));
-    one_step(c, "damping, 10 s", "none", || scenes::damped(0.0), (0.0, 10.0));
-    one_step(c, "damping, 10 s", "1000 times critical", || scenes::damped(1000.0), (0.0, 10.0));
-    one_step(c, "pressed chain", "linear, equal, 600 s", scenes::pressed, (0.0, 600.0));
-    one_step(c, "pressed chain", "Hertz, unequal, 600 s", scenes::pressed_steel, (0.0, 600.0));
-    one_step(c, "pressed chain", "undamped, p = 1.5, 0.05 s", scenes::rattling, (0.0, 0.05));
-    one_step(c, "pressed chain", "Hunt-Crossley, unequal, 1 s", scenes::ringing, (0.0, 1.0));
-    one_step(c, "pressed chain", "rigid, elastic, 600 s", scenes::elastic_chatter, (0.0, 600.0));
-    one_step(c, "call", "doStep over an impact sequence", scenes::default_cradle, (0.7, 0.71));
+    for (group, name, scene, from, to) in [
+        ("paper", "ten minutes", scenes::TEN_MINUTES, 0.0, 600.0),
+        ("paper", "cubic, 600 s", scenes::CUBIC, 0.0, 600.0),
+        ("paper", "figure 3, 10 s", scenes::FIGURE_3, 0.0, 10.0),
+        ("hertz line struck once", "n = 1000", scenes::HERTZ_LINE, 0.0, 0.2),
+        ("settling cradle", "first 100 s", scenes::SETTLING, 0.0, 100.0),
+        ("settling cradle", "last 100 s of 600 s", scenes::SETTLING, 500.0, 600.0),
+        ("damping, 10 s", "none", scenes::DEFAULT, 0.0, 10.0),
+        ("damping, 10 s", "1000 times critical", scenes::DAMPED, 0.0, 10.0),
+        ("pressed chain", "linear, equal, 600 s", scenes::PRESSED, 0.0, 600.0),
+        ("pressed chain", "Hertz, unequal, 600 s", scenes::PRESSED_STEEL, 0.0, 600.0),
+        ("pressed chain", "undamped, p = 1.5, 0.05 s", scenes::RATTLING, 0.0, 0.05),
+        ("pressed chain", "Hunt-Crossley, unequal, 1 s", scenes::RINGING, 0.0, 1.0),
+        ("pressed chain", "rigid, elastic, 600 s", scenes::ELASTIC_CHATTER, 0.0, 600.0),
+        ("call", "doStep over an impact sequence", scenes::DEFAULT, 0.7, 0.71),
+    ] {
+        let before = || {
+            let host = ready(scene, "");
+            assert!(from == 0.0 || host.step(0.0, from) == fmi2OK);
+            host
+        };
+        let step = |host: Host| {
+            assert_eq!(host.step(from, to - from), fmi2OK, "{:?}", host.log());
+            host
+        };
+        c.benchmark_group(group).bench_function(name, |b| b.iter_batched(before, step, BatchSize::PerIteration));
+    }
 }
 
 /// A step in flight and what a host reads after it.
 fn calls(c: &mut Criterion) {
-    let host = scenes::in_flight();
+    let host = ready(scenes::IN_FLIGHT, "");
     let references: Vec<u32> = (1..=5).map(|i| host.vr(&format!("x[{i}]"))).collect();
     let (mut time, mut values) = (0.0, [0.0; 5]);
     c.bench_function("call/doStep in flight and getReal of x[1..5]", |b| {
@@ -58,12 +59,12 @@ fn calls(c: &mut Criterion) {
     });
 }
 
-/// Steps from onset to onset, and t_next after each.
+/// Steps from onset to onset of one ball and others at rest, n - 1 of them in each stroke, and t_next after each.
 fn onsets(c: &mut Criterion) {
     for (balls, name, of_step) in [5, 100, 1000, 10_000].into_iter().flat_map(|balls| {
         [("step over one onset", true), ("t_next after one onset", false)].map(|(n, s)| (balls, n, s))
     }) {
-        let host = scenes::separated(balls);
+        let host = ready((balls, "x_start[1]=-0.1"), "");
         let (mut time, mut next) = (0.0, host.get("t_next"));
         c.benchmark_group(name).bench_function(format!("n = {balls}"), |b| {
             b.iter_custom(|times| {
@@ -84,7 +85,7 @@ fn onsets(c: &mut Criterion) {
 
 /// The default experiment in 1,000 steps, with all positions read after each, in FMI 2.0.
 fn by_fmi2() {
-    let (host, mut x) = (scenes::default_cradle(), [0.0; 5]);
+    let (host, mut x) = (ready(scenes::DEFAULT, ""), [0.0; 5]);
     let references: Vec<u32> = (1..=5).map(|i| host.vr(&format!("x[{i}]"))).collect();
     for step in 0..1000 {
         assert_eq!(host.step(f64::from(step) * 0.01, 0.01), fmi2OK);

@@ -54,27 +54,29 @@ static int is_damped(void)
     return cradle.hunt_crossley > 0.0 || cradle.relaxation_time > 0.0;
 }
 
-/* Contact i on arcs: the overlap, without cancellation; `along`, where it is not NULL: how much of the force is along
- * the paths of the balls. */
-static double on_arcs(const double *y, int i, double along[2])
+/* What the state of a ball is multiplied by for lengths and speeds along its path, m. */
+static double arm(void)
 {
-    double left = y[2 * i], right = y[2 * i + 2], mean = 0.5 * (left + right), pivots = 2.0 * cradle.radius;
+    return cradle.length > 0.0 ? cradle.length : 1.0;
+}
+
+/* The overlap of contact i, on arcs without cancellation, and how much of its force is along the paths of the balls. */
+static double overlap(const double *y, int i, double along[2])
+{
+    double left = y[2 * i], right = y[2 * i + 2];
+    along[0] = along[1] = 1.0;
+    if (cradle.length == 0.0)
+        return fmax(left - right - cradle.dead_band, 0.0);
+    double mean = 0.5 * (left + right), pivots = 2.0 * cradle.radius;
     double chord = 2.0 * cradle.length * sin(0.5 * (right - left));
     double wider = chord * cos(mean), height = chord * sin(mean), width = pivots + wider;
     double distance = sqrt(width * width + height * height);
     double overlap = -(wider * (pivots + width) + height * height) / (distance + pivots) - cradle.dead_band;
-    if (along && overlap > 0.0) {
-        along[0] = (width * cos(left) + height * sin(left)) / distance;
-        along[1] = (width * cos(right) + height * sin(right)) / distance;
-    }
-    return fmax(overlap, 0.0);
-}
-
-static double overlap(const double *y, int i)
-{
-    if (cradle.length > 0.0)
-        return on_arcs(y, i, NULL);
-    return fmax(y[2 * i] - y[2 * i + 2] - cradle.dead_band, 0.0);
+    if (overlap <= 0.0)
+        return 0.0;
+    along[0] = (width * cos(left) + height * sin(left)) / distance;
+    along[1] = (width * cos(right) + height * sin(right)) / distance;
+    return overlap;
 }
 
 static double elastic_force(double d)
@@ -94,14 +96,8 @@ static double damped_force(double d, double elastic, double rate)
 
 static double contact_stiffness(const double *y, int i)
 {
-    double d = overlap(y, i);
+    double along[2], d = overlap(y, i, along);
     return d == 0.0 ? 0.0 : cradle.exponent * elastic_force(d) / d;
-}
-
-static double contact_energy(const double *y, int i)
-{
-    double d = overlap(y, i);
-    return elastic_force(d) * d / (cradle.exponent + 1.0);
 }
 
 static int motion(double t, N_Vector state, N_Vector rates, void *user)
@@ -112,38 +108,19 @@ static int motion(double t, N_Vector state, N_Vector rates, void *user)
     double from_left = 0.0, loss = 0.0;
     int damped = is_damped();
     for (int i = 0; i < BALLS; i++) {
-        double from_right = 0.0;
+        double force = 0.0, along[2] = {1.0, 1.0};
         if (i + 1 < BALLS) {
-            double d = overlap(y, i), elastic = elastic_force(d);
-            from_right = elastic;
-            if (damped) {
-                double approach = y[2 * i + 1] - y[2 * i + 3];
-                from_right = damped_force(d, elastic, approach);
-                loss += (from_right - elastic) * approach;
-            }
+            double d = overlap(y, i, along), elastic = elastic_force(d), approach = y[2 * i + 1] - y[2 * i + 3];
+            force = damped ? damped_force(d, elastic, approach) : elastic;
+            loss += (force - elastic) * approach;
         }
+        double back = cradle.omega2 * (cradle.length > 0.0 ? sin(y[2 * i]) : y[2 * i]);
         rate[2 * i] = y[2 * i + 1];
-        rate[2 * i + 1] = from_left - from_right - cradle.omega2 * y[2 * i];
-        from_left = from_right;
+        rate[2 * i + 1] = (from_left - force * along[0]) / arm() - back;
+        from_left = force * along[1];
     }
     if (damped)
         rate[LOSS] = loss;
-    return 0;
-}
-
-static int motion_on_arcs(double t, N_Vector state, N_Vector rates, void *user)
-{
-    (void)t, (void)user;
-    const double *y = N_VGetArrayPointer(state);
-    double *rate = N_VGetArrayPointer(rates);
-    double from_left = 0.0;
-    for (int i = 0; i < BALLS; i++) {
-        double along[2] = {1.0, 1.0};
-        double force = i + 1 < BALLS ? elastic_force(on_arcs(y, i, along)) : 0.0;
-        rate[2 * i] = y[2 * i + 1];
-        rate[2 * i + 1] = (from_left - force * along[0]) / cradle.length - cradle.omega2 * sin(y[2 * i]);
-        from_left = force * along[1];
-    }
     return 0;
 }
 
@@ -170,11 +147,13 @@ static double energy(const double *y)
 {
     double sum = 0.0;
     for (int i = 0; i < BALLS; i++) {
-        double swing = cradle.length > 0.0 ? 2.0 * cradle.length * sin(0.5 * y[2 * i]) : y[2 * i];
-        double speed = cradle.length > 0.0 ? cradle.length * y[2 * i + 1] : y[2 * i + 1];
+        double swing = arm() * (cradle.length > 0.0 ? 2.0 * sin(0.5 * y[2 * i]) : y[2 * i]);
+        double speed = arm() * y[2 * i + 1];
         sum += 0.5 * (speed * speed + cradle.omega2 * swing * swing);
-        if (i + 1 < BALLS)
-            sum += contact_energy(y, i);
+        if (i + 1 < BALLS) {
+            double along[2], d = overlap(y, i, along);
+            sum += elastic_force(d) * d / (cradle.exponent + 1.0);
+        }
     }
     return is_damped() ? sum + y[LOSS] : sum;
 }
@@ -213,7 +192,7 @@ int main(int count, char **arguments)
     double at_start = energy(y);
 
     void *solver = CVodeCreate(bdf ? CV_BDF : CV_ADAMS, context);
-    check(CVodeInit(solver, cradle.length > 0.0 ? motion_on_arcs : motion, 0.0, state), "CVodeInit");
+    check(CVodeInit(solver, motion, 0.0, state), "CVodeInit");
     check(CVodeSStolerances(solver, relative, absolute), "CVodeSStolerances");
     check(CVodeSetMaxNumSteps(solver, -1), "CVodeSetMaxNumSteps");
     check(CVodeSetMaxErrTestFails(solver, 100), "CVodeSetMaxErrTestFails");

@@ -11,7 +11,8 @@ mod cvode;
 use std::process::Command;
 use std::time::Instant;
 
-use cradle_host::{Host, fmi2OK, scenes};
+use cradle_host::scenes::{self, Scene, ready};
+use cradle_host::{Host, fmi2OK};
 
 /// Seconds that a run may take; slower methods are followed for a shorter span.
 const PATIENCE: f64 = 20.0;
@@ -32,38 +33,36 @@ struct Line {
     span: f64,
 }
 
-/// Settings of a solver.
-type Settings = &'static [(&'static str, f64)];
-
 /// What is compared.
 struct Table {
     title: &'static str,
-    scene: fn(Settings) -> Host,
+    scene: Scene,
+    /// What the runs have in common besides.
+    besides: &'static str,
     /// Length of the run, s.
     whole: f64,
-    /// Each with a title; the event-driven method first.
-    solvers: &'static [(&'static str, Settings)],
+    /// Titles and settings; the event-driven method first.
+    solvers: &'static [(&'static str, &'static str)],
     cvode: &'static [cvode::Run],
 }
 
-const ADAMS: (&str, f64) = ("solver.method", 3.0);
-
-/// Of the contacts that are not analytic where they open and close.
-const STEEL: &[(&str, Settings)] =
-    &[("eventDriven", &[]), ("adams, rtol 1e-12", &[ADAMS, ("solver.tolerance", 1e-12)])];
+const EVENT_DRIVEN: (&str, &str) = ("eventDriven", "");
+const ADAMS_10: (&str, &str) = ("adams, rtol 1e-10", "solver.method=adams solver.tolerance=1e-10");
+const ADAMS_12: (&str, &str) = ("adams, rtol 1e-12", "solver.method=adams solver.tolerance=1e-12");
 
 const TABLES: [Table; 6] = [
     Table {
         title: "Ten minutes of Figure 6's set-up (600 s, 2,562 pulses)",
-        scene: scenes::ten_minutes,
+        scene: scenes::TEN_MINUTES,
+        besides: "",
         whole: 600.0,
         solvers: &[
-            ("eventDriven", &[]),
-            ("adams, rtol 1e-12", &[ADAMS, ("solver.tolerance", 1e-12)]),
-            ("adams, rtol 1e-10", &[ADAMS, ("solver.tolerance", 1e-10)]),
-            ("bdf, rtol 1e-10", &[("solver.method", 2.0), ("solver.tolerance", 1e-10)]),
+            EVENT_DRIVEN,
+            ADAMS_12,
+            ADAMS_10,
+            ("bdf, rtol 1e-10", "solver.method=bdf solver.tolerance=1e-10"),
             // Thirteen steps to a contact.
-            ("rk4, steps of 1e-8 s", &[("solver.method", 4.0), ("solver.fixedStep", 1e-8)]),
+            ("rk4, steps of 1e-8 s", "solver.method=rk4 solver.fixedStep=1e-8"),
         ],
         cvode: &[
             ("CVODE Adams, rtol 1e-12", ["linear", "adams", "1e-12", "1e-12"]),
@@ -73,37 +72,42 @@ const TABLES: [Table; 6] = [
     },
     Table {
         title: "Figure 6's set-up on arcs (600 s)",
-        scene: scenes::on_arcs,
+        scene: scenes::TEN_MINUTES,
+        besides: "pendulum.model=circular",
         whole: 600.0,
-        solvers: &[("eventDriven", &[])],
+        solvers: &[EVENT_DRIVEN],
         cvode: &[("CVODE Adams, rtol 1e-12", ["arcs", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Cubic contacts (600 s, 7,194 pulses)",
-        scene: scenes::cubic,
+        scene: scenes::CUBIC,
+        besides: "",
         whole: 600.0,
-        solvers: &[("eventDriven", &[]), ("adams, rtol 1e-10", &[ADAMS, ("solver.tolerance", 1e-10)])],
+        solvers: &[EVENT_DRIVEN, ADAMS_10],
         cvode: &[("CVODE Adams, rtol 1e-10", ["cubic", "adams", "1e-10", "1e-14"])],
     },
     Table {
         title: "Touching steel balls (60 s)",
-        scene: scenes::steel,
+        scene: scenes::STEEL,
+        besides: "",
         whole: 60.0,
-        solvers: STEEL,
+        solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["hertz", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Touching steel balls, Hunt-Crossley 0.05 s/m (60 s)",
-        scene: scenes::steel_hunt_crossley,
+        scene: scenes::STEEL,
+        besides: "contact.dampingLaw=huntCrossley contact.huntCrossley=0.05",
         whole: 60.0,
-        solvers: STEEL,
+        solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["hunt-crossley", "adams", "1e-12", "1e-12"])],
     },
     Table {
         title: "Touching steel balls, viscoelastic 4e-7 s (60 s)",
-        scene: scenes::steel_viscoelastic,
+        scene: scenes::STEEL,
+        besides: "contact.dampingLaw=viscoelastic contact.relaxationTime=4e-7",
         whole: 60.0,
-        solvers: STEEL,
+        solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["viscoelastic", "adams", "1e-12", "1e-12"])],
     },
 ];
@@ -117,8 +121,8 @@ fn once(method: &str, host: Host, span: f64, whole: f64) -> Line {
     Line {
         method: method.to_owned(),
         seconds: seconds / share,
-        steps: f64::from(host.get_integer("solver.steps")) / share,
-        evaluations: f64::from(host.get_integer("solver.evaluations")) / share,
+        steps: host.get("solver.steps") / share,
+        evaluations: host.get("solver.evaluations") / share,
         energy_error: (host.get("E_residual") / energy).abs(),
         span,
     }
@@ -167,16 +171,9 @@ fn print(lines: &[Line], whole: f64) {
     for line in lines {
         let scaled_up = line.span < whole;
         let shown = |value| readable(if scaled_up { three_digits(value) } else { value });
-        println!(
-            "| {}{} | {} | {} | {} | {} | {:.0e} |",
-            line.method,
-            if scaled_up { " *" } else { "" },
-            shown(line.seconds),
-            shown(line.seconds / fastest),
-            shown(line.steps),
-            shown(line.evaluations),
-            line.energy_error,
-        );
+        let numbers = [line.seconds, line.seconds / fastest, line.steps, line.evaluations].map(shown).join(" | ");
+        let mark = if scaled_up { " *" } else { "" };
+        println!("| {}{mark} | {numbers} | {:.0e} |", line.method, line.energy_error);
         if scaled_up {
             scaled.push(format!("{}: {} s", line.method, readable(line.span)));
         }
@@ -208,10 +205,12 @@ fn main() {
     }
     let (version, rustc) = (env!("CARGO_PKG_VERSION"), first_line("rustc", "--version"));
     println!("newtons-cradle {version} ({rustc}), one core of: {}", processor());
-    for Table { title, scene, whole, solvers, cvode } in TABLES {
+    for Table { title, scene, besides, whole, solvers, cvode } in TABLES {
         let whole = if glance { GLANCE } else { whole };
-        let mut lines: Vec<Line> =
-            solvers.iter().map(|(title, solver)| measured(title, || scene(solver), whole)).collect();
+        let mut lines: Vec<Line> = solvers
+            .iter()
+            .map(|(title, solver)| measured(title, || ready(scene, &format!("{besides} {solver}")), whole))
+            .collect();
         let remark = match cvode::measure(cvode, whole) {
             Ok((more, version)) => {
                 lines.extend(more);

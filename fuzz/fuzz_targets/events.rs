@@ -18,6 +18,8 @@ use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Array, Type};
 
+use Phase::{Configuration, ContinuousTime, Event, Initialization, Instantiated, Terminated};
+
 /// All enumerations.
 static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Enumeration));
 
@@ -58,8 +60,7 @@ fuzz_target!(|sequence: Sequence| match sequence.kind {
 fn run(host: &Host, sequence: &Sequence, picture: Picture, early: bool) {
     host.log(); // Or it would grow over all sequences.
     assert_eq!(unsafe { fmi3Reset(host.c) }, fmi3OK);
-    let mut driver =
-        Driver { host, early, picture, states: [null_mut(); PLACES], saved: [const { None }; PLACES], ended: false };
+    let mut driver = Driver { host, early, picture, saved: [const { (null_mut(), None) }; PLACES], ended: false };
     if sequence.started {
         driver.make(&Operation::EnterInitialization);
         driver.make(&Operation::ExitInitialization);
@@ -72,7 +73,7 @@ fn run(host: &Host, sequence: &Sequence, picture: Picture, early: bool) {
             driver.make(operation);
         }
     }
-    for mut state in driver.states {
+    for (mut state, _) in driver.saved {
         assert_ne!(unsafe { fmi3FreeFMUState(host.c, &mut state) }, fmi3Status::fmi3Fatal);
     }
 }
@@ -81,8 +82,7 @@ struct Driver<'a> {
     host: &'a Host,
     early: bool,
     picture: Picture,
-    states: [fmi3FMUState; PLACES],
-    saved: [Option<Picture>; PLACES],
+    saved: [(fmi3FMUState, Option<Picture>); PLACES],
     ended: bool,
 }
 
@@ -124,32 +124,20 @@ impl Driver<'_> {
         let before = self.picture.phase;
         unsafe {
             match operation {
-                Operation::EnterConfiguration => {
-                    self.go(operation, fmi3EnterConfigurationMode(c), Phase::Configuration);
-                }
-                Operation::ExitConfiguration => {
-                    self.go(operation, fmi3ExitConfigurationMode(c), Phase::Instantiated);
-                }
-                Operation::EnterInitialization => {
-                    let status = self.host.enter();
-                    self.go(operation, status, Phase::Initialization);
-                    self.picture.time = if status == fmi3OK { 0.0 } else { self.picture.time };
-                }
+                Operation::EnterConfiguration => self.go(operation, fmi3EnterConfigurationMode(c), Configuration),
+                Operation::ExitConfiguration => self.go(operation, fmi3ExitConfigurationMode(c), Instantiated),
+                Operation::EnterInitialization => self.go(operation, self.host.enter(), Initialization),
                 Operation::ExitInitialization => {
-                    let next = if self.picture.events { Phase::Event } else { Phase::Step };
+                    let next = if self.picture.events { Event } else { Phase::Step };
                     self.go(operation, fmi3ExitInitializationMode(c), next);
                 }
                 Operation::EnterEvents => {
-                    self.go(operation, fmi3EnterEventMode(c), Phase::Event);
-                    if self.picture.phase == Phase::Event && self.picture.exchange {
-                        self.picture.event = self.picture.time;
-                    }
+                    self.go(operation, fmi3EnterEventMode(c), Event);
+                    self.picture.event = self.picture.time;
                 }
                 Operation::EnterStepMode => self.go(operation, fmi3EnterStepMode(c), Phase::Step),
-                Operation::EnterContinuousTime => {
-                    self.go(operation, fmi3EnterContinuousTimeMode(c), Phase::ContinuousTime);
-                }
-                Operation::Terminate => self.go(operation, fmi3Terminate(c), Phase::Terminated),
+                Operation::EnterContinuousTime => self.go(operation, fmi3EnterContinuousTimeMode(c), ContinuousTime),
+                Operation::Terminate => self.go(operation, fmi3Terminate(c), Terminated),
                 Operation::Reset => {
                     self.take(operation, true, fmi3Reset(c));
                     self.picture = Picture::new(self.picture.events, self.picture.exchange);
@@ -159,10 +147,10 @@ impl Driver<'_> {
                     if self.picture.allows(&Operation::EnterEvents) {
                         self.make(&Operation::EnterEvents);
                     }
-                    while self.picture.phase == Phase::Event && self.update() {}
+                    while self.picture.phase == Event && self.update() {}
                     match (self.picture.phase, self.picture.exchange) {
-                        (Phase::Event, true) => self.make(&Operation::EnterContinuousTime),
-                        (Phase::Event, false) => self.make(&Operation::EnterStepMode),
+                        (Event, true) => self.make(&Operation::EnterContinuousTime),
+                        (Event, false) => self.make(&Operation::EnterStepMode),
                         _ => {}
                     }
                 }
@@ -170,7 +158,7 @@ impl Driver<'_> {
                 Operation::SetBalls(balls) => {
                     let balls = u64::from(*balls) % (BALLS as u64 + 1);
                     let status = fmi3SetUInt64(c, &vr("n"), 1, &balls, 1);
-                    let legal = self.picture.phase == Phase::Configuration;
+                    let legal = self.picture.phase == Configuration;
                     if self.take_of_setter(format_args!("{operation:?}"), legal, balls > 0, status) {
                         self.picture.balls = balls as usize;
                     }
@@ -212,33 +200,31 @@ impl Driver<'_> {
                     self.given_up(status);
                 }
                 Operation::Save(place) => {
-                    let place = usize::from(*place) % PLACES;
-                    let status = fmi3GetFMUState(c, &mut self.states[place]);
+                    let (state, saved) = &mut self.saved[usize::from(*place) % PLACES];
+                    *saved = Some(self.picture.clone());
+                    let status = fmi3GetFMUState(c, state);
                     self.take(operation, true, status);
-                    self.saved[place] = Some(self.picture.clone());
                 }
                 Operation::Load(place) => {
-                    let place = usize::from(*place) % PLACES;
-                    let status = fmi3SetFMUState(c, self.states[place]);
-                    let saved = self.saved[place].clone();
-                    if self.take(operation, saved.is_some(), status) {
+                    let (state, saved) = self.saved[usize::from(*place) % PLACES].clone();
+                    if self.take(operation, saved.is_some(), fmi3SetFMUState(c, state)) {
                         self.picture = saved.unwrap();
                     }
                 }
                 Operation::Free(place) => {
-                    let place = usize::from(*place) % PLACES;
-                    self.saved[place] = None;
-                    let status = fmi3FreeFMUState(c, &mut self.states[place]);
+                    let (state, saved) = &mut self.saved[usize::from(*place) % PLACES];
+                    *saved = None;
+                    let status = fmi3FreeFMUState(c, state);
                     self.take(operation, true, status);
                 }
                 Operation::Through(place) => {
-                    let place = usize::from(*place) % PLACES;
                     let bytes = self.host.to_bytes();
-                    let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), &mut self.states[place]);
-                    self.take(operation, true, status);
-                    assert_eq!(fmi3SetFMUState(c, self.states[place]), fmi3OK);
+                    let (state, saved) = &mut self.saved[usize::from(*place) % PLACES];
+                    *saved = Some(self.picture.clone());
+                    let status = fmi3DeserializeFMUState(c, bytes.as_ptr(), bytes.len(), state);
+                    assert_eq!(fmi3SetFMUState(c, *state), fmi3OK);
                     assert!(self.host.to_bytes() == bytes, "its own bytes read and written are others");
-                    self.saved[place] = Some(self.picture.clone());
+                    self.take(operation, true, status);
                 }
                 Operation::Forge(changes) => {
                     forge(self.host, &self.picture, changes);

@@ -3,16 +3,9 @@
 use cradle_host::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
-use crate::differences::{LAWS, Values, by_differences, knowns, names};
+use crate::differences::{LAWS, by_differences, knowns, outputs};
 
 const BALLS: usize = 5;
-
-/// Every real output.
-fn outputs() -> Vec<String> {
-    let contacts = ["F", "impulse", "F_mean", "F_peak"].map(|name| (name, BALLS - 1));
-    let arrays = [[("x", BALLS), ("v", BALLS)].as_slice(), &contacts].concat();
-    names(&arrays, &["E_total", "p_total", "F_support", "F_support_mean", "t_next"])
-}
 
 /// A step from a state: its start and length, and the inputs held over it.
 struct Step {
@@ -30,27 +23,26 @@ impl Step {
         assert_eq!(self.host.set_derivative("a_support", 2, 0.3), fmi2OK);
         assert_eq!(self.host.set(input, self.host.get(input) + change), fmi2OK);
         assert_eq!(self.host.step(self.from, self.length), fmi2OK);
-        outputs().iter().map(|name| self.host.get(name)).collect()
+        self.host.values(&outputs(BALLS))
     }
 
     /// Checks the derivatives along `input` against central differences of sixth order with steps of `h`.
     fn check(&self, what: &str, input: &str, h: f64, tolerance: f64) {
         self.outputs(input, 0.0);
-        let references: Vec<u32> = outputs().iter().map(|name| self.host.vr(name)).collect();
-        let exact = self.host.along(&references, &[self.host.vr(input)], &[1.0]);
+        let exact = self.host.along(&outputs(BALLS), &[self.host.variable(input)], &[1.0]);
         // The progress of a look ahead does not depend on the cradle.
-        let foreseen = self.host.get_boolean("t_next_isOnset");
+        let foreseen = self.host.get("t_next_isOnset") == 1.0;
         let size: Vec<f64> = self.outputs(input, h);
         let (differences, _) = by_differences(h, false, |change| self.outputs(input, change));
-        for (j, name) in outputs().iter().enumerate() {
+        for (j, output) in outputs(BALLS).iter().enumerate() {
+            let name = output.row.name;
             if name == "t_next" && !foreseen {
                 assert_eq!(exact[j], 0.0);
                 continue;
             }
             let difference = differences[j];
             // The scale of the kind of output: what the same kind changes by elsewhere.
-            let kind = name.split('[').next().unwrap();
-            let scale = exact.iter().zip(outputs()).filter(|(_, other)| other.split('[').next() == Some(kind));
+            let scale = exact.iter().zip(outputs(BALLS)).filter(|(_, other)| other.row.name == name);
             let scale = scale.fold(0.0_f64, |scale, (value, _)| scale.max(value.abs()));
             // Means are differences of integrals, energies and forces of the support sums over all balls.
             let over = if name.contains("mean") { self.length.min(1.0) } else { 1.0 };
@@ -58,7 +50,7 @@ impl Step {
             let rounding = 2e-11 * size[j].abs().max(1e-1) / over / h;
             assert!(
                 (exact[j] - difference).abs() <= tolerance * scale + rounding,
-                "{what}: {name} by {input}: {} {difference}, scale {scale}",
+                "{what}: {output} by {input}: {} {difference}, scale {scale}",
                 exact[j]
             );
         }
@@ -66,11 +58,10 @@ impl Step {
 }
 
 /// A step from `from` seconds after the onset of the first impact of balls whose impacts are apart.
-fn step(law: Values, from: f64, length: f64) -> Step {
-    let host = Host::new();
+fn step(law: &str, from: f64, length: f64) -> Step {
+    let host = Host::default();
     // Gaps that keep the order of the pulses under the changes of the inputs, and inputs that are not 0.
-    host.give(&[("x_start[2]", -0.0983), ("x_start[4]", 0.0011), ("x_start[5]", 0.0023)]);
-    host.give(&[("F_ext[1]", 0.03), ("a_support", -0.01)]);
+    host.give("x_start=-0.1,-0.0983,0,0.0011,0.0023 F_ext[1]=0.03 a_support=-0.01");
     host.give(law);
     host.start();
     let start = host.get("t_next") + from;
@@ -110,15 +101,10 @@ fn they_agree_with_differences() {
 #[test]
 fn overlapping_pulses_and_lasting_contacts() {
     // Where balls just touch, or two onsets coincide, there is no derivative: so a nanometre apart, and unequal.
-    let ratios = names(&[("ball.massRatio", BALLS)], &[]);
-    let wave = ratios.iter().zip([1.01, 1.02, 1.03, 1.04, 1.05]).map(|(name, ratio)| (name.as_str(), ratio));
-    let wave = wave.chain([("contact.deadBand", 1e-9)]).collect();
-    let (starts, gaps) = (names(&[("x_start", BALLS)], &[]), names(&[("contact.gap", BALLS - 1)], &[]));
-    let pressed = starts.iter().map(|name| (name.as_str(), 0.0));
-    let gaps = gaps.iter().zip([-1.1e-5, -1.2e-5, -1.3e-5, -1.4e-5]).map(|(name, gap)| (name.as_str(), gap));
-    let pressed = pressed.chain(gaps).chain([("contact.damping", 2e4), ("contact.deadBand", 0.0)]).collect();
-    for (what, values) in [("wave", wave), ("pressed", pressed)] as [(&str, Vec<(&str, f64)>); 2] {
-        let host = Host::started_with(&values);
+    let wave = "ball.massRatio=1.01,1.02,1.03,1.04,1.05 contact.deadBand=1e-9";
+    let pressed = "x_start=0 contact.gap=-1.1e-5,-1.2e-5,-1.3e-5,-1.4e-5 contact.damping=2e4 contact.deadBand=0";
+    for (what, settings) in [("wave", wave), ("pressed", pressed)] {
+        let host = Host::started_with(settings);
         let from = if what == "wave" { host.get("t_next") - 1e-3 } else { 0.01 };
         assert_eq!(host.step(0.0, from), fmi2OK);
         let step = Step { state: host.to_bytes(), host, from, length: 1.00005e-3 };
@@ -141,11 +127,11 @@ fn refused(host: &Host, (unknown, known, change): (&str, &str, f64), words: &str
 #[test]
 fn rigid_balls_in_contact_are_refused() {
     let refused = |host: &Host, input: &str| refused(host, ("v[3]", input, 1.0), "v[3] has no derivative here");
-    let host = Host::started_with(&[("contact.model", 3.0), ("contact.deadBand", 0.0), ("F_ext[3]", 0.1)]);
+    let host = Host::started_with("contact.model=rigid contact.deadBand=0 F_ext[3]=0.1");
     assert!(host.get("F[3]") > 0.0);
     assert_eq!(host.step(0.0, 0.1), fmi2OK);
     refused(&host, "F_ext[1]");
-    let host = Host::started_with(&[("contact.model", 3.0)]);
+    let host = Host::started_with("contact.model=rigid");
     let onset = host.get("t_next");
     assert_eq!(host.step(0.0, onset), fmi2OK);
     refused(&host, "F_ext[2]");
@@ -158,7 +144,7 @@ fn a_step_that_ends_at_an_onset_has_the_derivatives_from_the_right() {
     let host = Host::started();
     let onset = host.get("t_next");
     assert_eq!(host.step(0.0, onset), fmi2OK);
-    assert_eq!(host.get_integer("pulses[2]"), 1);
+    assert_eq!(host.get("pulses[2]"), 1.0);
     // The contact is closed: its force follows the overlap.
     let overlap = host.sensitivity("x[2]", "F_ext[2]") - host.sensitivity("x[3]", "F_ext[2]");
     assert!((host.sensitivity("F[2]", "F_ext[2]") / (1e10 * overlap) - 1.0).abs() < 1e-12);
@@ -170,9 +156,8 @@ fn a_step_that_ends_at_an_onset_has_the_derivatives_from_the_right() {
 #[test]
 fn nothing_depends_on_inputs_that_have_not_been_held() {
     let host = Host::started();
-    for name in outputs() {
-        assert_eq!(host.sensitivity(&name, "F_ext[3]"), 0.0, "{name}");
-    }
+    let along = host.along(&outputs(BALLS), &[host.variable("F_ext[3]")], &[1.0]);
+    assert!(along.iter().all(|derivative| *derivative == 0.0), "{along:?}");
 }
 
 #[test]
@@ -181,16 +166,14 @@ fn directions_add_up_and_states_keep_them() {
     let host = &step.host;
     let (now, from) = (host.time().unwrap(), host.get("t_next") - 1e-3);
     assert_eq!((host.step(now, from - now), host.step(from, 2e-3)), (fmi2OK, fmi2OK));
-    let unknowns: Vec<u32> = outputs().iter().map(|name| host.vr(name)).collect();
-    let along = |host: &Host, direction: [f64; 2]| {
-        host.along(&unknowns, &[host.vr("F_ext[1]"), host.vr("a_support")], &direction)
-    };
+    let inputs = [host.variable("F_ext[1]"), host.variable("a_support")];
+    let along = |host: &Host, direction: [f64; 2]| host.along(&outputs(BALLS), &inputs, &direction);
     let (both, one, other) = (along(host, [2.0, -3.0]), along(host, [1.0, 0.0]), along(host, [0.0, 1.0]));
-    for (j, name) in outputs().iter().enumerate() {
+    for (j, output) in outputs(BALLS).iter().enumerate() {
         let (a, b) = (2.0 * one[j], -3.0 * other[j]);
-        assert!((both[j] - (a + b)).abs() <= 1e-9 * (a.abs() + b.abs()), "{name}: {} {}", both[j], a + b);
+        assert!((both[j] - (a + b)).abs() <= 1e-9 * (a.abs() + b.abs()), "{output}: {} {}", both[j], a + b);
     }
-    let restored = Host::new();
+    let restored = Host::default();
     assert_eq!(restored.set_bytes(&host.to_bytes()), fmi2OK);
     let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<_>>();
     assert_eq!(bits(along(&restored, [2.0, -3.0])), bits(both));
@@ -199,41 +182,38 @@ fn directions_add_up_and_states_keep_them() {
 /// In Initialization Mode the unknowns depend on the parameters and the inputs.
 #[test]
 fn initial_unknowns_agree_with_differences() {
-    let closing = [("v_start[4]", 0.1), ("x_start[4]", 2e-4), ("x_start[5]", 0.01)];
-    let relaxing = [("contact.dampingLaw", 4.0), ("contact.relaxationTime", 1e-5)];
-    let hertz = [("contact.model", 2.0), ("contact.dampingLaw", 3.0), ("contact.huntCrossley", 0.4)];
-    let dashpots = [("contact.exponent", 1.7), ("contact.damping", 1e3), ("pendulum.drag", 0.2)];
-    for (what, values) in [
-        ("apart", vec![]),
-        ("pressed, Hertz with Hunt-Crossley damping", [closing, hertz].concat()),
-        ("pressed, viscoelastic real power", [&closing[..], &relaxing, &[("contact.exponent", 1.7)]].concat()),
-        ("pressed, viscoelastic and linear", [&closing[..], &relaxing].concat()),
-        ("pressed, real power with dashpots and drag", [closing, dashpots].concat()),
+    let relaxing = "contact.dampingLaw=viscoelastic contact.relaxationTime=1e-5";
+    let real_relaxing = &format!("{relaxing} contact.exponent=1.7");
+    for (what, law, closing) in [
+        ("apart", "", false),
+        ("Hertz", "contact.model=hertz contact.dampingLaw=huntCrossley contact.huntCrossley=0.4", true),
+        ("viscoelastic real power", real_relaxing, true),
+        ("viscoelastic and linear", relaxing, true),
+        ("real power with drag", "contact.exponent=1.7 contact.damping=1e3 pendulum.drag=0.2", true),
     ] {
-        let host = Host::new();
+        let host = Host::default();
         // There is room on both sides.
-        host.give(&[("contact.restitution", 0.9)]);
-        host.give(&values);
+        host.give("contact.restitution=0.9");
+        host.give(if closing { "v_start[4]=0.1 x_start[4]=2e-4 x_start[5]=0.01" } else { "" });
+        host.give(law);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
-        let names: Vec<String> = outputs().into_iter().chain(["pendulum.period".to_owned()]).collect();
-        let references: Vec<u32> = names.iter().map(|name| host.vr(name)).collect();
-        let values = || names.iter().map(|name| host.get(name)).collect::<Vec<f64>>();
-        for known in knowns(BALLS).map(|known| known.to_string()) {
-            let value = host.get(&known);
+        let unknowns = [outputs(BALLS), vec![host.variable("pendulum.period")]].concat();
+        for known in knowns(BALLS) {
+            let (name, value) = (known.to_string(), host.values(&[known])[0]);
             let h = if value == 0.0 { 1e-7 } else { 3e-6 * value.abs() };
-            let exact = host.along(&references, &[host.vr(&known)], &[1.0]);
-            let one_sided = host.set(&known, value - h) != fmi2OK;
+            let exact = host.along(&unknowns, &[known], &[1.0]);
+            let one_sided = host.set(&name, value - h) != fmi2OK;
             host.log();
             let (differences, rounding) = by_differences(h, one_sided, |change| {
-                host.give(&[(&known, value + change)]);
-                values()
+                host.give(&format!("{known}={}", value + change));
+                host.values(&unknowns)
             });
-            host.give(&[(&known, value)]);
-            for (j, (name, size)) in names.iter().zip(values()).enumerate() {
+            host.give(&format!("{known}={value}"));
+            for (j, (unknown, size)) in unknowns.iter().zip(host.values(&unknowns)).enumerate() {
                 let (difference, rounding) = (differences[j], 1e-13 * size.abs().max(1e-3) * rounding);
                 assert!(
                     (exact[j] - difference).abs() <= 1e-4 * exact[j].abs() + rounding,
-                    "{what}: {name} by {known}: {} {difference}",
+                    "{what}: {unknown} by {known}: {} {difference}",
                     exact[j]
                 );
             }
@@ -243,7 +223,7 @@ fn initial_unknowns_agree_with_differences() {
 
 #[test]
 fn what_has_no_derivative_is_refused() {
-    let host = Host::new();
+    let host = Host::default();
     assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
     refused(&host, ("x[1]", "contact.model", 1.0), "contact.model");
     refused(&host, ("x[1]", "v[1]", 1.0), "a direction along v[1] has no such derivative");

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cradle_host::{Host, fmi2OK};
 use newtons_cradle::variables::{Description, Settings, Type, Variable, variables};
 
-use crate::differences::{Values, dependencies};
+use crate::differences::dependencies;
 
 const BALLS: usize = 5;
 
@@ -15,59 +15,31 @@ fn values(host: &Host, unknowns: &[Variable]) -> Option<Vec<u64>> {
 }
 
 /// A host in Initialization Mode.
-fn initializing((choices, values): Setup) -> Host {
-    let host = Host::new();
-    host.give(choices);
-    host.give(values);
+fn initializing(settings: &str) -> Host {
+    let host = Host::default();
+    host.give(settings);
     assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
     host
 }
 
-/// Items of enumerations, and values.
-type Setup = (Values, Values);
-
 /// Balls that overlap and approach or part, for the compliant laws.
-const PRESSED: Values = &[
-    ("contact.deadBand", 1e-6),
-    ("x_start[1]", 3e-5),
-    ("x_start[2]", 1e-5),
-    ("x_start[3]", -1e-5),
-    ("x_start[4]", -2e-5),
-    ("x_start[5]", -4e-5),
-    ("v_start[1]", 1e-3),
-    ("v_start[2]", 2e-3),
-    ("v_start[3]", -1e-3),
-    ("v_start[4]", -3e-3),
-    ("v_start[5]", 1e-3),
-    ("contact.exponent", 1.2),
-    ("contact.damping", 10.0),
-    ("contact.huntCrossley", 0.1),
-    ("contact.relaxationTime", 1e-4),
-    ("pendulum.drag", 0.1),
-    ("F_ext[1]", 1.0),
-    ("F_ext[2]", -2.0),
-    ("F_ext[3]", 0.5),
-    ("F_ext[4]", -0.3),
-    ("F_ext[5]", 1.5),
-    ("a_support", 0.2),
+const PRESSED: &str = "contact.deadBand=1e-6 x_start=3e-5,1e-5,-1e-5,-2e-5,-4e-5 v_start=1e-3,2e-3,-1e-3,-3e-3,1e-3 \
+                       contact.exponent=1.2 contact.damping=10 contact.huntCrossley=0.1 contact.relaxationTime=1e-4 \
+                       pendulum.drag=0.1 F_ext=1,-2,0.5,-0.3,1.5 a_support=0.2";
+
+/// Of balls that are pressed.
+const LAWS: [&str; 7] = [
+    "",
+    "contact.dampingLaw=kelvinVoigtNoPull",
+    "contact.dampingLaw=huntCrossley",
+    "contact.model=hertz contact.dampingLaw=huntCrossley",
+    "contact.dampingLaw=viscoelastic",
+    "contact.model=hertz contact.dampingLaw=viscoelastic",
+    "solver.method=bdf",
 ];
 
 /// Rigid balls at rest in touch, pushed against each other.
-const TOUCHING: Values =
-    &[("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0), ("F_ext[1]", 5.0), ("F_ext[5]", -3.0)];
-
-const SETUPS: [Setup; 10] = [
-    (&[], &[]),
-    (&[], PRESSED),
-    (&[("contact.dampingLaw", 2.0)], PRESSED),
-    (&[("contact.dampingLaw", 3.0)], PRESSED),
-    (&[("contact.model", 2.0), ("contact.dampingLaw", 3.0)], PRESSED),
-    (&[("contact.dampingLaw", 4.0)], PRESSED),
-    (&[("contact.model", 2.0), ("contact.dampingLaw", 4.0)], PRESSED),
-    (&[("solver.method", 2.0)], PRESSED),
-    (&[("solver.method", 4.0)], &[("solver.fixedStep", 1e-3)]),
-    (&[("contact.model", 3.0)], TOUCHING),
-];
+const TOUCHING: &str = "contact.model=rigid contact.deadBand=0 x_start=0 F_ext[1]=5 F_ext[5]=-3";
 
 /// Every known is changed in every set-up: unknowns change exactly if they list it. Only the time of the next onset
 /// lists nothing.
@@ -80,8 +52,9 @@ fn dependencies_are_those_of_the_values() {
     assert_eq!(all.collect::<Vec<_>>(), ["t_next"]);
     let unknowns: Vec<Variable> = described.iter().map(|(unknown, _)| *unknown).collect();
     let mut seen: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for setup in SETUPS {
-        let host = initializing(setup);
+    let others = ["", "solver.method=rk4 solver.fixedStep=1e-3", TOUCHING].map(str::to_owned);
+    for settings in LAWS.map(|law| format!("{law} {PRESSED}")).into_iter().chain(others) {
+        let host = initializing(&settings);
         let before = values(&host, &unknowns).unwrap();
         for known in variables(BALLS).filter(|variable| variable.row.settable()) {
             let name = known.to_string();
@@ -103,7 +76,7 @@ fn dependencies_are_those_of_the_values() {
                     }
                 }
             }
-            host.give(&[(&name, old)]);
+            host.give(&format!("{name}={old}"));
             assert_eq!(values(&host, &unknowns).as_ref(), Some(&before), "{name}");
         }
     }
@@ -119,22 +92,18 @@ fn dependencies_are_those_of_the_values() {
 /// The force between rigid balls at rest against each other depends on all of them, so it appears when the run begins.
 #[test]
 fn rigid_contacts_transmit_nothing_before_the_run() {
-    let host = initializing(SETUPS[9]);
+    let host = initializing(TOUCHING);
     let t_next = host.get("t_next");
-    for i in 1..BALLS {
-        let forces = ["F", "F_mean", "F_peak"].map(|name| host.get(&format!("{name}[{i}]")));
-        assert_eq!((forces, host.get_integer(&format!("pulses[{i}]"))), ([0.0; 3], 0));
-        assert_eq!(
-            (host.get(&format!("t_onset[{i}]")), host.sensitivity(&format!("F[{i}]"), "F_ext[1]")),
-            (-1e30, 0.0)
-        );
+    for name in ["F", "F_mean", "F_peak", "pulses"] {
+        assert_eq!(host.each(name), [0.0; 4], "{name}");
     }
+    assert_eq!(host.each("t_onset"), [-1e30; 4]);
+    assert!((1..BALLS).all(|i| host.sensitivity(&format!("F[{i}]"), "F_ext[1]") == 0.0));
     assert_eq!(host.exit(), fmi2OK);
-    for (i, force) in [(1, 4.6), (2, 4.2), (3, 3.8), (4, 3.4)] {
-        for name in ["F", "F_mean", "F_peak"] {
-            assert!((host.get(&format!("{name}[{i}]")) - force).abs() < 1e-14, "{name}[{i}]");
-        }
-        assert_eq!((host.get_integer(&format!("pulses[{i}]")), host.get(&format!("t_onset[{i}]"))), (1, 0.0));
+    for name in ["F", "F_mean", "F_peak"] {
+        let forces = host.each(name);
+        assert!(forces.iter().zip([4.6, 4.2, 3.8, 3.4]).all(|(own, force)| (own - force).abs() < 1e-14), "{forces:?}");
     }
+    assert_eq!([host.each("pulses"), host.each("t_onset")], [[1.0; 4], [0.0; 4]]);
     assert_eq!(host.get("t_next"), t_next);
 }

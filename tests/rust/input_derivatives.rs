@@ -118,7 +118,7 @@ fn what_is_no_derivative_is_refused() {
 
 #[test]
 fn derivatives_given_before_the_first_step_act_in_it_and_a_reset_forgets_them() {
-    let during = Host::new();
+    let during = Host::default();
     assert_eq!(during.set_derivative("F_ext[5]", 1, 0.3), fmi2OK);
     during.start();
     let after = Host::started();

@@ -191,10 +191,8 @@ fn inputs_press_and_part() {
     inputs.force[0] = -1.0;
     engine.hold(&inputs, &[]).unwrap();
     engine.advance(0.2, &mut pulses).unwrap();
-    assert_eq!(
-        pulses.iter().map(|pulse| (pulse.contact, pulse.release)).collect::<Vec<_>>(),
-        [(0, 0.1), (1, 0.1), (2, 0.1), (3, 0.1)]
-    );
+    let releases: Vec<_> = pulses.iter().map(|pulse| (pulse.contact, pulse.release)).collect();
+    assert_eq!(releases, [(0, 0.1), (1, 0.1), (2, 0.1), (3, 0.1)]);
     assert!(pulses.iter().all(|pulse| (pulse.impulse - 0.1 * (4.0 - pulse.contact as f64)).abs() < 1e-13));
     assert!(engine.overlap(0) < -1e-3 && engine.v(4) > 0.0);
     assert_energy(&engine, 1e-13, "rigid");

@@ -3,13 +3,26 @@
 use super::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
-/// How a step is made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Method {
-    /// Explicit, of order 1.
-    Euler,
-    /// The classical method of Runge and Kutta, of order 4.
-    Rk4,
+/// The states at the end of a step between two times (s).
+pub type Method = fn(&Host, f64, f64) -> Vec<f64>;
+
+/// Explicit, of order 1.
+pub fn euler(host: &Host, from: f64, to: f64) -> Vec<f64> {
+    plus(&host.states(), to - from, &host.rates())
+}
+
+/// The classical method of Runge and Kutta, of order 4.
+pub fn rk4(host: &Host, from: f64, to: f64) -> Vec<f64> {
+    let (h, y, k1) = (to - from, host.states(), host.rates());
+    let rates = |time: f64, y: &[f64]| {
+        host.place(time, y);
+        host.rates()
+    };
+    let k2 = rates(from + 0.5 * h, &plus(&y, 0.5 * h, &k1));
+    let k3 = rates(from + 0.5 * h, &plus(&y, 0.5 * h, &k2));
+    let k4 = rates(to, &plus(&y, h, &k3));
+    let mean = |i: usize| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0;
+    y.iter().enumerate().map(|(i, y)| y + h * mean(i)).collect()
 }
 
 impl Host {
@@ -132,26 +145,10 @@ impl<'a> Master<'a> {
 
     /// A step to the time `to` (s), with an event at its end if one is due.
     pub fn step(&mut self, to: f64, method: Method) {
-        let (host, h, y) = (self.host, to - self.time, self.host.states());
-        let k1 = host.rates();
-        let end = match method {
-            Method::Euler => plus(&y, h, &k1),
-            Method::Rk4 => {
-                let rates = |time: f64, y: &[f64]| {
-                    host.place(time, y);
-                    host.rates()
-                };
-                let k2 = rates(self.time + 0.5 * h, &plus(&y, 0.5 * h, &k1));
-                let k3 = rates(self.time + 0.5 * h, &plus(&y, 0.5 * h, &k2));
-                let k4 = rates(to, &plus(&y, h, &k3));
-                let mean = |i: usize| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0;
-                y.iter().enumerate().map(|(i, y)| y + h * mean(i)).collect()
-            }
-        };
-        host.place(to, &end);
+        self.host.place(to, &method(self.host, self.time, to));
         self.time = to;
-        let asked = host.completed();
-        let indicators = host.indicators();
+        let asked = self.host.completed();
+        let indicators = self.host.indicators();
         let crossed = indicators.iter().zip(&self.indicators).any(|(now, before)| (*now > 0.0) != (*before > 0.0));
         self.indicators = indicators;
         if asked || crossed || to >= self.next {

@@ -84,27 +84,12 @@ impl Host {
     pub fn instantiated(token: &CStr, co_simulation: Option<[bool; 2]>) -> Result<Self, Vec<String>> {
         let environment = Box::<Environment>::default();
         let (name, pointer) = (c"cradle".as_ptr(), (&raw const *environment).cast_mut().cast());
-        let (token, log) = (token.as_ptr(), Some(log as _));
+        let (token, log, within) = (token.as_ptr(), Some(log as _), Some(within as _));
         let c = unsafe {
-            match co_simulation.map(|options| options.map(fmi3Boolean::from)) {
-                Some([events, early]) => {
-                    let within = Some(within as _);
-                    fmi3InstantiateCoSimulation(
-                        name,
-                        token,
-                        null(),
-                        0,
-                        1,
-                        events,
-                        early,
-                        null(),
-                        0,
-                        pointer,
-                        log,
-                        within,
-                    )
-                }
-                None => fmi3InstantiateModelExchange(name, token, null(), 0, 1, pointer, log),
+            if let Some([events, early]) = co_simulation.map(|options| options.map(fmi3Boolean::from)) {
+                fmi3InstantiateCoSimulation(name, token, null(), 0, 1, events, early, null(), 0, pointer, log, within)
+            } else {
+                fmi3InstantiateModelExchange(name, token, null(), 0, 1, pointer, log)
             }
         };
         environment.c.set(c);
@@ -147,20 +132,12 @@ impl Host {
     /// fmi3UpdateDiscreteStates: the answer, whether there is more at once, whether states have changed, and when the
     /// next event is due (s), if that is known.
     pub fn update(&self) -> (fmi3Status, bool, bool, Option<f64>) {
-        let ([mut again, mut terminate, mut nominals, mut values, mut defined], mut next) = ([9; 5], f64::NAN);
-        let status = unsafe {
-            fmi3UpdateDiscreteStates(
-                self.c,
-                &mut again,
-                &mut terminate,
-                &mut nominals,
-                &mut values,
-                &mut defined,
-                &mut next,
-            )
-        };
+        let (mut flags, mut next) = ([9; 5], f64::NAN);
+        let [again, end, nominals, values, defined] = &mut flags;
+        let status = unsafe { fmi3UpdateDiscreteStates(self.c, again, end, nominals, values, defined, &mut next) };
+        let [again, end, nominals, values, defined] = flags;
         if status == fmi3OK {
-            assert!(terminate == 0 && nominals == 0 && [again, values, defined].iter().all(|flag| *flag <= 1));
+            assert!(end == 0 && nominals == 0 && [again, values, defined].iter().all(|flag| *flag <= 1));
         }
         (status, again == 1, values == 1, (defined == 1).then_some(next))
     }

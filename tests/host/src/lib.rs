@@ -17,13 +17,14 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::{env, fs, process};
 
 use newtons_cradle::fmi2::*;
-use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Type, Variable, variables};
+use newtons_cradle::variables::{
+    Access, Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Type, Variable, variables,
+};
 
 /// The two answers that tests expect.
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
 
 pub use log::{Line, Lines, callbacks};
-pub use scenes::FIGURE_6;
 
 /// A component and its log.
 pub struct Host {
@@ -58,14 +59,8 @@ pub struct Instantiate<'a> {
 
 impl Default for Instantiate<'_> {
     fn default() -> Self {
-        Self {
-            name: Some("cradle"),
-            kind: fmi2CoSimulation,
-            guid: Some(guid(5)),
-            location: None,
-            logging: false,
-            balls: 5,
-        }
+        let (name, kind, guid) = (Some("cradle"), fmi2CoSimulation, Some(guid(5)));
+        Self { name, kind, guid, location: None, logging: false, balls: 5 }
     }
 }
 
@@ -81,20 +76,11 @@ impl Instantiate<'_> {
     pub fn host(self) -> Result<Host, Vec<Line>> {
         let lines = Box::<Lines>::default();
         let functions = callbacks(&lines);
-        let [name, guid, location] = [self.name.map(str::to_owned), self.guid, self.location]
+        let texts = [self.name.map(str::to_owned), self.guid, self.location]
             .map(|text| text.map(|text| CString::new(text).unwrap()));
-        let pointer = |text: &Option<CString>| text.as_ref().map_or(null(), |text| text.as_ptr());
-        let c = unsafe {
-            fmi2Instantiate(
-                pointer(&name),
-                self.kind,
-                pointer(&guid),
-                pointer(&location),
-                &functions,
-                0,
-                self.logging.into(),
-            )
-        };
+        let [name, guid, location] = texts.each_ref().map(|text| text.as_ref().map_or(null(), |text| text.as_ptr()));
+        let logging = self.logging.into();
+        let c = unsafe { fmi2Instantiate(name, self.kind, guid, location, &functions, 0, logging) };
         if c.is_null() { Err(lines.take()) } else { Ok(Host { c, balls: self.balls, lines }) }
     }
 }
@@ -107,12 +93,7 @@ impl Default for Host {
 }
 
 impl Host {
-    /// A component of the default FMU.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// The same, which logs all categories from the start.
+    /// A component of the default FMU that logs all categories from the start.
     pub fn logging() -> Self {
         Instantiate { logging: true, ..Default::default() }.host().unwrap()
     }
@@ -132,13 +113,13 @@ impl Host {
 
     /// One that has been initialized at t = 0.
     pub fn started() -> Self {
-        Self::started_with(&[])
+        Self::started_with("")
     }
 
-    /// The same with these values.
-    pub fn started_with(values: &[(&str, f64)]) -> Self {
-        let host = Self::new();
-        host.give(values);
+    /// The same with these settings.
+    pub fn started_with(settings: &str) -> Self {
+        let host = Self::default();
+        host.give(settings);
         host.start();
         host
     }
@@ -170,7 +151,7 @@ impl Host {
 
     /// From the instantiated into the error state: of free balls, a force takes the first out of the range of numbers.
     pub fn fail(&self) {
-        assert_eq!((self.set("gravity", 0.0), self.set("F_ext[1]", -1e300)), (fmi2OK, fmi2OK));
+        self.give("gravity=0 F_ext[1]=-1e300");
         self.start();
         if self.step(0.0, 1e9) == fmi2OK {
             // A flight is not evaluated before somebody asks; a changed input has to be taken up where it is.
@@ -189,7 +170,8 @@ impl Host {
         unsafe { fmi2Terminate(self.c) }
     }
 
-    fn variable(&self, name: &str) -> Variable {
+    /// The variable of this name.
+    pub fn variable(&self, name: &str) -> Variable {
         Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}"))
     }
 
@@ -214,10 +196,21 @@ impl Host {
         }
     }
 
-    /// Sets these variables, which must be accepted.
-    pub fn give(&self, values: &[(&str, f64)]) {
-        for (name, value) in values {
-            assert_eq!(self.set(name, *value), fmi2OK, "{name} = {value}: {:?}", self.log());
+    /// Sets variables, which must be accepted: `name=value` for each, with spaces between. An array takes one value for
+    /// all elements, or one for each, with commas between; an enumeration takes the name of an item.
+    pub fn give(&self, settings: &str) {
+        for setting in settings.split_whitespace() {
+            let (name, values) = setting.split_once('=').unwrap();
+            let is_named = |variable: &Variable| variable.row.name == name || variable.to_string() == name;
+            let elements: Vec<Variable> = variables(self.balls).filter(is_named).collect();
+            let values: Vec<&str> = values.split(',').collect();
+            assert!(!elements.is_empty() && [1, elements.len()].contains(&values.len()), "{setting}");
+            for (element, text) in elements.iter().zip(values.into_iter().cycle()) {
+                let items = if let Access::Enumeration(of) = element.row.access { of.items } else { &[] };
+                let item = items.iter().find(|item| item.name == text);
+                let value = item.map_or_else(|| text.parse().unwrap(), |item| item.value.into());
+                assert_eq!(self.set(&element.to_string(), value), fmi2OK, "{setting}: {:?}", self.log());
+            }
         }
     }
 
@@ -228,14 +221,14 @@ impl Host {
 
     /// The derivative of an output by time, of this order.
     pub fn derivative(&self, name: &str, order: i32) -> f64 {
-        self.derivatives(&[name], order)[0]
+        self.derivatives(&[self.variable(name)], order)[0]
     }
 
     /// The derivatives of several outputs by time, of this order.
-    pub fn derivatives(&self, names: &[impl AsRef<str>], order: i32) -> Vec<f64> {
-        let references: Vec<u32> = names.iter().map(|name| self.vr(name.as_ref())).collect();
-        let (orders, mut values) = (vec![order; names.len()], vec![f64::NAN; names.len()]);
-        let (count, into) = (names.len(), values.as_mut_ptr());
+    pub fn derivatives(&self, outputs: &[Variable], order: i32) -> Vec<f64> {
+        let references: Vec<u32> = outputs.iter().map(Variable::reference).collect();
+        let (orders, mut values) = (vec![order; outputs.len()], vec![f64::NAN; outputs.len()]);
+        let (count, into) = (outputs.len(), values.as_mut_ptr());
         let status = unsafe { fmi2GetRealOutputDerivatives(self.c, references.as_ptr(), count, orders.as_ptr(), into) };
         assert_eq!(status, fmi2OK, "{references:?}: {:?}", self.log());
         values
@@ -243,12 +236,13 @@ impl Host {
 
     /// The derivative of `unknown` along `known`.
     pub fn sensitivity(&self, unknown: &str, known: &str) -> f64 {
-        self.along(&[self.vr(unknown)], &[self.vr(known)], &[1.0])[0]
+        self.along(&[self.variable(unknown)], &[self.variable(known)], &[1.0])[0]
     }
 
-    /// The derivatives of unknowns along a direction in the space of knowns, all by their value references.
-    pub fn along(&self, unknowns: &[u32], knowns: &[u32], direction: &[f64]) -> Vec<f64> {
+    /// The derivatives of unknowns along a direction in the space of knowns.
+    pub fn along(&self, unknowns: &[Variable], knowns: &[Variable], direction: &[f64]) -> Vec<f64> {
         let mut values = vec![f64::NAN; unknowns.len()];
+        let [unknowns, knowns] = [unknowns, knowns].map(|of| of.iter().map(Variable::reference).collect::<Vec<u32>>());
         let (unknowns, count) = (unknowns.as_ptr(), unknowns.len());
         let (knowns, of, along) = (knowns.as_ptr(), knowns.len(), direction.as_ptr());
         let status =
@@ -313,43 +307,34 @@ impl Host {
         (status == fmi2OK).then_some(if of_type == Type::Real { real } else { integer.into() })
     }
 
+    /// The values of variables.
+    pub fn values(&self, of: &[Variable]) -> Vec<f64> {
+        let value =
+            |variable: &Variable| self.read(*variable).unwrap_or_else(|| panic!("{variable}: {:?}", self.log()));
+        of.iter().map(value).collect()
+    }
+
     /// Every variable, bit by bit.
     pub fn everything(&self) -> Vec<u64> {
-        let value = |variable| self.read(variable).unwrap_or_else(|| panic!("{variable}: {:?}", self.log()));
-        variables(self.balls).map(|variable| value(variable).to_bits()).collect()
+        let all: Vec<Variable> = variables(self.balls).collect();
+        self.values(&all).into_iter().map(f64::to_bits).collect()
     }
 
-    /// A real variable, in its unit.
+    /// A variable of any type; a real one in its unit, an enumeration as the integer of its item, a boolean as 0 or 1.
     pub fn get(&self, name: &str) -> f64 {
-        self.try_get(name).unwrap_or_else(|| panic!("{name}: {:?}", self.log()))
-    }
-
-    /// A variable, unless that is refused.
-    pub fn try_get(&self, name: &str) -> Option<f64> {
-        self.read(self.variable(name))
+        self.values(&[self.variable(name)])[0]
     }
 
     /// The elements of an array, whatever their type.
     pub fn each(&self, array: &str) -> Vec<f64> {
-        let elements = variables(self.balls).filter(|variable| variable.row.name == array);
-        let values: Vec<f64> = elements.map(|element| self.get(&element.to_string())).collect();
-        assert!(!values.is_empty(), "there is no {array}");
-        values
+        let elements: Vec<Variable> = variables(self.balls).filter(|variable| variable.row.name == array).collect();
+        assert!(!elements.is_empty(), "there is no {array}");
+        self.values(&elements)
     }
 
     /// Onsets of each contact so far.
     pub fn pulses(&self) -> Vec<i32> {
         self.each("pulses").into_iter().map(|count| count as i32).collect()
-    }
-
-    /// An integer or an enumeration.
-    pub fn get_integer(&self, name: &str) -> i32 {
-        self.get(name) as i32
-    }
-
-    /// A boolean variable.
-    pub fn get_boolean(&self, name: &str) -> bool {
-        self.get(name) != 0.0
     }
 
     /// The log so far, which starts anew.

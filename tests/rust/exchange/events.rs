@@ -1,20 +1,18 @@
 //! Events: contacts at rest, simultaneous ones, contacts closed from the start, inputs that change at an onset, chains
 //! that stay pressed.
 
-use cradle_host::exchange::{Master, Method};
+use cradle_host::exchange::{Master, euler, rk4};
 use cradle_host::{Host, fmi2OK};
 
 use super::{assert_close, exchanging, stepped};
 
-type Values<'a> = &'a [(&'a str, f64)];
-
-fn with(values: Values, contacts: i32) -> Host {
-    exchanging(&[values, &[("exchange.contacts", contacts.into())]].concat())
+fn with(settings: &str, contacts: i32) -> Host {
+    exchanging(&format!("{settings} exchange.contacts={contacts}"))
 }
 
-const AT_REST: Values = &[("contact.deadBand", 0.0), ("x_start[1]", 0.0), ("x_start[2]", 0.0)];
-const ONE_LIFTED: Values = &[("contact.deadBand", 0.0), ("x_start[1]", -0.1), ("x_start[2]", 0.0)];
-const BOTH_ENDS: Values = &[("x_start[1]", -0.1), ("x_start[2]", 0.0), ("x_start[5]", 0.1)];
+const AT_REST: &str = "contact.deadBand=0 x_start=0";
+const ONE_LIFTED: &str = "contact.deadBand=0 x_start[2]=0";
+const BOTH_ENDS: &str = "x_start=-0.1,0,0,0,0.1";
 
 #[test]
 fn balls_at_rest_in_touch_stay_so() {
@@ -22,7 +20,7 @@ fn balls_at_rest_in_touch_stay_so() {
         let host = with(AT_REST, contacts);
         let mut master = Master::start(&host);
         assert_eq!(master.next, f64::INFINITY);
-        master.whole_steps(1.0, 1e-2, Method::Rk4);
+        master.whole_steps(1.0, 1e-2, rk4);
         assert!(host.states().iter().all(|state| *state == 0.0));
         assert!(host.indicators()[..4].iter().all(|z| *z < 0.0) && host.indicators()[4..] == [1.0; 4]);
         assert_eq!((host.pulses(), master.events), (vec![0; 4], 1));
@@ -33,11 +31,11 @@ fn balls_at_rest_in_touch_stay_so() {
 fn a_ball_hits_four_at_rest_in_touch() {
     let host = with(ONE_LIFTED, 2);
     let mut master = Master::start(&host);
-    master.steps(1.0, 1e-3, Method::Rk4);
+    master.steps(1.0, 1e-3, rk4);
     let other = stepped(ONE_LIFTED, 1.0);
     assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v", "impulse", "overlap", "t_onset"], 1e-12);
-    master.steps(20.0, 1e-3, Method::Rk4);
+    master.steps(20.0, 1e-3, rk4);
     let energy = host.get("E_total") / 0.025 - 1.0;
     assert!(energy.abs() < 1e-11, "{energy:e}");
 }
@@ -47,7 +45,7 @@ fn ties_from_both_ends_stay_mirrored() {
     let host = with(BOTH_ENDS, 2);
     let mut master = Master::start(&host);
     for k in 1..=10 {
-        master.steps(f64::from(k), 1e-3, Method::Rk4);
+        master.steps(f64::from(k), 1e-3, rk4);
         let (x, pulses) = (host.each("x"), host.pulses());
         assert!((0..5).all(|i| (x[i] + x[4 - i]).abs() < 1e-6), "{x:?}");
         assert!((0..4).all(|i| pulses[i] == pulses[3 - i]), "{pulses:?}");
@@ -58,28 +56,21 @@ fn ties_from_both_ends_stay_mirrored() {
 
 #[test]
 fn what_is_closed_from_the_start_is_followed_from_there() {
-    let values: Values = &[
-        ("contact.deadBand", 0.0),
-        ("x_start[1]", 2e-8),
-        ("x_start[2]", 0.0),
-        ("x_start[4]", -1e-8),
-        ("v_start[5]", -0.1),
-    ];
+    let settings = "contact.deadBand=0 x_start=2e-8,0,0,-1e-8,0 v_start[5]=-0.1";
     for (contacts, h) in [(1, 1e-8), (2, 1e-3)] {
-        let host = with(values, contacts);
+        let host = with(settings, contacts);
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
         assert_eq!((host.pulses(), host.get("t_onset[1]")), (vec![1, 0, 1, 0], 0.0));
-        assert!(host.get("F[1]") > 0.0 && host.get_boolean("inContact[1]"));
+        assert!(host.get("F[1]") > 0.0 && host.get("inContact[1]") == 1.0);
         assert_eq!(host.reset(), fmi2OK);
-        host.give(values);
-        host.give(&[("exchange.contacts", contacts.into())]);
+        host.give(&format!("{settings} exchange.contacts={contacts}"));
         let mut master = Master::start(&host);
         if contacts == 2 {
-            assert_eq!((host.get("F[1]"), host.get_boolean("inContact[1]")), (0.0, false));
+            assert_eq!((host.get("F[1]"), host.get("inContact[1]")), (0.0, 0.0));
         }
         let until = if contacts == 1 { 1e-5 } else { 0.1 };
-        let other = stepped(values, until);
-        master.steps(until, h, Method::Rk4);
+        let other = stepped(settings, until);
+        master.steps(until, h, rk4);
         assert_eq!(host.pulses(), other.pulses(), "{contacts}");
         let tolerance = if contacts == 1 { 1e-6 } else { 1e-11 };
         assert_close(&host, &other, &["x", "v", "impulse"], tolerance);
@@ -91,13 +82,10 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
 fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
     let other = Host::started();
     let onset = other.get("t_next");
-    assert_eq!(
-        (other.step(0.0, onset), other.set("F_ext[3]", 50.0), other.step(onset, 1e-4)),
-        (fmi2OK, fmi2OK, fmi2OK)
-    );
-    let host = with(&[], 2);
+    assert_eq!([other.step(0.0, onset), other.set("F_ext[3]", 50.0), other.step(onset, 1e-4)], [fmi2OK; 3]);
+    let host = with("", 2);
     let mut master = Master::start(&host);
-    master.steps(master.next - 1e-3, 1e-3, Method::Rk4);
+    master.steps(master.next - 1e-3, 1e-3, rk4);
     // Swings in closed form, to be there exactly.
     let (omega, tau) = (5f64.sqrt(), onset - master.time);
     let (x, v) = (host.get("x[1]"), host.get("v[1]"));
@@ -110,7 +98,7 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
     master.time = onset;
     master.event();
     assert!(host.pulses().iter().sum::<i32>() > 0);
-    master.steps(onset + 1e-4, 1e-5, Method::Rk4);
+    master.steps(onset + 1e-4, 1e-5, rk4);
     assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v"], 1e-7);
 }
@@ -119,15 +107,14 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
 fn a_chain_that_stays_pressed_is_resolved() {
     // Without gravity no period limits the duration of a group.
     for (gravity, contacts) in [(9.81, 1), (9.81, 2), (0.0, 1), (0.0, 2)] {
-        let pressed = [("gravity", gravity), ("F_ext[1]", 1e3), ("F_ext[5]", -1e3), ("contact.damping", 1e5)];
-        let values = [AT_REST, &pressed].concat();
-        let (other, host) = (stepped(&values, 1e-3), with(&values, contacts));
+        let settings = format!("{AT_REST} gravity={gravity} F_ext[1]=1e3 F_ext[5]=-1e3 contact.damping=1e5");
+        let (other, host) = (stepped(&settings, 1e-3), with(&settings, contacts));
         let mut master = Master::start(&host);
         assert!(master.next < 1e-12);
-        master.steps(2e-6, 1e-7, Method::Rk4);
+        master.steps(2e-6, 1e-7, rk4);
         assert_eq!(master.next, f64::INFINITY);
         assert!(host.each("inContact").contains(&1.0));
-        master.steps(1e-3, 1e-7, Method::Rk4);
+        master.steps(1e-3, 1e-7, rk4);
         assert_close(&host, &other, &["overlap"], 1e-12);
         assert_close(&host, &other, &["F"], 1e-2);
         assert!(host.each("F").iter().all(|force| (force - 1e3).abs() < 1.0), "{:?}", host.each("F"));
@@ -138,20 +125,13 @@ fn a_chain_that_stays_pressed_is_resolved() {
 fn a_short_impact_beside_a_pair_that_stays_pressed_is_mapped() {
     // The pair is pressed from the start, or closes a microsecond after that, within the impact.
     for (overlap, closed) in [(1e-7, true), (-1e-8, false)] {
-        let values: Values = &[
-            ("contact.deadBand", 0.0),
-            ("x_start[1]", -1e-3 + 2e-8),
-            ("x_start[2]", -1e-3),
-            ("x_start[4]", 1e-3 + overlap),
-            ("x_start[5]", 1e-3),
-            ("F_ext[4]", 1e3),
-            ("F_ext[5]", -1e3),
-        ];
-        let (host, other) = (with(values, 2), stepped(values, 1e-4));
+        let forces = "F_ext[4]=1e3 F_ext[5]=-1e3";
+        let settings = format!("contact.deadBand=0 x_start=-0.99998e-3,-1e-3,0,{},1e-3 {forces}", 1e-3 + overlap);
+        let (host, other) = (with(&settings, 2), stepped(&settings, 1e-4));
         let mut master = Master::start(&host);
         assert_eq!((host.pulses()[..3].to_vec(), host.get("F[1]")), (vec![1, 0, 0], 0.0));
         assert_eq!(host.each("inContact"), [0.0, 0.0, 0.0, f64::from(closed)]);
-        master.steps(1e-4, 1e-8, Method::Rk4);
+        master.steps(1e-4, 1e-8, rk4);
         assert_eq!(host.pulses()[0], 1);
         assert_close(&host, &other, &["overlap"], 1e-11);
         for (i, tolerance) in [(1, 1e-12), (2, 1e-12), (4, 1e-4), (5, 1e-4)] {
@@ -166,7 +146,7 @@ fn a_late_event_goes_back_to_every_onset() {
     let host = with(BOTH_ENDS, 2);
     let mut master = Master::start(&host);
     for k in 1..=500 {
-        master.whole_steps(0.02 * f64::from(k), 0.02, Method::Euler);
+        master.whole_steps(0.02 * f64::from(k), 0.02, euler);
         for i in 1..5 {
             let (overlap, rate) = (host.get(&format!("overlap[{i}]")), host.get(&format!("der(overlap[{i}])")));
             assert!(overlap <= 0.0 || rate <= 0.0, "{i} {overlap:e} {rate:e} at {}", master.time);
@@ -178,11 +158,11 @@ fn a_late_event_goes_back_to_every_onset() {
 #[test]
 fn an_event_with_nothing_due_changes_nothing() {
     for contacts in [1, 2] {
-        let host = with(&[], contacts);
+        let host = with("", contacts);
         let mut master = Master::start(&host);
         // Up to the first onset where the host would have to integrate it.
         for k in 1..if contacts == 1 { 14 } else { 40 } {
-            master.steps(0.05 * f64::from(k), 1e-3, Method::Rk4);
+            master.steps(0.05 * f64::from(k), 1e-3, rk4);
             let (before, next) = (host.everything(), master.next);
             let info = host.event();
             assert_eq!(info.valuesOfContinuousStatesChanged, 0);
@@ -196,10 +176,10 @@ fn an_event_with_nothing_due_changes_nothing() {
 
 #[test]
 fn a_resolved_pulse_is_that_of_co_simulation() {
-    let other = stepped(&[], 0.71);
-    let host = with(&[], 1);
+    let other = stepped("", 0.71);
+    let host = with("", 1);
     let mut master = Master::start(&host);
-    master.steps(0.70, 1e-3, Method::Rk4);
+    master.steps(0.70, 1e-3, rk4);
     while master.time < 0.71 {
         let closed = host.each("inContact").contains(&1.0);
         let near = host.each("overlap").iter().any(|overlap| overlap.abs() < 1e-5);
@@ -208,7 +188,7 @@ fn a_resolved_pulse_is_that_of_co_simulation() {
             (false, true) => 1e-6,
             (false, false) => 1e-4,
         };
-        master.step((master.time + h).min(master.next).min(0.71), Method::Rk4);
+        master.step((master.time + h).min(master.next).min(0.71), rk4);
     }
     assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v", "impulse"], 1e-6);

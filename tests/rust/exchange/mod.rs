@@ -9,16 +9,16 @@ mod touching;
 
 use cradle_host::{Host, fmi2OK};
 
-/// A component of five balls with these values.
-fn exchanging(values: &[(&str, f64)]) -> Host {
+/// A component of five balls with these settings.
+fn exchanging(settings: &str) -> Host {
     let host = Host::exchanging(5);
-    host.give(values);
+    host.give(settings);
     host
 }
 
-/// Co-simulation with these values to the time `until` (s).
-fn stepped(values: &[(&str, f64)], until: f64) -> Host {
-    let host = Host::started_with(values);
+/// Co-simulation with these settings to the time `until` (s).
+fn stepped(settings: &str, until: f64) -> Host {
+    let host = Host::started_with(settings);
     assert_eq!(host.step(0.0, until), fmi2OK);
     host
 }

@@ -26,7 +26,7 @@ const STATES: [&[State]; 2] = [
 
 /// A component in this state.
 fn host_in(state: State, exchange: bool) -> Host {
-    let host = if exchange { Host::exchanging(5) } else { Host::new() };
+    let host = if exchange { Host::exchanging(5) } else { Host::default() };
     if state == Error {
         host.fail();
         return host;
@@ -226,13 +226,13 @@ fn bad_arguments_in_model_exchange_are_refused_and_change_nothing() {
     assert_eq!(unsafe { fmi2EnterEventMode(host.c) }, fmi2OK);
     assert_eq!(unsafe { fmi2NewDiscreteStates(host.c, null_mut()) }, fmi2Error);
     assert_eq!(host.everything(), before);
-    host.give(&[("pendulum.drag", 0.1), ("F_ext[1]", 1.0)]);
+    host.give("pendulum.drag=0.1 F_ext[1]=1");
     assert!((host.get("a[1]") - 1.0 - 0.5).abs() < 1e-12, "{}", host.get("a[1]"));
 }
 
 #[test]
 fn every_state_comes_back_in_an_instance_of_its_kind_only() {
-    let hosts = [Host::new(), Host::exchanging(5)];
+    let hosts = [Host::default(), Host::exchanging(5)];
     for (kind, name) in ["co-simulation", "model exchange"].into_iter().enumerate() {
         for state in STATES[kind] {
             let bytes = host_in(*state, kind == 1).to_bytes();

@@ -259,11 +259,8 @@ fn the_description_of_fmi_3_is_the_table() {
         for array in Array::all() {
             let name = format!(" name=\"{array}\" valueReference=\"{}\"", array.reference());
             let line = xml.lines().find(|line| line.contains(&name)).unwrap();
-            assert_eq!(
-                line.contains("<Dimension valueReference=\"1\"/>"),
-                (array.row.shape != Shape::Scalar),
-                "{line}"
-            );
+            let is_array = array.row.shape != Shape::Scalar;
+            assert_eq!(line.contains("<Dimension valueReference=\"1\"/>"), is_array, "{line}");
             let start = line.split_once(" start=\"").map(|(_, rest)| rest.split('"').next().unwrap());
             let settable = [Causality::Parameter, Causality::Input, Causality::StructuralParameter];
             let set = settable.contains(&array.row.causality);

@@ -1,15 +1,9 @@
 //! Calls of FMI 3.0 in corners: within others, refused, or after the number of balls has changed.
 
 use newtons_cradle::fmi3::fmi3Status::fmi3Discard;
-
 use newtons_cradle::variables::Type;
 
 use super::*;
-
-/// An instance of co-simulation with event mode and early return.
-fn host() -> Host {
-    Host::new(true, true)
-}
 
 /// A host that meets an error within a step may clean up at once; the instance is still in the middle of that step.
 #[test]
@@ -25,7 +19,7 @@ fn an_instance_is_not_freed_in_the_middle_of_a_step() {
 
 #[test]
 fn a_refused_number_of_balls_changes_nothing() {
-    let host = host();
+    let host = Host::new(true, true);
     let (n, numbers) = ([vr("n"); 2], [3, 0]);
     unsafe {
         assert_eq!(fmi3EnterConfigurationMode(host.c), fmi3OK);
@@ -42,7 +36,7 @@ fn a_refused_number_of_balls_changes_nothing() {
 fn derivatives_at_a_point() {
     let (a, knowns) = ([vr("a")], ["F_ext", "der(F_ext)", "der(a_support)"].map(vr));
     let initializing = || {
-        let host = host();
+        let host = Host::new(true, true);
         assert_eq!(host.enter(), fmi3OK);
         host
     };
@@ -63,7 +57,7 @@ fn derivatives_at_a_point() {
 /// calculated.
 #[test]
 fn start_values_are_there_before_initialization() {
-    let (own, forces) = (host(), [1.0, 2.0, 3.0, 4.0, 5.0]);
+    let (own, forces) = (Host::new(true, true), [1.0, 2.0, 3.0, 4.0, 5.0]);
     let mut model = 0;
     assert_eq!(own.set("F_ext", &forces), fmi3OK);
     unsafe {
@@ -72,7 +66,7 @@ fn start_values_are_there_before_initialization() {
     }
     assert_eq!((own.floats("F_ext", 5), own.counts("n", 1), model), (forces.to_vec(), vec![5], 2));
     for array in Array::all() {
-        let (host, reference) = (host(), array.reference());
+        let (host, reference) = (Host::new(true, true), array.reference());
         let mut values = [0_u64; 5];
         let (at, length) = (values.as_mut_ptr(), array.len(5));
         let answer = unsafe {

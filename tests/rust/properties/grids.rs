@@ -1,12 +1,13 @@
 //! Communication points have no effect.
 
-use newtons_cradle::engine::{Engine, Pulse, Results, Unsound};
+use newtons_cradle::engine::{Pulse, Results, Simulation, Unsound};
+use newtons_cradle::model::Inputs;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::config;
 use super::cradles::{ANY, ARCS, Case, cradles, ended_early, rigid};
-use crate::methods::bits;
+use crate::methods::{METHODS, bits, default_by};
 
 fn pulse_bits(pulses: &[Pulse]) -> Vec<(usize, [u64; 4])> {
     let numbers = |pulse: &Pulse| [pulse.onset, pulse.release, pulse.peak, pulse.impulse].map(f64::to_bits);
@@ -14,9 +15,11 @@ fn pulse_bits(pulses: &[Pulse]) -> Vec<(usize, [u64; 4])> {
 }
 
 /// What two runs of `case` leave at their common `times`, the second with `between` more communication points in each
-/// stretch, at which everything is read, the inputs are set to what they are, and the run goes on from a snapshot.
-fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseError> {
-    let (mut coarse, mut fine, n) = (case.start()?, case.start()?, case.p.balls());
+/// stretch, at which everything is read, the inputs are set to what they are, and the run goes on from a snapshot. The
+/// pulses.
+fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<Vec<Pulse>, TestCaseError> {
+    let (mut coarse, n) = (Simulation::new(&case.p, &case.inputs, 0.0).map_err(ended_early)?, case.p.balls());
+    let mut fine = coarse.clone();
     let (mut coarse_pulses, mut fine_pulses) = (Vec::new(), Vec::new());
     let mut last = 0.0;
     for &time in times {
@@ -25,16 +28,16 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
             let point = last + share * (time - last);
             if point > fine.time() && point < time {
                 fine.advance(point, &mut fine_pulses).map_err(ended_early)?;
-                bits(&fine, n);
+                bits(&*fine, n);
                 fine.next_onset();
                 fine.hold(&case.inputs, &[]).map_err(ended_early)?;
                 fine.retune(&case.p).map_err(ended_early)?;
-                let restored = Engine::restore(&case.p, 0.0, fine.snapshot(), false);
+                let restored = Simulation::restore(&case.p, 0.0, fine.snapshot(), false);
                 fine = restored.map_err(|Unsound(reason)| TestCaseError::fail(reason))?;
             }
         }
         fine.advance(time, &mut fine_pulses).map_err(ended_early)?;
-        prop_assert_eq!(bits(&coarse, n), bits(&fine, n), "at {}", time);
+        prop_assert_eq!(bits(&*coarse, n), bits(&*fine, n), "at {}", time);
         // The progress of a look ahead depends on earlier looks, its result does not.
         if let (Some(coarse), Some(fine)) = (coarse.next_onset().found(), fine.next_onset().found()) {
             prop_assert_eq!(coarse.to_bits(), fine.to_bits(), "t_next at {}", time);
@@ -42,7 +45,17 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<(), TestCaseEr
         last = time;
     }
     prop_assert_eq!(pulse_bits(&coarse_pulses), pulse_bits(&fine_pulses));
-    Ok(())
+    Ok(coarse_pulses)
+}
+
+/// Nor of the methods that integrate the whole chain.
+#[test]
+fn looks_at_other_methods_change_nothing() {
+    let between: Vec<f64> = (1..100).map(|k| f64::from(k) / 100.0).collect();
+    for (method, ..) in METHODS {
+        let case = Case { p: default_by(method), inputs: Inputs::zero(5), time: 2.8 };
+        assert!(compare(&case, &[0.7, 1.4, 2.1, 2.8], &between).unwrap().len() > 5, "{method:?}");
+    }
 }
 
 /// Points at which two runs are compared, and points between which one of them steps; as shares of the time.
