@@ -46,7 +46,8 @@
 //! # Ok::<(), newtons_cradle::engine::EngineError>(())
 //! ```
 
-// A browser calls the instance directly: what only the C interfaces use is unused there, and the physics without an engine.
+// A browser calls the instance directly: what only the C interfaces use is unused there. So is the physics without an
+// engine.
 #![cfg_attr(any(target_family = "wasm", not(feature = "engine")), allow(dead_code, unused_imports))]
 
 #[cfg(feature = "engine")]

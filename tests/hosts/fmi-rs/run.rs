@@ -3,8 +3,8 @@
 //!
 //!     run FMU OUT.csv INPUT.csv|- NAMES STEP STOP [exchange|located] [events] [early] [NAME=VALUE ...]
 //!
-//! NAMES are joined by `;`. Model exchange is by Euler's method, with steps of STEP / 512: the crate's, which cannot end
-//! a step at an event off its grid, or, with `located`, one that can.
+//! NAMES are joined by `;`. Model exchange is by Euler's method, with steps of STEP / 512: the crate's, which cannot
+//! end a step at an event off its grid, or, with `located`, one that can.
 
 use std::fs::{File, read_to_string};
 use std::path::Path;
