@@ -16,10 +16,10 @@ use cradle_host::fmi3::{Host, vr};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, Type};
+use newtons_cradle::variables::{Type, Variable};
 
 /// All enumerations.
-static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Enumeration));
+static ITEMS: LazyLock<Vec<Variable>> = LazyLock::new(|| of_type(Type::Enumeration));
 
 /// Calls after which a sequence ends, so that none takes long.
 const LONGEST: usize = 60;

@@ -169,7 +169,7 @@ impl Choice {
 
 /// The variables of `name`, with their values.
 fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
-    let (position, row) = names::settable(name, balls)?;
+    let row = names::settable(name, balls)?;
     if let Some(refusal) = values.iter().find_map(|value| names::not_a_number(row, value)) {
         return Err(refusal);
     }
@@ -181,7 +181,7 @@ fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(St
                  one, use {name}[i]"
             ));
         }
-        let named = |(index, value)| (Variable { row, position, index }.to_string(), value);
+        let named = |(index, value)| (row.name_of(index + 1), value);
         return Ok(values.into_iter().enumerate().map(named).collect());
     }
     match <[StartValue; 1]>::try_from(values) {

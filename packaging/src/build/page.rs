@@ -2,8 +2,8 @@
 
 use super::Standard;
 use newtons_cradle::variables::{
-    Access, Array, Causality, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
-    Variability, Variable, escaped,
+    Access, Causality, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE, Variability,
+    Variable, escaped,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -72,10 +72,11 @@ fn table(start: &Settings, standard: Standard, (id, heading, note, causalities):
 
 /// The variables of these causalities, each as a row of a table.
 fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> String {
-    let of = |row: &'static Row, name: &str, variables: &mut dyn Iterator<Item = Variable>| {
+    let of = |variable: Variable, name: &str| {
+        let row = variable.row;
         let value = match row.causality {
             Causality::StructuralParameter => start.balls().to_string(),
-            _ => start_value(start, variables),
+            _ => start_value(start, variable.scalars(start.balls())),
         };
         let description = row.description.replace("{i}", "i").replace("{j}", "i+1") + &remarks(row);
         let (unit, meaning) = (row.unit(), escaped(&description));
@@ -83,29 +84,27 @@ fn rows(start: &Settings, standard: Standard, causalities: &[Causality]) -> Stri
     };
     if standard == Standard::Fmi2 {
         let rows = TABLE.iter().enumerate().filter(|(_, row)| causalities.contains(&row.causality));
-        let variables = |position, row: &'static Row| {
-            (0..row.shape.len(start.balls())).map(move |index| Variable { row, position, index })
-        };
-        return rows.map(|(position, row)| of(row, &row.name_of("i"), &mut variables(position, row))).collect();
+        let whole = |(position, row)| Variable { row, position, index: 0, whole: true };
+        return rows.map(whole).map(|of_row| of(of_row, &of_row.row.name_of("i"))).collect();
     }
     // For the reader, the number of balls is a parameter.
-    let causality = |array: &Array| match array.row.causality {
+    let causality = |array: &Variable| match array.row.causality {
         Causality::StructuralParameter => Causality::Parameter,
         causality => causality,
     };
-    Array::all()
+    Variable::arrays()
         .filter(|array| standard.has_clocks() || !array.needs_clocks())
         .filter(|array| standard.has_arrays() || array.scalar(0, MAX_BALLS).is_some())
         .filter(|array| causalities.contains(&causality(array)))
         .map(|array| {
             let name = if standard.has_arrays() { array.row.name } else { &array.row.name_of("i") };
-            of(array.row, name, &mut array.variables(start.balls()))
+            of(array, name)
         })
         .collect()
 }
 
 /// Start value, if it is the same for all balls or contacts; otherwise the first and the last.
-fn start_value(start: &Settings, variables: &mut dyn Iterator<Item = Variable>) -> String {
+fn start_value(start: &Settings, variables: impl Iterator<Item = Variable>) -> String {
     let values: Vec<String> = variables.filter_map(|variable| variable.text(start)).collect();
     match values.as_slice() {
         [first, .., last] if values.iter().any(|value| value != first) => format!("{first} &hellip; {last}"),
@@ -146,7 +145,7 @@ mod tests {
             let left_out = row.name == "t_next_isOnset";
             assert!(left_out || without.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }
-        for array in Array::all().filter(|array| array.row.causality != Causality::Independent) {
+        for array in Variable::arrays().filter(|array| array.row.causality != Causality::Independent) {
             assert!(three.contains(&format!("<code>{array}</code>")), "{array}");
         }
         assert!(!three.contains("<code>t_next_isOnset</code></td>") && !three.contains("<code>x[i]</code>"));

@@ -3,31 +3,13 @@
 use crate::ffi::{array, array_mut, write};
 use crate::fmi2::types::*;
 use crate::instance::Value;
-use crate::variables::{Refusal, Type};
-
-/// Fills the `count` places of `value` with the results of `get` for each of `vr`.
-///
-/// # Safety
-/// As for [`array()`] and [`array_mut()`].
-#[inline]
-unsafe fn get<T>(
-    vr: *const fmi2ValueReference,
-    count: usize,
-    value: *mut T,
-    mut get: impl FnMut(fmi2ValueReference) -> Result<T, Refusal>,
-) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    let (references, values) = unsafe { (array("vr", vr, count)?, array_mut("value", value, count)?) };
-    for (reference, value) in references.iter().zip(values) {
-        value.write(get(*reference)?);
-    }
-    Ok(())
-}
+use crate::variables::Type;
 
 export! {
     /// Reads real variables.
     fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Real) as Get |instance| {
-        get(vr, nvr, value, |reference| instance.real(reference))
+        let real = |value| if let Value::Float(value) = value { value } else { 0.0 };
+        instance.get(Type::Real, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, real)
     };
     /// Reads integers and enumerations; counts that do not fit are the largest integer.
     fn fmi2GetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Integer) as Get |instance| {
@@ -36,16 +18,16 @@ export! {
             Value::Item(item) => item as fmi2Integer,
             Value::Float(_) | Value::Flag(_) => 0, // no integer has these
         };
-        get(vr, nvr, value, |reference| instance.value(reference, Type::Integer).map(integer))
+        instance.get(Type::Integer, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, integer)
     };
     /// Reads booleans.
     fn fmi2GetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Boolean) as Get |instance| {
         let is_true = |value| (value == Value::Flag(true)).into();
-        get(vr, nvr, value, |reference| instance.value(reference, Type::Boolean).map(is_true))
+        instance.get(Type::Boolean, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, is_true)
     };
     /// There are no strings: legal for an empty list only.
     fn fmi2GetString(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2String) as Get |instance| {
-        get(vr, nvr, value, |reference| instance.array(reference, Type::String).map(|_| std::ptr::null()))
+        instance.get(Type::String, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, |_| std::ptr::null())
     };
     /// Sets real parameters and inputs: all, or none if any is refused.
     fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) as Set |instance| {

@@ -4,7 +4,7 @@ use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
 use crate::instance::{Kind, Log, Purpose, Sink};
-use crate::variables::Array;
+use crate::variables::Variable;
 
 /// Version of the standard: `3.0`.
 #[unsafe(no_mangle)]
@@ -87,7 +87,8 @@ unsafe fn create(
         }
         let start = ffi::start(purpose, ffi::at_path(path.to_bytes()), ("instantiationToken", token))?;
         for reference in read {
-            if !start.array_at(*reference, start.settings.balls()).is_some_and(Array::is_intermediate) {
+            let variable = start.variable(*reference, start.settings.balls());
+            if !variable.as_ref().is_some_and(Variable::is_intermediate) {
                 log.solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
             }
         }

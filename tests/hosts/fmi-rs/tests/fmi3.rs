@@ -5,10 +5,10 @@ use fmi::EventFlags;
 use fmi::fmi3::import::Fmi3Import;
 use fmi::fmi3::{CoSimulation, Common, Fmi3Model, GetSet};
 use newtons_cradle::engine::{Engine, Results};
-use newtons_cradle::variables::{Array, START_TIME, STOP_TIME, Settings};
+use newtons_cradle::variables::{START_TIME, STOP_TIME, Settings, Variable};
 
 fn vr(name: &str) -> u32 {
-    Array::named(name).unwrap().reference()
+    Variable::array(name).unwrap().reference()
 }
 
 /// Ticks of the current Event Mode: counts onsets and releases of each contact.
