@@ -89,74 +89,39 @@ pub struct WorkCounters {
     pub events: u64,
 }
 
-/// Derivatives of all real outputs, and of the states of model exchange with their derivatives: by time, of one order,
-/// or along one direction in the space of inputs, states and parameters. The units are those of the variables over that
-/// of the time or of the direction.
-#[derive(Clone, Debug, Default)]
-pub struct Differential {
-    /// Of the positions.
-    pub x: Vec<f64>,
-    /// Of the velocities.
-    pub v: Vec<f64>,
-    /// Of the angles.
-    pub angle: Vec<f64>,
-    /// Of the heights.
-    pub y: Vec<f64>,
-    /// Of the contact forces.
-    pub force: Vec<f64>,
-    /// Of the total energy.
-    pub energy: f64,
-    /// Of the total momentum.
-    pub momentum: f64,
-    /// Of the force on the support.
-    pub support_force: f64,
-    /// Of the vertical one.
-    pub support_force_vertical: f64,
-    /// Of the time of the next onset.
-    pub next_onset: f64,
-    /// Of the impulses.
-    pub impulse: Vec<f64>,
-    /// Of the mean forces over the last step.
-    pub force_mean: Vec<f64>,
-    /// Of the largest forces in the last step.
-    pub force_peak: Vec<f64>,
-    /// Of the mean force on the support over the last step.
-    pub support_force_mean: f64,
-    /// Of the period of the first ball.
-    pub period: f64,
-    /// Of the overlaps, by directions only.
-    pub overlap: Vec<f64>,
-    /// Of the rates of the overlaps, likewise.
-    pub overlap_rate: Vec<f64>,
-    /// Of the accelerations, likewise.
-    pub a: Vec<f64>,
-    /// Of the energy dissipated, likewise.
-    pub dissipated_energy: f64,
-    /// Of the power dissipated, likewise.
-    pub dissipation: f64,
-    /// Of the work of the inputs, likewise.
-    pub external_work: f64,
-    /// Of the power of the inputs, likewise.
-    pub external_power: f64,
+macro_rules! differential {
+    ($(#[$doc:meta])* balls { $($ball:ident)* } contacts { $($contact:ident)* } sums { $($sum:ident)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, Default)]
+        pub struct Differential {
+            $(#[doc = concat!("Of `", stringify!($ball), "`, for each ball.")] pub $ball: Vec<f64>,)*
+            $(#[doc = concat!("Of `", stringify!($contact), "`, for each contact.")] pub $contact: Vec<f64>,)*
+            $(#[doc = concat!("Of `", stringify!($sum), "`.")] pub $sum: f64,)*
+        }
+
+        impl Differential {
+            /// No change of anything.
+            pub fn zero(balls: usize) -> Self {
+                Self {
+                    $($ball: vec![0.0; balls],)*
+                    $($contact: vec![0.0; balls.saturating_sub(1)],)*
+                    $($sum: 0.0,)*
+                }
+            }
+        }
+    };
 }
 
-impl Differential {
-    /// No change of anything.
-    pub fn zero(balls: usize) -> Self {
-        let contacts = vec![0.0; balls.saturating_sub(1)];
-        Self {
-            x: vec![0.0; balls],
-            v: vec![0.0; balls],
-            angle: vec![0.0; balls],
-            y: vec![0.0; balls],
-            a: vec![0.0; balls],
-            overlap: contacts.clone(),
-            overlap_rate: contacts.clone(),
-            force: contacts.clone(),
-            impulse: contacts.clone(),
-            force_mean: contacts.clone(),
-            force_peak: contacts,
-            ..Self::default()
-        }
+differential! {
+    /// Derivatives of the [`Results`] of these names, that is of all real outputs and of the states of model exchange
+    /// with their derivatives, of the total `energy`, and of the `period` of the first ball: by time, of one order, or
+    /// along one direction in the space of inputs, states and parameters. The units are those of the variables over that
+    /// of the time or of the direction. Of `a`, of the overlaps and their rates, and of work, dissipation and power
+    /// there are those along directions only.
+    balls { x v angle y a }
+    contacts { force force_mean force_peak impulse overlap overlap_rate }
+    sums {
+        energy momentum support_force support_force_mean support_force_vertical next_onset period
+        dissipated_energy dissipation external_work external_power
     }
 }
