@@ -1,6 +1,6 @@
 //! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, phases, saved states.
 
-use std::ffi::CStr;
+use std::ffi::{CStr, c_char};
 use std::ptr::null_mut;
 
 use crate::ffi::{self, Component, Version, array, log_line, text};
@@ -96,8 +96,7 @@ export! {
     /// Sets start time, stop time and tolerance. A tolerance can only tighten `solver.tolerance`; non-positive and
     /// non-finite values are ignored.
     fn fmi2SetupExperiment(
-        toleranceDefined: fmi2Boolean, tolerance: fmi2Real, startTime: fmi2Real, stopTimeDefined: fmi2Boolean,
-        stopTime: fmi2Real
+        toleranceDefined: fmi2Boolean, tolerance: f64, startTime: f64, stopTimeDefined: fmi2Boolean, stopTime: f64
     ) as SetupExperiment |instance| {
         let stop = (stopTimeDefined != fmi2False).then_some(stopTime);
         let tolerance = (toleranceDefined != fmi2False).then_some(tolerance);
@@ -114,7 +113,7 @@ export! {
 }
 
 ffi::export_states! {
-    fmi2FMUstate, fmi2Byte:
+    fmi2FMUstate, c_char:
     fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate
     fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate
 }

@@ -7,7 +7,7 @@ use crate::variables::Type;
 
 export! {
     /// Reads real variables.
-    fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Real) as Get |instance| {
+    fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut f64) as Get |instance| {
         let real = |value| if let Value::Float(value) = value { value } else { 0.0 };
         instance.get(Type::Real, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, real)
     };
@@ -30,7 +30,7 @@ export! {
         instance.get(Type::String, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, |_| std::ptr::null())
     };
     /// Sets real parameters and inputs: all, or none if any is refused.
-    fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) as Set |instance| {
+    fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const f64) as Set |instance| {
         instance.set_floats(array("vr", vr, nvr)?, array("value", value, nvr)?)
     };
     /// Sets enumerations: all, or none if any is refused.
@@ -51,7 +51,7 @@ export! {
     /// Sets time derivatives of real inputs, of order 1 to 3, for the next fmi2DoStep: all, or none if any is refused.
     /// After that step the inputs keep the values they reached.
     fn fmi2SetRealInputDerivatives(
-        vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *const fmi2Real
+        vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *const f64
     ) as SetInputDerivatives |instance| {
         let (references, orders) = (array("vr", vr, nvr)?, array("order", order, nvr)?);
         instance.set_input_derivatives(references, orders, array("value", value, nvr)?)
@@ -59,7 +59,7 @@ export! {
     /// Time derivatives of real outputs, of order 1 to 3; 0 for variables that change only at events and communication
     /// points.
     fn fmi2GetRealOutputDerivatives(
-        vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *mut fmi2Real
+        vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *mut f64
     ) as GetOutputDerivatives |instance| {
         let (references, orders) = (array("vr", vr, nvr)?, array("order", order, nvr)?);
         write("value", value, ("nvr", nvr), instance.output_derivatives(references, orders)?)
@@ -70,7 +70,7 @@ export! {
     /// and the derivatives of the states, and states and inputs.
     fn fmi2GetDirectionalDerivative(
         vUnknown_ref: *const fmi2ValueReference, nUnknown: usize, vKnown_ref: *const fmi2ValueReference, nKnown: usize,
-        dvKnown: *const fmi2Real, dvUnknown: *mut fmi2Real
+        dvKnown: *const f64, dvUnknown: *mut f64
     ) as DirectionalDerivative |instance| {
         let unknowns = array("vUnknown_ref", vUnknown_ref, nUnknown)?;
         let (knowns, direction) = (array("vKnown_ref", vKnown_ref, nKnown)?, array("dvKnown", dvKnown, nKnown)?);

@@ -14,8 +14,7 @@ macro_rules! weighted {
             $(#[$doc])*
             fn $name(
                 unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference,
-                nKnowns: usize,
-                seed: *const fmi3Float64, nSeed: usize, sensitivity: *mut fmi3Float64, nSensitivity: usize,
+                nKnowns: usize, seed: *const f64, nSeed: usize, sensitivity: *mut f64, nSensitivity: usize,
             ) as DirectionalDerivative |instance| {
                 let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
                 let of: Weighted = $of;
@@ -39,8 +38,7 @@ export! {
     /// Time derivatives of real outputs, of order 1 to 3; 0 for variables that change only at events and communication
     /// points.
     fn fmi3GetOutputDerivatives(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const fmi3Int32,
-        values: *mut fmi3Float64,
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const i32, values: *mut f64,
         nValues: usize,
     ) as GetOutputDerivatives |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
@@ -52,9 +50,8 @@ export! {
     as NotOffered |_| no_dependencies();
     /// Not offered.
     fn fmi3GetVariableDependencies(
-        _dependent: fmi3ValueReference, _elementIndicesOfDependent: *mut usize,
-        _independents: *mut fmi3ValueReference, _elementIndicesOfIndependents: *mut usize,
-        _dependencyKinds: *mut fmi3DependencyKind, _nDependencies: usize,
+        _dependent: fmi3ValueReference, _elementIndicesOfDependent: *mut usize, _independents: *mut fmi3ValueReference,
+        _elementIndicesOfIndependents: *mut usize, _dependencyKinds: *mut fmi3DependencyKind, _nDependencies: usize,
     ) as NotOffered |_| no_dependencies();
 }
 

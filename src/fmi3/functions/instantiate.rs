@@ -110,9 +110,9 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     loggingOn: fmi3Boolean,
     instanceEnvironment: fmi3InstanceEnvironment,
     logMessage: fmi3LogMessageCallback,
-    _clockUpdate: fmi3ClockUpdateCallback,
-    _lockPreemption: fmi3LockPreemptionCallback,
-    _unlockPreemption: fmi3UnlockPreemptionCallback,
+    _clockUpdate: Option<unsafe extern "C" fn(fmi3InstanceEnvironment)>,
+    _lockPreemption: Option<unsafe extern "C" fn()>,
+    _unlockPreemption: Option<unsafe extern "C" fn()>,
 ) -> fmi3Instance {
     let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
     let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };

@@ -42,15 +42,15 @@ values! {
     /// Reads real variables.
     fmi3GetFloat64
     /// Sets real parameters, inputs and slopes: all, or none if any is refused.
-    fmi3SetFloat64(fmi3Float64 = Real, Float) as Set Instance::set_floats;
+    fmi3SetFloat64(f64 = Real, Float) as Set Instance::set_floats;
     /// Reads counts, and `n`.
     fmi3GetUInt64
     /// Sets `n`, in Configuration Mode.
-    fmi3SetUInt64(fmi3UInt64 = Integer, Count) as SetCounts Instance::set_counts;
+    fmi3SetUInt64(u64 = Integer, Count) as SetCounts Instance::set_counts;
     /// Reads enumerations.
     fmi3GetInt64
     /// Sets enumerations: all, or none if any is refused.
-    fmi3SetInt64(fmi3Int64 = Enumeration, Item) as SetDiscrete Instance::set_items;
+    fmi3SetInt64(i64 = Enumeration, Item) as SetDiscrete Instance::set_items;
     /// Reads truth values.
     fmi3GetBoolean
     /// No truth value can be set.
@@ -77,8 +77,7 @@ export! {
     /// Reads `log.pulses`. The bytes stay valid until the next call.
     fn fmi3GetBinary(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, valueSizes: *mut usize,
-        values: *mut fmi3Binary,
-        nValues: usize,
+        values: *mut fmi3Binary, nValues: usize,
     ) as GetArrays |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let (sizes, places) = (array_mut("valueSizes", valueSizes, nValues)?, array_mut("values", values, nValues)?);
