@@ -8,19 +8,18 @@ use crate::model::Item;
 use crate::variables::settings::Settings;
 use crate::variables::table::extra::MAX_LOG;
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
-use crate::variables::table::unit::{DISPLAYED, QUANTITIES, Quantity};
+use crate::variables::table::unit::{QUANTITIES, Quantity};
 use crate::variables::text::{Number, camel, escaped};
 use crate::variables::variable::{Variable, enumerations};
 
 pub(super) fn write_units(out: &mut String) -> fmt::Result {
-    for quantity in QUANTITIES {
+    for (quantity, shown) in QUANTITIES {
         write!(out, "    <Unit name=\"{}\"><BaseUnit{}/>", quantity.unit, quantity.base_units())?;
         // First the unit itself: FMPy plots whatever has a unit in the first one that it can be shown in.
-        let alike: Vec<&Quantity> = displayed(quantity).collect();
-        if !alike.is_empty() {
+        if !shown.is_empty() {
             write!(out, "<DisplayUnit name=\"{}\"/>", quantity.unit)?;
         }
-        for (name, factor) in alike.iter().filter_map(|quantity| quantity.display) {
+        for (name, factor) in shown.iter().filter_map(|shown| shown.display) {
             write!(out, "<DisplayUnit name=\"{name}\" factor=\"{}\"/>", Number(factor))?;
         }
         out.write_str("</Unit>\n")?;
@@ -34,14 +33,9 @@ fn units_of(quantity: &Quantity) -> String {
     format!(" unit=\"{}\"{display}", quantity.unit)
 }
 
-/// The quantity again, in each unit that it is shown in for some variables.
-fn displayed(quantity: &Quantity) -> impl Iterator<Item = &'static Quantity> {
-    DISPLAYED.iter().copied().filter(|shown| shown.unit == quantity.unit)
-}
-
 pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
-    for quantity in QUANTITIES {
-        for shown in std::iter::once(*quantity).chain(displayed(quantity)) {
+    for (quantity, others) in QUANTITIES {
+        for shown in [quantity].into_iter().chain(*others) {
             let (name, attributes) = (shown.name, format!("quantity=\"{}\"{}", quantity.name, units_of(shown)));
             match fmi3 {
                 true => writeln!(out, "    <Float64Type name=\"{name}\" {attributes}/>")?,
