@@ -15,9 +15,7 @@ mod text;
 mod values;
 mod variable;
 
-pub use description::{
-    Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding,
-};
+pub use description::{Description, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding};
 pub use recipe::{FILE_NAME, Recipe, StartValue};
 pub use refusal::Refusal;
 pub use settings::{DEFAULT_BALLS, DerivativesOf, MAX_BALLS, MIN_BALLS, Settings};

@@ -3,8 +3,9 @@
 use std::fmt::{self, Write};
 
 use super::elements::{write_types, write_units, write_variables};
-use super::log_category::{LOG_CATEGORIES, LogCategory};
+use super::log_category::LogCategory;
 use super::structure::write_structure;
+use crate::model::Item;
 use crate::variables::settings::Settings;
 use crate::variables::text::{Number, escaped};
 use crate::variables::variable::{Variable, states, variables};
@@ -123,8 +124,8 @@ impl<'a> Description<'a> {
             "structure" => write_structure(out, self.start, self.fmi3, &self.states(), &self.variables()),
             // In FMI 2.0 every refused call is an error.
             "log_categories" => {
-                let known = |(of, ..): &&(LogCategory, _, _)| self.fmi3 || *of != LogCategory::Discard;
-                LOG_CATEGORIES.iter().filter(known).try_for_each(|(_, name, description)| {
+                let known = |item: &&Item| self.fmi3 || item.value != LogCategory::Discard as i32;
+                LogCategory::ITEMS.iter().filter(known).try_for_each(|Item { name, description, .. }| {
                     writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", escaped(description))
                 })
             }
