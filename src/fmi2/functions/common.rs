@@ -7,6 +7,7 @@ use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
 use crate::instance::{Experiment, Kind, Log, Phase, Purpose, Sink};
+use crate::variables::Refusal;
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]
@@ -45,16 +46,14 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let log = Log::new(sink(functions, name), loggingOn != fmi2False);
     let start = |_: &Log| {
         if name.is_empty() {
-            return Err("instanceName is missing or empty; allowed: any other text".to_owned());
+            return Err(Refusal::new("instanceName is missing or empty; allowed: any other text"));
         }
         let kind = match fmuType {
             fmi2ModelExchange => Kind::ModelExchange,
             fmi2CoSimulation => Kind::CoSimulation,
             other => {
-                return Err(format!(
-                    "fmuType = {other} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), \
-                     fmi2CoSimulation ({fmi2CoSimulation})"
-                ));
+                let allowed = "fmi2ModelExchange (0), fmi2CoSimulation (1)";
+                return Err(Refusal::argument("fmuType", other, allowed));
             }
         };
         ffi::start(Purpose::fmi2(kind), ffi::at_location(location.to_bytes()), ("fmuGUID", guid))

@@ -34,9 +34,11 @@ intervals! {
 export! {
     /// Not offered.
     fn fmi3ActivateModelPartition(_clockReference: fmi3ValueReference, _activationTime: f64)
-    as NotOffered |_| {
-        Err(Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange"))
-    };
+    as NotOffered |_| Err(no_scheduled_execution());
     /// Does nothing, as the standard requires where `providesEvaluateDiscreteStates` is false.
     fn fmi3EvaluateDiscreteStates() as NextEvent |_| Ok(());
+}
+
+pub(super) fn no_scheduled_execution() -> Refusal {
+    Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange")
 }
