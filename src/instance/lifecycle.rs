@@ -134,9 +134,7 @@ impl Instance {
     #[inline]
     pub(super) fn simulation(&mut self) -> Result<&mut Simulation, Refusal> {
         if self.run.simulation.is_none() {
-            let start = self.run.start_time();
-            let built = Simulation::new(&self.run.effective_parameters(), &self.run.settings.inputs, start);
-            self.run.simulation.insert(built.map_err(no_start)?).set_initializing(true);
+            self.run.simulation = Some(self.build()?);
         }
         self.run.simulation.as_mut().ok_or_else(|| Refusal::new("nothing is calculated yet"))
     }
@@ -159,6 +157,15 @@ impl Instance {
             Kind::CoSimulation => Ok(&**self.simulation()?),
             Kind::ModelExchange => Ok(self.exchange()?),
         }
+    }
+
+    #[cold]
+    fn build(&self) -> Result<Simulation, Refusal> {
+        let start = self.run.start_time();
+        let built = Simulation::new(&self.run.effective_parameters(), &self.run.settings.inputs, start);
+        let mut simulation = built.map_err(no_start)?;
+        simulation.set_initializing(true);
+        Ok(simulation)
     }
 
     /// Logs parameters that are not the default and have no effect because another law or method is selected.

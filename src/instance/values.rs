@@ -100,6 +100,7 @@ impl Instance {
     }
 
     /// Recomputes values after setters that act at once; to be called before reading.
+    #[inline]
     pub(super) fn recompute(&mut self) -> Result<(), Refusal> {
         let at_once = self.run.phase == Phase::EventMode && self.run.purpose.has_event_mode();
         if at_once { self.update_simulation() } else { Ok(()) }
