@@ -16,12 +16,12 @@ use cradle_host::fmi3::{Host, vr};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, Type};
+use newtons_cradle::variables::{Type, Variable};
 
 use Phase::{Configuration, ContinuousTime, Event, Initialization, Instantiated, Terminated};
 
 /// All enumerations.
-static ITEMS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Enumeration));
+static ITEMS: LazyLock<Vec<Variable>> = LazyLock::new(|| of_type(Type::Enumeration));
 
 /// Calls after which a sequence ends, so that none takes long.
 const LONGEST: usize = 60;
@@ -168,7 +168,7 @@ impl Driver<'_> {
                     let array = ITEMS[usize::from(*which) % ITEMS.len()];
                     let value = i64::from(*value);
                     let status = fmi3SetInt64(c, &array.reference(), 1, &value, 1);
-                    let (legal, valid) = (self.picture.may_set(array), array.variable(0).check_item(value).is_ok());
+                    let (legal, valid) = (self.picture.may_set(array), array.element(0).check_item(value).is_ok());
                     self.take_of_setter(format_args!("{operation:?} of {array}"), legal, valid, status);
                 }
                 Operation::Get { which, excess } => {
@@ -340,18 +340,18 @@ impl Driver<'_> {
         let n = array.len(self.picture.balls);
         let value = |index: usize| {
             let value = values.get(index % values.len().max(1)).unwrap_or(&Value::Everyday(0));
-            value.number(array.element(index, BALLS))
+            value.number(array.element(index).of_fmi2(BALLS))
         };
         let set: Vec<f64> = (0..few(n, excess)).map(value).collect();
         let before = self.host.to_bytes();
         let status = self.host.set(&array.to_string(), &set);
         let admitted = |(index, value): (usize, &f64)| {
-            let element = array.element(index, BALLS).or(array.element(0, BALLS));
+            let element = array.element(index).of_fmi2(BALLS).or(array.element(0).of_fmi2(BALLS));
             element.is_none_or(|variable| variable.row.range.contains(*value))
         };
         let legal = set.len() == n && self.picture.may_set(array);
         let valid = set.iter().all(|value| value.is_finite()) && set.iter().enumerate().all(admitted);
-        let told = array.element(0, BALLS).is_some_and(|own| own.row.settable());
+        let told = array.element(0).of_fmi2(BALLS).is_some_and(|own| own.row.settable());
         if self.take_of_setter(format_args!("{operation:?} of {array} to {set:?}"), legal, valid, status) {
             assert!(!told || !self.picture.may_get(array) || self.host.floats(&array.to_string(), n) == set, "{array}");
         } else if status == fmi3Discard {

@@ -1,7 +1,7 @@
 //! What is legal in FMI 3.0 (FMI 3.0.2, sections 2.3, 3.2 and 4.2), and an instance as its host pictures it.
 
 use arbitrary::Arbitrary;
-use newtons_cradle::variables::{Array, Causality, Type, Variability};
+use newtons_cradle::variables::{Causality, Type, Variability, Variable};
 
 use crate::forgery::Change;
 use crate::values::{Current, Step as Length, Value};
@@ -153,7 +153,7 @@ impl Picture {
     }
 
     /// Whether a variable may be read now.
-    pub fn may_get(&self, array: Array) -> bool {
+    pub fn may_get(&self, array: Variable) -> bool {
         self.may_read() || self.phase == Instantiated && array.has_start()
     }
 
@@ -163,8 +163,8 @@ impl Picture {
     }
 
     /// Whether a variable may be set now.
-    pub fn may_set(&self, array: Array) -> bool {
-        if self.phase == ContinuousTime && Array::states().any(|(state, _)| state == array) {
+    pub fn may_set(&self, array: Variable) -> bool {
+        if self.phase == ContinuousTime && Variable::states().any(|(state, _)| state.position == array.position) {
             return true;
         }
         let row = array.row;
@@ -189,8 +189,8 @@ impl Picture {
 }
 
 /// All variables of a type.
-pub fn of_type(wanted: Type) -> Vec<Array> {
-    Array::all().filter(|array| array.row.access.data_type() == wanted).collect()
+pub fn of_type(wanted: Type) -> Vec<Variable> {
+    Variable::arrays().filter(|array| array.row.access.data_type() == wanted).collect()
 }
 
 /// This many, one more, or one fewer.

@@ -5,13 +5,13 @@ use std::sync::LazyLock;
 use cradle_host::fmi3::Host;
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, Causality, Type};
+use newtons_cradle::variables::{Causality, Type, Variable};
 
 use crate::forgery::{Change, forged};
 use crate::hybrid::{Phase, Picture, of_type};
 
 /// All real variables.
-pub static FLOATS: LazyLock<Vec<Array>> = LazyLock::new(|| of_type(Type::Real));
+pub static FLOATS: LazyLock<Vec<Variable>> = LazyLock::new(|| of_type(Type::Real));
 
 /// What can be read is finite, and clocks are active in Event Mode only.
 pub fn look(host: &Host, picture: &Picture) {

@@ -3,7 +3,7 @@
 use std::ffi::{CStr, CString, c_char};
 use std::mem::MaybeUninit;
 
-use crate::variables::{LOG_CATEGORIES, LogCategory, Refusal};
+use crate::variables::{LogCategory, Refusal};
 
 /// The array of `count` values at `pointer`.
 ///
@@ -94,7 +94,7 @@ pub(crate) unsafe fn text<'a>(text: *const c_char) -> &'a CStr {
 pub(crate) fn log_line(category: LogCategory, text: &str, format: bool) -> [CString; 2] {
     let text = text.replace('\0', "").replace('#', "##");
     let text = if format { text.replace('%', "%%") } else { text };
-    [LOG_CATEGORIES[category as usize].1, &text].map(|text| CString::new(text).unwrap_or_default())
+    [LogCategory::ITEMS[category as usize].name, &text].map(|text| CString::new(text).unwrap_or_default())
 }
 
 /// The log categories of these names.
@@ -105,8 +105,11 @@ pub(crate) unsafe fn categories(names: &[*const c_char]) -> Result<Vec<LogCatego
     let category = |name: &*const c_char| {
         // SAFETY: as the caller promises.
         let name = if name.is_null() { c"NULL" } else { unsafe { text(*name) } }.to_string_lossy();
-        let known = LOG_CATEGORIES.iter().find(|(_, own, _)| *own == name).map(|(category, ..)| *category);
-        known.ok_or_else(|| Refusal::argument("category", &name, LOG_CATEGORIES.map(|(_, own, _)| own).join(", ")))
+        let known = LogCategory::ITEMS.iter().find(|item| item.name == name);
+        let allowed = || LogCategory::ITEMS.iter().map(|item| item.name).collect::<Vec<_>>().join(", ");
+        known
+            .and_then(|item| LogCategory::numbered(item.value))
+            .ok_or_else(|| Refusal::argument("category", &name, allowed()))
     };
     names.iter().map(category).collect()
 }

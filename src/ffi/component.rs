@@ -43,7 +43,7 @@ pub(crate) fn create<V: Version>(
     function: &str,
     log: Log,
     callbacks: V,
-    make: impl FnOnce(&Log) -> Result<Start, String>,
+    make: impl FnOnce(&Log) -> Result<Start, Refusal>,
 ) -> *mut c_void {
     let made = catch_unwind(AssertUnwindSafe(|| {
         let start = make(&log).map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;

@@ -6,19 +6,19 @@ use std::path::PathBuf;
 use std::{fs, io};
 
 use crate::instance::{Purpose, Start};
-use crate::variables::{Description, FILE_NAME, Recipe};
+use crate::variables::{Description, FILE_NAME, Recipe, Refusal};
 
 /// Largest file that is read: n = 10000 with every value changed has 3 MB.
 const MAX_BYTES: u64 = 32 << 20;
 
 /// The recipe at `location`, a URI; the default one if there is no location or no file. Only the one file is looked
 /// for.
-pub(crate) fn at_location(location: &[u8]) -> Result<Recipe, String> {
+pub(crate) fn at_location(location: &[u8]) -> Result<Recipe, Refusal> {
     if location.is_empty() { Ok(Recipe::default()) } else { first_of(folders(location, cfg!(windows))?) }
 }
 
 /// The recipe in the folder `path`; the default one if there is no path or no file. A URI is accepted, too.
-pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, String> {
+pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, Refusal> {
     let is_uri = path.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case(b"file:"));
     if path.is_empty() || is_uri { at_location(path) } else { first_of(vec![path.to_vec()]) }
 }
@@ -27,26 +27,25 @@ pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, String> {
 /// `token` (argument `name`); otherwise the reason why there is none.
 pub(crate) fn start(
     purpose: Purpose,
-    recipe: Result<Recipe, String>,
+    recipe: Result<Recipe, Refusal>,
     (name, token): (&str, &CStr),
-) -> Result<Start, String> {
-    let settings = recipe?.settings().map_err(|error| format!("resources: {error}"))?;
+) -> Result<Start, Refusal> {
+    let settings = recipe?.settings().map_err(|error| Refusal::new(format_args!("resources: {error}")))?;
     let (guid, descriptions) = (token.to_string_lossy(), Description::all(&settings, purpose.fmi3));
     if let Some(own) = descriptions.iter().find(|own| own.guid() == guid) {
         let scalars = own.scalars;
         return Ok(Start { purpose, settings, scalars, guid: guid.into_owned() });
     }
     let own = descriptions[0].guid();
-    Err(format!(
-        "{name} = {guid} is refused; allowed: {own}, that of the description that belongs to this binary and resources"
-    ))
+    let allowed = format_args!("{own}, that of the description that belongs to this binary and resources");
+    Err(Refusal::argument(name, guid, allowed))
 }
 
 /// The recipe in the first of these folders with one; otherwise the default one.
-fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, String> {
+fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, Refusal> {
     for folder in folders {
         let file = os_path(folder).join(FILE_NAME);
-        let failed = |reason: &dyn Display| format!("{}: {reason}", file.display());
+        let failed = |reason: &dyn Display| Refusal::new(format_args!("{}: {reason}", file.display()));
         let length = match fs::metadata(&file) {
             Ok(metadata) => metadata.len(),
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
@@ -62,12 +61,12 @@ fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, String> {
 }
 
 /// The folders that `location` may mean, likelier first: most hosts encode it, some do not.
-fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
+fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, Refusal> {
     let scheme = location.split_at_checked(5).filter(|(scheme, _)| scheme.eq_ignore_ascii_case(b"file:"));
     let Some((_, rest)) = scheme else {
         let text = String::from_utf8_lossy(location);
         if text.contains("://") {
-            return Err(format!("fmuResourceLocation = {text} is refused; allowed: a location that starts with file:"));
+            return Err(Refusal::argument("fmuResourceLocation", text, "a location that starts with file:"));
         }
         return Ok(vec![location.to_vec()]); // A plain path, from a host that does not know better.
     };
@@ -91,12 +90,12 @@ fn decode(text: &[u8]) -> Vec<u8> {
     decoded
 }
 
-fn refused(rest: &[u8], allowed: &str) -> String {
-    format!("fmuResourceLocation = file:{} is refused; allowed: {allowed}", String::from_utf8_lossy(rest))
+fn refused(rest: &[u8], allowed: &str) -> Refusal {
+    Refusal::argument("fmuResourceLocation", format_args!("file:{}", String::from_utf8_lossy(rest)), allowed)
 }
 
 /// The path behind `file:`, with one to four slashes in front, a host name between, or a Windows drive.
-fn path(rest: &[u8], windows: bool) -> Result<Vec<u8>, String> {
+fn path(rest: &[u8], windows: bool) -> Result<Vec<u8>, Refusal> {
     let slashes = rest.iter().take_while(|byte| **byte == b'/').count();
     let bare = &rest[slashes..];
     if windows && let [drive, b':' | b'|', tail @ ..] = bare {
@@ -159,7 +158,7 @@ mod tests {
     #[test]
     fn other_places_are_refused() {
         for location in ["http://example.org/r", "file:r", "file://elsewhere/r"] {
-            assert!(folders(location.as_bytes(), false).unwrap_err().contains("allowed: "), "{location}");
+            assert!(folders(location.as_bytes(), false).unwrap_err().to_string().contains("allowed: "), "{location}");
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The types of `fmi2TypesPlatform.h` and `fmi2FunctionTypes.h`, under the names of the standard.
+//! The types of `fmi2TypesPlatform.h` and `fmi2FunctionTypes.h`, under the names of the standard where they are not
+//! Rust's own: `fmi2Real` is `f64`.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
@@ -10,18 +11,12 @@ pub type fmi2ComponentEnvironment = *mut c_void;
 pub type fmi2FMUstate = *mut c_void;
 /// Identifies a variable.
 pub type fmi2ValueReference = c_uint;
-/// A real value, in the unit of its variable.
-pub type fmi2Real = f64;
 /// An integer, or the value of an enumeration.
 pub type fmi2Integer = c_int;
 /// [`fmi2True`] or [`fmi2False`]; a plain integer, since a host may pass any.
 pub type fmi2Boolean = c_int;
-/// A character of a text in UTF-8.
-pub type fmi2Char = c_char;
 /// A null-terminated text in UTF-8.
-pub type fmi2String = *const fmi2Char;
-/// A byte of a serialized state.
-pub type fmi2Byte = c_char;
+pub type fmi2String = *const c_char;
 
 /// No.
 pub const fmi2False: fmi2Boolean = 0;
@@ -67,12 +62,6 @@ pub const fmi2Terminated: fmi2StatusKind = 3;
 /// The host's logger: `(environment, instance name, status, category, format, ...)`.
 pub type fmi2CallbackLogger =
     Option<unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...)>;
-/// The host's `calloc`.
-pub type fmi2CallbackAllocateMemory = Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>;
-/// The host's `free`.
-pub type fmi2CallbackFreeMemory = Option<unsafe extern "C" fn(*mut c_void)>;
-/// Tells the host that a step of its own thread has ended.
-pub type fmi2StepFinished = Option<unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2Status)>;
 
 /// Result of handling an event.
 #[repr(C)]
@@ -89,7 +78,7 @@ pub struct fmi2EventInfo {
     /// Whether the next event is known.
     pub nextEventTimeDefined: fmi2Boolean,
     /// When it is due, s, later than now.
-    pub nextEventTime: fmi2Real,
+    pub nextEventTime: f64,
 }
 
 /// The callbacks of the host. Memory is our own (`canNotUseMemoryManagementFunctions`) and steps are
@@ -100,11 +89,11 @@ pub struct fmi2CallbackFunctions {
     /// Takes the messages.
     pub logger: fmi2CallbackLogger,
     /// Not used.
-    pub allocateMemory: fmi2CallbackAllocateMemory,
+    pub allocateMemory: Option<unsafe extern "C" fn()>,
     /// Not used.
-    pub freeMemory: fmi2CallbackFreeMemory,
+    pub freeMemory: Option<unsafe extern "C" fn()>,
     /// Not used.
-    pub stepFinished: fmi2StepFinished,
+    pub stepFinished: Option<unsafe extern "C" fn()>,
     /// First argument of the logger.
     pub componentEnvironment: fmi2ComponentEnvironment,
 }

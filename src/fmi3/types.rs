@@ -1,4 +1,5 @@
-//! The types of `fmi3PlatformTypes.h` and `fmi3FunctionTypes.h`, under the names of the standard.
+//! The types of `fmi3PlatformTypes.h` and `fmi3FunctionTypes.h`, under the names of the standard where they are not
+//! Rust's own: `fmi3Float64` is `f64`.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
@@ -10,24 +11,15 @@ pub type fmi3InstanceEnvironment = *mut c_void;
 pub type fmi3FMUState = *mut c_void;
 /// Identifies a variable.
 pub type fmi3ValueReference = c_uint;
-/// A real value, in the unit of its variable.
-pub type fmi3Float64 = f64;
-/// A count.
-pub type fmi3UInt64 = u64;
-/// The value of an enumeration.
-pub type fmi3Int64 = i64;
-/// The order of a derivative.
-pub type fmi3Int32 = i32;
 /// A C `bool`, as the byte that it is: a host may pass any.
 pub type fmi3Boolean = u8;
 /// Whether a clock is active, likewise.
 pub type fmi3Clock = u8;
 /// A null-terminated text in UTF-8.
 pub type fmi3String = *const c_char;
-/// A byte of a serialized state.
-pub type fmi3Byte = u8;
 /// Bytes; another argument is their number.
-pub type fmi3Binary = *const fmi3Byte;
+pub type fmi3Binary = *const u8;
+
 /// How a variable depends on another one. A plain integer, since a host may pass any.
 pub type fmi3DependencyKind = c_int;
 /// What is known of the interval of a clock, likewise.
@@ -63,18 +55,12 @@ pub type fmi3LogMessageCallback =
 pub type fmi3IntermediateUpdateCallback = Option<
     unsafe extern "C" fn(
         fmi3InstanceEnvironment,
-        fmi3Float64,
+        f64,
         fmi3Boolean,
         fmi3Boolean,
         fmi3Boolean,
         fmi3Boolean,
         *mut fmi3Boolean,
-        *mut fmi3Float64,
+        *mut f64,
     ),
 >;
-/// Tells that a clock has ticked, in scheduled execution.
-pub type fmi3ClockUpdateCallback = Option<unsafe extern "C" fn(fmi3InstanceEnvironment)>;
-/// Keeps other threads out, in scheduled execution.
-pub type fmi3LockPreemptionCallback = Option<unsafe extern "C" fn()>;
-/// Lets them in again.
-pub type fmi3UnlockPreemptionCallback = Option<unsafe extern "C" fn()>;

@@ -10,54 +10,29 @@ use super::report::Reporter;
 use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
 use crate::variables::Edge;
 
-/// A contact closes, or opens and ends a pulse.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-enum Transition {
-    Onset(usize),
-    Release(Pulse),
-}
-
-impl Transition {
-    fn contact(&self) -> usize {
-        match self {
-            Self::Onset(contact) => *contact,
-            Self::Release(pulse) => pulse.contact,
-        }
-    }
-
-    fn edge(&self) -> Edge {
-        if matches!(self, Self::Onset(_)) { Edge::Onset } else { Edge::Release }
-    }
-}
-
-/// The transitions at one instant. A contact closes and opens in a tick at most once, in this order; more take another
-/// tick.
+/// The contacts that close and the pulses that end at one instant. Each contact does so at most once, in this order; more
+/// takes another tick.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Tick {
     /// In s.
     time: f64,
-    transitions: Vec<Transition>,
+    closed: Vec<usize>,
+    ended: Vec<Pulse>,
 }
 
 impl Tick {
-    fn takes(&self, transition: &Transition) -> bool {
-        let mut of_contact = self.transitions.iter().filter(|other| other.contact() == transition.contact());
-        match transition {
-            Transition::Onset(_) => of_contact.next().is_none(),
-            Transition::Release(_) => of_contact.all(|other| other.edge() == Edge::Onset),
-        }
+    fn has_closed(&self, contact: usize) -> bool {
+        self.closed.contains(&contact)
     }
 
-    fn of(&self, edge: Edge) -> impl Iterator<Item = &Transition> {
-        self.transitions.iter().filter(move |transition| transition.edge() == edge)
+    fn ended(&self, contact: usize) -> Option<Pulse> {
+        self.ended.iter().find(|pulse| pulse.contact == contact).copied()
     }
 
     fn is_sound(&self, contacts: usize) -> bool {
-        let known = |transition: &Transition| match transition {
-            Transition::Onset(contact) => *contact < contacts,
-            Transition::Release(pulse) => pulse.is_sound(contacts),
-        };
-        self.time.is_finite() && !self.transitions.is_empty() && self.transitions.iter().all(known)
+        let is_empty = self.closed.is_empty() && self.ended.is_empty();
+        let known = self.closed.iter().all(|contact| *contact < contacts);
+        self.time.is_finite() && !is_empty && known && self.ended.iter().all(|pulse| pulse.is_sound(contacts))
     }
 }
 
@@ -102,35 +77,41 @@ impl Clocks {
         !self.pending.is_empty()
     }
 
-    fn push(&mut self, time: f64, transition: Transition) {
-        match self.pending.back_mut().filter(|tick| tick.time == time && tick.takes(&transition)) {
-            Some(tick) => tick.transitions.push(transition),
-            None => self.pending.push_back(Tick { time, transitions: vec![transition] }),
+    /// The last pending tick, if it is at this time and `takes` what is to be added; otherwise a new one.
+    fn pending_at(&mut self, time: f64, takes: impl Fn(&Tick) -> bool) -> &mut Tick {
+        if !self.pending.back().is_some_and(|tick| tick.time == time && takes(tick)) {
+            self.pending.push_back(Tick { time, closed: Vec::new(), ended: Vec::new() });
         }
+        let last = self.pending.len() - 1;
+        &mut self.pending[last]
+    }
+
+    fn close(&mut self, contact: usize, time: f64) {
+        let takes = |tick: &Tick| !tick.has_closed(contact) && tick.ended(contact).is_none();
+        self.pending_at(time, takes).closed.push(contact);
+    }
+
+    fn end(&mut self, pulse: Pulse) {
+        self.pending_at(pulse.release, |tick| tick.ended(pulse.contact).is_none()).ended.push(pulse);
     }
 
     /// Activates the next pending tick; false if there is none.
     pub fn tick(&mut self) -> bool {
         self.active = [false; 2];
         let Some(tick) = self.pending.pop_front() else { return false };
-        for transition in &tick.transitions {
-            let discrete = &mut self.discrete[transition.contact()];
-            match transition {
-                Transition::Onset(_) => {
-                    discrete.pulses = discrete.pulses.saturating_add(1);
-                    (discrete.closed, discrete.onset) = (true, tick.time);
-                }
-                Transition::Release(pulse) => {
-                    (discrete.closed, discrete.release) = (false, tick.time);
-                    self.log.enter(*pulse);
-                }
-            }
+        for contact in &tick.closed {
+            let discrete = &mut self.discrete[*contact];
+            discrete.pulses = discrete.pulses.saturating_add(1);
+            (discrete.closed, discrete.onset) = (true, tick.time);
         }
-        for edge in [Edge::Onset, Edge::Release] {
-            if tick.of(edge).next().is_some() {
-                self.active[edge as usize] = true;
-                self.last[edge as usize] = Some(tick.clone());
-            }
+        for pulse in &tick.ended {
+            let discrete = &mut self.discrete[pulse.contact];
+            (discrete.closed, discrete.release) = (false, tick.time);
+            self.log.enter(*pulse);
+        }
+        self.active = [!tick.closed.is_empty(), !tick.ended.is_empty()];
+        for (last, _) in self.last.iter_mut().zip(self.active).filter(|(_, active)| *active) {
+            *last = Some(tick.clone());
         }
         true
     }
@@ -138,10 +119,9 @@ impl Clocks {
     /// Pulses and state of each contact after all pending ticks.
     fn foreseen(&self) -> Vec<(u64, bool)> {
         let mut known: Vec<_> = self.discrete.iter().map(|discrete| (discrete.pulses, discrete.closed)).collect();
-        for transition in self.pending.iter().flat_map(|tick| &tick.transitions) {
-            let (onsets, closed) = &mut known[transition.contact()];
-            *closed = transition.edge() == Edge::Onset;
-            *onsets += u64::from(*closed);
+        for tick in &self.pending {
+            tick.closed.iter().for_each(|contact| known[*contact] = (known[*contact].0 + 1, true));
+            tick.ended.iter().for_each(|pulse| known[pulse.contact].1 = false);
         }
         known
     }
@@ -155,18 +135,21 @@ impl Clocks {
             let (onsets, closed) = &mut known[pulse.contact];
             if !std::mem::take(closed) {
                 *onsets += 1;
-                new.push((pulse.onset, Transition::Onset(pulse.contact)));
+                new.push((pulse.onset, pulse.contact, None));
             }
-            new.push((pulse.release, Transition::Release(*pulse)));
+            new.push((pulse.release, pulse.contact, Some(*pulse)));
         }
         for (contact, (onsets, _)) in known.into_iter().enumerate() {
             if results.pulses(contact) > onsets {
-                new.push((results.last_onset(contact), Transition::Onset(contact)));
+                new.push((results.last_onset(contact), contact, None));
             }
         }
-        new.sort_by(|(time, _), (other, _)| time.total_cmp(other));
-        for (time, transition) in new {
-            self.push(time, transition);
+        new.sort_by(|(time, ..), (other, ..)| time.total_cmp(other));
+        for (time, contact, ended) in new {
+            match ended {
+                Some(pulse) => self.end(pulse),
+                None => self.close(contact, time),
+            }
         }
     }
 
@@ -177,17 +160,15 @@ impl Clocks {
 
     /// Whether a contact was part of it.
     pub fn is_part(&self, edge: Edge, contact: usize) -> bool {
-        let last = self.last[edge as usize].as_ref();
-        last.is_some_and(|tick| tick.of(edge).any(|transition| transition.contact() == contact))
+        self.last[edge as usize].as_ref().is_some_and(|tick| match edge {
+            Edge::Onset => tick.has_closed(contact),
+            Edge::Release => tick.ended(contact).is_some(),
+        })
     }
 
     /// The pulse of a contact that ended at the last tick, if one did.
     pub fn ended(&self, contact: usize) -> Option<Pulse> {
-        let mut transitions = self.last[Edge::Release as usize].iter().flat_map(|tick| &tick.transitions);
-        transitions.find_map(|transition| match transition {
-            Transition::Release(pulse) if pulse.contact == contact => Some(*pulse),
-            _ => None,
-        })
+        self.last[Edge::Release as usize].as_ref()?.ended(contact)
     }
 }
 
@@ -203,27 +184,29 @@ pub(super) struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    fn enter(&mut self, time: f64, transition: Transition) {
+    /// Notes that something has happened. Returns whether clocks tick then.
+    fn happens(&mut self, time: f64) -> bool {
         if self.stops {
             self.stopped.get_or_insert(time);
         }
-        if self.purpose.events {
-            self.clocks.push(time, transition);
-        }
+        self.purpose.events
     }
 }
 
 impl Observer for Recorder<'_> {
     fn pulse(&mut self, pulse: Pulse) {
         self.reporter.pulse(pulse);
-        if self.purpose.fmi3 && !self.purpose.events {
+        if self.happens(pulse.release) {
+            self.clocks.end(pulse);
+        } else if self.purpose.fmi3 {
             self.clocks.log.enter(pulse);
         }
-        self.enter(pulse.release, Transition::Release(pulse));
     }
 
     fn onset(&mut self, contact: usize, time: f64) {
-        self.enter(time, Transition::Onset(contact));
+        if self.happens(time) {
+            self.clocks.close(contact, time);
+        }
     }
 
     fn progress(&mut self, progress: Progress) {

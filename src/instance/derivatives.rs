@@ -171,7 +171,7 @@ impl Instance {
     /// Sets the component of a direction along a known to `change`, if it can be a known.
     fn turn(&self, along: &mut Direction, known: Element, change: f64) -> Result<(), Refusal> {
         let Some(variable) = known else { return Ok(()) };
-        let state = variable.scalar().state_place(self.balls()).filter(|_| self.derived() == Derived::Exchanged);
+        let state = variable.state_place(self.balls(), true).filter(|_| self.derived() == Derived::Exchanged);
         let input = variable.row.causality == Causality::Input;
         let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
         let by_parameters = matches!(self.derived(), Derived::Start | Derived::Run);
@@ -226,15 +226,15 @@ impl Instance {
         let balls = self.balls();
         let mut elements = Vec::new();
         for reference in references {
-            let array = self.array(*reference, Type::Real)?;
-            let known = match array.row.access {
+            let variable = self.variable(*reference, Type::Real)?;
+            let known = match variable.row.access {
                 Access::Instance(_, extra) => matches!(extra, Extra::Joined(..)),
-                _ => without_effect || array.row.causality != Causality::Input || array.row.rate_of().is_none(),
+                _ => without_effect || variable.row.causality != Causality::Input || variable.row.rate_of().is_none(),
             };
             if !known {
-                return Err(no_derivative(array));
+                return Err(no_derivative(variable));
             }
-            elements.extend((0..array.len(balls)).map(|index| array.element(index, balls)));
+            elements.extend((0..variable.len(balls)).map(|index| variable.element(index).of_fmi2(balls)));
         }
         Ok(elements)
     }

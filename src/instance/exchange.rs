@@ -19,9 +19,9 @@ impl Instance {
         2 * (self.balls() - 1) + 2 * usize::from(!self.start.scalars)
     }
 
-    /// Index among the states of the impulse that belongs to no contact.
-    fn padding_state(&self) -> Option<usize> {
-        (!self.start.scalars).then(|| 3 * self.balls() - 1)
+    /// Index among the states of the impulse that belongs to no contact, where variables are arrays.
+    fn padding_state(&self) -> usize {
+        3 * self.balls() - 1
     }
 
     /// Ends a step of the host's solver. Returns whether an event is due.
@@ -51,44 +51,40 @@ impl Instance {
             return Err(Refusal::argument("x", format_args!("{} in place {i}", states[i]), "finite values"));
         }
         let mut own = states.to_vec();
-        if let Some(place) = self.padding_state() {
-            own.remove(place);
+        if !self.start.scalars {
+            own.remove(self.padding_state());
         }
         self.exchange()?.set_states(&own);
         Ok(())
     }
 
-    fn padded(&self, mut values: Vec<f64>, padding: f64) -> Vec<f64> {
-        if let Some(place) = self.padding_state() {
-            values.insert(place, padding);
+    /// The values, with those of elements that belong to no contact at these places.
+    fn padded(&self, mut values: Vec<f64>, places: &[usize], padding: f64) -> Vec<f64> {
+        if !self.start.scalars {
+            places.iter().for_each(|place| values.insert(*place, padding));
         }
         values
     }
 
     pub fn continuous_states(&mut self) -> Result<Vec<f64>, Refusal> {
         let states = self.exchange()?.states().to_vec();
-        Ok(self.padded(states, 0.0))
+        Ok(self.padded(states, &[self.padding_state()], 0.0))
     }
 
     pub fn state_derivatives(&mut self) -> Result<Vec<f64>, Refusal> {
         let derivatives = self.exchange()?.derivatives();
-        Ok(self.padded(derivatives, 0.0))
+        Ok(self.padded(derivatives, &[self.padding_state()], 0.0))
     }
 
     pub fn nominals(&mut self) -> Result<Vec<f64>, Refusal> {
         let nominals = self.exchange()?.nominals().to_vec();
-        Ok(self.padded(nominals, 1.0))
+        Ok(self.padded(nominals, &[self.padding_state()], 1.0))
     }
 
     /// The event indicators, of all contacts and then of their laws.
     pub fn event_indicators(&mut self) -> Result<Vec<f64>, Refusal> {
-        let contacts = self.balls() - 1;
-        let mut indicators = self.exchange()?.indicators();
-        if !self.start.scalars {
-            indicators.insert(contacts, 1.0);
-            indicators.push(1.0);
-        }
-        Ok(indicators)
+        let (balls, indicators) = (self.balls(), self.exchange()?.indicators());
+        Ok(self.padded(indicators, &[balls - 1, 2 * balls - 1], 1.0))
     }
 
     /// An element of `z.contact` or `z.clip`, counted from 0. In co-simulation they are 1.

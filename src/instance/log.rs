@@ -2,7 +2,7 @@
 
 use std::fmt::Arguments;
 
-use crate::variables::{LOG_CATEGORIES, LogCategory};
+use crate::variables::LogCategory;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -23,7 +23,7 @@ pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
 /// warnings and errors.
 pub struct Log {
     sink: Option<Sink>,
-    enabled: [bool; LOG_CATEGORIES.len()],
+    enabled: [bool; LogCategory::ITEMS.len()],
     /// Whether warnings and errors are always written.
     insists: bool,
 }
@@ -31,7 +31,7 @@ pub struct Log {
 impl Log {
     /// A log to `sink`, or to nowhere; `on` switches all categories.
     pub fn new(sink: Option<Sink>, on: bool) -> Self {
-        Self { sink, enabled: [on; LOG_CATEGORIES.len()], insists: true }
+        Self { sink, enabled: [on; LogCategory::ITEMS.len()], insists: true }
     }
 
     /// The same, but warnings and errors are written only if switched on, too.
@@ -41,11 +41,10 @@ impl Log {
 
     /// Switches `categories` on or off, all of them if there are none; the others stay as they are.
     pub fn switch(&mut self, on: bool, categories: &[LogCategory]) {
-        for ((category, ..), enabled) in LOG_CATEGORIES.iter().zip(&mut self.enabled) {
-            if categories.is_empty() || categories.contains(category) {
-                *enabled = on;
-            }
+        if categories.is_empty() {
+            self.enabled.fill(on);
         }
+        categories.iter().for_each(|category| self.enabled[*category as usize] = on);
     }
 
     /// Whether a line of `category` that is no warning or error would be written.

@@ -4,10 +4,9 @@
 //! [`Instance::require`] whether it is legal in the current phase. An instance calculates with a
 //! [`Simulation`](crate::engine::Simulation) and reads and sets [`Variable`](crate::variables::Variable)s.
 //!
-//! Values are read and set as arrays (`arrays`), whose elements are FMI 2.0's scalars. FMI 3.0 adds steps that end or
+//! Values are read (`values`) and set (`setters`) as arrays, whose elements are FMI 2.0's scalars. FMI 3.0 adds steps that end or
 //! are interrupted at an onset or a release (`step`), and clocks that tick once for each such instant (`clocks`).
 
-mod arrays;
 mod clocks;
 mod derivatives;
 mod exchange;
@@ -18,13 +17,14 @@ mod pulses;
 mod report;
 mod run;
 mod saved;
+mod setters;
 mod step;
 mod values;
 
-pub use arrays::Value;
 pub use legality::{Call, Kind, Phase, Purpose};
 pub use lifecycle::{Instance, Start};
 pub use log::{Log, Severity, Sink};
 pub use run::Experiment;
 pub use saved::SavedState;
 pub use step::{Handled, StepEnd};
+pub use values::Value;

@@ -1,108 +1,200 @@
-//! Reading real variables, and setting variables, as hosts of either version do.
+//! Reading by value reference: whole arrays or, in FMI 2.0 and where variables are scalars, one element.
 
-use super::legality::{Kind, Phase};
-use super::lifecycle::Instance;
-use crate::model::{Inputs, Tunables};
-use crate::variables::{Access, Causality, Number, Refusal, Settings, TABLE, Type, Variability, Variable};
+use std::mem::MaybeUninit;
 
-impl Instance {
+use super::legality::Phase;
+use super::lifecycle::{Instance, Start};
+use crate::engine::{NEVER, Pulse};
+use crate::variables::{Access, Extra, Number, Refusal, Type, Variable, padding};
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    Float(f64),
+    Count(u64),
+    Item(i64),
+    /// Of a truth value or a clock.
+    Flag(bool),
+}
+
+impl Start {
+    /// The variable behind a value reference in a cradle of `balls` balls: an array or, where variables are scalars,
+    /// one of them.
     #[inline]
-    pub fn real(&mut self, reference: u32) -> Result<f64, Refusal> {
-        self.real_of(self.variable(reference)?)
-    }
-
-    #[inline]
-    pub(super) fn real_of(&mut self, variable: Variable) -> Result<f64, Refusal> {
-        match variable.row.access {
-            Access::Real(get) => {
-                let value = get(self.results()?, variable.index);
-                // In the error state values may be anything.
-                if value.is_nan() && self.run.phase != Phase::Error {
-                    return Err(no_number(variable, self.time()));
-                }
-                Ok(value)
-            }
-            _ => variable.real(&self.run.settings).ok_or_else(|| variable.wrong_type(Type::Real)),
-        }
-    }
-
-    /// Sets time derivatives of inputs, of `orders` from 1 on, for the next step: all, or none if any is refused. After
-    /// that step the inputs keep the value they reached.
-    pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Refusal> {
-        let each = |((reference, order), value): ((&u32, &i32), &f64)| {
-            let variable = self.variable(*reference)?;
-            Ok((variable, variable.check_input_derivative(*order, *value)?, *value))
-        };
-        let checked = references.iter().zip(orders).zip(values).map(each).collect::<Result<Vec<_>, Refusal>>()?;
-        let run = &mut self.run;
-        let balls = run.settings.balls();
-        let mut derivatives = std::mem::take(&mut run.input_derivatives);
-        for (variable, order, value) in checked {
-            derivatives.resize_with(order.max(derivatives.len()), || Inputs::zero(balls));
-            variable.set_input(&mut derivatives[order - 1], value);
-        }
-        while derivatives.pop_if(|derivative| *derivative == Inputs::zero(balls)).is_some() {}
-        run.inputs_changed |= !derivatives.is_empty();
-        run.input_derivatives = derivatives;
-        Ok(())
-    }
-
-    /// Sets variables to checked values. They take effect with the next step, in Initialization Mode and model exchange
-    /// at once. Setting the same value again is no change.
-    pub(super) fn set<T>(&mut self, values: Vec<(Variable, T)>, set: impl Fn(&Variable, &mut Settings, T) -> bool) {
-        let before = self.run.settings.parameters.tunables();
-        let mut any = false;
-        for (variable, value) in values {
-            // The engine knows neither slopes nor `derivatives.of`, which only FMI 3.0 has: they are read when they are
-            // used.
-            if set(&variable, &mut self.run.settings, value) && variable.position < TABLE.len() {
-                self.changed(variable, before);
-                any = true;
-            }
-        }
-        if any
-            && self.run.phase > Phase::InitializationMode
-            && let Some(exchange) = &mut self.run.exchange
-        {
-            let Settings { parameters, inputs, .. } = &self.run.settings;
-            exchange.set(parameters, inputs);
-        }
-    }
-
-    #[inline]
-    pub(super) fn variable(&self, reference: u32) -> Result<Variable, Refusal> {
-        let balls = self.balls();
-        Variable::at(reference, balls).ok_or_else(|| unknown_reference(reference, balls))
-    }
-
-    /// Whether a variable can be set now.
-    pub(super) fn check_settable(&self, variable: Variable) -> Result<(), Refusal> {
-        let phase = self.run.phase;
-        variable.check_settable(phase > Phase::InitializationMode)?;
-        if phase == Phase::ContinuousTimeMode && variable.row.causality != Causality::Input {
-            let text = "cannot be set in Continuous-Time Mode: only inputs can; tunable parameters in Event Mode";
-            return Err(Refusal::new(format_args!("{variable} {text}")));
-        }
-        Ok(())
-    }
-
-    /// Marks a setting to be passed to the simulation; `before` are the tunable parameters before the call.
-    fn changed(&mut self, variable: Variable, before: Tunables) {
-        if self.run.phase <= Phase::InitializationMode {
-            (self.run.simulation, self.run.exchange) = (None, None);
-        } else if self.run.purpose.kind == Kind::ModelExchange {
-            // There it acts at once.
-        } else if variable.row.variability == Variability::Tunable {
-            self.run.tuned_from.get_or_insert(before);
-        } else {
-            self.run.inputs_changed = true;
+    pub fn variable(&self, reference: u32, balls: usize) -> Option<Variable> {
+        match (self.purpose.fmi3, self.scalars) {
+            (false, _) => Variable::at(reference, balls),
+            (true, true) => Variable::scalar_at(reference, balls),
+            (true, false) => Variable::array_at(reference),
         }
     }
 }
 
-#[cold]
-pub(super) fn unknown_reference(reference: u32, balls: usize) -> Refusal {
-    Refusal::unknown(format_args!("value reference {reference}"), balls)
+impl Instance {
+    /// The variable behind a value reference.
+    pub(super) fn known(&self, reference: u32) -> Result<Variable, Refusal> {
+        let unknown = || Refusal::unknown(format_args!("value reference {reference}"), self.balls());
+        self.start.variable(reference, self.balls()).ok_or_else(unknown)
+    }
+
+    #[inline]
+    fn is_of(&self, variable: Variable, asked: Type) -> bool {
+        let of = variable.row.access.data_type();
+        of == asked || !self.run.purpose.fmi3 && (of, asked) == (Type::Enumeration, Type::Integer)
+    }
+
+    /// The same, if it is one of this type.
+    pub(super) fn variable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
+        let variable = self.known(reference)?;
+        if self.is_of(variable, asked) {
+            return Ok(variable);
+        }
+        if !self.run.purpose.fmi3 {
+            return Err(variable.wrong_type(asked));
+        }
+        let (asked, of) = (asked.fmi3(), variable.row.access.data_type().fmi3());
+        Err(refuse_reference(variable, format_args!("variables of type {asked}; this one is of type {of}")))
+    }
+
+    /// The same, if its value is known; before initialization only start values are.
+    #[cold]
+    fn readable(&mut self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
+        let variable = self.variable(reference, asked)?;
+        if self.run.phase == Phase::IntermediateUpdate && !self.run.read_logged && !variable.is_intermediate() {
+            self.run.read_logged = true;
+            let text =
+                "is read in the middle of a step, where the standard allows variables with intermediateUpdate only";
+            self.log.solver(format_args!("{variable} {text}")); // Some hosts read others, again and again.
+        }
+        if self.run.phase >= Phase::InitializationMode || variable.has_start() {
+            return Ok(variable);
+        }
+        Err(refuse_reference(variable, "before initialization, those with a start value"))
+    }
+
+    /// Reads the elements of the variables behind `references`, all of this type, into as many `places`.
+    pub fn get<T>(
+        &mut self,
+        asked: Type,
+        references: &[u32],
+        places: &mut [MaybeUninit<T>],
+        convert: impl Fn(Value) -> T,
+    ) -> Result<(), Refusal> {
+        self.recompute()?;
+        let (balls, phase, mut found) = (self.balls(), self.run.phase, 0);
+        // Then nothing else is asked of a variable.
+        let all_known = phase >= Phase::InitializationMode && phase != Phase::IntermediateUpdate;
+        for reference in references {
+            let variable = match self.start.variable(*reference, balls) {
+                Some(variable) if all_known && self.is_of(variable, asked) => variable,
+                _ => self.readable(*reference, asked)?,
+            };
+            for index in 0..variable.len(balls) {
+                let value = self.value(variable.element(index))?;
+                if let Some(place) = places.get_mut(found) {
+                    place.write(convert(value));
+                }
+                found += 1;
+            }
+        }
+        Refusal::unless_count("nValues", places.len(), found)
+    }
+
+    /// Recomputes values after setters that act at once; to be called before reading.
+    #[inline]
+    pub(super) fn recompute(&mut self) -> Result<(), Refusal> {
+        let at_once = self.run.phase == Phase::EventMode && self.run.purpose.has_event_mode();
+        if at_once { self.update_simulation() } else { Ok(()) }
+    }
+
+    /// The value of a scalar or an element.
+    #[inline]
+    fn value(&mut self, variable: Variable) -> Result<Value, Refusal> {
+        let Variable { row, index, .. } = variable;
+        if let Access::Instance(_, extra) = row.access {
+            return self.extra(variable, extra);
+        }
+        if index >= row.shape.len(self.balls()) {
+            return Ok(self.of_no_contact(variable));
+        }
+        if self.run.purpose.events
+            && self.run.phase > Phase::InitializationMode
+            && let Some(value) = self.after_tick(variable)
+        {
+            return Ok(value);
+        }
+        Ok(match row.access {
+            Access::Real(get) => {
+                let value = get(self.results()?, index);
+                // In the error state values may be anything.
+                if value.is_nan() && self.run.phase != Phase::Error {
+                    return Err(no_number(variable, self.time()));
+                }
+                Value::Float(value)
+            }
+            Access::Count(get) => Value::Count(get(self.results()?, index)),
+            Access::Flag(get) => Value::Flag(get(self.results()?, index)),
+            Access::Enumeration(enumeration) => Value::Item((enumeration.get)(&self.run.settings).into()),
+            _ => Value::Float(variable.real(&self.run.settings).unwrap_or_default()),
+        })
+    }
+
+    /// The value after the last tick of a variable that changes in Event Mode only.
+    fn after_tick(&self, variable: Variable) -> Option<Value> {
+        let (discrete, work) = (self.run.clocks.discrete.get(variable.index), self.run.clocks.work);
+        Some(match variable.row.name {
+            "t_onset" => Value::Float(discrete?.onset),
+            "t_release" => Value::Float(discrete?.release),
+            "pulses" => Value::Count(discrete?.pulses),
+            "inContact" => Value::Flag(discrete?.closed),
+            "solver.steps" => Value::Count(work.steps),
+            "solver.evaluations" => Value::Count(work.evaluations),
+            "solver.events" => Value::Count(work.events),
+            _ => return None,
+        })
+    }
+
+    fn extra(&mut self, variable: Variable, extra: Extra) -> Result<Value, Refusal> {
+        let (clocks, contact) = (&self.run.clocks, variable.index);
+        let ended = |of: fn(Pulse) -> f64| Value::Float(clocks.ended(contact).map_or(0.0, of));
+        Ok(match extra {
+            Extra::Time | Extra::Pulses => Value::Float(self.time()),
+            Extra::Balls => Value::Count(self.balls() as u64),
+            Extra::Clock(edge) => Value::Flag(self.run.phase == Phase::EventMode && clocks.active[edge as usize]),
+            Extra::TickTime(edge) => Value::Float(clocks.time(edge)),
+            Extra::TickOf(edge) => Value::Flag(clocks.is_part(edge, contact)),
+            Extra::EndedImpulse => ended(|pulse| pulse.impulse),
+            Extra::EndedPeak => ended(|pulse| pulse.peak),
+            Extra::EndedDuration => ended(|pulse| pulse.release - pulse.onset),
+            Extra::Joined(..) => {
+                return variable.of_fmi2(self.balls()).map_or(Ok(Value::Float(0.0)), |of| self.value(of));
+            }
+            Extra::ContactIndicator | Extra::ClipIndicator => Value::Float(self.indicator(extra, contact)?),
+        })
+    }
+
+    /// The text of `log.pulses`, the only binary variable. It stays valid until the next call.
+    pub fn binary(&mut self, references: &[u32]) -> Result<&str, Refusal> {
+        for reference in references {
+            self.readable(*reference, Type::Binary)?;
+        }
+        self.run.csv = self.run.clocks.log.csv();
+        Ok(&self.run.csv)
+    }
+
+    /// The value of an element that belongs to no contact; for a parameter, the value last set.
+    fn of_no_contact(&self, variable: Variable) -> Value {
+        match (variable.row.access, self.run.padding.get(&variable.position), variable.row.name) {
+            (Access::Count(_), ..) => Value::Count(0),
+            (Access::Flag(_), ..) => Value::Flag(false),
+            (_, Some(value), _) => Value::Float(*value),
+            (_, None, "overlap" | "t_onset" | "t_release") => Value::Float(-NEVER),
+            _ => Value::Float(padding(variable.row)),
+        }
+    }
+}
+
+pub(super) fn refuse_reference(variable: Variable, allowed: impl std::fmt::Display) -> Refusal {
+    Refusal::argument("valueReference", variable, allowed)
 }
 
 #[cold]

@@ -42,105 +42,91 @@ enumerations! {
     }
 }
 
-/// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over
-/// contacts `n - 1`; the ranges are those of the variables table and hold for every value here.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
+/// Defines the parameters, each with its default for `n >= 1` balls.
+macro_rules! parameters {
+    ($n:ident: $($(#[$doc:meta])* $field:ident: $type:ty = $default:expr,)*) => {
+        /// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over
+        /// contacts `n - 1`; the ranges are those of the variables table and hold for every value here.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        pub struct Parameters {
+            $($(#[$doc])* pub $field: $type,)*
+        }
+
+        impl Parameters {
+            /// The defaults for `n >= 1` balls: the first `max(1, min(2, n - 1))` are lifted by 0.1 m.
+            pub fn default_for($n: usize) -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+    };
+}
+
+parameters! {
+    n:
     /// Gravity g, m/s2, >= 0; 0 gives free balls on a line.
-    pub gravity: f64,
+    gravity: f64 = 9.81,
     /// Mass of a ball with ratio 1, kg, > 0.
-    pub mass: f64,
+    mass: f64 = 1.0,
     /// Mass of each ball over `mass`, 1, > 0.
-    pub mass_ratio: Vec<f64>,
+    mass_ratio: Vec<f64> = vec![1.0; n],
     /// Radius of the balls, m, > 0 (Hertz contacts, arcs and drawing).
-    pub radius: f64,
+    radius: f64 = 0.0313,
     /// Young's modulus E of the balls, Pa, > 0 (Hertz contacts).
-    pub young_modulus: f64,
+    young_modulus: f64 = 2.1e11,
     /// Poisson's ratio nu of the balls, 1, 0 to 0.5 (Hertz contacts).
-    pub poisson_ratio: f64,
+    poisson_ratio: f64 = 0.3,
     /// Length of a pendulum with ratio 1, m, > 0.
-    pub length: f64,
+    length: f64 = 1.962,
     /// Length of each pendulum over `length`, 1, > 0.
-    pub length_ratio: Vec<f64>,
+    length_ratio: Vec<f64> = vec![1.0; n],
     /// Whether the balls move on a line or on arcs.
-    pub pendulum: PendulumModel,
+    pendulum: PendulumModel = PendulumModel::Linear,
     /// Viscous drag b on every ball, kg/s, >= 0.
-    pub drag: f64,
+    drag: f64 = 0.0,
     /// Which force law the contacts follow.
-    pub contact_model: ContactModel,
+    contact_model: ContactModel = ContactModel::PowerLaw,
     /// Secant stiffness k at the reference overlap, N/m, > 0.
-    pub stiffness: f64,
+    stiffness: f64 = 1e10,
     /// Stiffness of each contact over `stiffness`, 1, > 0.
-    pub stiffness_ratio: Vec<f64>,
+    stiffness_ratio: Vec<f64> = vec![1.0; n.saturating_sub(1)],
     /// Overlap d_ref at which the secant stiffness is `stiffness`, m, > 0.
-    pub overlap_ref: f64,
+    overlap_ref: f64 = 1e-6,
     /// Exponent p of the power law, 1, 1 to 10.
-    pub exponent: f64,
+    exponent: f64 = 1.0,
     /// Distance, m, >= 0, that neighbours travel beyond their gap before the contact spring acts.
-    pub dead_band: f64,
+    dead_band: f64 = 2.6e-6,
     /// Gap of each contact at rest, m; negative where neighbours are pre-compressed.
-    pub gap: Vec<f64>,
+    gap: Vec<f64> = vec![0.0; n.saturating_sub(1)],
     /// Which damping law the contacts follow.
-    pub damping_law: DampingLaw,
+    damping_law: DampingLaw = DampingLaw::KelvinVoigt,
     /// Damping c of the Kelvin-Voigt laws, N.s/m, >= 0.
-    pub damping: f64,
+    damping: f64 = 0.0,
     /// Factor alpha of the Hunt-Crossley law, s/m, >= 0.
-    pub hunt_crossley: f64,
+    hunt_crossley: f64 = 0.0,
     /// Relaxation time A of the viscoelastic law, s, >= 0.
-    pub relaxation_time: f64,
+    relaxation_time: f64 = 0.0,
     /// Coefficient of restitution of rigid contacts, 1, 0 to 1.
-    pub restitution: f64,
+    restitution: f64 = 1.0,
     /// Horizontal position of each ball at the start time, m.
-    pub x_start: Vec<f64>,
+    x_start: Vec<f64> = lifted(n),
     /// Its rate at the start time, m/s.
-    pub v_start: Vec<f64>,
+    v_start: Vec<f64> = vec![0.0; n],
     /// Method of solution.
-    pub method: SolverMethod,
+    method: SolverMethod = SolverMethod::EventDriven,
     /// Relative tolerance of the solver, 1, 1e-14 to 1e-3.
-    pub tolerance: f64,
+    tolerance: f64 = 1e-12,
     /// Step of [`SolverMethod::Rk4`], s, > 0.
-    pub fixed_step: f64,
+    fixed_step: f64 = 1e-6,
     /// What a host that integrates the equations itself sees of contacts.
-    pub exchanged: ExchangedContacts,
+    exchanged: ExchangedContacts = ExchangedContacts::Mapped,
+}
+
+fn lifted(n: usize) -> Vec<f64> {
+    let lifted = n.saturating_sub(1).clamp(1, 2);
+    (0..n).map(|i| if i < lifted { -0.1 } else { 0.0 }).collect()
 }
 
 impl Parameters {
-    /// The defaults for `n >= 1` balls: the first `max(1, min(2, n - 1))` are lifted by 0.1 m.
-    pub fn default_for(n: usize) -> Self {
-        let lifted = n.saturating_sub(1).clamp(1, 2);
-        let contacts = n.saturating_sub(1);
-        Self {
-            gravity: 9.81,
-            mass: 1.0,
-            mass_ratio: vec![1.0; n],
-            radius: 0.0313,
-            young_modulus: 2.1e11,
-            poisson_ratio: 0.3,
-            length: 1.962,
-            length_ratio: vec![1.0; n],
-            pendulum: PendulumModel::Linear,
-            drag: 0.0,
-            contact_model: ContactModel::PowerLaw,
-            stiffness: 1e10,
-            stiffness_ratio: vec![1.0; contacts],
-            overlap_ref: 1e-6,
-            exponent: 1.0,
-            dead_band: 2.6e-6,
-            gap: vec![0.0; contacts],
-            damping_law: DampingLaw::KelvinVoigt,
-            damping: 0.0,
-            hunt_crossley: 0.0,
-            relaxation_time: 0.0,
-            restitution: 1.0,
-            x_start: (0..n).map(|i| if i < lifted { -0.1 } else { 0.0 }).collect(),
-            v_start: vec![0.0; n],
-            method: SolverMethod::EventDriven,
-            tolerance: 1e-12,
-            fixed_step: 1e-6,
-            exchanged: ExchangedContacts::Mapped,
-        }
-    }
-
     /// Number of balls n.
     pub fn balls(&self) -> usize {
         self.mass_ratio.len()

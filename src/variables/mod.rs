@@ -1,11 +1,10 @@
 //! The interface of the FMU: one table, and what follows from it.
 //!
-//! [`TABLE`] has a [`Row`] for each family of variables. A [`Variable`] is one of a family; its value lies in the
-//! [`Settings`] that a host has made, or in the [`Results`](crate::model::Results) of a run. The [`Description`], its
+//! [`TABLE`] has a [`Row`] for each family of variables. A [`Variable`] is one of a family, or its array; values lie in
+//! the [`Settings`] that a host has made, or in the [`Results`](crate::model::Results) of a run. The [`Description`], its
 //! ModelStructure, the getters and the setters are all derived from the table. A [`Recipe`] is the copy of the start
 //! values inside an FMU.
 
-mod arrays;
 mod description;
 mod doubts;
 mod recipe;
@@ -16,17 +15,15 @@ mod text;
 mod values;
 mod variable;
 
-pub use arrays::{Array, MAX_LOG, enumerations, states};
-pub use description::{
-    Description, LOG_CATEGORIES, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding,
-};
+pub use description::{Description, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding};
 pub use recipe::{FILE_NAME, Recipe, StartValue};
 pub use refusal::Refusal;
-pub use settings::{DerivativesOf, Settings};
+pub use settings::{DEFAULT_BALLS, DerivativesOf, MAX_BALLS, MIN_BALLS, Settings};
 pub use table::TABLE;
 pub use table::enumeration::Enumeration;
+pub use table::extra::MAX_LOG;
 pub use table::range::Range;
 pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Row, Shape, Type, Variability};
 pub use table::unit::{QUANTITIES, Quantity};
 pub use text::{Number, escaped};
-pub use variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable, variables};
+pub use variable::{Variable, enumerations, states, variables};

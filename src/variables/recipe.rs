@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::refusal::Refusal;
-use super::settings::Settings;
+use super::settings::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Settings};
 use super::table::row::Access;
 use super::text::Number;
-use super::variable::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Variable};
+use super::variable::Variable;
 
 /// Name of the file in `resources/`.
 pub const FILE_NAME: &str = "cradle.json";

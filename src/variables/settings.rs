@@ -4,6 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{Inputs, Parameters, enumerations};
 
+/// Smallest number of balls.
+pub const MIN_BALLS: usize = 1;
+/// Largest number of balls; every index fits into a value reference.
+pub const MAX_BALLS: usize = 10_000;
+/// Number of balls without resources.
+pub const DEFAULT_BALLS: usize = 5;
+
 /// Everything a host can set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {

@@ -2,7 +2,6 @@
 
 use std::fmt::Display;
 
-use super::arrays::Array;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::table::range::ANY;
@@ -23,13 +22,13 @@ impl Settings {
 
     /// Whether they are settings of `balls` balls with allowed values only.
     pub fn are_sound(&self, balls: usize) -> bool {
-        let fits = |array: &Array| match array.row.access {
+        let fits = |array: &Variable| match array.row.access {
             Access::Setting { get, .. } => get(self).len() == array.row.shape.len(balls),
             _ => true,
         };
         let allowed = |variable: Variable| variable.real(self).is_none_or(|value| variable.check_real(value).is_ok());
-        let mut settable = Array::all().filter(|array| array.row.settable());
-        settable.all(|array| fits(&array) && array.variables(balls).all(allowed))
+        let mut settable = Variable::arrays().filter(|array| array.row.settable());
+        settable.all(|array| fits(&array) && array.scalars(balls).all(allowed))
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use newtons_cradle::variables::{
-    DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Settings, Shape, StartValue, Variable,
+    DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Settings, Shape, StartValue,
 };
 use toml::{Table, Value};
 
@@ -173,7 +173,7 @@ impl Choice {
 
 /// The variables of `name`, with their values.
 fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
-    let (position, row) = names::settable(name, balls)?;
+    let row = names::settable(name, balls)?;
     if let Some(refusal) = values.iter().find_map(|value| names::not_a_number(row, value)) {
         return Err(refusal);
     }
@@ -185,7 +185,7 @@ fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(St
                  one, use {name}[i]"
             ));
         }
-        let named = |(index, value)| (Variable { row, position, index }.to_string(), value);
+        let named = |(index, value)| (row.name_of(index + 1), value);
         return Ok(values.into_iter().enumerate().map(named).collect());
     }
     match <[StartValue; 1]>::try_from(values) {

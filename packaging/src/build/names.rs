@@ -16,14 +16,14 @@ pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -
     like.min().map(|(_, name)| format!("; did you mean \"{name}\"?")).unwrap_or_default()
 }
 
-/// The row of a variable with a start value in a cradle of `balls` balls, and its position in the table; otherwise why
-/// there is none, and what can be set.
-pub fn settable(name: &str, balls: usize) -> Result<(usize, &'static Row), String> {
+/// The row of a variable with a start value in a cradle of `balls` balls; otherwise why there is none, and what can be
+/// set.
+pub fn settable(name: &str, balls: usize) -> Result<&'static Row, String> {
     let (family, index) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
         Some((family, index)) => (family, Some(index)),
         None => (name, None),
     };
-    let Some((position, row)) = TABLE.iter().enumerate().find(|(_, row)| row.name == family) else {
+    let Some(row) = TABLE.iter().find(|row| row.name == family) else {
         let settable = || TABLE.iter().filter(|row| row.settable());
         let mut hint = did_you_mean(family, settable().map(|row| row.name));
         if hint.is_empty() {
@@ -50,7 +50,7 @@ pub fn settable(name: &str, balls: usize) -> Result<(usize, &'static Row), Strin
             let allowed = if count == 0 { "there are none".to_owned() } else { format!("allowed: 1 to {count}") };
             Err(format!("{name}: index {index} is refused; {allowed}, in a cradle of {balls} ball(s)"))
         }
-        _ => Ok((position, row)),
+        _ => Ok(row),
     }
 }
 

@@ -1,8 +1,8 @@
 //! The page of documentation in the FMU, with tables from the table of variables.
 
 use newtons_cradle::variables::{
-    Access, Array, Causality, Description, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings,
-    TABLE, Variability, Variable, escaped,
+    Access, Causality, Description, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
+    Variability, Variable, escaped,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -65,11 +65,12 @@ fn table(description: &Description, (id, heading, note, causalities): TableOf) -
     let has_start = causalities.iter().any(|causality| matches!(causality, Causality::Parameter | Causality::Input));
     let third = if has_start { "<th>Start</th>" } else { "<td></td>" };
     let mut rows = String::new();
-    for (row, variables) in families(description) {
+    for variable in families(description) {
+        let row = variable.row;
         let (causality, value) = match row.causality {
             // For the reader, the number of balls is a parameter.
             Causality::StructuralParameter => (Causality::Parameter, start.balls().to_string()),
-            causality => (causality, start_value(start, &variables)),
+            causality => (causality, start_value(start, variable)),
         };
         if causalities.contains(&causality) {
             let name = if description.scalars { &row.name_of("i") } else { row.name };
@@ -85,24 +86,21 @@ fn table(description: &Description, (id, heading, note, causalities): TableOf) -
     )
 }
 
-/// The rows in the order of the description, each with its variables of FMI 2.0.
-fn families(description: &Description) -> Vec<(&'static Row, Vec<Variable>)> {
-    let balls = description.start.balls();
+/// A variable for each row of the description, in its order.
+fn families(description: &Description) -> Vec<Variable> {
     if description.fmi3 {
-        let arrays = Array::all()
+        return Variable::arrays()
             .filter(|array| description.clocks || !array.needs_clocks())
-            .filter(|array| !description.scalars || array.scalar(0, MAX_BALLS).is_some());
-        return arrays.map(|array| (array.row, array.variables(balls).collect())).collect();
+            .filter(|array| !description.scalars || array.scalar(0, MAX_BALLS).is_some())
+            .collect();
     }
-    let variables = |(position, row): (_, &'static Row)| {
-        (row, (0..row.shape.len(balls)).map(|index| Variable { row, position, index }).collect())
-    };
-    TABLE.iter().enumerate().map(variables).collect()
+    let whole = |(position, row)| Variable { row, position, index: 0, whole: true };
+    TABLE.iter().enumerate().map(whole).collect()
 }
 
 /// Start value, if it is the same for all balls or contacts; otherwise the first and the last.
-fn start_value(start: &Settings, variables: &[Variable]) -> String {
-    let values: Vec<String> = variables.iter().filter_map(|variable| variable.text(start)).collect();
+fn start_value(start: &Settings, variable: Variable) -> String {
+    let values: Vec<String> = variable.scalars(start.balls()).filter_map(|scalar| scalar.text(start)).collect();
     match values.as_slice() {
         [first, .., last] if values.iter().any(|value| value != first) => format!("{first} &hellip; {last}"),
         all => all.first().cloned().unwrap_or_default(),
@@ -143,7 +141,7 @@ mod tests {
             let left_out = row.name == "t_next_isOnset";
             assert!(left_out || without.contains(&format!("<code>{}</code>", row.name_of("i"))), "{}", row.name);
         }
-        for array in Array::all().filter(|array| array.row.causality != Causality::Independent) {
+        for array in Variable::arrays().filter(|array| array.row.causality != Causality::Independent) {
             assert!(three.contains(&format!("<code>{array}</code>")), "{array}");
         }
         assert!(!three.contains("<code>t_next_isOnset</code></td>") && !three.contains("<code>x[i]</code>"));

@@ -99,7 +99,7 @@ impl Case {
             xml.push_str("    </ssc:Enumeration>\n");
         }
         xml.push_str("  </ssv:Enumerations>\n  <ssv:Units>\n");
-        for quantity in QUANTITIES {
+        for (quantity, _) in QUANTITIES {
             let (unit, base) = (quantity.unit, quantity.base_units());
             xml += &format!("    <ssc:Unit name=\"{unit}\"><ssc:BaseUnit{base}/></ssc:Unit>\n");
         }

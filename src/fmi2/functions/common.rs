@@ -1,12 +1,13 @@
 //! Functions common to all kinds of FMUs: versions, creating and freeing components, logging, phases, saved states.
 
-use std::ffi::CStr;
+use std::ffi::{CStr, c_char};
 use std::ptr::null_mut;
 
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
 use crate::instance::{Experiment, Kind, Log, Phase, Purpose, Sink};
+use crate::variables::Refusal;
 
 /// Platform of the types: `default`.
 #[unsafe(no_mangle)]
@@ -45,16 +46,14 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let log = Log::new(sink(functions, name), loggingOn != fmi2False);
     let start = |_: &Log| {
         if name.is_empty() {
-            return Err("instanceName is missing or empty; allowed: any other text".to_owned());
+            return Err(Refusal::new("instanceName is missing or empty; allowed: any other text"));
         }
         let kind = match fmuType {
             fmi2ModelExchange => Kind::ModelExchange,
             fmi2CoSimulation => Kind::CoSimulation,
             other => {
-                return Err(format!(
-                    "fmuType = {other} is refused; allowed: fmi2ModelExchange ({fmi2ModelExchange}), \
-                     fmi2CoSimulation ({fmi2CoSimulation})"
-                ));
+                let allowed = "fmi2ModelExchange (0), fmi2CoSimulation (1)";
+                return Err(Refusal::argument("fmuType", other, allowed));
             }
         };
         ffi::start(Purpose::fmi2(kind), ffi::at_location(location.to_bytes()), ("fmuGUID", guid))
@@ -96,8 +95,7 @@ export! {
     /// Sets start time, stop time and tolerance. A tolerance can only tighten `solver.tolerance`; non-positive and
     /// non-finite values are ignored.
     fn fmi2SetupExperiment(
-        toleranceDefined: fmi2Boolean, tolerance: fmi2Real, startTime: fmi2Real, stopTimeDefined: fmi2Boolean,
-        stopTime: fmi2Real
+        toleranceDefined: fmi2Boolean, tolerance: f64, startTime: f64, stopTimeDefined: fmi2Boolean, stopTime: f64
     ) as SetupExperiment |instance| {
         let stop = (stopTimeDefined != fmi2False).then_some(stopTime);
         let tolerance = (toleranceDefined != fmi2False).then_some(tolerance);
@@ -114,7 +112,7 @@ export! {
 }
 
 ffi::export_states! {
-    fmi2FMUstate, fmi2Byte:
+    fmi2FMUstate, c_char:
     fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate
     fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate
 }

@@ -8,8 +8,7 @@ export! {
     /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. Never answers fmi2Discard or
     /// fmi2Warning, at which hosts loop or stop.
     fn fmi2DoStep(
-        currentCommunicationPoint: fmi2Real, communicationStepSize: fmi2Real,
-        _noSetFMUStatePriorToCurrentPoint: fmi2Boolean
+        currentCommunicationPoint: f64, communicationStepSize: f64, _noSetFMUStatePriorToCurrentPoint: fmi2Boolean
     ) as DoStep |instance| {
         instance.step(currentCommunicationPoint, communicationStepSize, false).map(|_| ())
     };
@@ -21,7 +20,7 @@ export! {
         answer("value", value, fmi2Status::fmi2OK)
     };
     /// fmi2LastSuccessfulTime: the time that the last step reached, s.
-    fn fmi2GetRealStatus(s: fmi2StatusKind, value: *mut fmi2Real) as Status |instance| {
+    fn fmi2GetRealStatus(s: fmi2StatusKind, value: *mut f64) as Status |instance| {
         check(s, fmi2LastSuccessfulTime, "fmi2LastSuccessfulTime")?;
         answer("value", value, instance.time())
     };

@@ -35,26 +35,26 @@ export! {
         Ok(())
     };
     /// Sets the time, s.
-    fn fmi2SetTime(time: fmi2Real) as SetTime |instance| instance.set_time(time);
+    fn fmi2SetTime(time: f64) as SetTime |instance| instance.set_time(time);
     /// Sets the continuous states, all of them finite.
-    fn fmi2SetContinuousStates(x: *const fmi2Real, nx: usize) as SetContinuousStates |instance| {
+    fn fmi2SetContinuousStates(x: *const f64, nx: usize) as SetContinuousStates |instance| {
         Refusal::unless_count("nx", nx, instance.count_states())?;
         instance.set_continuous_states(array("x", x, nx)?)
     };
     /// Derivatives of the continuous states by time.
-    fn fmi2GetDerivatives(derivatives: *mut fmi2Real, nx: usize) as GetContinuous |instance| {
+    fn fmi2GetDerivatives(derivatives: *mut f64, nx: usize) as GetContinuous |instance| {
         write("derivatives", derivatives, ("nx", nx), instance.state_derivatives()?)
     };
     /// The event indicators.
-    fn fmi2GetEventIndicators(eventIndicators: *mut fmi2Real, ni: usize) as GetContinuous |instance| {
+    fn fmi2GetEventIndicators(eventIndicators: *mut f64, ni: usize) as GetContinuous |instance| {
         write("eventIndicators", eventIndicators, ("ni", ni), instance.event_indicators()?)
     };
     /// The continuous states.
-    fn fmi2GetContinuousStates(x: *mut fmi2Real, nx: usize) as GetContinuous |instance| {
+    fn fmi2GetContinuousStates(x: *mut f64, nx: usize) as GetContinuous |instance| {
         write("x", x, ("nx", nx), instance.continuous_states()?)
     };
     /// Orders of magnitude of the continuous states, positive and constant from initialization on.
-    fn fmi2GetNominalsOfContinuousStates(x_nominal: *mut fmi2Real, nx: usize) as GetNominals |instance| {
+    fn fmi2GetNominalsOfContinuousStates(x_nominal: *mut f64, nx: usize) as GetNominals |instance| {
         write("x_nominal", x_nominal, ("nx", nx), instance.nominals()?)
     };
 }

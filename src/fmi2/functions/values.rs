@@ -3,31 +3,13 @@
 use crate::ffi::{array, array_mut, write};
 use crate::fmi2::types::*;
 use crate::instance::Value;
-use crate::variables::{Refusal, Type};
-
-/// Fills the `count` places of `value` with the results of `get` for each of `vr`.
-///
-/// # Safety
-/// As for [`array()`] and [`array_mut()`].
-#[inline]
-unsafe fn get<T>(
-    vr: *const fmi2ValueReference,
-    count: usize,
-    value: *mut T,
-    mut get: impl FnMut(fmi2ValueReference) -> Result<T, Refusal>,
-) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    let (references, values) = unsafe { (array("vr", vr, count)?, array_mut("value", value, count)?) };
-    for (reference, value) in references.iter().zip(values) {
-        value.write(get(*reference)?);
-    }
-    Ok(())
-}
+use crate::variables::Type;
 
 export! {
     /// Reads real variables.
-    fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Real) as Get |instance| {
-        get(vr, nvr, value, |reference| instance.real(reference))
+    fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut f64) as Get |instance| {
+        let real = |value| if let Value::Float(value) = value { value } else { 0.0 };
+        instance.get(Type::Real, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, real)
     };
     /// Reads integers and enumerations; counts that do not fit are the largest integer.
     fn fmi2GetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Integer) as Get |instance| {
@@ -36,19 +18,19 @@ export! {
             Value::Item(item) => item as fmi2Integer,
             Value::Float(_) | Value::Flag(_) => 0, // no integer has these
         };
-        get(vr, nvr, value, |reference| instance.value(reference, Type::Integer).map(integer))
+        instance.get(Type::Integer, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, integer)
     };
     /// Reads booleans.
     fn fmi2GetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Boolean) as Get |instance| {
         let is_true = |value| (value == Value::Flag(true)).into();
-        get(vr, nvr, value, |reference| instance.value(reference, Type::Boolean).map(is_true))
+        instance.get(Type::Boolean, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, is_true)
     };
     /// There are no strings: legal for an empty list only.
     fn fmi2GetString(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2String) as Get |instance| {
-        get(vr, nvr, value, |reference| instance.array(reference, Type::String).map(|_| std::ptr::null()))
+        instance.get(Type::String, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, |_| std::ptr::null())
     };
     /// Sets real parameters and inputs: all, or none if any is refused.
-    fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) as Set |instance| {
+    fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const f64) as Set |instance| {
         instance.set_floats(array("vr", vr, nvr)?, array("value", value, nvr)?)
     };
     /// Sets enumerations: all, or none if any is refused.
@@ -69,7 +51,7 @@ export! {
     /// Sets time derivatives of real inputs, of order 1 to 3, for the next fmi2DoStep: all, or none if any is refused.
     /// After that step the inputs keep the values they reached.
     fn fmi2SetRealInputDerivatives(
-        vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *const fmi2Real
+        vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *const f64
     ) as SetInputDerivatives |instance| {
         let (references, orders) = (array("vr", vr, nvr)?, array("order", order, nvr)?);
         instance.set_input_derivatives(references, orders, array("value", value, nvr)?)
@@ -77,7 +59,7 @@ export! {
     /// Time derivatives of real outputs, of order 1 to 3; 0 for variables that change only at events and communication
     /// points.
     fn fmi2GetRealOutputDerivatives(
-        vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *mut fmi2Real
+        vr: *const fmi2ValueReference, nvr: usize, order: *const fmi2Integer, value: *mut f64
     ) as GetOutputDerivatives |instance| {
         let (references, orders) = (array("vr", vr, nvr)?, array("order", order, nvr)?);
         write("value", value, ("nvr", nvr), instance.output_derivatives(references, orders)?)
@@ -88,7 +70,7 @@ export! {
     /// and the derivatives of the states, and states and inputs.
     fn fmi2GetDirectionalDerivative(
         vUnknown_ref: *const fmi2ValueReference, nUnknown: usize, vKnown_ref: *const fmi2ValueReference, nKnown: usize,
-        dvKnown: *const fmi2Real, dvUnknown: *mut fmi2Real
+        dvKnown: *const f64, dvUnknown: *mut f64
     ) as DirectionalDerivative |instance| {
         let unknowns = array("vUnknown_ref", vUnknown_ref, nUnknown)?;
         let (knowns, direction) = (array("vKnown_ref", vKnown_ref, nKnown)?, array("dvKnown", dvKnown, nKnown)?);

@@ -19,24 +19,26 @@ macro_rules! intervals {
 }
 
 intervals! {
-    fn fmi3GetIntervalDecimal(_intervals: *mut fmi3Float64, _qualifiers: *mut fmi3IntervalQualifier);
+    fn fmi3GetIntervalDecimal(_intervals: *mut f64, _qualifiers: *mut fmi3IntervalQualifier);
     fn fmi3GetIntervalFraction(
-        _counters: *mut fmi3UInt64, _resolutions: *mut fmi3UInt64, _qualifiers: *mut fmi3IntervalQualifier
+        _counters: *mut u64, _resolutions: *mut u64, _qualifiers: *mut fmi3IntervalQualifier
     );
-    fn fmi3GetShiftDecimal(_shifts: *mut fmi3Float64);
-    fn fmi3GetShiftFraction(_counters: *mut fmi3UInt64, _resolutions: *mut fmi3UInt64);
-    fn fmi3SetIntervalDecimal(_intervals: *const fmi3Float64);
-    fn fmi3SetIntervalFraction(_counters: *const fmi3UInt64, _resolutions: *const fmi3UInt64);
-    fn fmi3SetShiftDecimal(_shifts: *const fmi3Float64);
-    fn fmi3SetShiftFraction(_counters: *const fmi3UInt64, _resolutions: *const fmi3UInt64);
+    fn fmi3GetShiftDecimal(_shifts: *mut f64);
+    fn fmi3GetShiftFraction(_counters: *mut u64, _resolutions: *mut u64);
+    fn fmi3SetIntervalDecimal(_intervals: *const f64);
+    fn fmi3SetIntervalFraction(_counters: *const u64, _resolutions: *const u64);
+    fn fmi3SetShiftDecimal(_shifts: *const f64);
+    fn fmi3SetShiftFraction(_counters: *const u64, _resolutions: *const u64);
 }
 
 export! {
     /// Not offered.
-    fn fmi3ActivateModelPartition(_clockReference: fmi3ValueReference, _activationTime: fmi3Float64)
-    as NotOffered |_| {
-        Err(Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange"))
-    };
+    fn fmi3ActivateModelPartition(_clockReference: fmi3ValueReference, _activationTime: f64)
+    as NotOffered |_| Err(no_scheduled_execution());
     /// Does nothing, as the standard requires where `providesEvaluateDiscreteStates` is false.
     fn fmi3EvaluateDiscreteStates() as NextEvent |_| Ok(());
+}
+
+pub(super) fn no_scheduled_execution() -> Refusal {
+    Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange")
 }

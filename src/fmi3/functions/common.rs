@@ -19,8 +19,7 @@ export! {
     /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; non-positive and non-finite values
     /// are ignored.
     fn fmi3EnterInitializationMode(
-        toleranceDefined: fmi3Boolean, tolerance: fmi3Float64, startTime: fmi3Float64, stopTimeDefined: fmi3Boolean,
-        stopTime: fmi3Float64,
+        toleranceDefined: fmi3Boolean, tolerance: f64, startTime: f64, stopTimeDefined: fmi3Boolean, stopTime: f64,
     ) as EnterInitializationMode |instance| {
         let stop = (stopTimeDefined != fmi3False).then_some(stopTime);
         let tolerance = (toleranceDefined != fmi3False).then_some(tolerance);
@@ -36,7 +35,7 @@ export! {
     fn fmi3UpdateDiscreteStates(
         discreteStatesNeedUpdate: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
         nominalsOfContinuousStatesChanged: *mut fmi3Boolean, valuesOfContinuousStatesChanged: *mut fmi3Boolean,
-        nextEventTimeDefined: *mut fmi3Boolean, nextEventTime: *mut fmi3Float64,
+        nextEventTimeDefined: *mut fmi3Boolean, nextEventTime: *mut f64,
     ) as NextEvent |instance| {
         let Handled { again, changed, next } = instance.update_discrete_states()?;
         answer("discreteStatesNeedUpdate", discreteStatesNeedUpdate, again.into())?;
@@ -53,7 +52,7 @@ export! {
 }
 
 ffi::export_states! {
-    fmi3FMUState, fmi3Byte:
+    fmi3FMUState, u8:
     fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState
     fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState
 }

@@ -19,13 +19,13 @@ export! {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3DoStep(
     instance: fmi3Instance,
-    currentCommunicationPoint: fmi3Float64,
-    communicationStepSize: fmi3Float64,
+    currentCommunicationPoint: f64,
+    communicationStepSize: f64,
     _noSetFMUStatePriorToCurrentPoint: fmi3Boolean,
     eventHandlingNeeded: *mut fmi3Boolean,
     terminateSimulation: *mut fmi3Boolean,
     earlyReturn: *mut fmi3Boolean,
-    lastSuccessfulTime: *mut fmi3Float64,
+    lastSuccessfulTime: *mut f64,
 ) -> fmi3Status {
     let mut end: Option<StepEnd> = None;
     let mut part = |legal: Call, body: &dyn Fn(&mut Instance) -> Result<StepEnd, Refusal>| {

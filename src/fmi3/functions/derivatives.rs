@@ -2,45 +2,33 @@
 
 use crate::ffi::{array, write};
 use crate::fmi3::types::*;
-use crate::instance::Instance;
 use crate::variables::Refusal;
 
-/// Derivatives of unknowns by knowns, weighted by a seed.
-type Weighted = fn(&mut Instance, &[u32], &[u32], &[f64]) -> Result<Vec<f64>, Refusal>;
-
-macro_rules! weighted {
-    ($($(#[$doc:meta])* fn $name:ident = $of:expr;)*) => {
-        export! {$(
-            $(#[$doc])*
-            fn $name(
-                unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference,
-                nKnowns: usize,
-                seed: *const fmi3Float64, nSeed: usize, sensitivity: *mut fmi3Float64, nSensitivity: usize,
-            ) as DirectionalDerivative |instance| {
-                let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
-                let of: Weighted = $of;
-                let found = of(instance, unknowns, knowns, array("seed", seed, nSeed)?)?;
-                write("sensitivity", sensitivity, ("nSensitivity", nSensitivity), found)
-            };
-        )*}
-    };
-}
-
-weighted! {
+export! {
     /// Derivatives of the unknowns along the direction in which the knowns change by `seed`. In Initialization Mode the
     /// unknowns are real outputs and calculated parameters, the knowns real parameters and inputs; later outputs and
     /// inputs, as `derivatives.of` says.
-    fn fmi3GetDirectionalDerivative = Instance::directional;
+    fn fmi3GetDirectionalDerivative(
+        unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference, nKnowns: usize,
+        seed: *const f64, nSeed: usize, sensitivity: *mut f64, nSensitivity: usize,
+    ) as DirectionalDerivative |instance| {
+        let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
+        let found = instance.directional(unknowns, knowns, array("seed", seed, nSeed)?)?;
+        write("sensitivity", sensitivity, ("nSensitivity", nSensitivity), found)
+    };
     /// The same derivatives, summed over the unknowns with the weights `seed`, by each known.
-    fn fmi3GetAdjointDerivative = Instance::adjoint;
-}
-
-export! {
+    fn fmi3GetAdjointDerivative(
+        unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference, nKnowns: usize,
+        seed: *const f64, nSeed: usize, sensitivity: *mut f64, nSensitivity: usize,
+    ) as DirectionalDerivative |instance| {
+        let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
+        let found = instance.adjoint(unknowns, knowns, array("seed", seed, nSeed)?)?;
+        write("sensitivity", sensitivity, ("nSensitivity", nSensitivity), found)
+    };
     /// Time derivatives of real outputs, of order 1 to 3; 0 for variables that change only at events and communication
     /// points.
     fn fmi3GetOutputDerivatives(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const fmi3Int32,
-        values: *mut fmi3Float64,
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const i32, values: *mut f64,
         nValues: usize,
     ) as GetOutputDerivatives |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
@@ -52,9 +40,8 @@ export! {
     as NotOffered |_| no_dependencies();
     /// Not offered.
     fn fmi3GetVariableDependencies(
-        _dependent: fmi3ValueReference, _elementIndicesOfDependent: *mut usize,
-        _independents: *mut fmi3ValueReference, _elementIndicesOfIndependents: *mut usize,
-        _dependencyKinds: *mut fmi3DependencyKind, _nDependencies: usize,
+        _dependent: fmi3ValueReference, _elementIndicesOfDependent: *mut usize, _independents: *mut fmi3ValueReference,
+        _elementIndicesOfIndependents: *mut usize, _dependencyKinds: *mut fmi3DependencyKind, _nDependencies: usize,
     ) as NotOffered |_| no_dependencies();
 }
 

@@ -18,36 +18,30 @@ export! {
         answer("terminateSimulation", terminateSimulation, fmi3False)
     };
     /// Sets the time, s, at least that of the last event.
-    fn fmi3SetTime(time: fmi3Float64) as SetTimeOfExchange |instance| instance.set_time(time);
+    fn fmi3SetTime(time: f64) as SetTimeOfExchange |instance| instance.set_time(time);
     /// Sets the continuous states, all of them finite: the elements of `q`, `v`, `impulse`, `E_dissipated` and
     /// `W_external`.
     fn fmi3SetContinuousStates(
-        continuousStates: *const fmi3Float64, nContinuousStates: usize,
+        continuousStates: *const f64, nContinuousStates: usize,
     ) as SetContinuousStates |instance| {
         Refusal::unless_count("nContinuousStates", nContinuousStates, instance.count_states())?;
         instance.set_continuous_states(array("continuousStates", continuousStates, nContinuousStates)?)
     };
     /// Derivatives of the continuous states by time.
-    fn fmi3GetContinuousStateDerivatives(
-        derivatives: *mut fmi3Float64, nContinuousStates: usize,
-    ) as GetContinuous |instance| {
+    fn fmi3GetContinuousStateDerivatives(derivatives: *mut f64, nContinuousStates: usize) as GetContinuous |instance| {
         write("derivatives", derivatives, ("nContinuousStates", nContinuousStates), instance.state_derivatives()?)
     };
     /// The event indicators: the elements of `z.contact` and `z.clip`.
-    fn fmi3GetEventIndicators(eventIndicators: *mut fmi3Float64, nEventIndicators: usize) as GetContinuous |instance| {
+    fn fmi3GetEventIndicators(eventIndicators: *mut f64, nEventIndicators: usize) as GetContinuous |instance| {
         write("eventIndicators", eventIndicators, ("nEventIndicators", nEventIndicators), instance.event_indicators()?)
     };
     /// The continuous states.
-    fn fmi3GetContinuousStates(
-        continuousStates: *mut fmi3Float64, nContinuousStates: usize,
-    ) as GetContinuous |instance| {
+    fn fmi3GetContinuousStates(continuousStates: *mut f64, nContinuousStates: usize) as GetContinuous |instance| {
         let states = instance.continuous_states()?;
         write("continuousStates", continuousStates, ("nContinuousStates", nContinuousStates), states)
     };
     /// Orders of magnitude of the continuous states, positive and constant from initialization on.
-    fn fmi3GetNominalsOfContinuousStates(
-        nominals: *mut fmi3Float64, nContinuousStates: usize,
-    ) as GetNominals |instance| {
+    fn fmi3GetNominalsOfContinuousStates(nominals: *mut f64, nContinuousStates: usize) as GetNominals |instance| {
         write("nominals", nominals, ("nContinuousStates", nContinuousStates), instance.nominals()?)
     };
     /// Number of event indicators, 2 n; 2 n - 2 where variables are scalars.

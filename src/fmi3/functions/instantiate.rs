@@ -1,10 +1,11 @@
 //! Creating and freeing instances.
 
+use super::clocks::no_scheduled_execution;
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
 use crate::instance::{Kind, Log, Purpose, Sink};
-use crate::variables::Array;
+use crate::variables::{Refusal, Variable};
 
 /// Version of the standard: `3.0`.
 #[unsafe(no_mangle)]
@@ -83,11 +84,12 @@ unsafe fn create(
     let log = Log::on_demand(sink(logger, callbacks.environment), on != fmi3False);
     let start = |log: &Log| {
         if name.to_string_lossy().trim().is_empty() {
-            return Err("instanceName is missing or blank; allowed: any other text".to_owned());
+            return Err(Refusal::new("instanceName is missing or blank; allowed: any other text"));
         }
         let start = ffi::start(purpose, ffi::at_path(path.to_bytes()), ("instantiationToken", token))?;
         for reference in read {
-            if !start.array_at(*reference, start.settings.balls()).is_some_and(Array::is_intermediate) {
+            let variable = start.variable(*reference, start.settings.balls());
+            if !variable.as_ref().is_some_and(Variable::is_intermediate) {
                 log.solver(format_args!("the variable with value reference {reference} has no intermediateUpdate"));
             }
         }
@@ -109,15 +111,13 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     loggingOn: fmi3Boolean,
     instanceEnvironment: fmi3InstanceEnvironment,
     logMessage: fmi3LogMessageCallback,
-    _clockUpdate: fmi3ClockUpdateCallback,
-    _lockPreemption: fmi3LockPreemptionCallback,
-    _unlockPreemption: fmi3UnlockPreemptionCallback,
+    _clockUpdate: Option<unsafe extern "C" fn(fmi3InstanceEnvironment)>,
+    _lockPreemption: Option<unsafe extern "C" fn()>,
+    _unlockPreemption: Option<unsafe extern "C" fn()>,
 ) -> fmi3Instance {
     let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
     let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
-    let refuse =
-        |_: &Log| Err("scheduled execution is not offered; allowed: co-simulation or model exchange".to_owned());
-    ffi::create("fmi3InstantiateScheduledExecution", log, callbacks, refuse)
+    ffi::create("fmi3InstantiateScheduledExecution", log, callbacks, |_| Err(no_scheduled_execution()))
 }
 
 /// Frees an instance in any phase; NULL and an instance within a step are ignored.

@@ -5,35 +5,6 @@ use crate::fmi3::types::*;
 use crate::instance::{Instance, Value};
 use crate::variables::{Refusal, Type};
 
-/// Fills the `count` places of `values` with the elements of the variables, all of this type.
-///
-/// # Safety
-/// As for [`array()`] and [`array_mut()`].
-unsafe fn get<T>(
-    instance: &mut Instance,
-    asked: Type,
-    references: (*const fmi3ValueReference, usize),
-    values: (*mut T, usize),
-    convert: fn(Value) -> T,
-) -> Result<(), Refusal> {
-    // SAFETY: as the caller promises.
-    let (references, places) =
-        unsafe { (array("valueReferences", references.0, references.1)?, array_mut("values", values.0, values.1)?) };
-    instance.recompute()?;
-    let mut found = 0;
-    for reference in references {
-        let array = instance.readable(*reference, asked)?;
-        for index in 0..array.len(instance.balls()) {
-            let value = instance.element(array, index)?;
-            if let Some(place) = places.get_mut(found) {
-                place.write(convert(value));
-            }
-            found += 1;
-        }
-    }
-    Refusal::unless_count("nValues", places.len(), found)
-}
-
 /// Error for a type that no variable has, if any is asked for.
 fn refuse_type(asked: usize) -> Result<(), Refusal> {
     if asked == 0 { Ok(()) } else { Err(Refusal::new("no variable is of this type")) }
@@ -51,7 +22,8 @@ macro_rules! values {
                 valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut $type, nValues: usize,
             ) as GetArrays |instance| {
                 let convert = |value| if let Value::$value(value) = value { value.into() } else { Default::default() };
-                get(instance, Type::$asked, (valueReferences, nValueReferences), (values, nValues), convert)
+                let references = array("valueReferences", valueReferences, nValueReferences)?;
+                instance.get(Type::$asked, references, array_mut("values", values, nValues)?, convert)
             };
             $(#[$is_set])*
             fn $set(
@@ -70,15 +42,15 @@ values! {
     /// Reads real variables.
     fmi3GetFloat64
     /// Sets real parameters, inputs and slopes: all, or none if any is refused.
-    fmi3SetFloat64(fmi3Float64 = Real, Float) as Set Instance::set_floats;
+    fmi3SetFloat64(f64 = Real, Float) as Set Instance::set_floats;
     /// Reads counts, and `n`.
     fmi3GetUInt64
     /// Sets `n`, in Configuration Mode.
-    fmi3SetUInt64(fmi3UInt64 = Integer, Count) as SetCounts Instance::set_counts;
+    fmi3SetUInt64(u64 = Integer, Count) as SetCounts Instance::set_counts;
     /// Reads enumerations.
     fmi3GetInt64
     /// Sets enumerations: all, or none if any is refused.
-    fmi3SetInt64(fmi3Int64 = Enumeration, Item) as SetDiscrete Instance::set_items;
+    fmi3SetInt64(i64 = Enumeration, Item) as SetDiscrete Instance::set_items;
     /// Reads truth values.
     fmi3GetBoolean
     /// No truth value can be set.
@@ -92,8 +64,9 @@ export! {
     fn fmi3GetClock(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Clock,
     ) as GetArrays |instance| {
-        let flag = |value| (value == Value::Flag(true)).into();
-        get(instance, Type::Clock, (valueReferences, nValueReferences), (values, nValueReferences), flag)
+        let references = array("valueReferences", valueReferences, nValueReferences)?;
+        let is_active = |value| (value == Value::Flag(true)).into();
+        instance.get(Type::Clock, references, array_mut("values", values, nValueReferences)?, is_active)
     };
     /// No clock can be set: all are outputs.
     fn fmi3SetClock(
@@ -104,8 +77,7 @@ export! {
     /// Reads `log.pulses`. The bytes stay valid until the next call.
     fn fmi3GetBinary(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, valueSizes: *mut usize,
-        values: *mut fmi3Binary,
-        nValues: usize,
+        values: *mut fmi3Binary, nValues: usize,
     ) as GetArrays |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let (sizes, places) = (array_mut("valueSizes", valueSizes, nValues)?, array_mut("values", values, nValues)?);

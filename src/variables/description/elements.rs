@@ -3,24 +3,23 @@
 use std::collections::HashMap;
 use std::fmt::{self, Display, Write};
 
-use super::structure::first_indices;
+use super::structure::numbering;
 use crate::model::Item;
-use crate::variables::arrays::{Array, MAX_LOG, enumerations};
 use crate::variables::settings::Settings;
+use crate::variables::table::extra::MAX_LOG;
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
-use crate::variables::table::unit::{DISPLAYED, QUANTITIES, Quantity};
+use crate::variables::table::unit::{QUANTITIES, Quantity};
 use crate::variables::text::{Number, camel, escaped};
-use crate::variables::variable::Variable;
+use crate::variables::variable::{Variable, enumerations};
 
 pub(super) fn write_units(out: &mut String) -> fmt::Result {
-    for quantity in QUANTITIES {
+    for (quantity, shown) in QUANTITIES {
         write!(out, "    <Unit name=\"{}\"><BaseUnit{}/>", quantity.unit, quantity.base_units())?;
         // First the unit itself: FMPy plots whatever has a unit in the first one that it can be shown in.
-        let alike: Vec<&Quantity> = displayed(quantity).collect();
-        if !alike.is_empty() {
+        if !shown.is_empty() {
             write!(out, "<DisplayUnit name=\"{}\"/>", quantity.unit)?;
         }
-        for (name, factor) in alike.iter().filter_map(|quantity| quantity.display) {
+        for (name, factor) in shown.iter().filter_map(|shown| shown.display) {
             write!(out, "<DisplayUnit name=\"{name}\" factor=\"{}\"/>", Number(factor))?;
         }
         out.write_str("</Unit>\n")?;
@@ -34,14 +33,9 @@ fn units_of(quantity: &Quantity) -> String {
     format!(" unit=\"{}\"{display}", quantity.unit)
 }
 
-/// The quantity again, in each unit that it is shown in for some variables.
-fn displayed(quantity: &Quantity) -> impl Iterator<Item = &'static Quantity> {
-    DISPLAYED.iter().copied().filter(|shown| shown.unit == quantity.unit)
-}
-
 pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
-    for quantity in QUANTITIES {
-        for shown in std::iter::once(*quantity).chain(displayed(quantity)) {
+    for (quantity, others) in QUANTITIES {
+        for shown in [quantity].into_iter().chain(*others) {
             let (name, attributes) = (shown.name, format!("quantity=\"{}\"{}", quantity.name, units_of(shown)));
             match fmi3 {
                 true => writeln!(out, "    <Float64Type name=\"{name}\" {attributes}/>")?,
@@ -70,34 +64,30 @@ pub(super) fn write_variables(
     out: &mut String,
     start: &Settings,
     fmi3: bool,
-    states: &[(Array, Array)],
-    arrays: &[Array],
+    states: &[(Variable, Variable)],
+    variables: &[Variable],
 ) -> fmt::Result {
-    let firsts = first_indices(start.balls());
-    let of_states = of_states(states, |state| match fmi3 {
-        true => state.reference() as usize,
-        false => firsts[state.variable(0).position] + state.index(0),
-    });
+    let of_states = of_states(states, numbering(start.balls(), fmi3));
     // The common part of a row is rendered once: an instance renders all of this for its GUID.
     let mut rows = HashMap::new();
-    for array in arrays {
-        let (row, reference) = (array.row, array.reference());
+    for variable in variables {
+        let (row, reference) = (variable.row, variable.reference());
         let parts =
-            || [common_attributes(row, if fmi3 { array.variability() } else { row.variability }), typed(row, fmi3)];
-        let [common, typed] = rows.entry(array.variable(0).position).or_insert_with(parts);
-        let is_array = row.shape != Shape::Scalar && !array.is_single();
+            || [common_attributes(row, if fmi3 { variable.variability() } else { row.variability }), typed(row, fmi3)];
+        let [common, typed] = rows.entry(variable.position).or_insert_with(parts);
+        let is_array = row.shape != Shape::Scalar && variable.whole;
         let element = if fmi3 { row.access.data_type().fmi3() } else { "ScalarVariable" };
-        write!(out, "    <{element} name=\"{array}\" valueReference=\"{reference}\"{common}")?;
-        if let Some(clock) = array.clock() {
+        write!(out, "    <{element} name=\"{variable}\" valueReference=\"{reference}\"{common}")?;
+        if let Some(clock) = variable.clock() {
             write!(out, " clocks=\"{}\"", clock.reference())?;
         }
-        if fmi3 && array.is_intermediate() {
+        if fmi3 && variable.is_intermediate() {
             out.write_str(" intermediateUpdate=\"true\"")?;
         }
         out.write_str(" description=\"")?;
         match is_array {
             true => write_text(out, row, "i", "i+1")?,
-            false => write_text(out, row, array.index(0) + 1, array.index(0) + 2)?,
+            false => write_text(out, row, variable.index + 1, variable.index + 2)?,
         }
         if is_array && row.shape == Shape::Contacts {
             out.write_str("; the last element belongs to no contact")?;
@@ -110,14 +100,14 @@ pub(super) fn write_variables(
         if row.causality == Causality::StructuralParameter {
             write!(out, " start=\"{}\"", start.balls())?;
         } else if row.settable() {
-            for index in 0..array.len(start.balls()) {
+            for index in 0..variable.len(start.balls()) {
                 let before = if index == 0 { " start=\"" } else { " " };
-                write!(out, "{before}{}", start_value(array.variable(index), start))?;
+                write!(out, "{before}{}", start_value(variable.element(index), start))?;
             }
             out.write_str("\"")?;
         }
         if is_array {
-            let balls = Array::named("n").map_or(0, Array::reference);
+            let balls = Variable::array("n").map_or(0, |n| n.reference());
             writeln!(out, "><Dimension valueReference=\"{balls}\"/></{element}>")?;
         } else {
             out.write_str(if fmi3 { "/>\n" } else { "/>\n    </ScalarVariable>\n" })?;
@@ -127,7 +117,7 @@ pub(super) fn write_variables(
 }
 
 /// What states and their derivatives have as attributes, by value reference; `number` identifies a state.
-fn of_states(states: &[(Array, Array)], number: impl Fn(Array) -> usize) -> HashMap<u32, String> {
+fn of_states(states: &[(Variable, Variable)], number: impl Fn(Variable) -> usize) -> HashMap<u32, String> {
     let mut of_states: HashMap<u32, String> = HashMap::new(); // a velocity is a derivative and a state
     for (state, rate) in states {
         *of_states.entry(rate.reference()).or_default() += &format!(" derivative=\"{}\"", number(*state));

@@ -7,5 +7,5 @@ mod structure;
 mod xml;
 
 pub use elements::padding;
-pub use log_category::{LOG_CATEGORIES, LogCategory};
+pub use log_category::LogCategory;
 pub use xml::{Description, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME};

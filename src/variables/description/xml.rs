@@ -3,12 +3,12 @@
 use std::fmt::{self, Write};
 
 use super::elements::{write_types, write_units, write_variables};
-use super::log_category::{LOG_CATEGORIES, LogCategory};
+use super::log_category::LogCategory;
 use super::structure::write_structure;
-use crate::variables::arrays::{Array, states};
+use crate::model::Item;
 use crate::variables::settings::Settings;
 use crate::variables::text::{Number, escaped};
-use crate::variables::variable::{Variable, variables};
+use crate::variables::variable::{Variable, states, variables};
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
@@ -71,12 +71,12 @@ impl<'a> Description<'a> {
     }
 
     /// The variables in their order.
-    fn arrays(&self) -> Vec<Array> {
+    fn variables(&self) -> Vec<Variable> {
         let balls = self.start.balls();
         if !self.fmi3 {
-            return variables(balls).map(Variable::scalar).collect();
+            return variables(balls).collect();
         }
-        let arrays = Array::all().filter(|array| self.clocks || !array.needs_clocks());
+        let arrays = Variable::arrays().filter(|array| self.clocks || !array.needs_clocks());
         match self.scalars {
             true => arrays.flat_map(|array| (0..balls).filter_map(move |i| array.scalar(i, balls))).collect(),
             false => arrays.collect(),
@@ -84,9 +84,8 @@ impl<'a> Description<'a> {
     }
 
     /// The states with their derivatives.
-    fn states(&self) -> Vec<(Array, Array)> {
-        let scalars = states(self.start.balls()).map(|(state, rate)| (state.scalar(), rate.scalar()));
-        if self.scalars { scalars.collect() } else { Array::states().collect() }
+    fn states(&self) -> Vec<(Variable, Variable)> {
+        if self.scalars { states(self.start.balls()).collect() } else { Variable::states().collect() }
     }
 
     fn render(&self, guid: &str, date: &str) -> String {
@@ -121,12 +120,12 @@ impl<'a> Description<'a> {
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
             "types" => write_types(out, self.fmi3),
-            "variables" => write_variables(out, self.start, self.fmi3, &self.states(), &self.arrays()),
-            "structure" => write_structure(out, self.start, self.fmi3, &self.states(), &self.arrays()),
+            "variables" => write_variables(out, self.start, self.fmi3, &self.states(), &self.variables()),
+            "structure" => write_structure(out, self.start, self.fmi3, &self.states(), &self.variables()),
             // In FMI 2.0 every refused call is an error.
             "log_categories" => {
-                let known = |(of, ..): &&(LogCategory, _, _)| self.fmi3 || *of != LogCategory::Discard;
-                LOG_CATEGORIES.iter().filter(known).try_for_each(|(_, name, description)| {
+                let known = |item: &&Item| self.fmi3 || item.value != LogCategory::Discard as i32;
+                LogCategory::ITEMS.iter().filter(known).try_for_each(|Item { name, description, .. }| {
                     writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", escaped(description))
                 })
             }

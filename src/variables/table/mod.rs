@@ -3,6 +3,7 @@
 //! Start values are those of [`Parameters::default_for`], read through the row's own accessor.
 
 pub(super) mod enumeration;
+pub(super) mod extra;
 pub(super) mod range;
 pub(super) mod row;
 pub(super) mod unit;

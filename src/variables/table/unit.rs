@@ -23,49 +23,40 @@ impl Quantity {
 }
 
 macro_rules! quantities {
-    ($($id:ident $name:literal $unit:literal $kg:literal $m:literal $s:literal;)*) => {
-        $(#[doc = concat!("The quantity ", $name, ".")]
-        pub static $id: Quantity = Quantity { name: $name, unit: $unit, exponents: [$kg, $m, $s], display: None };)*
-        /// Every quantity, as shown in its SI unit; a variable is declared with one of these or of `DISPLAYED`.
-        pub static QUANTITIES: &[&Quantity] = &[$(&$id),*];
-    };
-}
-
-macro_rules! displayed {
-    ($($id:ident $name:literal $of:ident $unit:literal $factor:literal;)*) => {
-        $(#[doc = concat!("The same as [`", stringify!($of), "`], shown in ", $unit, ".")]
-        pub static $id: Quantity = Quantity { name: $name, display: Some(($unit, $factor)), ..$of };)*
-        /// Quantities again where numbers are far from 1: shown in another unit.
-        pub static DISPLAYED: &[&Quantity] = &[$(&$id),*];
+    ($(
+        $id:ident $name:literal $unit:literal $kg:literal $m:literal $s:literal
+        $(shown $shown:ident $shown_name:literal $display:literal $factor:literal)*;
+    )*) => {
+        $(
+            #[doc = concat!("The quantity ", $name, ".")]
+            pub static $id: Quantity = Quantity { name: $name, unit: $unit, exponents: [$kg, $m, $s], display: None };
+            $(
+                #[doc = concat!("The same as [`", stringify!($id), "`], shown in ", $display, ".")]
+                pub static $shown: Quantity = Quantity { name: $shown_name, display: Some(($display, $factor)), ..$id };
+            )*
+        )*
+        /// Every quantity, as shown in its SI unit, and again in each unit that it is shown in where numbers are far
+        /// from 1; a variable is declared with one of these.
+        pub static QUANTITIES: &[(&Quantity, &[&Quantity])] = &[$((&$id, &[$(&$shown),*])),*];
     };
 }
 
 quantities! {
     RATIO "Ratio" "1" 0 0 0;
-    ANGLE "Angle" "rad" 0 0 0;
-    LENGTH "Length" "m" 0 1 0;
-    TIME "Time" "s" 0 0 1;
+    ANGLE "Angle" "rad" 0 0 0 shown ANGLE_DEG "Angle_deg" "deg" 57.295_779_513_082_32;
+    LENGTH "Length" "m" 0 1 0 shown LENGTH_MM "Length_mm" "mm" 1e3 shown LENGTH_UM "Length_um" "um" 1e6;
+    TIME "Time" "s" 0 0 1 shown TIME_US "Time_us" "us" 1e6;
     MASS "Mass" "kg" 1 0 0;
     VELOCITY "Velocity" "m/s" 0 1 -1;
     ACCELERATION "Acceleration" "m/s2" 0 1 -2;
     SLOWNESS "Slowness" "s/m" 0 -1 1;
     DRAG "Drag" "kg/s" 1 0 -1;
     MOMENTUM "Momentum" "kg.m/s" 1 1 -1;
-    FORCE "Force" "N" 1 1 -2;
-    STIFFNESS "Stiffness" "N/m" 1 0 -2;
+    FORCE "Force" "N" 1 1 -2 shown FORCE_KN "Force_kN" "kN" 1e-3;
+    STIFFNESS "Stiffness" "N/m" 1 0 -2 shown STIFFNESS_N_UM "Stiffness_N_um" "N/um" 1e-6;
     IMPULSE "Impulse" "N.s" 1 1 -1;
     DAMPING "Damping" "N.s/m" 1 0 -1;
     ENERGY "Energy" "J" 1 2 -2;
     POWER "Power" "W" 1 2 -3;
-    ELASTIC_MODULUS "ElasticModulus" "Pa" 1 -1 -2;
-}
-
-displayed! {
-    ANGLE_DEG "Angle_deg" ANGLE "deg" 57.295_779_513_082_32;
-    LENGTH_MM "Length_mm" LENGTH "mm" 1e3;
-    LENGTH_UM "Length_um" LENGTH "um" 1e6;
-    TIME_US "Time_us" TIME "us" 1e6;
-    FORCE_KN "Force_kN" FORCE "kN" 1e-3;
-    STIFFNESS_N_UM "Stiffness_N_um" STIFFNESS "N/um" 1e-6;
-    ELASTIC_MODULUS_GPA "ElasticModulus_GPa" ELASTIC_MODULUS "GPa" 1e-9;
+    ELASTIC_MODULUS "ElasticModulus" "Pa" 1 -1 -2 shown ELASTIC_MODULUS_GPA "ElasticModulus_GPa" "GPa" 1e-9;
 }

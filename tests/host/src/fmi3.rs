@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use newtons_cradle::fmi3::fmi3Status::fmi3OK;
 use newtons_cradle::fmi3::*;
-use newtons_cradle::variables::{Array, Description, Settings};
+use newtons_cradle::variables::{Description, Settings, Variable};
 
 /// What a host does when it is called within a step: with the instance, the time (s) and whether the step may end here.
 /// The answer is whether it asks for that.
@@ -66,7 +66,7 @@ pub fn token() -> &'static CStr {
 
 /// The value reference of the variable of this name.
 pub fn vr(name: &str) -> u32 {
-    Array::named(name).unwrap_or_else(|| panic!("no {name}")).reference()
+    Variable::array(name).unwrap_or_else(|| panic!("no {name}")).reference()
 }
 
 impl Host {

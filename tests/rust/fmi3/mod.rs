@@ -17,7 +17,7 @@ use fmi_schema::traits::FmiModelDescription;
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::model::ContactModel;
-use newtons_cradle::variables::{Array, Causality, Description, Settings, Shape};
+use newtons_cradle::variables::{Causality, Description, Settings, Shape, Variable};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
@@ -256,7 +256,7 @@ fn the_description_of_fmi_3_is_the_table() {
         assert_eq!(description.instantiation_token, Description::fmi3(&settings).guid());
         assert_ne!(description.instantiation_token, Description::of(&settings).guid());
         assert!(!xml.contains("{{") && !xml.contains("}}"));
-        for array in Array::all() {
+        for array in Variable::arrays() {
             let name = format!(" name=\"{array}\" valueReference=\"{}\"", array.reference());
             let line = xml.lines().find(|line| line.contains(&name)).unwrap();
             let is_array = array.row.shape != Shape::Scalar;
@@ -267,7 +267,7 @@ fn the_description_of_fmi_3_is_the_table() {
             assert_eq!(array.has_start(), set, "{array}");
             assert_eq!(start.map(|start| start.split(' ').count()), set.then_some(array.len(balls)), "{line}");
         }
-        let outputs = Array::all().filter(|array| array.row.causality == Causality::Output).count();
+        let outputs = Variable::arrays().filter(|array| array.row.causality == Causality::Output).count();
         assert_eq!(xml.matches("<Output ").count(), outputs);
     }
 }

@@ -65,7 +65,7 @@ fn start_values_are_there_before_initialization() {
         assert_eq!(fmi3GetInt64(own.c, &vr("contact.model"), 1, &mut model, 1), fmi3OK);
     }
     assert_eq!((own.floats("F_ext", 5), own.counts("n", 1), model), (forces.to_vec(), vec![5], 2));
-    for array in Array::all() {
+    for array in Variable::arrays() {
         let (host, reference) = (Host::new(true, true), array.reference());
         let mut values = [0_u64; 5];
         let (at, length) = (values.as_mut_ptr(), array.len(5));

@@ -67,7 +67,7 @@ fn arrays_and_n_are_unknown() {
     // An element of a clocked array belongs to a contact.
     let host = instantiated(Some([true, true]));
     host.start();
-    let reference = |index| Array::named("release.impulse").unwrap().variable(index).reference();
+    let reference = |index| Variable::array("release.impulse").unwrap().element(index).reference();
     let mut value = f64::NAN;
     assert_eq!(unsafe { fmi3GetFloat64(host.c, &reference(3), 1, &mut value, 1) }, fmi3OK);
     assert_eq!(unsafe { fmi3GetFloat64(host.c, &reference(4), 1, &mut value, 1) }, fmi3Error);
