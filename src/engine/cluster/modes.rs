@@ -118,11 +118,11 @@ impl Modes {
         (sums[0], sums[1]) = (self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
         let mut magnitudes = sums.map(f64::abs);
         self.movers(j).for_each(|(mode, stretch)| {
-            let mut response = mode.at(tau);
+            let (mut derivatives, change_of_rate) = mode.at(tau);
             if !late {
-                response.derivatives[1] = response.change_of_rate;
+                derivatives[1] = change_of_rate;
             }
-            for (k, derivative) in response.derivatives.iter().take(COUNT).enumerate() {
+            for (k, derivative) in derivatives.iter().take(COUNT).enumerate() {
                 sums[k] += stretch * derivative;
                 magnitudes[k] += (stretch * derivative).abs();
             }
@@ -188,9 +188,9 @@ impl DenseOutput for Modes {
         let group = &self.groups[self.group_of[i]];
         let mut sum = (0.0, 0.0);
         for (m, mode) in group.modes.iter().enumerate() {
-            let (shape, response) = (group.shape(m, i), mode.at(tau));
-            sum.0 += shape * response.derivatives[0];
-            sum.1 += shape * response.change_of_rate;
+            let (shape, ([displacement, ..], change_of_rate)) = (group.shape(m, i), mode.at(tau));
+            sum.0 += shape * displacement;
+            sum.1 += shape * change_of_rate;
         }
         sum
     }
