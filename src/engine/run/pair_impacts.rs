@@ -133,7 +133,7 @@ impl Engine {
             return;
         }
         self.before_move(i, t);
-        self.look_for_fault(i, t);
+        self.look_for_faults(i..i + 1, t);
         let displacement = self.balls[i].reanchor(t);
         self.shift_contacts(i, displacement);
     }
