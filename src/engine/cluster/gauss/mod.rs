@@ -15,9 +15,8 @@ mod plan;
 mod step;
 mod switching;
 
-use super::step_control::Control;
+use super::step_control::Problem;
 use super::window::{Window, WindowContact};
-use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::gauss::NODES;
 
@@ -51,20 +50,11 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
 }
 
 impl Motion {
-    /// Describes the motion of `window` for a step of about the length `before` (s; 0 if unknown). Returns its length
-    /// and that of the next one, s; `None` if the method does not apply. Adds the `evaluations` of forces, each at all
-    /// nodes.
-    pub(super) fn follow(
-        &mut self,
-        window: &Window,
-        control: &Control,
-        rounding: &Rounding,
-        speed: f64,
-        before: f64,
-        evaluations: &mut u64,
-    ) -> Option<(f64, f64)> {
-        self.start(window);
-        let (mut planner, mut plan) = Planner::new(self, window, control, rounding, speed, before);
+    /// Describes the motion for a step of about the length `before` (s; 0 if unknown). Returns its length and that of
+    /// the next one, s; `None` if the method does not apply. Adds the `evaluations` of forces, each at all nodes.
+    pub(super) fn follow(&mut self, problem: &Problem, before: f64, evaluations: &mut u64) -> Option<(f64, f64)> {
+        self.start(problem.window);
+        let (mut planner, mut plan) = Planner::new(self, problem, before);
         for _ in 0..ATTEMPTS {
             if plan.length.is_nan() || plan.length < f64::MIN_POSITIVE {
                 return None;

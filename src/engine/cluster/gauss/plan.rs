@@ -2,9 +2,8 @@
 
 use super::motion::{Motion, Tolerance};
 use super::step::{Outcome, Plan};
-use crate::engine::cluster::step_control::Control;
-use crate::engine::cluster::window::{Switch, Window};
-use crate::engine::flight::Rounding;
+use crate::engine::cluster::step_control::Problem;
+use crate::engine::cluster::window::Switch;
 use crate::solver::gauss::Stretching;
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
@@ -53,19 +52,13 @@ pub(super) struct Planner {
 
 impl Planner {
     /// The first plan. See [`Motion::follow`] for the arguments.
-    pub fn new(
-        motion: &Motion,
-        window: &Window,
-        control: &Control,
-        rounding: &Rounding,
-        speed: f64,
-        before: f64,
-    ) -> (Self, Plan) {
+    pub fn new(motion: &Motion, problem: &Problem, before: f64) -> (Self, Plan) {
+        let &Problem { window, control, ref rounding, speed, local_error } = problem;
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(rounding));
         let tolerance = Tolerance {
             speed,
             tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
-            local_error: control.local_error(speed),
+            local_error,
             longest,
             rounding: *rounding,
         };
