@@ -3,8 +3,7 @@
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
 
-use super::free_motion::{Flight, Forcing, degree, shifted};
-use super::integrals::RunningIntegrals;
+use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, shifted};
 use super::path::{Fault, Path, Piece};
 use crate::model::BallModel;
 use crate::solver::double_double::DoubleDouble;
