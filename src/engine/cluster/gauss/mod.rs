@@ -3,10 +3,9 @@
 //!
 //! A fractional power of the overlap has a branch point where the contact closes or opens. A power series of the time
 //! converges only up to there; a step of collocation ends or starts there, with its time stretched (`solver::gauss`).
-//! `ahead` has forecasts for the next step, `plan` the next attempt. `step` makes an attempt with the `iteration` and
-//! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
+//! `plan` has the next attempt, from forecasts or from the last one. `step` makes an attempt with the `iteration` and the
+//! `switching`s that it finds; `motion` holds the result, `output` is its dense output.
 
-mod ahead;
 mod arcs;
 mod iteration;
 mod motion;
@@ -22,9 +21,9 @@ use crate::solver::gauss::NODES;
 
 use plan::{Decision, Planner};
 
-pub(crate) use ahead::power_of_stretching;
 pub(crate) use arcs::{Course, Direction};
 pub(crate) use motion::Motion;
+pub(crate) use plan::power_of_stretching;
 
 /// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration would need
 /// short steps, and balls at rest decide within much less than a step.
