@@ -51,7 +51,6 @@ macro_rules! operators {
     };
 }
 
-pub mod block_tridiagonal;
 pub mod crossing;
 pub mod double_double;
 pub mod dual;
