@@ -69,34 +69,31 @@ pub(super) enum Decision {
     GiveUp,
 }
 
-#[derive(Debug)]
-pub(super) struct Planner {
+pub(super) struct Planner<'a> {
     /// The stretching of a step that ends at no release.
     stretching: Stretching,
     /// Longest such step, by the attempts so far, s.
     length: f64,
-    pub tolerance: Tolerance,
+    pub tolerance: Tolerance<'a>,
 }
 
-impl Planner {
+impl<'a> Planner<'a> {
     /// The first plan. See [`Motion::follow`] for the arguments.
-    pub fn new(motion: &Motion, problem: &Problem, before: f64) -> (Self, Plan) {
-        let &Problem { window, control, ref rounding, speed, local_error } = problem;
+    pub fn new(motion: &Motion, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
+        let Problem { window, control, rounding, speed, .. } = problem;
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(rounding));
         let tolerance = Tolerance {
-            speed,
+            problem,
             tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
-            local_error,
             longest,
-            rounding: *rounding,
         };
-        let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, speed));
+        let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, *speed));
         let first = match power {
             None => FIRST_SMOOTH / window.laws[0].exponent,
             Some(_) if stretching == Stretching::None => FIRST_LATER,
             Some(_) => FIRST,
         };
-        let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
+        let length = if before > 0.0 { before } else { first * motion.fastest(window, *speed) };
         let mut planner = Self { stretching, length, tolerance };
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
@@ -140,7 +137,9 @@ impl Planner {
             // The mean slope over a step does not show which way a force, or an overlap at rest, goes from 0; a series
             // does.
             (Outcome::AtOnce(_, Switch::Clip), _) => return Decision::GiveUp,
-            (Outcome::AtOnce(j, Switch::Release), _) if motion.tracks[j].is_resting(&self.tolerance.rounding) => {
+            (Outcome::AtOnce(j, Switch::Release), _)
+                if motion.tracks[j].is_resting(&self.tolerance.problem.rounding) =>
+            {
                 return Decision::GiveUp;
             }
             (Outcome::AtOnce(j, switch), _) => return Decision::End(j, switch),
