@@ -43,6 +43,38 @@ impl ImpactCoefficients {
     pub fn new(p: f64) -> Self {
         Self { time: coefficients(p, 0), overlap: coefficients(p, 1), shape: OnceCell::new() }
     }
+
+    /// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
+    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<Compression> {
+        if law.whole_exponent() == Some(1) {
+            let frequency2 = omega2 + law.stiffness / mass;
+            let frequency = frequency2.sqrt();
+            let duration = 2.0 / frequency * libm::atan2(rate * frequency, pull);
+            let (offset, amplitude) = (pull / frequency2, rate / frequency);
+            let radius = (offset * offset + amplitude * amplitude).sqrt();
+            // The difference of the two without cancellation.
+            let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
+            let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
+            return Some(Compression { duration, peak_overlap, overlap_integral });
+        }
+        let (p, reach) = (law.exponent, law.largest_overlap(mass, rate));
+        let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
+        let expands = alpha + beta.abs() < SMALL;
+        if !expands {
+            return None; // Also where they are no numbers.
+        }
+        // 1 = q^(p+1) + alpha q^2 + beta q at the peak: Newton from the first-order root.
+        let mut q = 1.0 - (alpha + beta) / (p + 1.0);
+        for _ in 0..if alpha + beta.abs() > 1e-8 { 3 } else { 0 } {
+            let power = libm::pow(q, p);
+            q -= (q * (power + alpha * q + beta) - 1.0) / ((p + 1.0) * power + 2.0 * alpha * q + beta);
+        }
+        Some(Compression {
+            duration: 2.0 * reach / rate * expansion(&self.time, alpha, beta),
+            peak_overlap: reach * q,
+            overlap_integral: 2.0 * reach * reach / rate * expansion(&self.overlap, alpha, beta),
+        })
+    }
 }
 
 /// With `P = q^(p+1) + P_1` the integral of `q^g / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the
@@ -132,7 +164,7 @@ impl PairImpact {
         let (left_share, right_share) = (left.model.mass / total, right.model.mass / total);
         let reduced = left.model.mass * right_share;
         let pull = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
-        let compression = compression(law, coefficients, o.omega2(), reduced, rate, pull)?;
+        let compression = coefficients.compression(law, o.omega2(), reduced, rate, pull)?;
         let t = compression.duration;
         if !(t.is_finite() && t > 0.0) {
             return None; // Beyond the range of doubles.
@@ -197,45 +229,6 @@ impl PairImpact {
             self.outcome.displacements[ball] + self.outcome.velocities[ball] * (tau - self.outcome.duration)
         }
     }
-}
-
-/// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
-fn compression(
-    law: &ContactLaw,
-    coefficients: &ImpactCoefficients,
-    omega2: f64,
-    mass: f64,
-    rate: f64,
-    pull: f64,
-) -> Option<Compression> {
-    if law.whole_exponent() == Some(1) {
-        let frequency2 = omega2 + law.stiffness / mass;
-        let frequency = frequency2.sqrt();
-        let duration = 2.0 / frequency * libm::atan2(rate * frequency, pull);
-        let (offset, amplitude) = (pull / frequency2, rate / frequency);
-        let radius = (offset * offset + amplitude * amplitude).sqrt();
-        // The difference of the two without cancellation.
-        let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
-        let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
-        return Some(Compression { duration, peak_overlap, overlap_integral });
-    }
-    let (p, reach) = (law.exponent, law.largest_overlap(mass, rate));
-    let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
-    let expands = alpha + beta.abs() < SMALL;
-    if !expands {
-        return None; // Also where they are no numbers.
-    }
-    // 1 = q^(p+1) + alpha q^2 + beta q at the peak: Newton from the first-order root.
-    let mut q = 1.0 - (alpha + beta) / (p + 1.0);
-    for _ in 0..if alpha + beta.abs() > 1e-8 { 3 } else { 0 } {
-        let power = libm::pow(q, p);
-        q -= (q * (power + alpha * q + beta) - 1.0) / ((p + 1.0) * power + 2.0 * alpha * q + beta);
-    }
-    Some(Compression {
-        duration: 2.0 * reach / rate * expansion(&coefficients.time, alpha, beta),
-        peak_overlap: reach * q,
-        overlap_integral: 2.0 * reach * reach / rate * expansion(&coefficients.overlap, alpha, beta),
-    })
 }
 
 #[cfg(test)]

@@ -50,13 +50,11 @@ macro_rules! operators {
     };
 }
 
-// What needs nalgebra comes with the engine.
-#[cfg(feature = "engine")]
-pub mod block_tridiagonal;
 pub mod crossing;
 pub mod double_double;
 pub mod dual;
 pub mod gauss;
+// What needs nalgebra comes with the engine.
 #[cfg(feature = "engine")]
 pub mod oscillator;
 pub mod power;

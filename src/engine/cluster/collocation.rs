@@ -13,14 +13,13 @@
 //! their digits, because stiff contacts divide rounding by their stiffness; from positions they would be differences of
 //! numbers near 1 m.
 
-use super::step_control::{Control, StepHistory};
+use super::step_control::{Problem, StepHistory};
 use super::taylor::{Series, integrate};
 use super::window::Window;
-use crate::engine::flight::{Flight, Rounding, forcing_at};
+use crate::engine::flight::{Flight, forcing_at};
 use crate::model::Mode;
-use crate::solver::block_tridiagonal::{Row, solve};
 use crate::solver::oscillator::Oscillator;
-use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
+use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, inverse, solve};
 
 /// Least length of the first step of implicit collocation, over that by Taylor series and over that by explicit Gauss
 /// collocation; and the part of it at which later steps still pay.
@@ -89,14 +88,10 @@ impl Response {
 
 /// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it pays by a
 /// `gain` over explicit steps. Returns whether it does; adds the `evaluations` of forces.
-#[expect(clippy::too_many_arguments, reason = "what a method is given, with its memory and counter")]
 pub(super) fn follow(
     series: &mut Series,
     history: &mut StepHistory,
-    window: &Window,
-    control: &Control,
-    rounding: &Rounding,
-    local_error: f64,
+    problem: &Problem,
     gain: f64,
     evaluations: &mut u64,
 ) -> bool {
@@ -108,14 +103,14 @@ pub(super) fn follow(
         length = gain * history.explicit_length;
     }
     while length > 0.0 && length >= WORTH * gain * history.explicit_length {
-        let mut step = Step::new(window, length);
+        let mut step = Step::new(problem.window, length);
         let solved = step.solve().is_some();
         *evaluations = evaluations.saturating_add(step.evaluations);
-        let error = if solved { step.describe(series, length, control, rounding, local_error) } else { f64::INFINITY };
+        let error = if solved { step.describe(series, length, problem) } else { f64::INFINITY };
         // The order of the error is the number of stages; a failed step says nothing about it.
         let change = SAFETY * libm::pow(error, -1.0 / STAGES as f64);
         if error <= 1.0 {
-            history.implicit_length = (length * change.min(GROWTH)).min(control.longest);
+            history.implicit_length = (length * change.min(GROWTH)).min(problem.control.longest);
             return true;
         }
         length *= if change.is_finite() { change.clamp(SHRINKAGE[0], SHRINKAGE[1]) } else { FAILED };
@@ -265,22 +260,15 @@ impl<'a> Step<'a> {
     }
 
     /// Enters the solution in `series`; returns its error over the allowed one.
-    fn describe(
-        &self,
-        series: &mut Series,
-        length: f64,
-        control: &Control,
-        rounding: &Rounding,
-        local_error: f64,
-    ) -> f64 {
-        let (window, tolerance) = (self.window, control.tolerance);
+    fn describe(&self, series: &mut Series, length: f64, problem: &Problem) -> f64 {
+        let (window, tolerance) = (self.window, problem.control.tolerance);
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
         let lightest = window.models.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
-        let rounding = rounding.velocity
+        let rounding = problem.rounding.velocity
             + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
         // No tighter than the Taylor series before.
-        let allowed = (OF_VELOCITIES * tolerance * speed).max(NOISE * rounding).max(local_error);
+        let allowed = (OF_VELOCITIES * tolerance * speed).max(NOISE * rounding).max(problem.local_error);
         let mut worst = 0.0_f64;
         let mut velocities = Vec::with_capacity(window.flights.len());
         for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {

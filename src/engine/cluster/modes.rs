@@ -49,9 +49,8 @@ struct Joint {
     /// Overlap at the start, m, and its rate there, m/s.
     overlap: f64,
     rate: f64,
-    /// Stiffness, N/m, and damping, N.s/m.
-    stiffness: f64,
-    damping: f64,
+    /// Stiffness, N/m, and damping, N.s/m: what its law multiplies the overlap and its rate by.
+    law: [f64; 2],
     /// Mechanical impedance, N.s/m.
     impedance: f64,
     /// Between two groups of equal pendulums: the approach of their centres, as one motion, because two groups that
@@ -78,10 +77,10 @@ impl Modes {
         modes.fastest_rate = modes.groups.iter().flat_map(|group| &group.modes).map(rate).fold(0.0, f64::max);
         for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
             let approach = modes.approach(j, window);
-            let (stiffness, damping) = (law.stiffness, law.damping_coefficient());
             let (overlap, rate) = (contact.overlap, flights[j].v - flights[j + 1].v);
             let impedance = law.impedance(window.reduced_mass(j));
-            modes.contacts.push(Joint { overlap, rate, stiffness, damping, impedance, approach });
+            let law = [law.stiffness, law.damping_coefficient()];
+            modes.contacts.push(Joint { overlap, rate, law, impedance, approach });
         }
         Some(modes)
     }
@@ -118,11 +117,11 @@ impl Modes {
         (sums[0], sums[1]) = (self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
         let mut magnitudes = sums.map(f64::abs);
         self.movers(j).for_each(|(mode, stretch)| {
-            let mut response = mode.at(tau);
+            let (mut derivatives, change_of_rate) = mode.at(tau);
             if !late {
-                response.derivatives[1] = response.change_of_rate;
+                derivatives[1] = change_of_rate;
             }
-            for (k, derivative) in response.derivatives.iter().take(COUNT).enumerate() {
+            for (k, derivative) in derivatives.iter().take(COUNT).enumerate() {
                 sums[k] += stretch * derivative;
                 magnitudes[k] += (stretch * derivative).abs();
             }
@@ -153,26 +152,15 @@ impl Modes {
         approach.into_iter().map(|mode| (mode, 1.0)).chain(of_left).chain(of_right)
     }
 
-    /// Force of the pressing contact `j` by its law, its first three derivatives, and the rounding of the force.
-    fn force_at(&self, j: usize, tau: f64) -> ([f64; 4], f64) {
-        let &Joint { stiffness, damping, .. } = &self.contacts[j];
-        let d: [f64; 5] = self.overlap_at(j, tau);
-        let noise = |k: usize| ROUNDINGS * ((stiffness * d[k]).abs() + (damping * d[k + 1]).abs());
-        let force = std::array::from_fn(|k| {
-            let force = stiffness * d[k] + damping * d[k + 1];
-            if force.abs() <= noise(k) { 0.0 } else { force }
-        });
-        (force, noise(0))
-    }
-
     /// Evaluations that one search about contact `j` may take.
     fn allowed(&self, j: usize) -> u32 {
         (SEARCH / (self.movers(j).count() * self.contacts.len())).max(LEAST_EVALUATIONS) as u32
     }
 
-    /// The search for a function of contact `j`, signed, above a `level`.
-    fn watch(&self, j: usize, kind: Watched, sign: f64, level: f64) -> Watch<'_> {
-        Watch { modes: self, contact: j, kind, sign, level, fading: 0.0 }
+    /// The search for the overlap of contact `j` or, with its `law`, for the derivative of this order of its force,
+    /// signed, above a `level`.
+    fn watch(&self, j: usize, law: Option<[f64; 2]>, order: usize, sign: f64, level: f64) -> Watch<'_> {
+        Watch { modes: self, contact: j, law, order, sign, level, fading: 0.0 }
     }
 
     /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped
@@ -188,9 +176,9 @@ impl DenseOutput for Modes {
         let group = &self.groups[self.group_of[i]];
         let mut sum = (0.0, 0.0);
         for (m, mode) in group.modes.iter().enumerate() {
-            let (shape, response) = (group.shape(m, i), mode.at(tau));
-            sum.0 += shape * response.derivatives[0];
-            sum.1 += shape * response.change_of_rate;
+            let (shape, ([displacement, ..], change_of_rate)) = (group.shape(m, i), mode.at(tau));
+            sum.0 += shape * displacement;
+            sum.1 += shape * change_of_rate;
         }
         sum
     }
@@ -211,22 +199,23 @@ impl DenseOutput for Modes {
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
-        let &Joint { overlap, stiffness, damping, .. } = &self.contacts[j];
+        let Joint { overlap, law: [stiffness, damping], .. } = self.contacts[j];
         let change: f64 = self.movers(j).map(|(mode, stretch)| stretch * mode.displacement_integral(tau)).sum();
         stiffness * (overlap * tau + change) + damping * (self.overlap(j, tau).0 - overlap)
     }
 
     /// Undamped modes come ever closer to the sum of their amplitudes, so the search ends after some dozens of swings.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        let force = |t: f64| self.force_at(j, t).0[0];
+        let law = self.contacts[j].law;
+        let force = |t: f64| force(&self.overlap_at::<2>(j, t), law, 0).0;
         let mut best = force(from).max(force(to)).max(known);
         let mut t = from;
         // From where the force exceeds the best so far, by more than rounding, to where it falls again.
         let mut allowed = self.allowed(j);
         loop {
-            let above = self.watch(j, Watched::Force, 1.0, best + HIGHER * best.abs());
+            let above = self.watch(j, Some(law), 0, 1.0, best + HIGHER * best.abs());
             let Next::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
-            let falling = self.watch(j, Watched::ForceRate, -1.0, 0.0);
+            let falling = self.watch(j, Some(law), 1, -1.0, 0.0);
             let Next::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
             best = best.max(force(top));
             t = top;
@@ -261,18 +250,18 @@ impl DenseOutput for Modes {
     }
 
     fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
-        let Joint { overlap, rate, impedance, .. } = self.contacts[j];
+        let Joint { overlap, rate, law, impedance, .. } = self.contacts[j];
         let watch = match switch {
             // In touch and closing: at once, not where the overlap exceeds its rounding.
             Switch::Onset if overlap == 0.0 && rate > rounding.velocity => return Next::At(0.0),
-            Switch::Onset => self.watch(j, Watched::Overlap, 1.0, rounding.position),
-            Switch::Release => self.watch(j, Watched::Overlap, -1.0, rounding.no_overlap()),
+            Switch::Onset => self.watch(j, None, 0, 1.0, rounding.position),
+            Switch::Release => self.watch(j, None, 0, -1.0, rounding.no_overlap()),
             Switch::Clip => {
                 let sign = sign_after_clip(window.contacts[j].mode);
                 let level = sign * impedance * rounding.velocity;
                 // The rounding of the rate at the start dies out with the motion; the overlap has none.
                 let fading = self.joining(j).map_or(0.0, Group::least_decay);
-                Watch { fading, ..self.watch(j, Watched::Force, sign, level) }
+                Watch { fading, ..self.watch(j, Some(law), 0, sign, level) }
             }
         };
         watch.crossing(until)
@@ -283,19 +272,21 @@ impl DenseOutput for Modes {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Watched {
-    Overlap,
-    Force,
-    ForceRate,
+/// Derivative `k` of the force by a linear law, from those of the overlap, and its rounding.
+#[inline]
+fn force(overlap: &[f64], [stiffness, damping]: [f64; 2], k: usize) -> (f64, f64) {
+    let (elastic, damped) = (stiffness * overlap[k], damping * overlap[k + 1]);
+    let rounding = ROUNDINGS * (elastic.abs() + damped.abs());
+    (if (elastic + damped).abs() <= rounding { 0.0 } else { elastic + damped }, rounding)
 }
 
-/// `sign (f - level exp(-fading t))` for a function f of contact `contact`; with a fading level, minus the rounding of
-/// f, which has no derivatives.
+/// `sign (f - level exp(-fading t))` with f the overlap of a contact or, with its `law`, derivative `order` of its
+/// [`force`]; with a fading level, minus the rounding of f, which has no derivatives.
 struct Watch<'a> {
     modes: &'a Modes,
     contact: usize,
-    kind: Watched,
+    law: Option<[f64; 2]>,
+    order: usize,
     sign: f64,
     level: f64,
     fading: f64,
@@ -322,16 +313,17 @@ impl Watch<'_> {
 
 impl Smooth for Watch<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
-        let ([value, slope, curvature], noise) = match self.kind {
-            Watched::Overlap => (self.modes.overlap_at(self.contact, t), 0.0),
-            kind => {
-                let (force, noise) = self.modes.force_at(self.contact, t);
-                // A level does not fade any further than that.
-                let noise = if self.fading > 0.0 { noise } else { 0.0 };
-                let first = usize::from(kind == Watched::ForceRate);
-                (std::array::from_fn(|k| force[first + k]), noise)
+        let ([value, slope, curvature], noise) = match self.law {
+            None => (self.modes.overlap_at(self.contact, t), 0.0),
+            Some(law) => {
+                let overlap: [f64; 5] = self.modes.overlap_at(self.contact, t);
+                let [(value, noise), (slope, _), (curvature, _)] =
+                    [0, 1, 2].map(|k| force(&overlap, law, self.order + k));
+                ([value, slope, curvature], noise)
             }
         };
+        // A level does not fade any further than that.
+        let noise = if self.fading > 0.0 { noise } else { 0.0 };
         let level = self.level_at(t);
         let fall = level * self.fading;
         let value = self.sign * (value - level) - noise;
@@ -343,12 +335,7 @@ impl Smooth for Watch<'_> {
     }
 
     fn third_derivative_bound(&self, t: f64, _span: f64) -> f64 {
-        let &Joint { stiffness, damping, .. } = &self.modes.contacts[self.contact];
-        let (order, by_overlap, by_rate) = match self.kind {
-            Watched::Overlap => (3, 1.0, 0.0),
-            Watched::Force => (3, stiffness, damping),
-            Watched::ForceRate => (4, stiffness, damping),
-        };
+        let (order, [by_overlap, by_rate]) = (3 + self.order as i32, self.law.unwrap_or([1.0, 0.0]));
         let bound = |(mode, stretch): (&ForcedOscillator, f64)| {
             stretch.abs() * mode.derivative_bound(t, order, by_overlap, by_rate)
         };

@@ -11,7 +11,7 @@ use super::collocation;
 use super::gauss;
 use super::modes::Modes;
 use super::natural;
-use super::step_control::{Control, Method, StepHistory};
+use super::step_control::{Control, Method, Problem, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact};
 use crate::engine::flight::{
@@ -249,7 +249,9 @@ impl Cluster {
         let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
         let rounding = rounding.fold(Rounding::default(), Rounding::max);
         self.history_before = self.history;
-        let error = self.describe(&window, control, &rounding);
+        let speed = velocity_scale(&window);
+        let local_error = control.local_error(speed);
+        let error = self.describe(&Problem { window: &window, control, rounding, speed, local_error });
         self.switch = None;
         // Switchings within the error of a step are as unreal as those by rounding.
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
@@ -268,13 +270,12 @@ impl Cluster {
         (self.flights, self.contacts) = (flights, contacts);
     }
 
-    /// Describes the motion of `window` for as long as the description holds. Returns its error in the velocities, m/s.
+    /// Describes the motion for as long as the description holds. Returns its error in the velocities, m/s.
     ///
     /// The first method that applies describes it.
-    fn describe(&mut self, window: &Window, control: &Control, rounding: &Rounding) -> f64 {
+    fn describe(&mut self, problem: &Problem) -> f64 {
         let Self { description: described, history, workspace, evaluations, .. } = self;
-        let scale = velocity_scale(window);
-        let error = control.local_error(scale);
+        let &Problem { window, control, speed, local_error, .. } = problem;
         *evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
         let on_arcs = window.models[0].on_arc;
         // Linear contacts: closed forms until the next switching, after some segments by series.
@@ -290,34 +291,34 @@ impl Cluster {
         }
         // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
         let linear = !on_arcs && window.laws.iter().all(ContactLaw::is_linear);
-        let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, scale);
+        let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
         let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
         let series = &mut described.series;
         if windows != Some(None)
             && !on_arcs
             && control.allows(Method::Radau)
-            && collocation::follow(series, history, window, control, rounding, error, gain, evaluations)
+            && collocation::follow(series, history, problem, gain, evaluations)
         {
             (self.length, described.method) = (series.converges_for, Method::Radau);
-            return error;
+            return local_error;
         }
         // Contacts that are not linear: explicit steps from one branch point of their forces to the next.
         let before = history.explicit_length;
-        if by_gauss && let Some(step) = described.gauss.follow(window, control, rounding, scale, before, evaluations) {
+        if by_gauss && let Some(step) = described.gauss.follow(problem, before, evaluations) {
             ((self.length, history.explicit_length), described.method) = (step, Method::Gauss);
-            return error;
+            return local_error;
         }
         // Linear contacts, and all others, such as a start from rest or stiff damping. Series keep balls that the
         // motion has not reached exactly at rest.
         if linear && control.allows(Method::LinearSeries) {
-            series.expand_linear(workspace, window, control, scale, rounding.position);
+            series.expand_linear(workspace, problem);
             described.method = Method::LinearSeries;
         } else {
-            series.expand_window(window, control, scale);
+            series.expand_window(problem);
             described.method = Method::Series;
         }
         (self.length, history.explicit_length) = (series.converges_for, series.converges_for);
-        error
+        local_error
     }
 }
 

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::window::Window;
+use crate::engine::flight::Rounding;
+
 /// Longest segment, s, for a window in which nothing varies.
 const LONGEST: f64 = 1e6;
 
@@ -61,6 +64,16 @@ impl Control {
     pub fn allows(&self, method: Method) -> bool {
         self.forbidden != Some(method)
     }
+}
+
+/// The initial value problem of a segment, with the scales of its errors.
+pub(crate) struct Problem<'a> {
+    pub window: &'a Window<'a>,
+    pub control: &'a Control,
+    pub rounding: Rounding,
+    /// Scale of the velocities, and the error allowed in them, m/s.
+    pub speed: f64,
+    pub local_error: f64,
 }
 
 /// History of the segments of a cluster, by which the next one is planned.

@@ -129,7 +129,9 @@ pub(crate) trait DenseOutput {
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
     /// Coefficients of that overlap as a power series of the time from `tau` on; `None` if the equations give them as
     /// well.
-    fn overlap_series(&self, j: usize, tau: f64) -> Option<OverlapSeries>;
+    fn overlap_series(&self, _j: usize, _tau: f64) -> Option<OverlapSeries> {
+        None
+    }
     /// Impulse of the pressing contact `j`, N.s.
     fn impulse(&self, j: usize, tau: f64) -> f64;
     /// The larger of `known` and the largest force of the pressing contact `j` between two times, N.

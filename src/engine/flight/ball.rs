@@ -3,8 +3,7 @@
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
 
-use super::free_motion::{Flight, Forcing, degree, shifted};
-use super::integrals::RunningIntegrals;
+use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, shifted};
 use super::path::{Fault, Path, Piece};
 use crate::model::BallModel;
 use crate::solver::double_double::DoubleDouble;
@@ -128,22 +127,28 @@ impl Ball {
             integrals.add(&self.piece(t, |piece, tau| piece.integrals(&self.model, tau)));
             return integrals;
         }
+        self.on_line(inputs, t).0
+    }
+
+    /// The same of a ball on a line, its displacement (m) and its velocity (m/s).
+    #[inline(always)]
+    fn on_line(&self, inputs: &Forcing, t: DoubleDouble) -> (RunningIntegrals, f64, f64) {
         let tau = t - self.anchor;
         if degree(&self.flight.forcing).max(degree(inputs)) == 0 {
-            self.integrals_after(inputs, tau.value(), &self.oscillator.basis::<4>(tau))
+            self.on_line_by(inputs, tau.value(), &self.oscillator.basis::<4>(tau))
         } else {
-            self.integrals_after(inputs, tau.value(), &self.oscillator.basis::<BASIS>(tau))
+            self.on_line_by(inputs, tau.value(), &self.oscillator.basis::<BASIS>(tau))
         }
     }
 
-    /// The sums `tau` after the anchor, from the oscillator's functions at that time.
-    fn integrals_after<const N: usize>(&self, inputs: &Forcing, tau: f64, u: &[f64; N]) -> RunningIntegrals {
-        let (o, flight) = (&self.oscillator, &self.flight);
-        let mut integrals = self.integrals;
+    /// The same `tau` after the anchor, from the oscillator's functions at that time.
+    #[inline(always)]
+    fn on_line_by<const N: usize>(&self, inputs: &Forcing, tau: f64, u: &[f64; N]) -> (RunningIntegrals, f64, f64) {
+        let (o, flight, mut integrals) = (&self.oscillator, &self.flight, self.integrals);
         integrals.x_integral += flight.x * tau + flight.displacement_integral(o, u);
         integrals.work += self.model.mass * flight.work(inputs, o, tau, u);
         integrals.drag_loss += self.drag_loss(tau, u);
-        integrals
+        (integrals, flight.displacement(o, u), flight.velocity(o, u))
     }
 
     /// Energy lost to drag within `tau` (s) after the anchor, in flight, J; `u` are the oscillator's functions at that
@@ -186,26 +191,10 @@ impl Ball {
             (self.flight, self.anchor, self.flies_on) = (flight, t, false);
             return displacement;
         }
-        let tau = t - self.anchor;
-        let displacement = if degree(&self.flight.forcing) == 0 {
-            self.reanchor_after(tau.value(), &self.oscillator.basis::<4>(tau))
-        } else {
-            self.reanchor_after(tau.value(), &self.oscillator.basis::<BASIS>(tau))
-        };
-        self.anchor = t;
-        displacement
-    }
-
-    /// Takes flight and sums to `tau` after the anchor, from the oscillator's functions at that time; returns the
-    /// displacement, m.
-    fn reanchor_after<const N: usize>(&mut self, tau: f64, u: &[f64; N]) -> f64 {
-        let displacement = self.flight.displacement(&self.oscillator, u);
-        self.integrals = self.integrals_after(&self.flight.forcing, tau, u);
-        self.flight = Flight {
-            x: self.flight.x + displacement,
-            v: self.flight.velocity(&self.oscillator, u),
-            forcing: shifted(&self.flight.forcing, tau),
-        };
+        let (integrals, displacement, v) = self.on_line(&self.flight.forcing, t);
+        let forcing = shifted(&self.flight.forcing, (t - self.anchor).value());
+        self.flight = Flight { x: self.flight.x + displacement, v, forcing };
+        (self.integrals, self.anchor) = (integrals, t);
         displacement
     }
 }

@@ -1,4 +1,5 @@
-//! The motion of a ball that touches nothing, in closed form from its state at its anchor and the inputs.
+//! The motion of a ball that touches nothing, in closed form from its state at its anchor and the inputs, and its
+//! integrals.
 
 use serde::{Deserialize, Serialize};
 
@@ -62,6 +63,29 @@ pub(crate) struct Flight<S = f64> {
     pub v: S,
     /// Acceleration by the inputs.
     pub forcing: Forcing<S>,
+}
+
+/// Running integrals of a ball.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct RunningIntegrals {
+    /// Integral of the position, m.s; on an arc that of the acceleration by the inputs, m/s.
+    pub x_integral: f64,
+    /// Energy lost to drag, J.
+    pub drag_loss: f64,
+    /// Work of the inputs, J.
+    pub work: f64,
+}
+
+impl RunningIntegrals {
+    pub fn is_finite(&self) -> bool {
+        [self.x_integral, self.drag_loss, self.work].iter().all(|value| value.is_finite())
+    }
+
+    pub fn add(&mut self, more: &Self) {
+        self.x_integral += more.x_integral;
+        self.drag_loss += more.drag_loss;
+        self.work += more.work;
+    }
 }
 
 /// Smallest overlap that counts, over the rounding of the positions.

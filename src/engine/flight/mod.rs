@@ -6,13 +6,11 @@
 
 mod ball;
 mod free_motion;
-mod integrals;
 mod path;
 mod separation;
 
 pub(crate) use ball::{Ball, Regime, places, start_by_centre};
-pub(crate) use free_motion::{Flight, Forcing, Rounding, degree, forcing_at, integral_of, shifted};
-pub(crate) use integrals::RunningIntegrals;
+pub(crate) use free_motion::{Flight, Forcing, Rounding, RunningIntegrals, degree, forcing_at, integral_of, shifted};
 pub use path::Fault;
 pub(crate) use path::integrals as integrals_on_arc;
 pub(crate) use separation::{EVALUATIONS, Separation, forecast, reach};

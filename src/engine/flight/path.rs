@@ -14,8 +14,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::free_motion::{Flight, Forcing, degree, forcing_at, integral_of, shifted};
-use super::integrals::RunningIntegrals;
+use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, forcing_at, integral_of, shifted};
 use crate::model::{BallModel, ContactLaw, overlap_of_approach};
 use crate::solver::crossing::first_positive;
 use crate::solver::double_double::DoubleDouble;

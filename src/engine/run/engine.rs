@@ -236,16 +236,10 @@ impl Engine {
         self.form(0..self.contacts.len(), now);
     }
 
-    /// Notes what has ended the motion of ball `i` along its arc up to the time `t`, if that is the first.
-    pub(crate) fn look_for_fault(&mut self, i: usize, t: DoubleDouble) {
-        let fault = self.balls[i].fault(t);
-        self.note(i, fault);
-    }
-
-    /// The same of some balls.
+    /// Notes what has ended the motion of `balls` along their arcs up to the time `t`, if that is the first.
     pub(crate) fn look_for_faults(&mut self, balls: Range<usize>, t: DoubleDouble) {
         if self.cradle.on_arcs() {
-            balls.for_each(|ball| self.look_for_fault(ball, t));
+            balls.for_each(|ball| self.note(ball, self.balls[ball].fault(t)));
         }
     }
 

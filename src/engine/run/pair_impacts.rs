@@ -133,7 +133,7 @@ impl Engine {
             return;
         }
         self.before_move(i, t);
-        self.look_for_fault(i, t);
+        self.look_for_faults(i..i + 1, t);
         let displacement = self.balls[i].reanchor(t);
         self.shift_contacts(i, displacement);
     }
@@ -203,11 +203,8 @@ impl Engine {
         let impact = self.contacts[i].impact()?;
         let segments = impact.interior.get_or_init(|| {
             let segment = self.first_segment(i, impact);
-            let mut segments = vec![Interior { segment, impulse: 0.0, integrals: Default::default() }];
-            while let Some(next) = segments.last().and_then(|last| self.after(last, i, impact)) {
-                segments.push(next);
-            }
-            segments
+            let first = Interior { segment, impulse: 0.0, integrals: Default::default() };
+            std::iter::successors(Some(first), |last| self.after(last, i, impact)).collect()
         });
         segments.get(segments.partition_point(|interior| interior.segment.end() <= t)).or(segments.last())
     }

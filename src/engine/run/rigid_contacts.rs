@@ -154,7 +154,7 @@ impl Engine {
         }
         for i in group.start..group.end + 1 {
             if self.balls[i].regime == Regime::Body {
-                self.look_for_fault(i, t);
+                self.look_for_faults(i..i + 1, t);
                 let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
                 let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
                 ball.integrals = ball.integrals_under(&before, t);

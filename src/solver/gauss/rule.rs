@@ -39,11 +39,7 @@ pub struct Rule {
 
 /// Contributions of the even and the odd part of values at the nodes to integrals up to the nodes of the first half: a
 /// column for the sum or difference of each pair.
-#[derive(Clone, Debug)]
-struct Halves {
-    even: [Pairs; PAIRS],
-    odd: [Pairs; PAIRS],
-}
+type Halves = [[Pairs; PAIRS]; 2];
 
 /// The Legendre polynomials at a place.
 type Legendre = [DoubleDouble; NODES + 1];
@@ -103,21 +99,20 @@ impl Rule {
             (weights[l] * terms.fold(zero, |sum, term| sum + term)).value()
         };
         let halves = |parity: usize| std::array::from_fn(|l| std::array::from_fn(|m| integrals(l, m, parity)));
-        let once = Halves { even: halves(0), odd: halves(1) };
+        let once = [0, 1].map(halves);
         let lagrange =
             std::array::from_fn(|k| std::array::from_fn(|l| (number(2 * k + 1) * weights[l] * p[l][k]).value()));
         let of_pairs = std::array::from_fn(|l| weights[l].value());
         let off_middle = std::array::from_fn(|l| -0.5 * x[l].value());
         let powers = powers(&lagrange);
-        let mut rule = Self { x, weights, of_pairs, off_middle, twice: once.clone(), once, lagrange, powers };
+        let mut rule = Self { x, weights, of_pairs, off_middle, once, twice: once, lagrange, powers };
         for l in 0..PAIRS {
-            let twice = |sign: f64| {
+            for (parity, sign) in [1.0, -1.0].into_iter().enumerate() {
                 let mut values = [0.0; NODES];
                 (values[l], values[NODES - 1 - l]) = (0.5, 0.5 * sign);
                 let twice = rule.integrate(&rule.integrate(&values));
-                std::array::from_fn(|m| twice[m])
-            };
-            (rule.twice.even[l], rule.twice.odd[l]) = (twice(1.0), twice(-1.0));
+                rule.twice[parity][l].copy_from_slice(&twice[..PAIRS]);
+            }
         }
         rule
     }
@@ -126,7 +121,7 @@ impl Rule {
     #[inline(always)]
     pub fn integrate(&self, values: &Nodes) -> Nodes {
         let [sums, differences] = parts(values);
-        let (even, odd) = (combine(&self.once.even, &sums), combine(&self.once.odd, &differences));
+        let (even, odd) = (combine(&self.once[0], &sums), combine(&self.once[1], &differences));
         let total = weighted(&self.of_pairs, &sums);
         mirrored(|m| [even[m] + odd[m], (total - even[m]) + odd[m]])
     }
@@ -135,7 +130,7 @@ impl Rule {
     #[inline(always)]
     pub(super) fn integrate_twice(&self, values: &Nodes) -> Nodes {
         let [sums, differences] = parts(values);
-        let (even, odd) = (combine(&self.twice.even, &sums), combine(&self.twice.odd, &differences));
+        let (even, odd) = (combine(&self.twice[0], &sums), combine(&self.twice[1], &differences));
         let total = weighted(&self.of_pairs, &sums);
         let of_odd = weighted(&self.of_pairs, &std::array::from_fn(|l| self.off_middle[l] * differences[l]));
         mirrored(|m| [even[m] + odd[m], (even[m] + total * self.off_middle[m]) + (of_odd - odd[m])])

@@ -4,15 +4,6 @@ use std::cell::Cell;
 
 use super::closed_form::{Oscillator, power};
 
-/// The displacement since time 0, at one time.
-#[derive(Clone, Copy, Debug)]
-pub struct Response {
-    /// Change of the velocity since time 0, m/s.
-    pub change_of_rate: f64,
-    /// The displacement (m) and its first four derivatives.
-    pub derivatives: [f64; 5],
-}
-
 #[derive(Clone, Debug)]
 pub struct ForcedOscillator {
     pub oscillator: Oscillator,
@@ -38,19 +29,19 @@ impl ForcedOscillator {
     /// Integral of the velocity squared from time 0 to `t` (s), m2/s, from the loss of the energy `v^2/2 + omega^2
     /// x^2/2 - f x`, for gamma > 0.
     pub fn squared_velocity_integral(&self, t: f64) -> f64 {
-        let Response { change_of_rate: change, derivatives: [x, ..] } = self.at(t);
+        let ([x, ..], change) = self.at(t);
         let o = &self.oscillator;
         let lost = -0.5 * change * (2.0 * self.v + change) - 0.5 * o.omega2() * x * x + self.force * x;
         lost / (2.0 * o.gamma())
     }
 
-    /// The motion at `t` (s) after time 0.
-    pub fn at(&self, t: f64) -> Response {
+    /// The displacement since time 0 (m) and its first four derivatives, and the change of the velocity (m/s), at `t`
+    /// (s).
+    pub fn at(&self, t: f64) -> ([f64; 5], f64) {
         let Self { oscillator: o, v, force, .. } = self;
         let u = self.functions(t);
         let slowed = -2.0 * o.gamma() * u[4] - o.omega2() * u[5];
-        let derivatives = std::array::from_fn(|k| v * u[4 - k] + force * u[5 - k]);
-        Response { change_of_rate: v * slowed + force * u[4], derivatives }
+        (std::array::from_fn(|k| v * u[4 - k] + force * u[5 - k]), v * slowed + force * u[4])
     }
 
     fn functions(&self, t: f64) -> [f64; 6] {
@@ -98,7 +89,7 @@ mod tests {
                 let forced = ForcedOscillator::new(Oscillator::new(1.0, gamma), v, force);
                 for (from, k) in [(0.0, 2), (0.5, 3), (4.0, 2), (13.0, 3), (13.0, 4)] {
                     let bound = (1.0 + 1e-12) * forced.derivative_bound(from, k, 1.0, 0.0);
-                    let most = (0..100).map(|i| forced.at(from + 0.1 * f64::from(i)).derivatives[k as usize].abs());
+                    let most = (0..100).map(|i| forced.at(from + 0.1 * f64::from(i)).0[k as usize].abs());
                     assert!(most.fold(0.0, f64::max) <= bound, "{gamma}, {v}, {force}: order {k} from {from}");
                 }
             }

@@ -45,12 +45,6 @@ impl Steady {
         Some(Self { velocity, swing: (v - velocity[0], a - velocity[1]) })
     }
 
-    /// The polynomial velocity (m/s) and its derivatives at `t` (s).
-    fn velocity_at(&self, t: f64) -> Polynomial {
-        let [a, b, c, d] = self.velocity;
-        [a + t * (b + t * (c + t * d)), b + t * (2.0 * c + t * 3.0 * d), 2.0 * c + 6.0 * d * t, 6.0 * d]
-    }
-
     /// A bound of the absolute derivative of `order` (3 or 4) of the displacement from `t` (s) until `end`.
     pub fn derivative_bound(&self, o: &Oscillator, t: f64, end: f64, order: i32) -> f64 {
         let [_, _, c, d] = self.velocity.map(f64::abs);
@@ -75,7 +69,9 @@ impl Steady {
         let of_swing = 0.5 * ((amplitude * amplitude.conj()).re * mean + waving);
         // By parts: integral P' exp(lambda t) = exp(lambda t) (P' / lambda - P'' / lambda^2 + ...)
         let by_parts = |t: f64| {
-            let terms = self.velocity_at(t);
+            let [a, b, c, d] = self.velocity;
+            let terms =
+                [a + t * (b + t * (c + t * d)), b + t * (2.0 * c + t * 3.0 * d), 2.0 * c + 6.0 * d * t, 6.0 * d];
             terms.iter().rev().fold(Complex::new(0.0, 0.0), |sum, term| (Complex::new(*term, 0.0) - sum) / lambda)
         };
         let Complex { re: mixed, .. } = amplitude * (turned * by_parts(t) - by_parts(0.0));

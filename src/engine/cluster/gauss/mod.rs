@@ -3,10 +3,9 @@
 //!
 //! A fractional power of the overlap has a branch point where the contact closes or opens. A power series of the time
 //! converges only up to there; a step of collocation ends or starts there, with its time stretched (`solver::gauss`).
-//! `ahead` has forecasts for the next step, `plan` the next attempt. `step` makes an attempt with the `iteration` and
-//! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
+//! `plan` has the next attempt, from forecasts or from the last one. `step` makes an attempt with the `iteration` and the
+//! `switching`s that it finds; `motion` holds the result, `output` is its dense output.
 
-mod ahead;
 mod arcs;
 mod iteration;
 mod motion;
@@ -15,17 +14,16 @@ mod plan;
 mod step;
 mod switching;
 
-use super::step_control::Control;
+use super::step_control::Problem;
 use super::window::{Window, WindowContact};
-use crate::engine::flight::Rounding;
 use crate::model::{ContactLaw, Mode};
 use crate::solver::gauss::NODES;
 
 use plan::{Decision, Planner};
 
-pub(crate) use ahead::power_of_stretching;
 pub(crate) use arcs::{Course, Direction};
 pub(crate) use motion::Motion;
+pub(crate) use plan::power_of_stretching;
 
 /// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration would need
 /// short steps, and balls at rest decide within much less than a step.
@@ -51,20 +49,11 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
 }
 
 impl Motion {
-    /// Describes the motion of `window` for a step of about the length `before` (s; 0 if unknown). Returns its length
-    /// and that of the next one, s; `None` if the method does not apply. Adds the `evaluations` of forces, each at all
-    /// nodes.
-    pub(super) fn follow(
-        &mut self,
-        window: &Window,
-        control: &Control,
-        rounding: &Rounding,
-        speed: f64,
-        before: f64,
-        evaluations: &mut u64,
-    ) -> Option<(f64, f64)> {
-        self.start(window);
-        let (mut planner, mut plan) = Planner::new(self, window, control, rounding, speed, before);
+    /// Describes the motion for a step of about the length `before` (s; 0 if unknown). Returns its length and that of
+    /// the next one, s; `None` if the method does not apply. Adds the `evaluations` of forces, each at all nodes.
+    pub(super) fn follow(&mut self, problem: &Problem, before: f64, evaluations: &mut u64) -> Option<(f64, f64)> {
+        self.start(problem.window);
+        let (mut planner, mut plan) = Planner::new(self, problem, before);
         for _ in 0..ATTEMPTS {
             if plan.length.is_nan() || plan.length < f64::MIN_POSITIVE {
                 return None;

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 
 use super::arcs::{Arcs, Course, Direction};
+use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};
 use crate::model::{ContactLaw, Mode, SignOfForce};
@@ -83,17 +84,12 @@ impl Track {
 }
 
 /// Scales for the errors of a step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tolerance {
-    /// Scale of the velocities, m/s.
-    pub speed: f64,
-    /// Allowed size of the two highest Legendre coefficients over that scale.
+pub(super) struct Tolerance<'a> {
+    pub problem: &'a Problem<'a>,
+    /// Allowed size of the two highest Legendre coefficients over the scale of the velocities.
     pub tail: f64,
-    /// Allowed error of the velocities, m/s.
-    pub local_error: f64,
     /// The longest step, s.
     pub longest: f64,
-    pub rounding: Rounding,
 }
 
 /// Values at the nodes of a step, or at those of a part of it.

@@ -13,7 +13,7 @@
 use std::cell::Ref;
 
 use super::motion::{Moment, Motion, Part, Samples};
-use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window};
+use crate::engine::cluster::window::{DenseOutput, Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::model::{Mode, Pair};
 use crate::next::Next;
@@ -225,10 +225,6 @@ impl DenseOutput for Motion {
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
         self.moment(tau).contacts[j].into()
-    }
-
-    fn overlap_series(&self, _: usize, _: f64) -> Option<OverlapSeries> {
-        None
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {

@@ -1,11 +1,14 @@
-//! Planning: the first attempt from the forecasts, the next one from the outcome of an attempt.
+//! Planning: the first attempt from forecasts of switchings, of branch points and of the longest step; the next one from
+//! the outcome of an attempt.
 
-use super::motion::{Motion, Tolerance};
+use super::motion::{Motion, Tolerance, Track};
 use super::step::{Outcome, Plan};
-use crate::engine::cluster::step_control::Control;
+use super::switching::fall;
+use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window};
-use crate::engine::flight::Rounding;
-use crate::solver::gauss::Stretching;
+use crate::engine::flight::{Flight, Rounding};
+use crate::model::{BallModel, ContactLaw, Damping, Mode};
+use crate::solver::gauss::{Power, Stretching, Table};
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
 /// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step
@@ -30,6 +33,30 @@ const SHORTER: f64 = 0.65;
 const FAILED: f64 = 0.5;
 const LEAST: f64 = 0.05;
 
+/// Contacts that have just closed at less than this part of the speed of the others, or with less than this part of the
+/// largest overlap, need no stretched step.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// Weight of the rate at the release in the mean rate up to there, such that from rest the way takes half the duration
+/// of an impact.
+const LAST_IN_MEAN: f64 = 0.68;
+
+/// Longest step over the time scale of the pendulums, whose error is not checked.
+const LONGEST: f64 = 0.25;
+
+/// Angle (rad) by which balls on arcs turn in a step at most.
+const SMALL_ANGLE: f64 = 1e-3;
+
+/// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy` and
+/// `balls_that_rattle_keep_their_energy_at_all_times`.
+const ROUGH: f64 = 0.01;
+const FRACTIONAL: f64 = 0.3;
+
+/// A step feels the branch point before its start or after its end, of a contact that has just closed or is about to
+/// open, if it is longer than this many times the time to it. Guarded by `contacts_at_the_start` and
+/// `balls_that_rattle`.
+const BEYOND: f64 = 8.0;
+
 /// What to do after an attempt.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Decision {
@@ -42,40 +69,31 @@ pub(super) enum Decision {
     GiveUp,
 }
 
-#[derive(Debug)]
-pub(super) struct Planner {
+pub(super) struct Planner<'a> {
     /// The stretching of a step that ends at no release.
     stretching: Stretching,
     /// Longest such step, by the attempts so far, s.
     length: f64,
-    pub tolerance: Tolerance,
+    pub tolerance: Tolerance<'a>,
 }
 
-impl Planner {
+impl<'a> Planner<'a> {
     /// The first plan. See [`Motion::follow`] for the arguments.
-    pub fn new(
-        motion: &Motion,
-        window: &Window,
-        control: &Control,
-        rounding: &Rounding,
-        speed: f64,
-        before: f64,
-    ) -> (Self, Plan) {
+    pub fn new(motion: &Motion, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
+        let Problem { window, control, rounding, speed, .. } = problem;
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(rounding));
         let tolerance = Tolerance {
-            speed,
+            problem,
             tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
-            local_error: control.local_error(speed),
             longest,
-            rounding: *rounding,
         };
-        let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, speed));
+        let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, *speed));
         let first = match power {
             None => FIRST_SMOOTH / window.laws[0].exponent,
             Some(_) if stretching == Stretching::None => FIRST_LATER,
             Some(_) => FIRST,
         };
-        let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
+        let length = if before > 0.0 { before } else { first * motion.fastest(window, *speed) };
         let mut planner = Self { stretching, length, tolerance };
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
@@ -119,7 +137,9 @@ impl Planner {
             // The mean slope over a step does not show which way a force, or an overlap at rest, goes from 0; a series
             // does.
             (Outcome::AtOnce(_, Switch::Clip), _) => return Decision::GiveUp,
-            (Outcome::AtOnce(j, Switch::Release), _) if motion.tracks[j].is_resting(&self.tolerance.rounding) => {
+            (Outcome::AtOnce(j, Switch::Release), _)
+                if motion.tracks[j].is_resting(&self.tolerance.problem.rounding) =>
+            {
                 return Decision::GiveUp;
             }
             (Outcome::AtOnce(j, switch), _) => return Decision::End(j, switch),
@@ -140,6 +160,131 @@ impl Planner {
             (Outcome::Failed, None) => self.ahead(FAILED * tried),
         };
         Decision::Try(Plan { length: plan.length.min(longest), ..plan })
+    }
+}
+
+impl Motion {
+    /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s), if there are
+    /// any.
+    pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
+        let fresh = |track: &Track| {
+            track.mode == Mode::Pressing && track.overlap <= rounding.position && track.rate >= NEGLIGIBLE * speed
+        };
+        let power = self.stretching_power().filter(|_| self.tracks.iter().any(fresh));
+        power.map_or(Stretching::None, Stretching::AtStart)
+    }
+
+    /// The power by which time is stretched where a contact opens or closes, if forces have a branch point there.
+    pub(super) fn stretching_power(&self) -> Option<Power> {
+        self.tracks.iter().find_map(|track| power_of_stretching(&track.law))
+    }
+
+    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional
+    /// power of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most
+    /// of all a damping force that starts with a power below 1.
+    pub(super) fn smoothness(&self) -> f64 {
+        let law = &self.tracks[0].law; // contacts have one exponent and one law of damping
+        let is_smooth = self.stretching_power().is_none() || law.has_root();
+        match law.damping {
+            _ if is_smooth => 1.0,
+            Damping::Viscoelastic { .. } if law.exponent < 2.0 => ROUGH,
+            _ => FRACTIONAL,
+        }
+    }
+
+    /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
+    pub(super) fn fastest(&self, window: &Window, speed: f64) -> f64 {
+        // Contacts have one exponent and one reference overlap.
+        let squared_time = |j: &usize| window.reduced_mass(*j) / self.tracks[*j].law.stiffness;
+        let pressing = (0..self.tracks.len()).filter(|j| self.presses(*j));
+        let fastest = pressing.min_by(|a, b| squared_time(a).total_cmp(&squared_time(b)));
+        fastest.map_or(f64::INFINITY, |j| self.tracks[j].law.largest_overlap(window.reduced_mass(j), speed) / speed)
+    }
+
+    /// The longest step on which the pendulums hardly act, s.
+    pub(super) fn longest(&self) -> f64 {
+        let pace = self.pace();
+        let longest = if pace > 0.0 { LONGEST / pace } else { f64::INFINITY };
+        let turn = |(ball, flight): (&BallModel, &Flight)| SMALL_ANGLE * ball.length / flight.v.abs();
+        self.arcs.balls.iter().zip(&self.flights).map(turn).fold(longest, f64::min)
+    }
+
+    /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a
+    /// step serves only the branch point at its start.
+    pub(super) fn reach_of_branch_points(&self, rounding: &Rounding) -> f64 {
+        let since = self.tracks.iter().filter_map(|track| to_branch_point(track, track.overlap, track.rate, rounding));
+        since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
+    }
+
+    /// Whether a step that ends where a contact opens, for which time is stretched, ends shortly before the branch
+    /// point of another one.
+    pub(super) fn ends_before_branch_point(&self, table: &Table, rounding: &Rounding) -> bool {
+        let follows = |(j, track): (usize, &Track)| {
+            let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
+            let time = to_branch_point(track, overlap, -rate, rounding);
+            self.end.is_none_or(|(own, _)| own != j) && time.is_some_and(|time| self.length > BEYOND * time)
+        };
+        matches!(self.stretching, Stretching::AtEnd(_)) && self.tracks.iter().enumerate().any(follows)
+    }
+
+    /// The closed contact that opens or clips first, and when, s. Contacts that hardly press are ignored.
+    pub(super) fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
+        let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
+        let negligible = rounding.no_overlap().max(NEGLIGIBLE * largest);
+        let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > negligible;
+        self.first_at_zero(|track| {
+            if !opens(track) {
+                return None;
+            }
+            let inverse_mass = track.inverse_masses[0] + track.inverse_masses[1];
+            let own = inverse_mass * track.law.unclipped_force(track.overlap, track.rate).max(0.0);
+            // Its force drives the balls apart and vanishes on the way: the rate follows from its remaining energy.
+            let last = (track.rate * track.rate + 2.0 * own * track.overlap / (track.law.exponent + 1.0)).sqrt();
+            let rate = (1.0 - LAST_IN_MEAN) * track.rate - LAST_IN_MEAN * last;
+            Some((rate, (track.accelerations[0] + own).max(0.0)))
+        })
+    }
+
+    /// The first clipped contact to open, or open one to close, and when, s; without a force there is no branch point.
+    /// Balls side by side are left out, because rounding decides.
+    pub(super) fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
+        self.first_at_zero(|track| {
+            let switches = match track.mode {
+                Mode::Open => track.overlap < 0.0 && track.rate > 0.0 && !track.is_resting(rounding),
+                Mode::Clipped => track.rate < 0.0,
+                Mode::Pressing => false,
+            };
+            switches.then_some((track.rate, track.accelerations[0]))
+        })
+    }
+
+    /// The contact whose overlap vanishes first, by the rate (m/s) and the acceleration (m/s2) from `motion`, and when,
+    /// s.
+    fn first_at_zero(&self, motion: impl Fn(&Track) -> Option<(f64, f64)>) -> Option<(usize, f64)> {
+        let at_zero = |(j, track): (usize, &Track)| {
+            let side = if track.overlap > 0.0 { 1.0 } else { -1.0 };
+            let (rate, acceleration) = motion(track)?;
+            fall(side * track.overlap, side * rate, 0.5 * side * acceleration).map(|time| (j, time))
+        };
+        self.tracks.iter().enumerate().filter_map(at_zero).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+/// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None` if
+/// there is none or it is here, within `rounding`.
+fn to_branch_point(track: &Track, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
+    let is_near = track.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
+    (is_near && power_of_stretching(&track.law).is_some()).then_some(overlap / rate)
+}
+
+/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, the force times the
+/// pace of the time goes with `c^(q p + q - 1)`: a polynomial if that is whole, nearly one if it is large. Higher
+/// powers than necessary shorten the steps; a whole exponent needs none.
+pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
+    match law.whole_exponent() {
+        Some(_) => None,
+        None if law.has_root() || law.exponent > 2.0 => Some(Power::Square),
+        None => Some(Power::Cube),
     }
 }
 

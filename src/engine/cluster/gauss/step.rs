@@ -144,7 +144,7 @@ impl Motion {
                 // Contacts in equilibrium do not change, however far the end of the step still moves.
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
-                if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.speed {
+                if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed {
                     if self.on_arcs() && (turns < TURNS.len() || !self.stands(turned)) {
                         turned = self.turn_on(true, turned);
                         turns = TURNS.len();
@@ -203,14 +203,14 @@ impl Motion {
                 }
             }
         }
-        largest * self.length / (tolerance.speed * tolerance.tail)
+        largest * self.length / (tolerance.problem.speed * tolerance.tail)
     }
 
     /// After the iteration: computes the forces of the last overlaps, and decides whether the step is accepted.
     fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Outcome {
         self.push();
         let mut error = self.error(table, tolerance);
-        if self.ends_before_branch_point(table, &tolerance.rounding) {
+        if self.ends_before_branch_point(table, &tolerance.problem.rounding) {
             error *= SECOND_BRANCH_POINT;
         }
         if error > 1.0 {

@@ -26,12 +26,12 @@ enum Excess {
 impl Motion {
     /// Error of the overlaps, m.
     pub(super) fn noise(&self, tolerance: &Tolerance) -> f64 {
-        tolerance.rounding.position.max(UNKNOWN * tolerance.speed * self.length)
+        tolerance.problem.rounding.position.max(UNKNOWN * tolerance.problem.speed * self.length)
     }
 
     /// Error of the sign of a force.
     fn noise_of_sign(&self, sign: &SignOfForce, tolerance: &Tolerance) -> f64 {
-        let of_rate = tolerance.rounding.velocity.max(UNKNOWN * tolerance.speed);
+        let of_rate = tolerance.problem.rounding.velocity.max(UNKNOWN * tolerance.problem.speed);
         sign.by_overlap * self.noise(tolerance) + sign.by_rate * of_rate
     }
 
@@ -99,7 +99,7 @@ impl Motion {
     pub(super) fn switching(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<(Switch, f64)> {
         let (track, curvature) = (&self.tracks[j], self.curvature(j, table));
         if track.mode == Mode::Open {
-            if track.is_resting(&tolerance.rounding) {
+            if track.is_resting(&tolerance.problem.rounding) {
                 return self.onset_from_rest(j, table, tolerance).map(|time| (Switch::Onset, time));
             }
             if track.overlap >= 0.0 && track.rate > 0.0 {
@@ -107,11 +107,11 @@ impl Motion {
             }
             return fall(-track.overlap.min(0.0), -track.rate, -curvature).map(|time| (Switch::Onset, time));
         }
-        let time = if track.overlap > tolerance.rounding.no_overlap() {
+        let time = if track.overlap > tolerance.problem.rounding.no_overlap() {
             self.fall_at_nodes(j, table).or_else(|| fall(track.overlap, track.rate, curvature))
         } else {
             // It has just closed. A rate within rounding does not show whether its balls part.
-            let known = tolerance.rounding.velocity;
+            let known = tolerance.problem.rounding.velocity;
             let parts = curvature < 0.0 || track.rate < -known;
             parts.then(|| if track.rate > known { -track.rate / curvature } else { 0.0 })
         };
@@ -162,7 +162,7 @@ impl Motion {
     fn matters(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
-        overlap > self.noise(tolerance) || speed_up > tolerance.local_error
+        overlap > self.noise(tolerance) || speed_up > tolerance.problem.local_error
     }
 
     /// The first change of the sign of a force that may be clipped, against the mode of its contact: which one and when

@@ -55,33 +55,23 @@ impl<S: Scalar> Arcs<S> {
     pub(super) fn begin(&mut self, window: &Window<'_, S>, stride: usize, displacements: &[S], overlaps: &mut [S]) {
         let n = window.models.len();
         self.stride = stride;
-        let Arcs {
-            lengths,
-            angles,
-            sin,
-            cos,
-            width,
-            height,
-            distance,
-            direction: [nx, ny],
-            along: [left, right],
-            touch,
-            ..
-        } = self;
-        for rows in [angles, sin, cos, width, height, distance, nx, ny, left, right] {
+        let of_balls = [&mut self.angles, &mut self.sin, &mut self.cos];
+        let of_contacts = [&mut self.width, &mut self.height, &mut self.distance];
+        let rows = of_balls.into_iter().chain(of_contacts);
+        for rows in rows.chain(&mut self.direction).chain(&mut self.along) {
             rows.clear();
             rows.resize(if window.models[0].on_arc { n * stride } else { 0 }, S::default());
         }
-        lengths.clear();
-        touch.clear();
+        self.lengths.clear();
+        self.touch.clear();
         if !window.models[0].on_arc {
             return;
         }
         let open = |j: usize| {
             (window.contacts[j].mode == Mode::Open).then(|| window.laws[j].pivots - window.laws[j].clearance)
         };
-        lengths.extend((0..n).map(|i| window.models[i].length));
-        touch.extend((0..n - 1).map(open));
+        self.lengths.extend((0..n).map(|i| window.models[i].length));
+        self.touch.extend((0..n - 1).map(open));
         for i in 0..n {
             let place = window.models[i].place(window.flights[i].x);
             (self.sin[i * stride], self.cos[i * stride]) = (place.sin, place.cos);

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::recurrences::TERMS_AT_LEAST;
 use super::series::{INVERSE_FACTORIAL, Series};
-use crate::engine::cluster::step_control::Control;
+use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Window, WindowContact};
 use crate::model::Mode;
 use crate::solver::oscillator::MAX_FORCE_ORDER;
@@ -36,6 +36,9 @@ type Lanes = [f64; LANES];
 
 /// Coefficients of the displacements of a few balls, or of the overlaps of the contacts at their right.
 type Rows = [[f64; ROOM]; LANES];
+
+/// Those of the displacements of all blocks, and those of the overlaps.
+type Both<'a> = [&'a mut [Rows]; 2];
 
 /// A few neighbouring balls and the contacts at their right, side by side.
 #[derive(Clone, Debug, Default)]
@@ -123,8 +126,9 @@ impl Workspace {
 
     /// Computes the coefficients of these numbers from the last ones, and those of displacements and overlaps two
     /// orders higher.
-    fn advance(&mut self, numbers: Range<usize>, displacements: &mut [Rows], overlaps: &mut [Rows]) {
+    fn advance(&mut self, numbers: Range<usize>, [displacements, overlaps]: &mut Both) {
         let blocks = &mut self.blocks[..];
+        let (displacements, overlaps) = (&mut displacements[..], &mut overlaps[..]);
         let count = blocks.len().min(displacements.len()).min(overlaps.len());
         for k in numbers.start..numbers.end.min(MOST) {
             let (inverse, inverse_of_next) = (INVERSES[k + 1], INVERSES[k + 2]);
@@ -142,18 +146,12 @@ impl Workspace {
     }
 
     /// Computes the first coefficients, which contain the inputs. Returns how many.
-    fn advance_driven(
-        &mut self,
-        window: &Window,
-        unit: f64,
-        displacements: &mut [Rows],
-        overlaps: &mut [Rows],
-    ) -> usize {
+    fn advance_driven(&mut self, window: &Window, unit: f64, rows: &mut Both) -> usize {
         let mut unit_to_k = unit * unit;
         for (k, inverse) in INVERSE_FACTORIAL.into_iter().enumerate() {
             let inputs = self.blocks.iter_mut().flat_map(|block| &mut block.input);
             inputs.zip(window.flights).for_each(|(input, flight)| *input = inverse * unit_to_k * flight.forcing[k]);
-            self.advance(k..k + 1, displacements, overlaps);
+            self.advance(k..k + 1, rows);
             unit_to_k *= unit;
         }
         self.blocks.iter_mut().for_each(|block| block.input = Lanes::default());
@@ -169,24 +167,17 @@ impl Workspace {
     }
 
     /// Computes coefficients up to the order `most` or, if a switching is near, to a lower one at which the last terms
-    /// are at most `allowed` (m) by then. Overlaps up to `noise` (m) are rounding. Returns the order.
-    fn expand(
-        &mut self,
-        displacements: &mut [Rows],
-        overlaps: &mut [Rows],
-        window: &Window,
-        most: usize,
-        unit: f64,
-        [noise, allowed]: [f64; 2],
-    ) -> usize {
+    /// are at most `allowed` (m) by then. Returns the order.
+    fn expand(&mut self, rows: &mut Both, problem: &Problem, most: usize, unit: f64, allowed: f64) -> usize {
+        let window = problem.window;
         let driven = window.flights.iter().any(|flight| flight.forcing != [0.0; MAX_FORCE_ORDER + 1]);
-        let first = if driven { self.advance_driven(window, unit, displacements, overlaps) } else { 0 };
-        self.advance(first..LOOK, displacements, overlaps);
-        let switching = switching(overlaps.as_flattened(), window.contacts, noise);
+        let first = if driven { self.advance_driven(window, unit, rows) } else { 0 };
+        self.advance(first..LOOK, rows);
+        let switching = switching(rows[1].as_flattened(), window.contacts, problem.rounding.position);
         let mut known = LOOK;
         if switching.is_none() {
             known = known.max(most - TERMS_AT_LEAST);
-            self.advance(LOOK..known, displacements, overlaps);
+            self.advance(LOOK..known, rows);
         }
         let look = switching.map_or(f64::INFINITY, |look| LOOKS[look]);
         let (mut power, mut negligible) = ((1..known).fold(1.0, |power, _| power * look), 0);
@@ -198,7 +189,7 @@ impl Workspace {
             if negligible > TERMS_AT_LEAST || known >= most {
                 return known;
             }
-            self.advance(known..known + 1, displacements, overlaps);
+            self.advance(known..known + 1, rows);
             known += 1;
         }
     }
@@ -225,32 +216,25 @@ fn switching(overlaps: &[[f64; ROOM]], contacts: &[WindowContact], noise: f64) -
 }
 
 impl Series {
-    /// Computes all coefficients like [`Self::expand`], with a lower order if a switching is near. Overlaps up to
-    /// `noise` (m) are rounding.
-    pub fn expand_linear(
-        &mut self,
-        workspace: &mut Workspace,
-        window: &Window,
-        control: &Control,
-        scale: f64,
-        noise: f64,
-    ) {
-        let (unit, dv) = (shortest_time(window), control.local_error(scale));
+    /// Computes all coefficients like [`Self::expand`], with a lower order if a switching is near.
+    pub fn expand_linear(&mut self, workspace: &mut Workspace, problem: &Problem) {
+        let &Problem { window, control, .. } = problem;
+        let unit = shortest_time(window);
+        let allowed = problem.local_error * unit;
         workspace.begin(window, unit);
         let most = ((HIGHER * control.order as f64) as usize).min(MOST);
         self.begin_unset(workspace.blocks.len() * LANES, window.contacts.len(), ROOM, unit);
-        let [displacements, overlaps] = [&mut self.displacements, &mut self.overlaps]
+        let mut rows = [&mut self.displacements, &mut self.overlaps]
             .map(|rows| rows.as_chunks_mut::<ROOM>().0.as_chunks_mut::<LANES>().0);
-        for (block, rows) in workspace.blocks.iter().zip(displacements.iter_mut().zip(overlaps.iter_mut())) {
-            for i in 0..LANES {
-                rows.0[i][..2].copy_from_slice(&[0.0, block.velocity[i]]);
-                rows.1[i][..2].copy_from_slice(&[0.0, block.rate[i]]);
+        for (b, block) in workspace.blocks.iter().enumerate() {
+            for (rows, starts) in rows.iter_mut().zip([block.velocity, block.rate]) {
+                rows[b].iter_mut().zip(starts).for_each(|(row, start)| row[..2].copy_from_slice(&[0.0, start]));
             }
         }
-        let starts = overlaps.as_flattened_mut().iter_mut().zip(window.contacts);
+        let starts = rows[1].as_flattened_mut().iter_mut().zip(window.contacts);
         starts.for_each(|(row, contact)| row[0] = contact.overlap);
-        self.order = workspace.expand(displacements, overlaps, window, most, unit, [noise, dv * unit]);
-        self.converges_for = (unit * workspace.convergence(self.order, dv * unit)).min(control.longest);
+        self.order = workspace.expand(&mut rows, problem, most, unit, allowed);
+        self.converges_for = (unit * workspace.convergence(self.order, allowed)).min(control.longest);
         for (j, law) in window.laws.iter().enumerate().filter(|(j, _)| window.contacts[*j].mode != Mode::Open) {
             let (damping, terms) = (law.damping_coefficient(), self.order + 2);
             self.linear[j] = Some([law.stiffness, damping]);

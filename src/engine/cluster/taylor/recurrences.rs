@@ -7,7 +7,7 @@
 //! below epsilon times the scale of the velocities.
 
 use super::series::{INVERSE_FACTORIAL, Series};
-use crate::engine::cluster::step_control::Control;
+use crate::engine::cluster::step_control::{Control, Problem};
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::{degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
@@ -169,13 +169,13 @@ impl<S: Scalar> Series<S> {
 impl Series {
     /// The same for a window. The segment ends where the last terms, or the forces left out, would change the
     /// velocities by more than `control` allows.
-    pub fn expand_window(&mut self, window: &Window, control: &Control, scale: f64) {
-        let negligible = self.expand(window, control, scale);
-        self.converges_for = self.convergence(control.local_error(scale), |c| c).min(control.longest);
+    pub fn expand_window(&mut self, &Problem { window, control, speed, local_error, .. }: &Problem) {
+        let negligible = self.expand(window, control, speed);
+        self.converges_for = self.convergence(local_error, |c| c).min(control.longest);
         self.shorten_where_above(&negligible);
         for (j, law) in window.laws.iter().enumerate() {
             if window.needs_force(j) && negligible[j] == 0.0 && law.exponent > 1.0 {
-                self.shorten_where_wrong(j, law, window.reduced_mass(j), scale);
+                self.shorten_where_wrong(j, law, window.reduced_mass(j), speed);
             }
         }
     }
