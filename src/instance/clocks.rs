@@ -10,8 +10,8 @@ use super::report::Reporter;
 use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
 use crate::variables::Edge;
 
-/// The contacts that close and the pulses that end at one instant. Each contact does so at most once, in this order; more
-/// takes another tick.
+/// The contacts that close and the pulses that end at one instant. Each contact does so at most once, in this order; if
+/// it does so again, that is another tick.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Tick {
     /// In s.

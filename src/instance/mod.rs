@@ -4,8 +4,8 @@
 //! [`Instance::require`] whether it is legal in the current phase. An instance calculates with a
 //! [`Simulation`](crate::engine::Simulation) and reads and sets [`Variable`](crate::variables::Variable)s.
 //!
-//! Values are read (`values`) and set (`setters`) as arrays, whose elements are FMI 2.0's scalars. FMI 3.0 adds steps that end or
-//! are interrupted at an onset or a release (`step`), and clocks that tick once for each such instant (`clocks`).
+//! Values are read (`values`) and set (`setters`) as arrays, whose elements are FMI 2.0's scalars. FMI 3.0 adds steps
+//! that end or pause at an onset or a release (`step`), and clocks that tick once for each such instant (`clocks`).
 
 mod clocks;
 mod derivatives;

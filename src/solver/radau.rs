@@ -93,7 +93,7 @@ pub fn inverse(matrix: &Matrix) -> Matrix {
     matrix.lu().try_inverse().unwrap_or_else(|| Matrix::repeat(f64::NAN))
 }
 
-/// A block row of a block tridiagonal matrix with its right-hand side; `lower` of the first row and `upper` of the last are ignored.
+/// A row of a block tridiagonal matrix, with its right-hand side; the first `lower` and the last `upper` do not count.
 #[derive(Clone, Debug)]
 pub struct Row {
     pub lower: Matrix,

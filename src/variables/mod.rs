@@ -1,9 +1,9 @@
 //! The interface of the FMU: one table, and what follows from it.
 //!
 //! [`TABLE`] has a [`Row`] for each family of variables. A [`Variable`] is one of a family, or its array; values lie in
-//! the [`Settings`] that a host has made, or in the [`Results`](crate::model::Results) of a run. The [`Description`], its
-//! ModelStructure, the getters and the setters are all derived from the table. A [`Recipe`] is the copy of the start
-//! values inside an FMU.
+//! the [`Settings`] that a host has made, or in the [`Results`](crate::model::Results) of a run. The [`Description`],
+//! its ModelStructure, the getters and the setters are all derived from the table. A [`Recipe`] is the copy of the
+//! start values inside an FMU.
 
 mod description;
 mod doubts;

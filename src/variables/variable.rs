@@ -1,8 +1,8 @@
 //! A variable of the interface: found by name or value reference, and listed in the order of the description.
 //!
 //! The value reference of a scalar is the row's position times 16384 plus the zero-based index, so that it does not
-//! depend on n and a getter finds its row by one array access. FMI 3.0 has an array for each row that has an index, with
-//! a value reference of its own. The arrays have `n` elements, those over contacts as well, since n - 1 cannot be a
+//! depend on n and a getter finds its row by one array access. FMI 3.0 has an array for each row that has an index,
+//! with a value reference of its own. Those over contacts have `n` elements as well, since n - 1 cannot be a
 //! dimension: the last element belongs to no contact. For hosts without arrays, each element is a scalar with the name
 //! and the value reference of FMI 2.0.
 
@@ -165,8 +165,8 @@ impl Variable {
         Some(first + self.index)
     }
 
-    /// When it changes in FMI 3.0. Real outputs over a step count as continuous: a discrete one may change in Event Mode
-    /// only.
+    /// When it changes in FMI 3.0. Real outputs over a step count as continuous: discrete ones may only change in Event
+    /// Mode.
     pub fn variability(&self) -> Variability {
         match (self.row.causality, self.row.access) {
             (Causality::Output, Access::Real(_)) => Variability::Continuous,

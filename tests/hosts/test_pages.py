@@ -136,7 +136,8 @@ def test_charts_side_by_side_move_together(report):
 #: parameters; a live run is shown with each panel, in 3D, as a lesson, and inside a click.
 ACTIONS = {
     "recorded": (
-        "cradle.setRunning(false); cradle.clock.slowAt('always'); cradle.seek(cradle.sources[0].clicks[0].begin + 3e-5)",
+        "cradle.setRunning(false); cradle.clock.slowAt('always');"
+        " cradle.seek(cradle.sources[0].clicks[0].begin + 3e-5)",
         "for (const kind of ['force', 'energy']) cradle.set(kind, true)",
         "for (const kind of ['force', 'energy']) cradle.set(kind, false); cradle.panels.toggle('details')",
     ),

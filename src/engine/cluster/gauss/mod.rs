@@ -3,8 +3,8 @@
 //!
 //! A fractional power of the overlap has a branch point where the contact closes or opens. A power series of the time
 //! converges only up to there; a step of collocation ends or starts there, with its time stretched (`solver::gauss`).
-//! `plan` has the next attempt, from forecasts or from the last one. `step` makes an attempt with the `iteration` and the
-//! `switching`s that it finds; `motion` holds the result, `output` is its dense output.
+//! `plan` has the next attempt, from forecasts or from the last one. `step` makes an attempt with the `iteration` and
+//! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
 
 mod arcs;
 mod iteration;

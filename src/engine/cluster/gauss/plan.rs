@@ -1,5 +1,5 @@
-//! Planning: the first attempt from forecasts of switchings, of branch points and of the longest step; the next one from
-//! the outcome of an attempt.
+//! Planning: the first attempt from forecasts of switchings, branch points and the longest step; the next one from the
+//! outcome of an attempt.
 
 use super::motion::{Motion, Tolerance, Track};
 use super::step::{Outcome, Plan};

@@ -73,8 +73,8 @@ impl Tape {
         self.tunings.iter().map(change).collect()
     }
 
-    /// Derivatives of the outputs at its end along a direction of parameters and inputs, like those of
-    /// [`LastStep::along_run`](super::LastStep::along_run); NaN where it [lacks](Self::lacks) them.
+    /// Derivatives of the outputs at its end along a direction of parameters and inputs; NaN where it
+    /// [lacks](Self::lacks) them.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let changes = self.changes(tangent, inputs);
         let mut state: Vec<DoubleDouble> = change_of_start(tangent).into_iter().map(DoubleDouble::from).collect();
