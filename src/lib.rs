@@ -46,9 +46,8 @@
 //! # Ok::<(), newtons_cradle::engine::EngineError>(())
 //! ```
 
-// A browser calls the instance directly: what only the C interfaces use is unused there. So is the physics without an
-// engine.
-#![cfg_attr(any(target_family = "wasm", not(feature = "engine")), allow(dead_code, unused_imports))]
+// A browser calls the instance directly: what only the C interfaces use is unused there.
+#![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports))]
 
 #[cfg(feature = "engine")]
 pub mod engine;
@@ -61,8 +60,10 @@ pub mod fmi2;
 pub mod fmi3;
 #[cfg(feature = "engine")]
 mod instance;
+#[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 pub mod model;
 pub mod next;
+#[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 mod solver;
 #[doc = include_str!("../docs/theory.md")]
 #[cfg(doc)]

@@ -34,7 +34,7 @@ mod rigid;
 mod run;
 mod simulation;
 
-pub use crate::model::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, Results, WorkCounters};
+pub use crate::model::{Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, Results, WorkCounters};
 pub use crate::next::{NEVER, Next};
 pub use continuous::Continuous;
 pub use derivatives::{Gradient, History, LastStep, Tape};

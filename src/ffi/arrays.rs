@@ -106,10 +106,9 @@ pub(crate) unsafe fn categories(names: &[*const c_char]) -> Result<Vec<LogCatego
         // SAFETY: as the caller promises.
         let name = if name.is_null() { c"NULL" } else { unsafe { text(*name) } }.to_string_lossy();
         let known = LogCategory::ITEMS.iter().find(|item| item.name == name);
+        let known = known.and_then(|item| LogCategory::numbered(item.value));
         let allowed = || LogCategory::ITEMS.iter().map(|item| item.name).collect::<Vec<_>>().join(", ");
-        known
-            .and_then(|item| LogCategory::numbered(item.value))
-            .ok_or_else(|| Refusal::argument("category", &name, allowed()))
+        known.ok_or_else(|| Refusal::argument("category", &name, allowed()))
     };
     names.iter().map(category).collect()
 }

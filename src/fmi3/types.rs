@@ -19,7 +19,6 @@ pub type fmi3Clock = u8;
 pub type fmi3String = *const c_char;
 /// Bytes; another argument is their number.
 pub type fmi3Binary = *const u8;
-
 /// How a variable depends on another one. A plain integer, since a host may pass any.
 pub type fmi3DependencyKind = c_int;
 /// What is known of the interval of a clock, likewise.

@@ -10,8 +10,8 @@ use super::report::Reporter;
 use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
 use crate::variables::Edge;
 
-/// The contacts that close and the pulses that end at one instant. Each contact does so at most once, in this order; if
-/// it does so again, that is another tick.
+/// The contacts that close and the pulses that end at one instant. A contact closes and opens at most once in a tick,
+/// in this order; the next time is another tick.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Tick {
     /// In s.
@@ -184,19 +184,18 @@ pub(super) struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    /// Notes that something has happened. Returns whether clocks tick then.
-    fn happens(&mut self, time: f64) -> bool {
+    fn stop(&mut self, time: f64) {
         if self.stops {
             self.stopped.get_or_insert(time);
         }
-        self.purpose.events
     }
 }
 
 impl Observer for Recorder<'_> {
     fn pulse(&mut self, pulse: Pulse) {
         self.reporter.pulse(pulse);
-        if self.happens(pulse.release) {
+        self.stop(pulse.release);
+        if self.purpose.events {
             self.clocks.end(pulse);
         } else if self.purpose.fmi3 {
             self.clocks.log.enter(pulse);
@@ -204,7 +203,8 @@ impl Observer for Recorder<'_> {
     }
 
     fn onset(&mut self, contact: usize, time: f64) {
-        if self.happens(time) {
+        self.stop(time);
+        if self.purpose.events {
             self.clocks.close(contact, time);
         }
     }

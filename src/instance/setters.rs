@@ -79,9 +79,11 @@ impl Instance {
 
     /// Sets the number of balls, in Configuration Mode. This resets arrays to their defaults and keeps scalars.
     pub fn set_counts(&mut self, references: &[u32], values: &[u64]) -> Result<(), Refusal> {
-        self.refuse_to_set(references, Type::Integer)?;
         let mut wanted = self.balls();
         for (variable, value) in self.elements(references, Type::Integer, values)? {
+            if !variable.has_start() {
+                return Err(variable.row.not_settable(variable));
+            }
             if self.run.phase != Phase::ConfigurationMode {
                 return Err(Refusal::new(format_args!("{variable} can only be set in Configuration Mode")));
             }
@@ -109,11 +111,11 @@ impl Instance {
         self.run = Run { phase: self.run.phase, ..Run::new(self.run.purpose, &settings) };
     }
 
-    /// Refuses to set those of these variables, all of this type, that have no start value.
+    /// The refusal to set variables of a type that has no settable ones.
     pub fn refuse_to_set(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
         references.iter().try_for_each(|reference| {
             let variable = self.variable(*reference, asked)?;
-            if variable.has_start() { Ok(()) } else { Err(variable.row.not_settable(variable)) }
+            Err(variable.row.not_settable(variable))
         })
     }
 

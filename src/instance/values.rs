@@ -30,16 +30,16 @@ impl Start {
 }
 
 impl Instance {
-    /// The variable behind a value reference.
-    pub(super) fn known(&self, reference: u32) -> Result<Variable, Refusal> {
-        let unknown = || Refusal::unknown(format_args!("value reference {reference}"), self.balls());
-        self.start.variable(reference, self.balls()).ok_or_else(unknown)
-    }
-
     #[inline]
     fn is_of(&self, variable: Variable, asked: Type) -> bool {
         let of = variable.row.access.data_type();
         of == asked || !self.run.purpose.fmi3 && (of, asked) == (Type::Enumeration, Type::Integer)
+    }
+
+    /// The variable behind a value reference.
+    pub(super) fn known(&self, reference: u32) -> Result<Variable, Refusal> {
+        let unknown = || Refusal::unknown(format_args!("value reference {reference}"), self.balls());
+        self.start.variable(reference, self.balls()).ok_or_else(unknown)
     }
 
     /// The same, if it is one of this type.
@@ -81,11 +81,11 @@ impl Instance {
     ) -> Result<(), Refusal> {
         self.recompute()?;
         let (balls, phase, mut found) = (self.balls(), self.run.phase, 0);
-        // Then nothing else is asked of a variable.
-        let all_known = phase >= Phase::InitializationMode && phase != Phase::IntermediateUpdate;
+        // In these phases any variable of the type may be read.
+        let any = phase >= Phase::InitializationMode && phase != Phase::IntermediateUpdate;
         for reference in references {
             let variable = match self.start.variable(*reference, balls) {
-                Some(variable) if all_known && self.is_of(variable, asked) => variable,
+                Some(variable) if any && self.is_of(variable, asked) => variable,
                 _ => self.readable(*reference, asked)?,
             };
             for index in 0..variable.len(balls) {

@@ -19,4 +19,6 @@ pub(crate) use enumeration::enumerations;
 pub use parameters::{
     ContactModel, DampingLaw, ExchangedContacts, Inputs, Parameters, PendulumModel, SolverMethod, Tunables,
 };
-pub use results::{Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Results, WorkCounters};
+pub use results::{
+    Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Results, WorkCounters,
+};

@@ -121,9 +121,10 @@ parameters! {
     exchanged: ExchangedContacts = ExchangedContacts::Mapped,
 }
 
+/// Start positions: the first balls are lifted.
 fn lifted(n: usize) -> Vec<f64> {
-    let lifted = n.saturating_sub(1).clamp(1, 2);
-    (0..n).map(|i| if i < lifted { -0.1 } else { 0.0 }).collect()
+    let count = n.saturating_sub(1).clamp(1, 2);
+    (0..n).map(|i| if i < count { -0.1 } else { 0.0 }).collect()
 }
 
 impl Parameters {

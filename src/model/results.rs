@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::arc::{Line, Place};
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
-use crate::next::{NEVER, Next};
+use crate::next::Next;
 use crate::solver::dual::{Dual, Scalar};
 
 /// Periods of the first ball within which the next onset is looked for.
@@ -17,11 +17,9 @@ pub const MAX_INPUT_DERIVATIVE: usize = 3;
 /// Highest derivative by time that is offered.
 pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
 
-/// A cradle at one time. Balls and contacts are counted from 0; contact `i` is that of balls `i` and `i + 1`.
-///
-/// The first functions are its state. What follows from it and the inputs has its formula here, for every method of
-/// solution. The last functions are the record of a run: unless it has its own, that of one that begins now.
-pub trait Results<S: Scalar = f64> {
+/// A cradle in a state, and what follows from state and inputs, for every method of solution. Balls and contacts are
+/// counted from 0; contact `i` is that of balls `i` and `i + 1`.
+pub trait Chain<S: Scalar = f64> {
     /// The coefficients of its equations.
     fn cradle(&self) -> &Cradle<S>;
     /// Position (m) and velocity (m/s) of ball `i` along its path.
@@ -36,6 +34,11 @@ pub trait Results<S: Scalar = f64> {
     /// Whether the balls of contact `i` overlap.
     fn in_contact(&self, i: usize) -> bool {
         self.overlap(i).value() > 0.0
+    }
+
+    /// The overlap of contact `i` by which it has energy, m.
+    fn elastic_overlap(&self, i: usize) -> S {
+        self.overlap(i)
     }
 
     /// Rate of the overlap of contact `i`, m/s.
@@ -93,7 +96,7 @@ pub trait Results<S: Scalar = f64> {
 
     /// Elastic energy of contact `i`, J.
     fn contact_energy(&self, i: usize) -> S {
-        self.cradle().contacts[i].elastic_energy(compression(self, i))
+        self.cradle().contacts[i].elastic_energy(self.elastic_overlap(i))
     }
 
     /// Kinetic, gravity and contact energy of all balls, J.
@@ -132,7 +135,7 @@ pub trait Results<S: Scalar = f64> {
             S::from(2.0) * ball.gamma * ball.mass * v * v
         };
         let of_contact = |(i, law): (usize, &ContactLaw<S>)| {
-            let excess = self.force(i) - law.elastic_force(compression(self, i));
+            let excess = self.force(i) - law.elastic_force(self.elastic_overlap(i));
             excess * self.overlap_rate(i)
         };
         balls.iter().enumerate().map(of_ball).sum::<S>() + contacts.iter().enumerate().map(of_contact).sum()
@@ -143,7 +146,10 @@ pub trait Results<S: Scalar = f64> {
         let of_ball = |(i, ball): (usize, &BallModel<S>)| ball.mass * self.forcing_of(i) * self.v(i);
         self.cradle().balls.iter().enumerate().map(of_ball).sum()
     }
+}
 
+/// A run at its current time.
+pub trait Results: Chain {
     /// Length of the last step, s; 0 where values over a step are those of this instant.
     fn step_length(&self) -> f64 {
         0.0
@@ -162,84 +168,49 @@ pub trait Results<S: Scalar = f64> {
     /// Mean force of contact `i` over the last step, N.
     fn force_mean(&self, i: usize) -> f64 {
         let length = self.step_length();
-        if length == 0.0 { self.force(i).value() } else { self.impulse_of_step(i) / length }
+        if length == 0.0 { self.force(i) } else { self.impulse_of_step(i) / length }
     }
 
     /// Mean of the horizontal force on the support over the last step, N.
     fn support_force_mean(&self) -> f64 {
         let length = self.step_length();
-        if length == 0.0 { self.support_force().value() } else { self.support_impulse_of_step() / length }
+        if length == 0.0 { self.support_force() } else { self.support_impulse_of_step() / length }
     }
 
     /// Largest force of contact `i` in the last step, N.
-    fn force_peak(&self, i: usize) -> f64 {
-        self.force(i).value()
-    }
-
+    fn force_peak(&self, i: usize) -> f64;
     /// Integral of the force of contact `i` since the start, N.s.
-    fn impulse(&self, _i: usize) -> f64 {
-        0.0
-    }
-
+    fn impulse(&self, i: usize) -> f64;
     /// Onsets of contact `i` so far.
-    fn pulses(&self, _i: usize) -> u64 {
-        0
-    }
-
-    /// Last onset of contact `i`, s; minus [`NEVER`] before the first.
-    fn last_onset(&self, _i: usize) -> f64 {
-        -NEVER
-    }
-
-    /// Last release of contact `i`, s; minus [`NEVER`] before the first.
-    fn last_release(&self, _i: usize) -> f64 {
-        -NEVER
-    }
-
+    fn pulses(&self, i: usize) -> u64;
+    /// Last onset of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
+    fn last_onset(&self, i: usize) -> f64;
+    /// Last release of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
+    fn last_release(&self, i: usize) -> f64;
     /// The total energy at the start, J.
-    fn energy_at_start(&self) -> f64 {
-        self.total_energy().value()
-    }
-
+    fn energy_at_start(&self) -> f64;
     /// Energy dissipated by drag and contacts since the start, J.
-    fn dissipated_energy(&self) -> f64 {
-        0.0
-    }
-
+    fn dissipated_energy(&self) -> f64;
     /// Work of the external forces and of the moving support since the start, J.
-    fn external_work(&self) -> f64 {
-        0.0
-    }
+    fn external_work(&self) -> f64;
+    /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
+    fn next_onset(&self) -> Next;
+    /// Work counters since the start.
+    fn work(&self) -> WorkCounters;
 
     /// The energy error since the start, J.
     fn energy_residual(&self) -> f64 {
-        (self.total_energy().value() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
-    }
-
-    /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
-    fn next_onset(&self) -> Next {
-        Next::Never
-    }
-
-    /// Work counters since the start.
-    fn work(&self) -> WorkCounters {
-        WorkCounters::default()
+        (self.total_energy() - self.energy_at_start()) + (self.dissipated_energy() - self.external_work())
     }
 }
 
 /// The place of ball `i` on its path.
-fn place<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> Place<S> {
+fn place<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> Place<S> {
     chain.cradle().balls[i].place(chain.state_of(i).0)
 }
 
-/// The overlap of contact `i` that has energy, m: open contacts have none.
-fn compression<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> S {
-    let overlap = chain.overlap(i);
-    if overlap.value() > 0.0 && !chain.in_contact(i) { S::default() } else { overlap }
-}
-
 /// The sum of the contact forces on ball `i` along its path, and that away from the pivot, N.
-fn pushed<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> [S; 2] {
+fn pushed<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
     let contacts = &chain.cradle().contacts;
     let from_left = if i > 0 { chain.force(i - 1) } else { S::default() };
     let from_right = if i < contacts.len() { chain.force(i) } else { S::default() };
@@ -260,7 +231,7 @@ fn pushed<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> [S; 2] {
 }
 
 /// Horizontal and vertical force, upwards, of ball `i` on the support, N: by the tension of its string and the drag.
-fn on_support<S: Scalar>(chain: &(impl Results<S> + ?Sized), i: usize) -> [S; 2] {
+fn on_support<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
     let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
     if !ball.on_arc {
         return [ball.support_force(s, u), -ball.mass * ball.gravity];
@@ -286,22 +257,22 @@ pub struct WorkCounters {
 /// Declares [`Differential`] by the names of the results: first those that follow from the state and the inputs.
 macro_rules! differential {
     (
-        of_balls: $($ball:ident)*; of_contacts: $($contact:ident)*; sums: $($sum:ident)*;
-        recorded_of_contacts: $($recorded:ident)*; recorded: $($number:ident)*;
+        of_balls: $($ball:ident)*; of_contacts: $($contact:ident)*; totals: $($total:ident)*;
+        others_of_contacts: $($other:ident)*; others: $($number:ident)*;
     ) => {
-        /// Derivatives of all real outputs, and of the states of model exchange with their derivatives: by time, of one
-        /// order, or along one direction in the space of inputs, states and parameters. The units are those of the
-        /// variables over that of the time or of the direction.
+        /// Derivatives of all real outputs by time, of one order; or of these and of the states of model exchange with
+        /// their derivatives along one direction in the space of inputs, states and parameters. The units are those of
+        /// the variables over that of the time or of the direction.
         #[derive(Clone, Debug)]
         pub struct Differential {
             $(#[doc = concat!("Of `", stringify!($ball), "` of each ball.")]
             pub $ball: Vec<f64>,)*
             $(#[doc = concat!("Of `", stringify!($contact), "` of each contact.")]
             pub $contact: Vec<f64>,)*
-            $(#[doc = concat!("Of `", stringify!($recorded), "` of each contact.")]
-            pub $recorded: Vec<f64>,)*
-            $(#[doc = concat!("Of `", stringify!($sum), "`.")]
-            pub $sum: f64,)*
+            $(#[doc = concat!("Of `", stringify!($other), "` of each contact.")]
+            pub $other: Vec<f64>,)*
+            $(#[doc = concat!("Of `", stringify!($total), "`.")]
+            pub $total: f64,)*
             $(#[doc = concat!("Of `", stringify!($number), "`.")]
             pub $number: f64,)*
         }
@@ -313,19 +284,19 @@ macro_rules! differential {
                 Self {
                     $($ball: balls.clone(),)*
                     $($contact: contacts.clone(),)*
-                    $($recorded: contacts.clone(),)*
-                    $($sum: value,)*
+                    $($other: contacts.clone(),)*
+                    $($total: value,)*
                     $($number: value,)*
                 }
             }
 
-            /// Derivatives of these outputs by the state of `chain` and the inputs; 0 of what is recorded.
-            pub(crate) fn along(chain: &dyn Results<Dual>) -> Self {
+            /// Derivatives of these outputs by the state of `chain` and the inputs; 0 for the others.
+            pub(crate) fn along(chain: &dyn Chain<Dual>) -> Self {
                 let [balls, contacts] = [chain.cradle().balls.len(), chain.cradle().contacts.len()];
                 Self {
                     $($ball: (0..balls).map(|i| chain.$ball(i).tangent()).collect(),)*
                     $($contact: (0..contacts).map(|i| chain.$contact(i).tangent()).collect(),)*
-                    $($sum: chain.$sum().tangent(),)*
+                    $($total: chain.$total().tangent(),)*
                     ..Self::all(balls, 0.0)
                 }
             }
@@ -336,7 +307,7 @@ macro_rules! differential {
 differential! {
     of_balls: x v angle y a;
     of_contacts: force overlap overlap_rate;
-    sums: total_energy momentum support_force support_force_vertical dissipation external_power;
-    recorded_of_contacts: impulse force_mean force_peak;
-    recorded: support_force_mean next_onset period dissipated_energy external_work;
+    totals: total_energy momentum support_force support_force_vertical dissipation external_power;
+    others_of_contacts: impulse force_mean force_peak;
+    others: support_force_mean next_onset period dissipated_energy external_work;
 }

@@ -2,7 +2,7 @@
 //!
 //! The value reference of a scalar is the row's position times 16384 plus the zero-based index, so that it does not
 //! depend on n and a getter finds its row by one array access. FMI 3.0 has an array for each row that has an index,
-//! with a value reference of its own. Those over contacts have `n` elements as well, since n - 1 cannot be a
+//! with a value reference of its own. Arrays over contacts have `n` elements, too, since n - 1 cannot be a
 //! dimension: the last element belongs to no contact. For hosts without arrays, each element is a scalar with the name
 //! and the value reference of FMI 2.0.
 
@@ -21,7 +21,7 @@ const LEFT_OUT: &str = "t_next_isOnset";
 /// Value reference of the array of the first row.
 const ARRAYS: u32 = 32;
 
-/// A scalar, which is all that FMI 2.0 has, or an array.
+/// A scalar, which is all that FMI 2.0 has, or a variable of FMI 3.0 with arrays: one of these, or a scalar of its own.
 #[derive(Clone, Copy)]
 pub struct Variable {
     /// Its row.
@@ -148,8 +148,8 @@ impl Variable {
         (variable.position < TABLE.len() && variable.index < variable.row.shape.len(balls)).then_some(variable)
     }
 
-    /// The place of an element among the states of a cradle of `balls` balls, if it is one. In a list of arrays, those
-    /// over contacts have an element more than `scalars`.
+    /// The place of an element among the states of a cradle of `balls` balls, if it is one. The states are `scalars` or
+    /// arrays, of which those over contacts have one element more.
     pub fn state_place(&self, balls: usize, scalars: bool) -> Option<usize> {
         let sums = 3 * balls - usize::from(scalars);
         let first = match self.row.name {

@@ -1,7 +1,7 @@
 //! Pendulums on arcs, against formulas and against linear ones.
 
 use cradle_host::{Host, fmi2OK};
-use newtons_cradle::engine::{Engine, EngineError, Fault, Results, Simulation, Unrecorded};
+use newtons_cradle::engine::{Chain, Engine, EngineError, Fault, Results, Simulation, Unrecorded};
 use newtons_cradle::model::{ContactModel, Inputs, Parameters, PendulumModel, SolverMethod};
 
 use crate::runs::{assert_energy, run};

@@ -3,7 +3,7 @@
 //! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.json`);
 //! and balls on arcs in quadruple precision (`tests/data/arcs.cpp`).
 
-use newtons_cradle::engine::{Engine, Next, Results, Simulation, Unrecorded};
+use newtons_cradle::engine::{Chain, Engine, Next, Results, Simulation, Unrecorded};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
 use serde_json::Value;
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use newtons_cradle::engine::{Engine, Pulse, Results};
+use newtons_cradle::engine::{Chain, Engine, Pulse, Results};
 use newtons_cradle::model::{ContactModel, Inputs, Parameters, PendulumModel};
 
 use crate::arcs::period;

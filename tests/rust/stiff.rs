@@ -1,7 +1,7 @@
 //! Strong damping, and contacts that stay closed for long: the results of explicit steps at the cost of the slow
 //! motion.
 
-use newtons_cradle::engine::{Engine, Results, Unrecorded, WorkCounters};
+use newtons_cradle::engine::{Chain, Engine, Results, Unrecorded, WorkCounters};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters};
 
 use crate::runs::{assert_energy, energy, run, run_under, started, touching};

@@ -1,7 +1,7 @@
 //! Impacts of two viscoelastic balls against what is known of them in closed form.
 
 use nalgebra::{SMatrix, SVector};
-use newtons_cradle::engine::{Results, Simulation};
+use newtons_cradle::engine::{Chain, Results, Simulation};
 use newtons_cradle::model::{ContactModel, Cradle, DampingLaw, Inputs, Parameters, SolverMethod};
 
 use crate::runs::{assert_energy, run};

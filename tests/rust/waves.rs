@@ -1,6 +1,6 @@
 //! Waves through balls that touch.
 
-use newtons_cradle::engine::{Engine, Results};
+use newtons_cradle::engine::{Chain, Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
 
 use crate::runs::{assert_energy, run, touching};

@@ -8,7 +8,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use newtons_cradle::engine::{Engine, Pulse, Results};
+use newtons_cradle::engine::{Chain, Engine, Pulse, Results};
 use newtons_cradle::model::SolverMethod;
 use newtons_cradle::next::Next;
 use newtons_cradle::variables::Recipe;
@@ -141,9 +141,9 @@ pub extern "C" fn look(run: i32) {
             engine.work().events as f64,
         ];
         let of_balls: [fn(&Engine, usize) -> f64; 4] =
-            [Results::x, Results::v, Results::kinetic_energy, Results::gravity_energy];
+            [Chain::x, Chain::v, Chain::kinetic_energy, Chain::gravity_energy];
         let of_contacts: [fn(&Engine, usize) -> f64; 4] =
-            [Results::force, Results::overlap, Results::contact_energy, |engine, i| {
+            [Chain::force, Chain::overlap, Chain::contact_energy, |engine, i| {
                 f64::from(u8::from(engine.in_contact(i)))
             }];
         let all = of_balls.map(|of| (of, balls)).into_iter().chain(of_contacts.map(|of| (of, balls - 1)));

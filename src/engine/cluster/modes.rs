@@ -207,8 +207,8 @@ impl DenseOutput for Modes {
     /// Undamped modes come ever closer to the sum of their amplitudes, so the search ends after some dozens of swings.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
         let law = self.contacts[j].law;
-        let force = |t: f64| force(&self.overlap_at::<2>(j, t), law, 0).0;
-        let mut best = force(from).max(force(to)).max(known);
+        let force_at = |t: f64| force(&self.overlap_at::<2>(j, t), law, 0).0;
+        let mut best = force_at(from).max(force_at(to)).max(known);
         let mut t = from;
         // From where the force exceeds the best so far, by more than rounding, to where it falls again.
         let mut allowed = self.allowed(j);
@@ -217,7 +217,7 @@ impl DenseOutput for Modes {
             let Next::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
             let falling = self.watch(j, Some(law), 1, -1.0, 0.0);
             let Next::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
-            best = best.max(force(top));
+            best = best.max(force_at(top));
             t = top;
         }
         best

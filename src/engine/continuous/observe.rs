@@ -3,7 +3,7 @@
 use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
-use crate::model::{ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
+use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 
@@ -86,7 +86,7 @@ impl Continuous {
     }
 }
 
-impl Results for Continuous {
+impl Chain for Continuous {
     fn cradle(&self) -> &Cradle {
         &self.trajectory.dynamics.cradle
     }
@@ -106,7 +106,9 @@ impl Results for Continuous {
     fn forcing_of(&self, i: usize) -> f64 {
         self.trajectory.dynamics.forcing(i, self.now())
     }
+}
 
+impl Results for Continuous {
     fn step_length(&self) -> f64 {
         self.time - self.step_start
     }

@@ -9,7 +9,7 @@ use crate::solver::double_double::DoubleDouble;
 /// Its coefficients are the scaled derivatives at the end of the step, `step^j y^(j) / j!`: the array of Nordsieck
 /// (1962).
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Path {
+pub(super) struct Path {
     pub end: DoubleDouble,
     /// Its length, s; 0 before the first step.
     pub step: f64,

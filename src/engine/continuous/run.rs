@@ -12,7 +12,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Progress};
 use crate::engine::records::Ledger;
 use crate::engine::run::{Unsound, require};
-use crate::model::{Cradle, Inputs, Parameters, Results};
+use crate::model::{Chain, Cradle, Inputs, Parameters};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 

@@ -13,7 +13,7 @@ use crate::engine::cluster::{Control, Series, Switch, WindowContact, sign_after_
 use crate::engine::flight::{Flight, Forcing, integral_of, shifted};
 use crate::engine::rigid::restitution::{self, Row};
 use crate::engine::run::around;
-use crate::model::{Cradle, Differential, Mode, Results};
+use crate::model::{Chain, Cradle, Differential, Mode};
 use crate::solver::crossing;
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::dual::{Dual, Scalar};
@@ -94,7 +94,7 @@ impl Run {
         outputs
     }
 
-    /// The same, with the values over the last step, of this length (s); without one, those at the start of a run.
+    /// The same, with the values over the last step, of this length (s); at length 0, those at the start of a run.
     pub fn outputs_of_step(&self, length: f64) -> Differential {
         let mut outputs = self.outputs();
         if length == 0.0 {
@@ -335,7 +335,7 @@ impl Run {
     }
 }
 
-impl Results<Dual> for Run {
+impl Chain<Dual> for Run {
     fn cradle(&self) -> &Cradle<Dual> {
         &self.cradle
     }

@@ -1,6 +1,6 @@
 //! The equations of motion, with contacts that act by flags, in doubles and dual numbers.
 
-use crate::model::{BallModel, Cradle, Mode, Results};
+use crate::model::{BallModel, Chain, Cradle, Mode};
 use crate::solver::dual::{Dual, Scalar};
 
 /// Number of continuous states: the first position, the overlaps, the velocities, the impulses, the energy dissipated
@@ -89,7 +89,7 @@ pub(super) struct Along<'a> {
     pub state: &'a State<Dual>,
 }
 
-impl Results<Dual> for Along<'_> {
+impl Chain<Dual> for Along<'_> {
     fn cradle(&self) -> &Cradle<Dual> {
         self.cradle
     }
@@ -112,5 +112,9 @@ impl Results<Dual> for Along<'_> {
 
     fn in_contact(&self, i: usize) -> bool {
         self.modes[i] != Mode::Open
+    }
+
+    fn elastic_overlap(&self, i: usize) -> Dual {
+        if self.in_contact(i) { self.overlap(i) } else { Dual::default() }
     }
 }

@@ -8,7 +8,7 @@ use super::equations::{Along, State, state_count};
 use super::scales::{SHIFT, Scales};
 use crate::engine::error::EngineError;
 use crate::engine::run::{Engine, Unsound, require};
-use crate::model::{Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results};
+use crate::model::{Chain, Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results, WorkCounters};
 use crate::next::Next;
 use crate::solver::dual::{Dual, Scalar};
 
@@ -214,8 +214,7 @@ impl Exchange {
         outputs.impulse = states[self.impulse_place(0)..self.impulse_place(self.modes.len())].to_vec();
         (outputs.dissipated_energy, outputs.external_work) = (states[loss], states[work]);
         outputs.force_mean.clone_from(&outputs.force);
-        outputs.support_force_mean = outputs.support_force;
-        outputs
+        Differential { support_force_mean: outputs.support_force, ..outputs }
     }
 
     /// The indicators: those of the n-1 contacts, which are negative while apart and positive while closed, then n-1
@@ -280,8 +279,7 @@ impl Exchange {
     }
 }
 
-/// Values over a step are those of this instant, discrete values those after the last event; the host does the work.
-impl Results for Exchange {
+impl Chain for Exchange {
     fn cradle(&self) -> &Cradle {
         &self.cradle
     }
@@ -306,6 +304,14 @@ impl Results for Exchange {
         self.modes[i] != Mode::Open
     }
 
+    /// An open contact has no energy, whatever its overlap.
+    fn elastic_overlap(&self, i: usize) -> f64 {
+        if self.in_contact(i) { self.overlap(i) } else { 0.0 }
+    }
+}
+
+/// Values over a step are those of this instant, discrete values those after the last event.
+impl Results for Exchange {
     fn impulse(&self, i: usize) -> f64 {
         self.y[self.impulse_place(i)]
     }
@@ -340,5 +346,10 @@ impl Results for Exchange {
 
     fn next_onset(&self) -> Next {
         self.next
+    }
+
+    /// The host does the work.
+    fn work(&self) -> WorkCounters {
+        WorkCounters::default()
     }
 }

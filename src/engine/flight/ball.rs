@@ -130,7 +130,8 @@ impl Ball {
         self.on_line(inputs, t).0
     }
 
-    /// The same of a ball on a line, its displacement (m) and its velocity (m/s).
+    /// The same for a ball on a line, with its displacement (m) and velocity (m/s). Inlined, what is not used is not
+    /// computed.
     #[inline(always)]
     fn on_line(&self, inputs: &Forcing, t: DoubleDouble) -> (RunningIntegrals, f64, f64) {
         let tau = t - self.anchor;

@@ -5,7 +5,7 @@ use crate::engine::derivatives::ChainState;
 use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
 use crate::engine::records::BallStart;
 use crate::engine::run::{Engine, NO_STEP, Phase};
-use crate::model::{Cradle, Mode, Results, WorkCounters};
+use crate::model::{Chain, Cradle, Mode, Results, WorkCounters};
 use crate::next::{NEVER, Next};
 use crate::solver::double_double::DoubleDouble;
 
@@ -176,7 +176,7 @@ impl Engine {
     }
 }
 
-impl Results for Engine {
+impl Chain for Engine {
     fn cradle(&self) -> &Cradle {
         &self.cradle
     }
@@ -217,7 +217,9 @@ impl Results for Engine {
     fn forcing_of(&self, i: usize) -> f64 {
         forcing_at(&self.inputs.forcing(i, self.cradle.balls[i].mass), self.time - self.inputs.since)
     }
+}
 
+impl Results for Engine {
     /// Length of the last step, s; 0 before the first.
     fn step_length(&self) -> f64 {
         self.time - self.step.time

@@ -14,7 +14,7 @@ use crate::engine::inputs::HeldInputs;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::pair_impact::ImpactCoefficients;
 use crate::engine::records::StepStart;
-use crate::model::{BallModel, ContactLaw, Cradle, Inputs, Parameters, PendulumModel, Results, WorkCounters};
+use crate::model::{BallModel, Chain, ContactLaw, Cradle, Inputs, Parameters, PendulumModel, WorkCounters};
 use crate::solver::double_double::DoubleDouble;
 use crate::solver::gauss::Stretching;
 use crate::solver::queue::EventQueue;
@@ -293,7 +293,7 @@ mod tests {
     use super::Engine;
     use crate::engine::cluster::Method;
     use crate::engine::observer::Unrecorded;
-    use crate::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, Results};
+    use crate::model::{Chain, ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, Results};
 
     /// A scene for each method: parameters, the force that presses the outer balls together (N), and the time to follow
     /// it (s).

@@ -252,7 +252,7 @@ impl Engine {
 mod tests {
     use super::*;
     use crate::engine::observer::Unrecorded;
-    use crate::model::{Inputs, Parameters, Results};
+    use crate::model::{Chain, Inputs, Parameters, Results};
 
     /// Two balls without gravity collide at speeds whose squares underflow, or with a contact that lasts for ever: they
     /// move, and the number of segments of the impact is the usual one.

@@ -137,6 +137,9 @@ fn rates_are_those_of_the_variables() {
     let host = Host::exchanging(BALLS);
     let mut master = Master::start(&host);
     let (states, rates): (Vec<_>, Vec<_>) = states(BALLS).unzip();
+    let arrays = Variable::states().flat_map(|(array, _)| (0..array.len(BALLS)).map(move |i| array.element(i)));
+    assert!(states.iter().enumerate().all(|(i, state)| state.state_place(BALLS, true) == Some(i)));
+    assert!(arrays.enumerate().all(|(i, state)| state.state_place(BALLS, false) == Some(i)));
     for k in 1..20 {
         master.steps(0.1 * f64::from(k), 1e-3, rk4);
         assert_eq!([host.values(&states), host.values(&rates)], [host.states(), host.rates()]);

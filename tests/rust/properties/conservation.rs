@@ -1,6 +1,6 @@
 //! Energy and momentum, of every cradle at every time.
 
-use newtons_cradle::engine::{Engine, Results};
+use newtons_cradle::engine::{Chain, Engine, Results};
 use newtons_cradle::model::{ContactModel, Inputs, PendulumModel};
 use proptest::prelude::*;
 

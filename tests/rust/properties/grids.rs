@@ -1,6 +1,6 @@
 //! Communication points have no effect.
 
-use newtons_cradle::engine::{Pulse, Results, Simulation, Unsound};
+use newtons_cradle::engine::{Chain, Pulse, Results, Simulation, Unsound};
 use newtons_cradle::model::Inputs;
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -1,6 +1,6 @@
 //! No onset is missed or invented: grazing contacts, contacts that are closed or about to close at the start.
 
-use newtons_cradle::engine::{NEVER, Next, Results};
+use newtons_cradle::engine::{Chain, NEVER, Next, Results};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::prelude::*;
 

@@ -1,6 +1,6 @@
 //! One ball is a pendulum: `x'' + 2 gamma x' + omega^2 x = f`, with closed forms for everything.
 
-use newtons_cradle::engine::{Engine, Results};
+use newtons_cradle::engine::{Chain, Engine, Results};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::prelude::*;
 

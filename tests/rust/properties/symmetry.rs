@@ -1,6 +1,6 @@
 //! Two runs that are equal by a symmetry of the equations.
 
-use newtons_cradle::engine::{Engine, Results};
+use newtons_cradle::engine::{Chain, Engine};
 use proptest::prelude::*;
 
 use super::config;

@@ -80,20 +80,20 @@ pub(super) struct Planner<'a> {
 impl<'a> Planner<'a> {
     /// The first plan. See [`Motion::follow`] for the arguments.
     pub fn new(motion: &Motion, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
-        let Problem { window, control, rounding, speed, .. } = problem;
+        let &Problem { window, control, ref rounding, speed, .. } = problem;
         let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(rounding));
         let tolerance = Tolerance {
             problem,
             tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
             longest,
         };
-        let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, *speed));
+        let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, speed));
         let first = match power {
             None => FIRST_SMOOTH / window.laws[0].exponent,
             Some(_) if stretching == Stretching::None => FIRST_LATER,
             Some(_) => FIRST,
         };
-        let length = if before > 0.0 { before } else { first * motion.fastest(window, *speed) };
+        let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
         let mut planner = Self { stretching, length, tolerance };
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
@@ -166,7 +166,7 @@ impl<'a> Planner<'a> {
 impl Motion {
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s), if there are
     /// any.
-    pub(super) fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
+    fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
         let fresh = |track: &Track| {
             track.mode == Mode::Pressing && track.overlap <= rounding.position && track.rate >= NEGLIGIBLE * speed
         };
@@ -182,7 +182,7 @@ impl Motion {
     /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional
     /// power of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most
     /// of all a damping force that starts with a power below 1.
-    pub(super) fn smoothness(&self) -> f64 {
+    fn smoothness(&self) -> f64 {
         let law = &self.tracks[0].law; // contacts have one exponent and one law of damping
         let is_smooth = self.stretching_power().is_none() || law.has_root();
         match law.damping {
@@ -193,7 +193,7 @@ impl Motion {
     }
 
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
-    pub(super) fn fastest(&self, window: &Window, speed: f64) -> f64 {
+    fn fastest(&self, window: &Window, speed: f64) -> f64 {
         // Contacts have one exponent and one reference overlap.
         let squared_time = |j: &usize| window.reduced_mass(*j) / self.tracks[*j].law.stiffness;
         let pressing = (0..self.tracks.len()).filter(|j| self.presses(*j));
@@ -202,7 +202,7 @@ impl Motion {
     }
 
     /// The longest step on which the pendulums hardly act, s.
-    pub(super) fn longest(&self) -> f64 {
+    fn longest(&self) -> f64 {
         let pace = self.pace();
         let longest = if pace > 0.0 { LONGEST / pace } else { f64::INFINITY };
         let turn = |(ball, flight): (&BallModel, &Flight)| SMALL_ANGLE * ball.length / flight.v.abs();
@@ -211,7 +211,7 @@ impl Motion {
 
     /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a
     /// step serves only the branch point at its start.
-    pub(super) fn reach_of_branch_points(&self, rounding: &Rounding) -> f64 {
+    fn reach_of_branch_points(&self, rounding: &Rounding) -> f64 {
         let since = self.tracks.iter().filter_map(|track| to_branch_point(track, track.overlap, track.rate, rounding));
         since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
     }
@@ -228,7 +228,7 @@ impl Motion {
     }
 
     /// The closed contact that opens or clips first, and when, s. Contacts that hardly press are ignored.
-    pub(super) fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
+    fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
         let negligible = rounding.no_overlap().max(NEGLIGIBLE * largest);
         let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > negligible;
@@ -247,7 +247,7 @@ impl Motion {
 
     /// The first clipped contact to open, or open one to close, and when, s; without a force there is no branch point.
     /// Balls side by side are left out, because rounding decides.
-    pub(super) fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
+    fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         self.first_at_zero(|track| {
             let switches = match track.mode {
                 Mode::Open => track.overlap < 0.0 && track.rate > 0.0 && !track.is_resting(rounding),

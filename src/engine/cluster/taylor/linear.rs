@@ -37,8 +37,8 @@ type Lanes = [f64; LANES];
 /// Coefficients of the displacements of a few balls, or of the overlaps of the contacts at their right.
 type Rows = [[f64; ROOM]; LANES];
 
-/// Those of the displacements of all blocks, and those of the overlaps.
-type Both<'a> = [&'a mut [Rows]; 2];
+/// The rows of all displacements, and those of all overlaps.
+type AllRows<'a> = [&'a mut [Rows]; 2];
 
 /// A few neighbouring balls and the contacts at their right, side by side.
 #[derive(Clone, Debug, Default)]
@@ -126,7 +126,7 @@ impl Workspace {
 
     /// Computes the coefficients of these numbers from the last ones, and those of displacements and overlaps two
     /// orders higher.
-    fn advance(&mut self, numbers: Range<usize>, [displacements, overlaps]: &mut Both) {
+    fn advance(&mut self, numbers: Range<usize>, [displacements, overlaps]: &mut AllRows) {
         let blocks = &mut self.blocks[..];
         let (displacements, overlaps) = (&mut displacements[..], &mut overlaps[..]);
         let count = blocks.len().min(displacements.len()).min(overlaps.len());
@@ -146,7 +146,7 @@ impl Workspace {
     }
 
     /// Computes the first coefficients, which contain the inputs. Returns how many.
-    fn advance_driven(&mut self, window: &Window, unit: f64, rows: &mut Both) -> usize {
+    fn advance_driven(&mut self, window: &Window, unit: f64, rows: &mut AllRows) -> usize {
         let mut unit_to_k = unit * unit;
         for (k, inverse) in INVERSE_FACTORIAL.into_iter().enumerate() {
             let inputs = self.blocks.iter_mut().flat_map(|block| &mut block.input);
@@ -168,7 +168,7 @@ impl Workspace {
 
     /// Computes coefficients up to the order `most` or, if a switching is near, to a lower one at which the last terms
     /// are at most `allowed` (m) by then. Returns the order.
-    fn expand(&mut self, rows: &mut Both, problem: &Problem, most: usize, unit: f64, allowed: f64) -> usize {
+    fn expand(&mut self, rows: &mut AllRows, problem: &Problem, most: usize, unit: f64, allowed: f64) -> usize {
         let window = problem.window;
         let driven = window.flights.iter().any(|flight| flight.forcing != [0.0; MAX_FORCE_ORDER + 1]);
         let first = if driven { self.advance_driven(window, unit, rows) } else { 0 };

@@ -9,7 +9,7 @@ use crate::engine::error::EngineError;
 use crate::engine::flight::Ball;
 use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::run::{Engine, Phase};
-use crate::model::{Mode, Results};
+use crate::model::{Chain, Mode};
 use crate::next::Next;
 use crate::solver::double_double::DoubleDouble;
 use group::START;
