@@ -14,7 +14,7 @@ use newtons_cradle::fmi3::{fmi3EnterEventMode, fmi3EnterStepMode, fmi3SetDebugLo
 use newtons_cradle::model::{ContactModel, Inputs, Parameters};
 use newtons_cradle::variables::{Settings, Type, Variable, variables};
 
-/// One step of a fresh instance, from a time (s) where it has got before to another.
+/// One step of a fresh instance from one time (s), which it has reached before, to another.
 fn runs(c: &mut Criterion) {
     for (group, name, scene, from, to) in [
         ("paper", "ten minutes", scenes::TEN_MINUTES, 0.0, 600.0),

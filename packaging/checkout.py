@@ -24,7 +24,7 @@ REQUIREMENTS = SOME, TESTS, ALL = [
 ]
 # Linkers, which come with ALL; pip wants their hashes, and takes hashes for all of a call or for none.
 LINKERS = ROOT / "packaging/linkers.txt"
-LANE = threading.local()  # its `name` is that of what runs beside other lanes
+LANE = threading.local()  # its `name`: the lane that a thread runs, printed in front of its lines
 
 
 class Stop(Exception):
@@ -41,7 +41,7 @@ def say(text: str) -> None:
 
 
 def run(command: list, check: bool = True, lines: list | None = None, **options) -> int:
-    """Runs a command in the checkout. With `lines`, they get the lines of its output.
+    """Runs a command in the checkout. With `lines`, each line of its output is appended to them and printed.
 
     Raises `Stop` if the command fails and `check` is true."""
     command = [str(part) for part in command]

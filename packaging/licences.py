@@ -32,8 +32,10 @@ def packages(folder: Path, *options: str) -> dict[tuple[str, str], dict]:
     command = ["cargo", "tree", "--locked", "--prefix", "none", "--format", "{p}\t{l}\t{r}", *options]
     tree = subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
     # Our own have a path.
-    pattern = r"(?m)^(\S+) v(\S+)(?P<path> \(.+\))?\t(?P<license>.+)\t(?P<repository>\S*)"
-    return {found.group(1, 2): found.groupdict() for found in re.finditer(pattern, tree)}
+    pattern = r"(\S+) v(\S+)(?P<path> \(.+\))?\t(?P<license>.+)\t(?P<repository>\S*)"
+    found = [re.fullmatch(pattern, line) for line in tree.splitlines() if line]
+    assert all(found), f"a package without a licence: {tree}"
+    return {one.group(1, 2): one.groupdict() for one in found}
 
 
 def of_std() -> dict[tuple[str, str], dict]:

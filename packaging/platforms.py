@@ -148,9 +148,10 @@ def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[str, ...]]:
         elif missing and not toolchain:
             reason = f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust"
         else:
-            # The standard library for Windows 7 needs nothing newer, and nothing that an old wine lacks.
-            std = "-win7-" if toolchain else "-pc-"
-            found.append(tuple(target.replace("-pc-", std) for target in targets))
+            if toolchain:
+                # The standard library is compiled for Windows 7, so it needs nothing that an old wine lacks.
+                targets = tuple(target.replace("-pc-", "-win7-") for target in targets)
+            found.append(targets)
             continue
         print(f"SKIPPED {folder}: {reason}", flush=True)
     return found

@@ -108,7 +108,7 @@ class Results:
             list(pool.map(self.in_lane, lanes, lanes.values()))
 
     def in_lane(self, name: str, stages) -> None:
-        """Runs stages in a lane of this name, in a thread of its own."""
+        """Runs stages under this name, in a thread of a pool."""
         LANE.name = name
         stages(self)
 
@@ -167,6 +167,7 @@ def everything(results: Results) -> None:
         results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         # With it, all Python hosts but those of other platforms.
         python_hosts(results, FMU, "--ignore", OF_PLATFORMS)
+    results.platforms.result()  # raises what has ended it
     python_hosts(results, FMU, files=OF_PLATFORMS)
 
 
@@ -210,7 +211,7 @@ def apart(results: Results, background: ThreadPoolExecutor) -> None:
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
-        background.submit(results.in_lane, "platforms", all_platforms)
+        results.platforms = background.submit(results.in_lane, "platforms", all_platforms)
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
@@ -273,7 +274,7 @@ def fuzz_and_hosts(results: Results) -> None:
 
 def rust_hosts(results: Results) -> None:
     """Hosts that tests/hosts/test_hosts.py runs if they are there: fmi-sim, and programs with the crates `fmi` and
-    `fmi-rs`, a workspace of its own, because the bindings of `fmi` need libclang."""
+    `fmi-rs`, a workspace of their own, because the bindings of `fmi` need libclang."""
     if not has_libclang():
         return results.skip("Rust hosts", "libclang is missing: on Debian, `apt install libclang-dev`")
     packages = ["--package=fmi-sim", "--package=cradle-host-fmi-rs"]

@@ -37,8 +37,8 @@ struct Line {
 struct Table {
     title: &'static str,
     scene: Scene,
-    /// What the runs have in common besides.
-    besides: &'static str,
+    /// Settings of all runs, in addition to those of the scene.
+    more: &'static str,
     /// Length of the run, s.
     whole: f64,
     /// Titles and settings; the event-driven method first.
@@ -54,7 +54,7 @@ const TABLES: [Table; 6] = [
     Table {
         title: "Ten minutes of Figure 6's set-up (600 s, 2,562 pulses)",
         scene: scenes::TEN_MINUTES,
-        besides: "",
+        more: "",
         whole: 600.0,
         solvers: &[
             EVENT_DRIVEN,
@@ -73,7 +73,7 @@ const TABLES: [Table; 6] = [
     Table {
         title: "Figure 6's set-up on arcs (600 s)",
         scene: scenes::TEN_MINUTES,
-        besides: "pendulum.model=circular",
+        more: "pendulum.model=circular",
         whole: 600.0,
         solvers: &[EVENT_DRIVEN],
         cvode: &[("CVODE Adams, rtol 1e-12", ["arcs", "adams", "1e-12", "1e-12"])],
@@ -81,7 +81,7 @@ const TABLES: [Table; 6] = [
     Table {
         title: "Cubic contacts (600 s, 7,194 pulses)",
         scene: scenes::CUBIC,
-        besides: "",
+        more: "",
         whole: 600.0,
         solvers: &[EVENT_DRIVEN, ADAMS_10],
         cvode: &[("CVODE Adams, rtol 1e-10", ["cubic", "adams", "1e-10", "1e-14"])],
@@ -89,7 +89,7 @@ const TABLES: [Table; 6] = [
     Table {
         title: "Touching steel balls (60 s)",
         scene: scenes::STEEL,
-        besides: "",
+        more: "",
         whole: 60.0,
         solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["hertz", "adams", "1e-12", "1e-12"])],
@@ -97,7 +97,7 @@ const TABLES: [Table; 6] = [
     Table {
         title: "Touching steel balls, Hunt-Crossley 0.05 s/m (60 s)",
         scene: scenes::STEEL,
-        besides: "contact.dampingLaw=huntCrossley contact.huntCrossley=0.05",
+        more: "contact.dampingLaw=huntCrossley contact.huntCrossley=0.05",
         whole: 60.0,
         solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["hunt-crossley", "adams", "1e-12", "1e-12"])],
@@ -105,7 +105,7 @@ const TABLES: [Table; 6] = [
     Table {
         title: "Touching steel balls, viscoelastic 4e-7 s (60 s)",
         scene: scenes::STEEL,
-        besides: "contact.dampingLaw=viscoelastic contact.relaxationTime=4e-7",
+        more: "contact.dampingLaw=viscoelastic contact.relaxationTime=4e-7",
         whole: 60.0,
         solvers: &[EVENT_DRIVEN, ADAMS_12],
         cvode: &[("CVODE Adams, rtol 1e-12", ["viscoelastic", "adams", "1e-12", "1e-12"])],
@@ -205,11 +205,11 @@ fn main() {
     }
     let (version, rustc) = (env!("CARGO_PKG_VERSION"), first_line("rustc", "--version"));
     println!("newtons-cradle {version} ({rustc}), one core of: {}", processor());
-    for Table { title, scene, besides, whole, solvers, cvode } in TABLES {
+    for Table { title, scene, more, whole, solvers, cvode } in TABLES {
         let whole = if glance { GLANCE } else { whole };
         let mut lines: Vec<Line> = solvers
             .iter()
-            .map(|(title, solver)| measured(title, || ready(scene, &format!("{besides} {solver}")), whole))
+            .map(|(title, solver)| measured(title, || ready(scene, &format!("{more} {solver}")), whole))
             .collect();
         let remark = match cvode::measure(cvode, whole) {
             Ok((more, version)) => {

@@ -133,7 +133,9 @@ impl Driver<'_> {
                 }
                 Operation::EnterEvents => {
                     self.go(operation, fmi3EnterEventMode(c), Event);
-                    self.picture.event = self.picture.time;
+                    if self.picture.phase == Event && self.picture.exchange {
+                        self.picture.event = self.picture.time;
+                    }
                 }
                 Operation::EnterStepMode => self.go(operation, fmi3EnterStepMode(c), Phase::Step),
                 Operation::EnterContinuousTime => self.go(operation, fmi3EnterContinuousTimeMode(c), ContinuousTime),

@@ -30,11 +30,14 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
     if let Some(recipe) = check::recipe(entries).filter(|_| model.is_own()) {
         writeln!(out, "balls        {}", recipe.balls)?;
         // Start values that are not the defaults.
-        if let Ok(settings) = recipe.settings() {
-            for variable in recipe.start.keys().filter_map(|name| Variable::named(name, recipe.balls)) {
-                let value = variable.row.quantified(variable.text(&settings).unwrap_or_default());
-                writeln!(out, "             {variable} = {value}")?;
+        match recipe.settings() {
+            Ok(settings) => {
+                for variable in recipe.start.keys().filter_map(|name| Variable::named(name, recipe.balls)) {
+                    let value = variable.row.quantified(variable.text(&settings).unwrap_or_default());
+                    writeln!(out, "             {variable} = {value}")?;
+                }
             }
+            Err(refusal) => writeln!(out, "             {refusal}")?,
         }
     }
     let seconds = |value: &String| if value.is_empty() { "-".to_owned() } else { format!("{value} s") };

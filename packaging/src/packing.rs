@@ -66,7 +66,7 @@ impl Build {
         Ok(())
     }
 
-    /// The cradle.
+    /// The cradle, and the name of its file.
     fn choice(&self) -> Result<Choice, Error> {
         let mut choice = Choice::default();
         if let Some(preset) = &self.preset {

@@ -253,6 +253,11 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
     assert not folder.exists()
 
 
+def test_a_list_sets_an_array(fmu):
+    with fmu.start({"x_start": [-0.03, 0.0, 0.0, 0.0, 0.01]}) as run:
+        assert run["x"] == pytest.approx([-0.03, 0.0, 0.0, 0.0, 0.01])
+
+
 def test_a_controller_of_ones_own(fmu):
     """An active brake on ball 1 does what a drag on that ball would: its energy falls."""
     swing, record = nc.lifted(1, amplitude=0.1), ["x", "E_total"]

@@ -62,4 +62,4 @@ def test_the_page_has_their_start_values(page, fmu):
             if not key.startswith(rest or "?"):
                 assert (
                     start[key] == value if key in start else fmu.built_with(key) == fmu.number(key, value)
-                ), key
+                ), (name, key)

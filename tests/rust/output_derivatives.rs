@@ -18,6 +18,7 @@ fn difference(samples: &[f64], h: f64) -> f64 {
 /// the `tolerance` for their largest.
 fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), tolerance: f64) {
     let (steady, outputs): (Vec<_>, Vec<_>) = outputs(5).into_iter().partition(|of| STEADY.contains(&of.row.name));
+    assert!(outputs[..5].iter().all(|of| of.row.name == "x"));
     // Sampled: the order, the output, the sample.
     let mut samples = vec![vec![Vec::new(); outputs.len()]; 4];
     for i in 0..count {

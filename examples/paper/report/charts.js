@@ -4,7 +4,7 @@
 const MARGIN = { left: 70, right: 14, top: 26, bottom: 44, gap: 14 };
 const DARK = matchMedia("(prefers-color-scheme: dark)"), STILL = matchMedia("(prefers-reduced-motion: reduce)");
 
-/** The value of a colour of look.css, such as "--ink"; a colour by its number is lightened where the page is dark. */
+/** The value of a colour of look.css, such as "--ink"; one given as #rrggbb is lightened where the page is dark. */
 function colour(name) {
   if (name.startsWith("--")) return getComputedStyle(document.documentElement).getPropertyValue(name);
   return DARK.matches ? `color-mix(in srgb, ${name}, white 40%)` : name;
@@ -212,10 +212,11 @@ class Chart {
   drawStrip(strip, top, across, values) {
     const { context, px, end, stripHeight } = this, [low, high] = strip.range, bottom = top + stripHeight;
     const py = (y) => bottom - stripHeight * (y - low) / (high - low);
-    for (const { at } of across) line(context, [[px(at), top], [px(at), bottom]], colour("--line"));
+    const grid = colour("--line");
+    for (const { at } of across) line(context, [[px(at), top], [px(at), bottom]], grid);
     const style = { fillStyle: colour("--soft"), textAlign: "right", textBaseline: "middle" };
     for (const { at, text } of ticks(low, high, Math.max(2.4, stripHeight / 34), strip.unit).list) {
-      line(context, [[MARGIN.left, py(at)], [end, py(at)]], colour("--line"));
+      line(context, [[MARGIN.left, py(at)], [end, py(at)]], grid);
       Object.assign(context, style).fillText(text, MARGIN.left - 6, py(at));
     }
     context.save();
@@ -242,7 +243,8 @@ class Chart {
     context.setLineDash([]);
   }
 
-  /** A text that stays readable on the curves, with a `part` of it to the left of `x`; returns its left end. */
+  /** A text that stays readable on the curves, with a `part` of it to the left of `x` and `air` (px) before it; returns
+   *  its left end. */
   plate(text, x, y, part = 0, air = 2) {
     const { context } = this, wide = context.measureText(text).width, left = x - part * wide;
     Object.assign(context, { fillStyle: colour("--card"), globalAlpha: 0.85 });

@@ -54,8 +54,8 @@ impl Preset {
 
 /// The choice so far; later values replace earlier ones.
 pub struct Choice {
-    /// The name of the FMU's file: that of the preset or the last parameter file, with the number of balls if it
-    /// differs.
+    /// The name of the FMU's file: that of the model, the preset or the last parameter file, with the number of balls
+    /// if it differs.
     pub name: String,
     balls: usize,
     /// The preset, and its number of balls.
@@ -73,7 +73,8 @@ impl Default for Choice {
 impl Choice {
     /// Chooses the number of balls.
     pub fn balls(&mut self, balls: usize) {
-        if std::mem::replace(&mut self.balls, balls) != balls {
+        if balls != self.balls {
+            self.balls = balls;
             self.name += &balls.to_string();
         }
     }

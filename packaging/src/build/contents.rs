@@ -9,7 +9,7 @@ use crate::archive::Entries;
 use crate::error::Error;
 use crate::platform::Platform;
 
-/// A shared library and the platform it was made for.
+/// A platform, and a shared library for it.
 pub type Binary = (&'static Platform, Vec<u8>);
 
 /// Licences in every FMU. Those of third parties are kept in the sources, so that packing needs neither Cargo nor a

@@ -40,13 +40,14 @@ pub fn run(
     let (name, guid, place) = (text("reference")?, text(guid)?, text(&location(resources))?);
     let (allocate, free) = (libc::calloc as *const c_void, libc::free as *const c_void);
     let callbacks = [ignore as *const c_void, allocate, free, null(), null()];
-    // SAFETY: the arguments of the standard, here and below; what they point to lives as long as the instance.
+    // SAFETY: the arguments of the standard, here and below; what they point to lives as long as it is used.
     let instance =
         unsafe { instantiate(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), place.as_ptr(), &callbacks, 0, 0) };
     if instance.is_null() {
         return Err("fmi2Instantiate refuses the GUID or the resources".to_owned());
     }
-    // Calls a function for the instance, with more arguments of these types; it must answer `fmi2OK` or `fmi2Warning`.
+    // Calls a function for the instance, with more arguments of these types; any answer but `fmi2OK`
+    // and `fmi2Warning` is returned as an error from the function or closure around it.
     macro_rules! call {
         ($name:literal $(, $argument:expr => $type:ty)*) => {{
             type Function = unsafe extern "C" fn(Instance $(, $type)*) -> c_int;

@@ -1,6 +1,11 @@
 //! `check` says what is wrong with a damaged FMU, and there is nothing that it and `info` do not survive.
 
+use std::io::{Cursor, Write};
 use std::sync::LazyLock;
+
+use ::zip::CompressionMethod::Stored;
+use ::zip::ZipWriter;
+use ::zip::write::SimpleFileOptions;
 
 use super::support::{Folder, START, fmu, text, zip};
 use cradle_packaging::archive::Entries;
@@ -37,6 +42,13 @@ fn a_sound_fmu_has_no_problem() {
     let licences = ["LICENSE-APACHE", "LICENSE-MIT", "third-party"];
     assert!(licences.iter().all(|name| !SMALL[&format!("documentation/licenses/{name}.txt")].is_empty()));
     assert!(SMALL["model.png"].starts_with(b"\x89PNG"));
+    // Entries need not be compressed.
+    let mut stored = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, contents) in &*SMALL {
+        stored.start_file(name.as_str(), SimpleFileOptions::default().compression_method(Stored)).unwrap();
+        stored.write_all(contents).unwrap();
+    }
+    assert_eq!(problems(&stored.finish().unwrap().into_inner()), problems(&zip(&SMALL)));
 }
 
 #[test]

@@ -33,10 +33,10 @@ pub fn ended(command: &mut Command) -> Ended {
 }
 
 impl Ended {
-    /// Asserts that it ended with this code and said all of this.
+    /// Asserts that it ended with this code and said all of this; refusals, with the code 2, are errors.
     #[track_caller]
     pub fn with(self, code: i32, parts: &[&str]) -> Self {
-        let said = format!("{}{}", self.output, self.error);
+        let said = if code == 2 { self.error.clone() } else { format!("{}{}", self.output, self.error) };
         assert!(self.code == code && parts.iter().all(|part| said.contains(part)), "{code}, {parts:?}: {self:?}");
         self
     }

@@ -181,7 +181,7 @@ class Version3(Instance):
 
     def _arrays(self, places: list[Place]) -> dict[str, list[Any]]:
         """The arrays of these elements by name, with all their values."""
-        return {name: np.atleast_1d(self.get(name)).tolist() for name in dict(places)}
+        return {name: np.atleast_1d(self.get(name)).tolist() for name in dict(places)}  # each array once
 
 
 def instance(fmu: Model, *, exchange: bool = False) -> Any:

@@ -67,7 +67,7 @@ impl Control {
 }
 
 /// The initial value problem of a segment, with the scales of its errors.
-pub(super) struct Problem<'a> {
+pub(crate) struct Problem<'a> {
     pub window: &'a Window<'a>,
     pub control: &'a Control,
     pub rounding: Rounding,

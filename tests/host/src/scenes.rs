@@ -5,10 +5,10 @@ use crate::Host;
 /// Number of balls, and how a cradle differs from the default one with all balls in their rest positions.
 pub type Scene = (usize, &'static str);
 
-/// The host of a scene with these settings besides, ready for its first step at t = 0.
-pub fn ready((balls, settings): (usize, &str), besides: &str) -> Host {
+/// The host of a scene with more settings, ready for its first step at t = 0.
+pub fn ready((balls, settings): (usize, &str), more: &str) -> Host {
     let host = Host::with_balls(balls);
-    host.give(&format!("x_start=0 {settings} {besides}"));
+    host.give(&format!("x_start=0 {settings} {more}"));
     host.start();
     host
 }

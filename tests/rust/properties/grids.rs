@@ -15,8 +15,8 @@ fn pulse_bits(pulses: &[Pulse]) -> Vec<(usize, [u64; 4])> {
 }
 
 /// What two runs of `case` leave at their common `times`, the second with `between` more communication points in each
-/// stretch, at which everything is read, the inputs are set to what they are, and the run goes on from a snapshot. The
-/// pulses.
+/// stretch, at which everything is read, the inputs are set to what they are, and the run goes on from a snapshot.
+/// Returns the pulses.
 fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<Vec<Pulse>, TestCaseError> {
     let (mut coarse, n) = (Simulation::new(&case.p, &case.inputs, 0.0).map_err(ended_early)?, case.p.balls());
     let mut fine = coarse.clone();
@@ -48,7 +48,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<Vec<Pulse>, Te
     Ok(coarse_pulses)
 }
 
-/// Nor of the methods that integrate the whole chain.
+/// The same for the methods that integrate the whole chain.
 #[test]
 fn looks_at_other_methods_change_nothing() {
     let between: Vec<f64> = (1..100).map(|k| f64::from(k) / 100.0).collect();
