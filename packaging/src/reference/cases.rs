@@ -109,7 +109,7 @@ impl Case {
 
     /// All elements of a variable's array, as many as there are balls.
     fn elements(&self, variable: &Variable) -> String {
-        let element = |index| variable.element(index).real(&self.settings);
+        let element = |index| Variable { index, ..*variable }.real(&self.settings);
         let values = (0..self.settings.balls()).map(|index| element(index).unwrap_or_else(|| padding(variable.row)));
         values.map(|value| Number(value).to_string()).collect::<Vec<_>>().join(" ")
     }
