@@ -31,8 +31,8 @@ def packages(folder: Path, *options: str) -> dict[tuple[str, str], dict]:
     """What `cargo tree` with these options lists in a folder with a Cargo.lock, by name and version."""
     command = ["cargo", "tree", "--locked", "--prefix", "none", "--format", "{p}\t{l}\t{r}", *options]
     tree = subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
-    # Our own have a path.
-    pattern = r"(\S+) v(\S+)(?P<path> \(.+\))?\t(?P<license>.+)\t(?P<repository>\S*)"
+    # Our own have a path; what has been listed with its dependencies before ends with a mark.
+    pattern = r"(\S+) v(\S+)(?P<path> \(.+\))?\t(?P<license>.+)\t(?P<repository>\S*)( \(\*\))?"
     found = [re.fullmatch(pattern, line) for line in tree.splitlines() if line]
     assert all(found), f"a package without a licence: {tree}"
     return {one.group(1, 2): one.groupdict() for one in found}

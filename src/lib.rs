@@ -34,7 +34,7 @@
 //! # Example
 //!
 //! ```
-//! use newtons_cradle::engine::{Engine, Results};
+//! use newtons_cradle::engine::{Chain, Engine, Results};
 //! use newtons_cradle::model::{Inputs, Parameters};
 //!
 //! let parameters = Parameters::default_for(5);
