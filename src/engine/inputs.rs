@@ -4,9 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::flight::Forcing;
 use crate::model::{Cradle, Inputs, MAX_INPUT_DERIVATIVE};
-use crate::solver::dual::Scalar;
-use crate::solver::oscillator::MAX_FORCE_ORDER;
-use crate::solver::series::of_derivatives;
+use crate::solver::{MAX_FORCE_ORDER, Scalar, series::of_derivatives};
 
 // The degree of the inputs is that of the closed forms.
 const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);

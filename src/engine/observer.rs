@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// One finished contact pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -21,7 +21,7 @@ use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_on_arc};
 use crate::engine::pair_on_arcs::{Outcome, Shape, outcome};
 use crate::model::ContactLaw;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// Terms of the expansion, and the largest `alpha + |beta|` for which its error is below the rounding.
 const TERMS: usize = 7;

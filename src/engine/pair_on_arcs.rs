@@ -19,9 +19,7 @@
 use crate::engine::cluster::{Course, Direction};
 use crate::engine::flight::Flight;
 use crate::model::{BallModel, ContactLaw, Pair};
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::gauss::{NODES, Power, Stretching, Table, weighted};
-use crate::solver::quadrature::gauss_legendre;
+use crate::solver::{DoubleDouble, NODES, Power, Stretching, Table, quadrature::gauss_legendre, weighted};
 
 /// Iterations at most. Each gains as many digits as `SMALL`, the largest change of accelerations, has at least.
 const ITERATIONS: usize = 8;

@@ -8,9 +8,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::observer::Pulse;
+use crate::engine::NEVER;
 use crate::model::Mode;
-use crate::next::NEVER;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// Onsets closer together than this, s, belong to one chatter.
 pub(crate) const RAPID: f64 = 1e-5;

@@ -64,3 +64,11 @@ pub mod queue;
 pub mod radau;
 pub mod root;
 pub mod series;
+
+pub use double_double::DoubleDouble;
+pub use dual::{Dual, Scalar};
+pub use gauss::{NODES, Nodes, Power, RULE, Stretching, Table, combine, weighted};
+#[cfg(feature = "engine")]
+pub use oscillator::{BASIS, ForcedOscillator, MAX_FORCE_ORDER, Oscillator, Steady};
+pub use queue::EventQueue;
+pub use root::Smooth;

@@ -18,7 +18,7 @@ use super::taylor::{Series, integrate};
 use super::window::Window;
 use crate::engine::flight::{Flight, forcing_at};
 use crate::model::Mode;
-use crate::solver::oscillator::Oscillator;
+use crate::solver::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, inverse, solve};
 
 /// Least length of the first step of implicit collocation, over that by Taylor series and over that by explicit Gauss

@@ -8,11 +8,9 @@ use std::cell::Cell;
 
 use super::natural::Group;
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
+use crate::engine::Next;
 use crate::engine::flight::{Forcing, Rounding};
-use crate::next::Next;
-use crate::solver::oscillator::ForcedOscillator;
-use crate::solver::root::{Smooth, search_within};
-use crate::solver::series::of_derivatives;
+use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_derivatives};
 
 /// Most evaluations of a mode in the search for the switchings of a segment, some milliseconds; the next segment
 /// continues the search.

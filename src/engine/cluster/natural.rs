@@ -15,7 +15,7 @@ use super::shapes::Shapes;
 use super::window::Window;
 use crate::engine::flight::degree;
 use crate::model::{ContactLaw, Mode};
-use crate::solver::oscillator::{ForcedOscillator, Oscillator};
+use crate::solver::{ForcedOscillator, Oscillator};
 
 /// Largest group that is decomposed into modes: the cost of its shapes grows with the cube.
 const LARGEST_GROUP: usize = 40;

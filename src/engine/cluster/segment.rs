@@ -14,13 +14,12 @@ use super::natural;
 use super::step_control::{Control, Method, Problem, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact};
+use crate::engine::Next;
 use crate::engine::flight::{
     Ball, Flight, Rounding, RunningIntegrals, integrals_on_arc, places, shifted, start_by_centre,
 };
 use crate::model::{ContactLaw, Cradle, Mode, Pair};
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::MAX_FORCE_ORDER;
+use crate::solver::{DoubleDouble, MAX_FORCE_ORDER};
 
 /// Time scales of the fastest mode in which the first window by modes is searched for switchings.
 const FIRST_HORIZON: f64 = 32.0;

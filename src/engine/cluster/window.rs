@@ -3,10 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::Next;
 use crate::engine::flight::{Ball, Flight, Forcing, Rounding};
 use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode, Pair};
-use crate::next::Next;
-use crate::solver::dual::Scalar;
+use crate::solver::Scalar;
 
 /// The load of a contact that a wave has yet to reach is less than this part of the largest.
 const NEGLIGIBLE: f64 = 1e-4;

@@ -4,12 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::path::Path;
 use super::tridiagonal::Tridiagonal;
+use crate::engine::HeldInputs;
 use crate::engine::flight::{Forcing, forcing_at, shifted};
-use crate::engine::inputs::HeldInputs;
 use crate::model::{BallModel, ContactLaw, Cradle};
-use crate::solver::crossing;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::series;
+use crate::solver::{DoubleDouble, crossing, series};
 
 /// Velocities down to this part of the largest are computed to the tolerance; otherwise resting balls would creep apart
 /// before the next impact.

@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 use super::corrector::{Coefficients, MAX_ORDER, adams, bdf, distances, roots};
 use super::dynamics::Dynamics;
 use super::solver::{LONGEST, Method, Solver, resolved};
-use crate::engine::error::EngineError;
+use crate::engine::EngineError;
 
 /// Smallest ratio for which the step is changed.
 const WORTH_IT: f64 = 1.5;

@@ -2,10 +2,10 @@
 
 use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
+use crate::engine::Next;
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
 use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// Most steps times balls of one look for the next onset: a few milliseconds.
 const LOOK_AHEAD: usize = 20_000;

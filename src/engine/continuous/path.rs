@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// The solution over the last step: each component is a polynomial of `s = (t - end) / step` on `[-1, 0]`.
 ///

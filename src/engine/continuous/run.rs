@@ -7,14 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, forcings};
 use super::solver::Method;
 use super::trajectory::{Event, Kind, Trajectory};
-use crate::engine::error::EngineError;
-use crate::engine::inputs::HeldInputs;
-use crate::engine::observer::{Observer, Progress};
-use crate::engine::records::Ledger;
 use crate::engine::run::{Unsound, require};
+use crate::engine::{EngineError, HeldInputs, Ledger, Next, Observer, Progress};
 use crate::model::{Chain, Cradle, Inputs, Parameters};
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
 const WORK_PER_REPORT: u64 = 16_384;

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::corrector::MAX_ORDER;
 use super::dynamics::Dynamics;
 use super::path::Path;
-use crate::engine::error::EngineError;
+use crate::engine::EngineError;
 use crate::model::WorkCounters;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 pub(super) const LONGEST: f64 = 1e3;
 /// Largest ratio of the second step to the first one, which is a guess.

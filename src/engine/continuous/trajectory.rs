@@ -7,12 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, LARGEST};
 use super::path::Path;
 use super::solver::{Method, Solver};
-use crate::engine::error::EngineError;
-use crate::engine::flight::Forcing;
+use crate::engine::{EngineError, flight::Forcing};
 use crate::model::{Cradle, Parameters, SolverMethod, WorkCounters};
-use crate::solver::crossing;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::root;
+use crate::solver::{DoubleDouble, crossing, root};
 
 /// What happens in a contact within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

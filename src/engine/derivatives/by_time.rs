@@ -3,8 +3,7 @@
 use super::chain_state::ChainState;
 use crate::engine::cluster::{INVERSE_FACTORIAL, Series};
 use crate::engine::flight::{Flight, Regime, shifted};
-use crate::engine::inputs::HeldInputs;
-use crate::engine::run::Engine;
+use crate::engine::{HeldInputs, run::Engine};
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::{of_derivatives, product_term};
 

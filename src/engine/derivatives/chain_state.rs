@@ -3,7 +3,7 @@
 use crate::engine::cluster::{OverlapSeries, Series, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing};
 use crate::model::{Cradle, MAX_OUTPUT_DERIVATIVE, Mode};
-use crate::solver::dual::Scalar;
+use crate::solver::Scalar;
 
 /// The balls and contacts of a chain at one time, which determine its motion.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::adjoint::Tape;
-use crate::engine::inputs::HeldInputs;
+use crate::engine::HeldInputs;
 use crate::model::{Parameters, Tunables};
 
 /// Largest number of values in a history, 128 MiB: 25 minutes of a host that sets the inputs of five balls every

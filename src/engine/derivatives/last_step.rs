@@ -4,12 +4,10 @@
 use super::chain_state::ChainState;
 use super::history::Stretch;
 use super::tangent::Run;
-use crate::engine::cluster::WindowContact;
 use crate::engine::flight::{Flight, Forcing};
-use crate::engine::inputs::HeldInputs;
-use crate::engine::run::Engine;
+use crate::engine::{HeldInputs, cluster::WindowContact, run::Engine};
 use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters, Results};
-use crate::solver::dual::{Dual, Scalar};
+use crate::solver::{Dual, Scalar};
 
 /// The last step of a run, by any method: the data for its derivatives.
 pub struct LastStep<'a> {

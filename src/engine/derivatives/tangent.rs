@@ -14,10 +14,7 @@ use crate::engine::flight::{Flight, Forcing, integral_of, shifted};
 use crate::engine::rigid::restitution::{self, Row};
 use crate::engine::run::around;
 use crate::model::{Chain, Cradle, Differential, Mode};
-use crate::solver::crossing;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::dual::{Dual, Scalar};
-use crate::solver::series;
+use crate::solver::{DoubleDouble, Dual, Scalar, crossing, series};
 
 /// Order of the series of the forces, and the tolerance of a run for which the local errors of the velocities are 1e-16
 /// of their scale.

@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::observer::Observer;
-use crate::engine::records::Ledger;
-use crate::solver::double_double::DoubleDouble;
+use crate::engine::{Ledger, Observer};
+use crate::solver::DoubleDouble;
 
 /// The record of a contact at the last event.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

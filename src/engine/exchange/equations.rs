@@ -1,7 +1,7 @@
 //! The equations of motion, with contacts that act by flags, in doubles and dual numbers.
 
 use crate::model::{BallModel, Chain, Cradle, Mode};
-use crate::solver::dual::{Dual, Scalar};
+use crate::solver::{Dual, Scalar};
 
 /// Number of continuous states: the first position, the overlaps, the velocities, the impulses, the energy dissipated
 /// and the work of the inputs.

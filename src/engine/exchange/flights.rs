@@ -3,12 +3,9 @@
 
 use super::run::Exchange;
 use crate::engine::flight::{Ball, Flight, Separation};
-use crate::engine::observer::Unrecorded;
-use crate::engine::run::Engine;
+use crate::engine::{Next, Unrecorded, run::Engine};
 use crate::model::{BallModel, Mode, ONSET_PERIODS};
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::root::{Smooth, rising_zero};
+use crate::solver::{DoubleDouble, Smooth, root::rising_zero};
 
 /// Farthest look back for an onset, in radians of the pendulums' swing or decay times, or in s without gravity and
 /// drag: far beyond any step.

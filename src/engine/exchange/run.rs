@@ -6,11 +6,10 @@ use serde::{Deserialize, Serialize};
 use super::contact::Contact;
 use super::equations::{Along, State, state_count};
 use super::scales::{SHIFT, Scales};
-use crate::engine::error::EngineError;
 use crate::engine::run::{Engine, Unsound, require};
+use crate::engine::{EngineError, Next};
 use crate::model::{Chain, Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results, WorkCounters};
-use crate::next::Next;
-use crate::solver::dual::{Dual, Scalar};
+use crate::solver::{Dual, Scalar};
 
 /// A cradle whose host integrates its equations of motion. Its states are, for n balls,
 ///

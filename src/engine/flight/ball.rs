@@ -6,9 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, shifted};
 use super::path::{Fault, Path, Piece};
 use crate::model::BallModel;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::{BASIS, Oscillator, Steady};
-use crate::solver::quadrature::gauss_legendre;
+use crate::solver::{BASIS, DoubleDouble, Oscillator, Steady, quadrature::gauss_legendre};
 
 /// What governs the motion of a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

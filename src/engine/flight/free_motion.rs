@@ -3,9 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::dual::Scalar;
-use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator, Steady};
+use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Scalar, Steady};
 
 /// Acceleration by the inputs, as derivatives at the anchor: `forcing[j]` in m/s^(2+j).
 pub(crate) type Forcing<S = f64> = [S; MAX_FORCE_ORDER + 1];

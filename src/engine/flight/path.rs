@@ -16,11 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, forcing_at, integral_of, shifted};
 use crate::model::{BallModel, ContactLaw, overlap_of_approach};
-use crate::solver::crossing::first_positive;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::MAX_FORCE_ORDER;
-use crate::solver::quadrature::gauss_legendre;
 use crate::solver::series::{INVERSES, LANES, bound, of_derivatives, product_term, value, value_and_derivatives};
+use crate::solver::{DoubleDouble, MAX_FORCE_ORDER, crossing::first_positive, quadrature::gauss_legendre};
 
 /// Number of coefficients: more make longer steps, each of which costs more. After an impact the next one may follow at
 /// once, so a flight begins with a short step of a few.

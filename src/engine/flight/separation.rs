@@ -5,11 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::ball::Ball;
 use super::free_motion::{Flight, degree, time_of_change};
 use super::path::{Approach, LONGEST, Path};
+use crate::engine::Next;
 use crate::model::ContactLaw;
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::Oscillator;
-use crate::solver::root::{Smooth, safe_step, search_within};
+use crate::solver::root::{safe_step, search_within};
+use crate::solver::{DoubleDouble, Oscillator, Smooth};
 
 /// The overlap (negative while apart) since an anchor.
 ///

@@ -1,11 +1,9 @@
 //! The next onset, from the forecasts or by a copy of the run that looks ahead; the next onset or release.
 
-use crate::engine::cluster::Switch;
-use crate::engine::observer::Unrecorded;
 use crate::engine::run::{Engine, NO_STEP, Phase};
+use crate::engine::{Next, Unrecorded, cluster::Switch};
 use crate::model::ONSET_PERIODS;
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// Effort of one look ahead ([`Engine::effort`]): some tenths of a millisecond. The event that exceeds it is still
 /// handled.

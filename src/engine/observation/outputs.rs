@@ -1,13 +1,11 @@
 //! The outputs at the current time, and the records of the start of the step. Nothing here changes the trajectory.
 
 use crate::engine::cluster::{Cluster, OverlapSeries};
-use crate::engine::derivatives::ChainState;
 use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
-use crate::engine::records::BallStart;
 use crate::engine::run::{Engine, NO_STEP, Phase};
+use crate::engine::{NEVER, Next, derivatives::ChainState, records::BallStart};
 use crate::model::{Chain, Cradle, Mode, Results, WorkCounters};
-use crate::next::{NEVER, Next};
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 impl Engine {
     fn now(&self) -> DoubleDouble {

@@ -15,12 +15,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::Next;
 use crate::engine::flight::{Ball, Flight, Forcing, degree, forecast, reach, shifted};
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::{BASIS, MAX_FORCE_ORDER, Oscillator};
-use crate::solver::root::{Smooth, falling_zero};
-use crate::solver::series::of_derivatives;
+use crate::solver::{
+    BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Smooth, root::falling_zero, series::of_derivatives,
+};
 
 /// Roundings of a number that several operations have added to.
 const ROUNDINGS: f64 = 8.0;

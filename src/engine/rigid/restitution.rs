@@ -17,8 +17,7 @@
 use std::ops::Range;
 
 use crate::model::Cradle;
-use crate::solver::dual::Scalar;
-use crate::solver::queue::EventQueue;
+use crate::solver::{EventQueue, Scalar};
 
 /// Touching balls, as they collide on a line.
 pub(crate) struct Row<S> {

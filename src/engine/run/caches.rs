@@ -3,9 +3,8 @@
 
 use std::cell::{Cell, RefCell};
 
-use crate::engine::cluster::Cluster;
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
+use crate::engine::{Next, cluster::Cluster};
+use crate::solver::DoubleDouble;
 
 /// The time (s; NaN for none), the anchor of a ball's flight then, its position (m) and velocity (m/s).
 type KnownState = (f64, DoubleDouble, (f64, f64));

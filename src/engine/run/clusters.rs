@@ -5,11 +5,9 @@ use std::ops::Range;
 use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::cluster::{Cluster, StepHistory, Switch};
-use crate::engine::error::EngineError;
-use crate::engine::flight::Regime;
-use crate::engine::observer::Observer;
+use crate::engine::{EngineError, Observer, flight::Regime};
 use crate::model::Mode;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// Effort (see [`Engine::effort`]) of each contact of a cluster's window in a new segment, and of each evaluation of a
 /// contact force for it.

@@ -4,14 +4,11 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::cluster::WindowContact;
-use crate::engine::flight::Separation;
-use crate::engine::pair_impact::PairImpact;
-use crate::engine::records::Ledger;
-use crate::engine::rigid::Constraint;
+use crate::engine::{
+    Ledger, Next, cluster::WindowContact, flight::Separation, pair_impact::PairImpact, rigid::Constraint,
+};
 use crate::model::Mode;
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Contact {

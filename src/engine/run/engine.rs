@@ -8,16 +8,10 @@ use super::caches::Caches;
 use super::contact::{Contact, Keep};
 use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
-use crate::engine::error::EngineError;
-use crate::engine::flight::{Ball, Fault, Flight};
-use crate::engine::inputs::HeldInputs;
-use crate::engine::observer::{Observer, Unrecorded};
-use crate::engine::pair_impact::ImpactCoefficients;
-use crate::engine::records::StepStart;
+use crate::engine::flight::{Ball, Flight};
+use crate::engine::{EngineError, Fault, HeldInputs, Observer, StepStart, Unrecorded, pair_impact::ImpactCoefficients};
 use crate::model::{BallModel, Chain, ContactLaw, Cradle, Inputs, Parameters, PendulumModel, WorkCounters};
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::gauss::Stretching;
-use crate::solver::queue::EventQueue;
+use crate::solver::{DoubleDouble, EventQueue, Stretching};
 
 /// Start of the step of a copy that looks ahead, s: after all events.
 pub(crate) const NO_STEP: f64 = f64::MAX;
@@ -291,8 +285,7 @@ fn check_arcs(p: &Parameters) -> Result<(), EngineError> {
 #[cfg(test)]
 mod tests {
     use super::Engine;
-    use crate::engine::cluster::Method;
-    use crate::engine::observer::Unrecorded;
+    use crate::engine::{Unrecorded, cluster::Method};
     use crate::model::{Chain, ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, Results};
 
     /// A scene for each method: parameters, the force that presses the outer balls together (N), and the time to follow

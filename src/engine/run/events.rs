@@ -4,12 +4,10 @@ use std::ops::Range;
 
 use super::contact::{Phase, around};
 use super::engine::Engine;
-use crate::engine::error::EngineError;
 use crate::engine::flight::{EVALUATIONS, Regime, Separation};
-use crate::engine::observer::{Observer, Unrecorded};
+use crate::engine::{EngineError, Next, Observer, Unrecorded};
 use crate::model::Mode;
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// Effort (see [`Engine::effort`]) of an event.
 const EVENT: u64 = 8;

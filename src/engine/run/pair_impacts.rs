@@ -5,12 +5,12 @@ use std::ops::Range;
 
 use super::contact::Phase;
 use super::engine::Engine;
+use crate::engine::Observer;
 use crate::engine::cluster::{Cluster, Control, Method, StepHistory, Switch, WindowContact};
 use crate::engine::flight::{Regime, RunningIntegrals};
-use crate::engine::observer::Observer;
 use crate::engine::pair_impact::{Interior, PairImpact};
 use crate::model::Mode;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 impl Engine {
     /// Begins an impact of known outcome in contact `i` at `t`, if its balls are in flight and stay clear of their
@@ -251,7 +251,7 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::observer::Unrecorded;
+    use crate::engine::Unrecorded;
     use crate::model::{Chain, Inputs, Parameters, Results};
 
     /// Two balls without gravity collide at speeds whose squares underflow, or with a contact that lasts for ever: they

@@ -13,16 +13,12 @@ use std::ops::Range;
 
 use super::contact::{Keep, Phase, around};
 use super::engine::Engine;
-use crate::engine::error::EngineError;
-use crate::engine::flight::{Fault, Forcing, Regime, Rounding, Separation, places, shifted, start_by_centre};
-use crate::engine::observer::Observer;
-use crate::engine::records::RAPID;
+use crate::engine::flight::{Forcing, Regime, Rounding, Separation, places, shifted, start_by_centre};
 use crate::engine::rigid::restitution::{self, Block, Impact, Row};
 use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
+use crate::engine::{EngineError, Fault, Next, Observer, RAPID};
 use crate::model::Mode;
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::Oscillator;
+use crate::solver::{DoubleDouble, Oscillator};
 
 /// Smallest approach speed over the rounding of the velocities.
 const RESOLVED: f64 = 16.0;

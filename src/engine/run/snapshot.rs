@@ -12,13 +12,9 @@ use super::contact::{Contact, Phase};
 use super::engine::{Engine, NO_STEP, Totals};
 use crate::engine::cluster::{Cluster, StepHistory, WindowContact};
 use crate::engine::flight::{Ball, Flight, Regime, RunningIntegrals};
-use crate::engine::inputs::HeldInputs;
-use crate::engine::pair_impact::PairImpact;
-use crate::engine::records::StepStart;
+use crate::engine::{HeldInputs, Next, StepStart, pair_impact::PairImpact};
 use crate::model::{Mode, Parameters};
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::oscillator::Oscillator;
+use crate::solver::{DoubleDouble, Oscillator};
 
 /// A run as plain data.
 #[derive(Clone, Debug, Serialize, Deserialize)]

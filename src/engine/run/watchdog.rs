@@ -1,8 +1,7 @@
 //! Gives up steps whose end is out of reach, and reports progress.
 
-use crate::engine::error::EngineError;
-use crate::engine::observer::{Observer, Progress};
-use crate::solver::double_double::DoubleDouble;
+use crate::engine::{EngineError, Observer, Progress};
+use crate::solver::DoubleDouble;
 
 /// Watches a call of [`advance`](super::Engine::advance): reports its progress, and gives up where events and searches
 /// are so frequent that the step would take days.

@@ -11,7 +11,7 @@
 
 use crate::engine::flight::{Flight, forcing_at};
 use crate::model::BallModel;
-use crate::solver::gauss::{NODES, Nodes};
+use crate::solver::{NODES, Nodes};
 
 /// A ball at some times: its direction, its rate along the path (m/s), and its acceleration without contacts (m/s2).
 #[derive(Clone, Copy, Debug)]

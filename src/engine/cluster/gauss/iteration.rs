@@ -7,7 +7,7 @@
 use super::motion::{Motion, Samples, Track};
 use crate::engine::flight::forcing_at;
 use crate::model::Mode;
-use crate::solver::gauss::{NODES, Table};
+use crate::solver::{NODES, Table};
 
 /// The last nodes, and some from all over the step.
 const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];

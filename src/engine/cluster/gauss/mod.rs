@@ -17,7 +17,7 @@ mod switching;
 use super::step_control::Problem;
 use super::window::{Window, WindowContact};
 use crate::model::{ContactLaw, Mode};
-use crate::solver::gauss::NODES;
+use crate::solver::NODES;
 
 use plan::{Decision, Planner};
 

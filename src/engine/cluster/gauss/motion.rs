@@ -7,8 +7,7 @@ use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};
 use crate::model::{ContactLaw, Mode, SignOfForce};
-use crate::solver::gauss::{NODES, Nodes, Stretching};
-use crate::solver::oscillator::Oscillator;
+use crate::solver::{NODES, Nodes, Oscillator, Stretching};
 
 /// A contact at the start of the step.
 #[derive(Clone, Copy, Debug)]

@@ -13,12 +13,11 @@
 use std::cell::Ref;
 
 use super::motion::{Moment, Motion, Part, Samples};
+use crate::engine::Next;
 use crate::engine::cluster::window::{DenseOutput, Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::model::{Mode, Pair};
-use crate::next::Next;
-use crate::solver::gauss::{NODES, Nodes, RULE, weighted};
-use crate::solver::{root, series};
+use crate::solver::{NODES, Nodes, RULE, root, series, weighted};
 
 /// Largest peak over the largest force at the nodes and at the ends.
 const MARGIN: f64 = 1.25;

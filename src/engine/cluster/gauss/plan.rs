@@ -8,7 +8,7 @@ use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Rounding};
 use crate::model::{BallModel, ContactLaw, Damping, Mode};
-use crate::solver::gauss::{Power, Stretching, Table};
+use crate::solver::{Power, Stretching, Table};
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
 /// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step

@@ -4,7 +4,7 @@
 use super::motion::{Motion, Tolerance};
 use crate::engine::cluster::window::Switch;
 use crate::model::Mode;
-use crate::solver::gauss::{Stretching, Table, weighted};
+use crate::solver::{Stretching, Table, weighted};
 
 /// Iterations before it may end, and at most.
 const LEAST: usize = 2;

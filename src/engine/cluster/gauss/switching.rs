@@ -7,8 +7,7 @@
 use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, sign_after_clip};
 use crate::model::{Mode, SignOfForce};
-use crate::solver::gauss::{NODES, Nodes, RULE, Table, weighted};
-use crate::solver::root::first_root_of_parabola;
+use crate::solver::{NODES, Nodes, RULE, Table, root::first_root_of_parabola, weighted};
 
 /// Error of the overlaps at the nodes, over speed and length.
 const UNKNOWN: f64 = 1e-15;

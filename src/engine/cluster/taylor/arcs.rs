@@ -6,7 +6,7 @@
 
 use crate::engine::cluster::window::Window;
 use crate::model::{Mode, overlap_of_approach};
-use crate::solver::dual::Scalar;
+use crate::solver::Scalar;
 use crate::solver::series::{product_term, sine_and_cosine_term};
 
 /// Rows of coefficients like those of a series, whose stride they have; empty where balls move on lines.

@@ -10,7 +10,7 @@ use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Window, WindowContact};
 use crate::model::Mode;
-use crate::solver::oscillator::MAX_FORCE_ORDER;
+use crate::solver::MAX_FORCE_ORDER;
 use crate::solver::series::{self, INVERSES, NUMBERS};
 
 /// Balls computed side by side: two numbers fill a register of every processor.

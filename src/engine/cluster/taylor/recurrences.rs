@@ -11,10 +11,8 @@ use crate::engine::cluster::step_control::{Control, Problem};
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::{degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
-use crate::solver::crossing;
-use crate::solver::dual::Scalar;
-use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::series::{product_term, value_by_lanes};
+use crate::solver::{MAX_FORCE_ORDER, Scalar, crossing};
 
 /// Allowed difference between the forces by the series and by the law: its effect on the velocities over their scale.
 const WRONG: f64 = 1e-13;

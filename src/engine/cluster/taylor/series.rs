@@ -2,15 +2,13 @@
 //! `recurrences`, from `linear` for linear contacts, or from `collocation`.
 
 use super::arcs::Arcs;
+use crate::engine::Next;
 use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::{BallModel, Mode};
-use crate::next::Next;
-use crate::solver::crossing;
-use crate::solver::dual::Scalar;
-use crate::solver::oscillator::MAX_FORCE_ORDER;
 use crate::solver::quadrature::{self, POINTS};
 use crate::solver::series::{self, MOST};
+use crate::solver::{MAX_FORCE_ORDER, Scalar, crossing};
 
 /// Parts of a segment after which a contact that has closed from rest is checked.
 const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];

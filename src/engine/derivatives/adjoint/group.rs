@@ -16,7 +16,7 @@ use super::map::{
 };
 use crate::engine::flight::{Forcing, forcing_at};
 use crate::model::{BallModel, ContactLaw};
-use crate::solver::gauss::{NODES, Nodes, Table, combine, weighted};
+use crate::solver::{NODES, Nodes, Table, combine, weighted};
 
 /// Iterations after which a segment counts as too long.
 const MOST: usize = 30;

@@ -6,8 +6,7 @@
 use std::ops::{Add, Range};
 
 use crate::model::{ContactLaw, Cradle, Damping, Inputs};
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::dual::{Dual, Scalar};
+use crate::solver::{DoubleDouble, Dual, Scalar};
 
 /// Position and velocity of a ball, and the impulse of the contact at its right.
 pub(super) const STATE: usize = 3;

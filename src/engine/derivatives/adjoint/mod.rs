@@ -23,8 +23,7 @@ use std::sync::Arc;
 
 use self::map::{IMPULSE, Map, STATE, V, X, changes, dot, numbers_of_coefficients, numbers_of_state};
 use crate::model::{Cradle, Differential, Inputs, Parameters};
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::dual::Dual;
+use crate::solver::{DoubleDouble, Dual};
 
 pub(crate) use record::Recorder;
 

@@ -8,8 +8,7 @@
 use super::map::{CLEARANCE, COEFFICIENTS, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives, numbers_of_state};
 use crate::engine::flight::{Flight, Forcing, degree, forcing_at};
 use crate::model::{BallModel, ContactLaw};
-use crate::solver::gauss::{NODES, Nodes, Stretching, Table, weighted};
-use crate::solver::oscillator::Oscillator;
+use crate::solver::{NODES, Nodes, Oscillator, Stretching, Table, weighted};
 
 /// Longest part, times `omega + 2 gamma`, for which the rule is exact to rounding.
 pub(super) const REACH: f64 = 4.0;

@@ -7,14 +7,10 @@ use super::group::Group;
 use super::map::{COEFFICIENTS, Map, OF_BALL, STATE, V, X, numbers_of_coefficients};
 use super::oscillation::Oscillation;
 use super::{Tape, Tuning};
-use crate::engine::cluster::WindowContact;
-use crate::engine::derivatives::chain_state::ChainState;
 use crate::engine::flight::{Flight, Forcing, shifted};
-use crate::engine::inputs::HeldInputs;
-use crate::engine::observer::Observer;
+use crate::engine::{HeldInputs, Observer, cluster::WindowContact, derivatives::chain_state::ChainState};
 use crate::model::{ContactLaw, Cradle, Inputs, Mode, Parameters};
-use crate::solver::double_double::DoubleDouble;
-use crate::solver::gauss::{Power, Stretching};
+use crate::solver::{DoubleDouble, Power, Stretching};
 
 /// Numbers that a tape may hold: 128 MiB.
 const MOST_NUMBERS: usize = 1 << 24;

@@ -3,17 +3,12 @@
 
 use std::ops::Range;
 
-use crate::engine::error::EngineError;
-use crate::engine::exchange::run::Exchange;
-use crate::engine::flight::Ball;
-use crate::engine::inputs::HeldInputs;
-use crate::engine::observer::{Observer, Pulse};
-use crate::engine::records::RAPID;
-use crate::engine::rigid::restitution;
 use crate::engine::run::{Engine, Keep, Phase, around};
+use crate::engine::{
+    EngineError, HeldInputs, Next, Observer, Pulse, RAPID, exchange::run::Exchange, flight::Ball, rigid::restitution,
+};
 use crate::model::{Inputs, Mode, Parameters};
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 
 /// Longest duration of a group over the period of ball 1; without gravity, over 2 pi s.
 const LONGEST: f64 = 1e-3;

@@ -5,13 +5,10 @@ mod group;
 
 use super::contact::Contact;
 use super::run::Exchange;
-use crate::engine::error::EngineError;
-use crate::engine::flight::Ball;
-use crate::engine::observer::{Observer, Unrecorded};
 use crate::engine::run::{Engine, Phase};
+use crate::engine::{EngineError, Next, Observer, Unrecorded, flight::Ball};
 use crate::model::{Chain, Mode};
-use crate::next::Next;
-use crate::solver::double_double::DoubleDouble;
+use crate::solver::DoubleDouble;
 use group::START;
 
 /// The result of an event.
