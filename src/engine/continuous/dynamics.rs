@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::path::Path;
-use super::tridiagonal::Tridiagonal;
 use crate::engine::HeldInputs;
 use crate::engine::flight::{Forcing, forcing_at, shifted};
 use crate::model::{BallModel, ContactLaw, Cradle};
@@ -190,14 +189,16 @@ impl Dynamics {
         if loss.is_finite() { loss.max(self.size(y, e)) } else { f64::INFINITY }
     }
 
-    /// The matrix `1 - gamma J` for Newton's method, with the Jacobian J of the rates at `y`.
+    /// For Newton's method with the Jacobian J of the rates at `y`: a function that replaces `e` by the solution of
+    /// `(1 - gamma J) solution = e`, except in components that the rates do not depend on.
     ///
     /// Positions and overlaps are eliminated by `e_x = r_x + gamma e_v` and the like: for the velocities remains `M +
-    /// gamma C + gamma^2 K` with the masses, dampings and stiffnesses, symmetric and tridiagonal.
-    pub fn linearize(&self, y: &[f64], gamma: f64) -> Linearized {
-        let n = self.balls();
+    /// gamma C + gamma^2 K` with the masses, dampings and stiffnesses, symmetric, positive definite and tridiagonal. Its
+    /// factors `L D L'` need no pivoting (Golub and Van Loan, Matrix Computations, section 4.3.6).
+    pub fn newton(&self, y: &[f64], gamma: f64) -> impl FnMut(&mut [f64]) + use<> {
+        let (n, balls) = (self.balls(), self.cradle.balls.clone());
         let ball = |ball: &BallModel| ball.mass * (1.0 + gamma * (2.0 * ball.gamma + gamma * ball.omega2));
-        let mut diagonal: Vec<f64> = self.cradle.balls.iter().map(ball).collect();
+        let mut diagonal: Vec<f64> = balls.iter().map(ball).collect();
         let mut beside = vec![0.0; n.saturating_sub(1)];
         let mut stiffness = beside.clone();
         for (i, law) in self.cradle.contacts.iter().enumerate() {
@@ -208,26 +209,33 @@ impl Dynamics {
             beside[i] = -coupling;
             stiffness[i] = gamma * by_overlap;
         }
-        Linearized { gamma, stiffness, matrix: Tridiagonal::new(diagonal, beside), velocities: vec![0.0; n] }
-    }
-
-    /// Replaces `e` by the solution of `matrix * solution = e`, except in components that the rates do not depend on.
-    pub fn solve(&self, linearized: &mut Linearized, e: &mut [f64]) {
-        let n = self.balls();
-        let Linearized { gamma, stiffness, matrix, velocities } = linearized;
-        let mut from_left = 0.0;
-        for (i, ball) in self.cradle.balls.iter().enumerate() {
-            let from_right = stiffness.get(i).map_or(0.0, |k| k * e[2 * n + i]);
-            velocities[i] = ball.mass * (e[n + i] - *gamma * ball.omega2 * e[i]) + from_left - from_right;
-            from_left = from_right;
+        for i in 0..beside.len() {
+            let factor = beside[i] / diagonal[i];
+            diagonal[i + 1] -= factor * beside[i];
+            beside[i] = factor;
         }
-        matrix.solve(velocities);
-        for (i, velocity) in velocities.iter().enumerate() {
-            e[i] += *gamma * velocity;
-            e[n + i] = *velocity;
-        }
-        for (i, pair) in velocities.windows(2).enumerate() {
-            e[2 * n + i] += *gamma * (pair[0] - pair[1]);
+        let mut velocities = vec![0.0; n];
+        move |e| {
+            let mut from_left = 0.0;
+            for (i, ball) in balls.iter().enumerate() {
+                let from_right = stiffness.get(i).map_or(0.0, |k| k * e[2 * n + i]);
+                velocities[i] = ball.mass * (e[n + i] - gamma * ball.omega2 * e[i]) + from_left - from_right;
+                from_left = from_right;
+            }
+            for (i, factor) in beside.iter().enumerate() {
+                velocities[i + 1] -= factor * velocities[i];
+            }
+            velocities.iter_mut().zip(&diagonal).for_each(|(velocity, d)| *velocity /= d);
+            for (i, factor) in beside.iter().enumerate().rev() {
+                velocities[i] -= factor * velocities[i + 1];
+            }
+            for (i, velocity) in velocities.iter().enumerate() {
+                e[i] += gamma * velocity;
+                e[n + i] = *velocity;
+            }
+            for (i, pair) in velocities.windows(2).enumerate() {
+                e[2 * n + i] += gamma * (pair[0] - pair[1]);
+            }
         }
     }
 
@@ -251,13 +259,4 @@ impl Dynamics {
         };
         (0..self.cradle.contacts.len()).filter_map(shown).reduce(f64::min)
     }
-}
-
-/// The Jacobian for Newton's method, with the factor `gamma` (s) of the formula.
-pub(super) struct Linearized {
-    gamma: f64,
-    /// `gamma` times the stiffness of each contact, N.s/m.
-    stiffness: Vec<f64>,
-    matrix: Tridiagonal,
-    velocities: Vec<f64>,
 }

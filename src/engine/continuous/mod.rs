@@ -17,7 +17,6 @@ mod path;
 mod run;
 mod solver;
 mod trajectory;
-mod tridiagonal;
 
 pub use run::Continuous;
 pub(crate) use trajectory::method;

@@ -78,7 +78,7 @@ impl Solver {
         let (t, step, slope) = (self.trial.end, self.trial.step, c.corrector[1]);
         self.correction.fill(0.0);
         self.state.copy_from_slice(self.trial.last());
-        let mut matrix = (self.method == Method::Bdf).then(|| dynamics.linearize(&self.state, step / slope));
+        let mut newton = (self.method == Method::Bdf).then(|| dynamics.newton(&self.state, step / slope));
         let (mut before, mut convergence) = (0.0, 1.0_f64);
         for iteration in 0..MAX_ITERATIONS {
             self.evaluate(dynamics, t);
@@ -87,8 +87,8 @@ impl Solver {
             for (rate, (predicted, e)) in self.rates.iter_mut().zip(predicted) {
                 *rate = (step * *rate - predicted) / slope - e;
             }
-            if let Some(matrix) = &mut matrix {
-                dynamics.solve(matrix, &mut self.rates);
+            if let Some(newton) = &mut newton {
+                newton(&mut self.rates);
             }
             self.correction.iter_mut().zip(&self.rates).for_each(|(e, change)| *e += change);
             let predicted = self.trial.column(0).iter().zip(&self.correction);
@@ -98,7 +98,7 @@ impl Solver {
                 convergence = (0.3 * convergence).max(change / before);
             }
             if change * convergence.min(1.0) * c.error <= ITERATION_ERROR {
-                if matrix.is_some() {
+                if newton.is_some() {
                     self.correct_sums(dynamics, c);
                 }
                 return Some(c.error * dynamics.error(&self.state, &self.correction));
