@@ -4,13 +4,13 @@ use std::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
-use super::continuous::{Continuous, method};
+use super::continuous::Continuous;
 use super::derivatives::{History, LastStep, Recorder, Stretch, Tape};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
-use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, Tunables};
+use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
 /// A run by the selected method. Its functions have the meaning of those of [`Engine`].
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
@@ -73,15 +73,16 @@ impl Deref for Simulation {
 impl Simulation {
     /// Starts a run by the method that `parameters` select; see [`Engine::new`].
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        match method(parameters) {
-            None => Engine::new(parameters, inputs, start_time).map(Self::EventDriven),
-            Some(_) if parameters.contact_model == ContactModel::Rigid => Err(EngineError::NoForceLaw),
-            Some(_) if parameters.pendulum == PendulumModel::Circular => {
-                let text = "solver.method must be eventDriven (1)";
-                Err(EngineError::NoArc(text.to_owned()))
-            }
-            Some(method) => Continuous::new(method, parameters, inputs, start_time).map(Self::Continuous),
+        if parameters.method == SolverMethod::EventDriven {
+            return Engine::new(parameters, inputs, start_time).map(Self::EventDriven);
         }
+        if parameters.contact_model == ContactModel::Rigid {
+            return Err(EngineError::NoForceLaw);
+        }
+        if parameters.pendulum == PendulumModel::Circular {
+            return Err(EngineError::NoArc("solver.method must be eventDriven (1)".to_owned()));
+        }
+        Continuous::new(parameters, inputs, start_time).map(Self::Continuous)
     }
 
     /// Whether the run has yet to begin; until then rigid contacts transmit nothing.
@@ -166,12 +167,12 @@ impl Simulation {
         snapshot: SimulationSnapshot,
         failed: bool,
     ) -> Result<Self, Unsound> {
-        match (method(parameters), snapshot) {
-            (None, SimulationSnapshot::EventDriven(snapshot)) => {
+        match (parameters.method == SolverMethod::EventDriven, snapshot) {
+            (true, SimulationSnapshot::EventDriven(snapshot)) => {
                 Engine::restore(parameters, start, snapshot, failed).map(Self::EventDriven)
             }
-            (Some(method), SimulationSnapshot::Continuous(run)) => {
-                run.restored(method, parameters, start, failed).map(Self::Continuous)
+            (false, SimulationSnapshot::Continuous(run)) => {
+                run.restored(parameters, start, failed).map(Self::Continuous)
             }
             _ => Err(Unsound("it belongs to another method")),
         }

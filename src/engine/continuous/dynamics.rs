@@ -75,10 +75,6 @@ impl Dynamics {
         self.since.is_sound() && self.scales.iter().chain([&self.tolerance, &self.energy_scale]).all(positive)
     }
 
-    pub fn components(&self) -> usize {
-        4 * self.balls() + 1
-    }
-
     /// The state with these positions and velocities, the sums at 0.
     pub fn start(cradle: &Cradle, x: &[f64], v: &[f64]) -> Vec<f64> {
         let overlap = |(law, x): (&ContactLaw, &[f64])| x[0] - x[1] - law.clearance;

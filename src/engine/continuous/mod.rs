@@ -15,8 +15,7 @@ mod multistep;
 mod observe;
 mod path;
 mod run;
-mod solver;
+mod runge_kutta;
 mod trajectory;
 
 pub use run::Continuous;
-pub(crate) use trajectory::method;

@@ -13,9 +13,9 @@
 use std::cmp::Ordering;
 
 use super::corrector::{Coefficients, MAX_ORDER, adams, bdf, distances, roots};
-use super::dynamics::Dynamics;
-use super::solver::{LONGEST, Method, Solver, resolved};
+use super::trajectory::{LONGEST, Trajectory, max_degree, resolved};
 use crate::engine::EngineError;
+use crate::model::SolverMethod;
 
 /// Smallest ratio for which the step is changed.
 const WORTH_IT: f64 = 1.5;
@@ -31,8 +31,8 @@ fn ratio(bias: f64, error: f64, order: usize) -> f64 {
     1.0 / (libm::pow(bias * error, 1.0 / (order + 1) as f64) + 1e-6)
 }
 
-impl Solver {
-    pub(super) fn multistep(&mut self, dynamics: &Dynamics) -> Result<(), EngineError> {
+impl Trajectory {
+    pub(super) fn multistep(&mut self) -> Result<(), EngineError> {
         // From the order of the last step to that of this one.
         match self.order.cmp(&self.path.degree) {
             Ordering::Less => self.lower_order(),
@@ -46,42 +46,42 @@ impl Solver {
                 break;
             }
             let xi = distances(self.path.step, &self.steps, self.path.step);
-            let c = if self.method == Method::Bdf { bdf(self.order, &xi) } else { adams(self.order, &xi) };
+            let c = if self.method == SolverMethod::Bdf { bdf(self.order, &xi) } else { adams(self.order, &xi) };
             self.trial.copy_from(&self.path);
             self.trial.extrapolate();
-            let Some(error) = self.correct(dynamics, &c) else {
+            let Some(error) = self.correct(&c) else {
                 self.growth = 1.0;
                 self.path.rescale(0.25);
                 continue;
             };
             if error.is_nan() || error > 1.0 {
                 failures += 1;
-                self.after_failure(dynamics, error, failures);
+                self.after_failure(error, failures);
                 continue;
             }
             for j in 0..=self.order {
                 self.trial.add(j, c.corrector[j], &self.correction);
             }
-            if let Some(fraction) = dynamics.overlooked(&self.trial) {
+            if let Some(fraction) = self.dynamics.overlooked(&self.trial) {
                 self.growth = 1.0;
                 self.path.rescale(fraction);
                 continue;
             }
-            self.accept(dynamics, &c, error);
+            self.accept(&c, error);
             return Ok(());
         }
         Err(EngineError::StepTooSmall { time: self.path.end.value(), step: self.path.step })
     }
 
     /// Finds `e` for the trial step. Returns its error over the allowed one; `None` if the iteration does not converge.
-    fn correct(&mut self, dynamics: &Dynamics, c: &Coefficients) -> Option<f64> {
+    fn correct(&mut self, c: &Coefficients) -> Option<f64> {
         let (t, step, slope) = (self.trial.end, self.trial.step, c.corrector[1]);
         self.correction.fill(0.0);
         self.state.copy_from_slice(self.trial.last());
-        let mut newton = (self.method == Method::Bdf).then(|| dynamics.newton(&self.state, step / slope));
+        let mut newton = (self.method == SolverMethod::Bdf).then(|| self.dynamics.newton(&self.state, step / slope));
         let (mut before, mut convergence) = (0.0, 1.0_f64);
         for iteration in 0..MAX_ITERATIONS {
-            self.evaluate(dynamics, t);
+            self.evaluate(t);
             // Turns the rates into the change of e.
             let predicted = self.trial.column(1).iter().zip(&self.correction);
             for (rate, (predicted, e)) in self.rates.iter_mut().zip(predicted) {
@@ -93,15 +93,15 @@ impl Solver {
             self.correction.iter_mut().zip(&self.rates).for_each(|(e, change)| *e += change);
             let predicted = self.trial.column(0).iter().zip(&self.correction);
             self.state.iter_mut().zip(predicted).for_each(|(y, (predicted, e))| *y = predicted + e);
-            let change = dynamics.size(&self.state, &self.rates);
+            let change = self.dynamics.size(&self.state, &self.rates);
             if iteration > 0 {
                 convergence = (0.3 * convergence).max(change / before);
             }
             if change * convergence.min(1.0) * c.error <= ITERATION_ERROR {
                 if newton.is_some() {
-                    self.correct_sums(dynamics, c);
+                    self.correct_sums(c);
                 }
-                return Some(c.error * dynamics.error(&self.state, &self.correction));
+                return Some(c.error * self.dynamics.error(&self.state, &self.correction));
             }
             if !change.is_finite() || (iteration > 0 && change > 2.0 * before) {
                 return None;
@@ -112,22 +112,22 @@ impl Solver {
     }
 
     /// Components that the rates do not depend on, from the rates at the end of the step.
-    fn correct_sums(&mut self, dynamics: &Dynamics, c: &Coefficients) {
-        self.evaluate(dynamics, self.trial.end);
-        for i in dynamics.impulse(0)..self.rates.len() {
+    fn correct_sums(&mut self, c: &Coefficients) {
+        self.evaluate(self.trial.end);
+        for i in self.dynamics.impulse(0)..self.rates.len() {
             self.correction[i] = (self.trial.step * self.rates[i] - self.trial.column(1)[i]) / c.corrector[1];
         }
     }
 
     /// Shortens the step; from the fourth failure on also lowers the order, and at order 1 restarts.
-    fn after_failure(&mut self, dynamics: &Dynamics, error: f64, failures: usize) {
+    fn after_failure(&mut self, error: f64, failures: usize) {
         self.growth = 1.0;
         let shorter = if failures > 3 {
             if self.order > 1 {
                 self.lower_order();
             } else {
                 self.state.copy_from_slice(self.path.last());
-                self.evaluate(dynamics, self.path.end);
+                self.evaluate(self.path.end);
                 self.set_slope(self.path.step);
                 self.wait = 10;
             }
@@ -140,7 +140,7 @@ impl Solver {
     }
 
     /// Accepts the trial step, and chooses order and length of the next one.
-    fn accept(&mut self, dynamics: &Dynamics, c: &Coefficients, error: f64) {
+    fn accept(&mut self, c: &Coefficients, error: f64) {
         std::mem::swap(&mut self.path, &mut self.trial);
         self.steps.rotate_right(1);
         self.steps[0] = self.path.step;
@@ -154,7 +154,7 @@ impl Solver {
         } else if self.wait == 0 {
             self.wait = 2;
             if order > 1 {
-                let lower = ratio(6.0, dynamics.error(&self.state, self.path.column(order)) * c.lower, order - 1);
+                let lower = ratio(6.0, self.dynamics.error(&self.state, self.path.column(order)) * c.lower, order - 1);
                 if lower > best {
                     (best, next) = (lower, order - 1);
                 }
@@ -162,13 +162,13 @@ impl Solver {
             if let Some(spread) = self.kept_spread.take() {
                 let same = c.spread / spread * libm::pow(self.steps[0] / self.steps[1], (order + 1) as f64);
                 self.kept.iter_mut().zip(&self.correction).for_each(|(kept, e)| *kept = e - same * *kept);
-                let higher = ratio(10.0, dynamics.error(&self.state, &self.kept) * c.higher, order + 1);
+                let higher = ratio(10.0, self.dynamics.error(&self.state, &self.kept) * c.higher, order + 1);
                 if higher > best {
                     (best, next) = (higher, order + 1);
                 }
             }
         }
-        if self.wait == 1 && order < self.method.max_degree() {
+        if self.wait == 1 && order < max_degree(self.method) {
             self.kept.copy_from_slice(&self.correction);
             self.kept_spread = Some(c.spread);
         }
@@ -191,7 +191,7 @@ impl Solver {
         let through = roots(&self.points()[..order.saturating_sub(2)]);
         let highest = self.path.column(order).to_vec();
         for j in 2..order {
-            let factor = if self.method == Method::Bdf { 1.0 } else { order as f64 / j as f64 };
+            let factor = if self.method == SolverMethod::Bdf { 1.0 } else { order as f64 / j as f64 };
             self.path.add(j, -factor * through[j - 2], &highest);
         }
         (self.path.degree, self.order) = (order - 1, order - 1);
@@ -203,7 +203,7 @@ impl Solver {
         (self.path.degree, self.order) = (order + 1, order + 1);
         self.path.column_mut(order + 1).fill(0.0);
         self.wait = order + 2;
-        if self.method == Method::Bdf {
+        if self.method == SolverMethod::Bdf {
             // The path passes through one more point. (For the Adams formulas that would be a rate, which is not
             // stored.)
             let points = &self.points()[..order];

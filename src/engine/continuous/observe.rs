@@ -13,16 +13,16 @@ const LOOK_AHEAD: usize = 20_000;
 impl Continuous {
     /// The current time as a place on the solver's last step.
     fn place(&self) -> f64 {
-        self.trajectory.path().place(self.now())
+        self.trajectory.path.place(self.now())
     }
 
     pub(super) fn value(&self, component: usize) -> f64 {
-        self.trajectory.path().value(component, self.place())
+        self.trajectory.path.value(component, self.place())
     }
 
     /// The state of the equations at the current time.
     pub(super) fn y(&self) -> Vec<f64> {
-        self.trajectory.path().state(self.place())
+        self.trajectory.path.state(self.place())
     }
 
     /// The whole chain in the state `y` of the equations.
@@ -64,7 +64,7 @@ impl Continuous {
     fn look_ahead(&self, now: DoubleDouble) -> Next {
         let limit = now + ONSET_PERIODS * self.cradle().period();
         let mut ahead = self.ahead.borrow_mut();
-        if ahead.as_ref().is_some_and(|ahead| ahead.path().end < self.trajectory.path().end) {
+        if ahead.as_ref().is_some_and(|ahead| ahead.path.end < self.trajectory.path.end) {
             *ahead = None;
         }
         let ahead = ahead.get_or_insert_with(|| Box::new(self.trajectory.clone()));
@@ -73,12 +73,12 @@ impl Continuous {
             if let Some(onset) = onset_after(ahead, now) {
                 return if DoubleDouble::from(onset) <= limit { Next::At(onset) } else { Next::Never };
             }
-            let reached = ahead.path().end;
+            let reached = ahead.path.end;
             if reached > limit {
                 return Next::Never;
             }
             ahead.events.clear();
-            if work >= LOOK_AHEAD || ahead.step().is_err() {
+            if work >= LOOK_AHEAD || ahead.advance().is_err() {
                 return Next::not_before(reached.value_down(), self.time);
             }
             work += self.ledgers.len() + 1;
@@ -173,7 +173,7 @@ impl Results for Continuous {
     }
 
     fn work(&self) -> WorkCounters {
-        self.trajectory.solver.work
+        self.trajectory.work
     }
 }
 

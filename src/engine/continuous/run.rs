@@ -5,11 +5,10 @@ use std::cell::{Cell, RefCell};
 use serde::{Deserialize, Serialize};
 
 use super::dynamics::{Dynamics, forcings};
-use super::solver::Method;
 use super::trajectory::{Event, Kind, Trajectory};
 use crate::engine::run::{Unsound, require};
 use crate::engine::{EngineError, HeldInputs, Ledger, Next, Observer, Progress};
-use crate::model::{Chain, Cradle, Inputs, Parameters};
+use crate::model::{Chain, Cradle, Inputs, Parameters, WorkCounters};
 use crate::solver::DoubleDouble;
 
 /// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
@@ -36,14 +35,8 @@ pub struct Continuous {
 }
 
 impl Continuous {
-    /// Starts a run by `method` at `start_time` (s) with the start values of `parameters`, which must be in their
-    /// ranges.
-    pub(crate) fn new(
-        method: Method,
-        parameters: &Parameters,
-        inputs: &Inputs,
-        start_time: f64,
-    ) -> Result<Self, EngineError> {
+    /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
+    pub(crate) fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         let since = DoubleDouble::from(start_time);
         let y = Dynamics::start(&Cradle::new(parameters), &parameters.x_start, &parameters.v_start);
         if let Some(i) = y.iter().position(|y| !y.is_finite()) {
@@ -53,7 +46,13 @@ impl Continuous {
         let dynamics = Dynamics::new(Cradle::new(parameters), &inputs, start_time, &y, parameters.tolerance);
         let mut run = Self {
             inputs,
-            trajectory: Trajectory::new(method, dynamics, &y),
+            trajectory: Trajectory::new(
+                parameters.method,
+                parameters.fixed_step,
+                dynamics,
+                &y,
+                WorkCounters::default(),
+            ),
             ledgers: vec![Ledger::default(); parameters.contacts()],
             time: start_time,
             step: 0,
@@ -66,7 +65,7 @@ impl Continuous {
         for i in 0..run.ledgers.len() {
             if run.trajectory.closed[i] {
                 run.ledgers[i].open_pulse(since, 0);
-                run.trajectory.solver.work.events += 1;
+                run.trajectory.work.events += 1;
             }
         }
         run.energy_at_start = run.total_energy();
@@ -80,23 +79,18 @@ impl Continuous {
     pub(crate) fn snapshot(&self) -> Self {
         let run = self.clone();
         run.foreseen.set(self.foreseen.get().filter(|(_, found)| found.time() > self.time));
-        run.ahead.borrow_mut().take_if(|ahead| ahead.path().end < self.trajectory.path().end);
+        run.ahead.borrow_mut().take_if(|ahead| ahead.path.end < self.trajectory.path.end);
         run
     }
 
-    /// The run restored from this, with its method, parameters and start time (s). After a failed step (`failed`) any
+    /// The run restored from this, with its parameters and start time (s). After a failed step (`failed`) any
     /// values pass, because the run can only be read.
-    pub(crate) fn restored(
-        mut self,
-        method: Method,
-        parameters: &Parameters,
-        start: f64,
-        failed: bool,
-    ) -> Result<Self, Unsound> {
+    pub(crate) fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
+        let of = |run: &Trajectory| (run.method, run.fixed_step, run.dynamics.tolerance);
+        let same = |run: &Trajectory| of(run) == (parameters.method, parameters.fixed_step, parameters.tolerance);
+        let all_same = same(&self.trajectory) && self.ahead.borrow().as_deref().is_none_or(same);
+        require(all_same, "it belongs to another method")?;
         let cradle = Cradle::new(parameters);
-        let tolerance = self.trajectory.dynamics.tolerance;
-        let same = self.trajectory.solver.method == method && tolerance == parameters.tolerance;
-        require(same, "it belongs to another method")?;
         let fits = self.inputs.fit(parameters.balls())
             && self.ledgers.len() == parameters.contacts()
             && self.y_at_step.len() == 4 * parameters.balls() + 1;
@@ -104,14 +98,14 @@ impl Continuous {
         let finite = self.inputs.are_finite() && self.y_at_step.iter().all(|y| y.is_finite());
         require(failed || finite, "an input or a state is not finite")?;
         let forcings = forcings(&cradle, &self.inputs, self.trajectory.dynamics.since.value());
-        let trajectory = self.trajectory.restored(method, cradle, forcings, failed);
+        let trajectory = self.trajectory.restored(cradle, forcings, failed);
         self.trajectory = trajectory.ok_or(Unsound("its solver has not reached its time"))?;
         if let Some(ahead) = self.ahead.take() {
             let forcings = self.trajectory.dynamics.forcings.clone();
-            let ahead = ahead.restored(method, self.trajectory.dynamics.cradle.clone(), forcings, failed);
+            let ahead = ahead.restored(self.trajectory.dynamics.cradle.clone(), forcings, failed);
             self.ahead.replace(Some(Box::new(ahead.ok_or(Unsound("its look ahead has not reached its time"))?)));
         }
-        let path = self.trajectory.path();
+        let path = &self.trajectory.path;
         let on_path = path.end >= self.now() && path.start() <= self.now();
         let times = [self.inputs.since, self.step_start].iter().all(|time| (start..=self.time).contains(time));
         require(failed || (on_path && times), "its time is not that of its solver")?;
@@ -182,7 +176,7 @@ impl Continuous {
                 self.enter(event, observer);
                 time = observer.stop().map_or(time, |stop| stop.min(time));
             }
-            if self.trajectory.path().end >= time.into() {
+            if self.trajectory.path.end >= time.into() {
                 break;
             }
             for i in 0..self.ledgers.len() {
@@ -191,10 +185,10 @@ impl Continuous {
                     self.ledgers[i].add(0.0, force, force);
                 }
             }
-            self.trajectory.step()?;
+            self.trajectory.advance()?;
             steps += 1;
             if steps.is_multiple_of(WORK_PER_REPORT / (self.ledgers.len() as u64 + 1) + 1) {
-                let time = self.trajectory.path().start().value();
+                let time = self.trajectory.path.start().value();
                 observer.progress(Progress { time, events: steps, contact: None });
             }
         }
@@ -204,7 +198,7 @@ impl Continuous {
 
     fn enter(&mut self, event: Event, observer: &mut dyn Observer) {
         let Event { time, contact: i, kind, force } = event;
-        let path = self.trajectory.path();
+        let path = &self.trajectory.path;
         let impulse = path.value(self.trajectory.dynamics.impulse(i), path.place(time));
         let ledger = &mut self.ledgers[i];
         match kind {
@@ -221,7 +215,7 @@ impl Continuous {
             }
         }
         if kind != Kind::Peak {
-            let events = &mut self.trajectory.solver.work.events;
+            let events = &mut self.trajectory.work.events;
             *events = events.saturating_add(1);
         }
     }

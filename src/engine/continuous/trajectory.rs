@@ -1,15 +1,19 @@
-//! Steps of the solver, and the switchings of contacts within them.
+//! The solution with its history, step by step, and the switchings of contacts within the steps.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
+use super::corrector::MAX_ORDER;
 use super::dynamics::{Dynamics, LARGEST};
 use super::path::Path;
-use super::solver::{Method, Solver};
 use crate::engine::{EngineError, flight::Forcing};
-use crate::model::{Cradle, Parameters, SolverMethod, WorkCounters};
+use crate::model::{Cradle, SolverMethod, WorkCounters};
 use crate::solver::{DoubleDouble, crossing, root};
+
+pub(super) const LONGEST: f64 = 1e3;
+/// Largest ratio of the second step to the first one, which is a guess.
+const FIRST_GROWTH: f64 = 1e4;
 
 /// What happens in a contact within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,21 +33,58 @@ pub(super) struct Event {
     pub force: f64,
 }
 
-/// The method that the parameters select, if it is not the event-driven one.
-pub(crate) fn method(parameters: &Parameters) -> Option<Method> {
-    match parameters.method {
-        SolverMethod::EventDriven => None,
-        SolverMethod::Bdf => Some(Method::Bdf),
-        SolverMethod::Adams => Some(Method::Adams),
-        SolverMethod::Rk4 => Some(Method::RungeKutta(parameters.fixed_step)),
+/// Highest degree of the polynomials over a step, in multistep methods their highest order.
+pub(super) fn max_degree(method: SolverMethod) -> usize {
+    match method {
+        SolverMethod::Adams => MAX_ORDER,
+        SolverMethod::Bdf => 5,
+        SolverMethod::Rk4 | SolverMethod::EventDriven => 3,
     }
 }
 
-/// The motion up to the end of the solver's last step, independent of communication points.
+/// Degree of the allocated polynomials: a multistep method also tries the order above.
+fn room(method: SolverMethod) -> usize {
+    max_degree(method) + usize::from(method != SolverMethod::Rk4)
+}
+
+/// Whether double-doubles resolve steps of `step` (s) at the time `t`.
+pub(super) fn resolved(t: DoubleDouble, step: f64) -> bool {
+    step > 1e-32 * t.value().abs().max(1.0)
+}
+
+/// The motion up to the end of the last step, independent of communication points.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Trajectory {
     pub dynamics: Dynamics,
-    pub solver: Solver,
+    /// Adams-Moulton of orders 1 to 12, solved by fixed-point iteration, for motions that are not stiff; backward
+    /// differentiation of orders 1 to 5, solved by Newton's method, for stiff ones; or the classical Runge-Kutta
+    /// formula.
+    pub method: SolverMethod,
+    /// The step of the latter, s.
+    pub fixed_step: f64,
+    pub path: Path,
+    /// Where a step is tried.
+    #[serde(skip)]
+    pub(super) trial: Path,
+    /// Lengths of the last steps, s, the latest first.
+    pub(super) steps: [f64; MAX_ORDER + 1],
+    /// Order of the next step and its length, s.
+    pub(super) order: usize,
+    pub(super) step: f64,
+    /// Steps until another order is considered.
+    pub(super) wait: usize,
+    /// Largest growth of the next step.
+    pub(super) growth: f64,
+    /// Correction `e` of the last step, and that of the one before with its spread, if stored.
+    pub(super) correction: Vec<f64>,
+    pub(super) kept: Vec<f64>,
+    pub(super) kept_spread: Option<f64>,
+    /// Working memory for states and rates.
+    #[serde(skip)]
+    pub(super) state: Vec<f64>,
+    #[serde(skip)]
+    pub(super) rates: Vec<f64>,
+    pub work: WorkCounters,
     /// Which contacts are closed at the end of the last step.
     pub closed: Vec<bool>,
     /// Events of the last step not handled yet, in the order of time.
@@ -51,11 +92,41 @@ pub(super) struct Trajectory {
 }
 
 impl Trajectory {
-    /// From the state `y` at `dynamics.since` on.
-    pub fn new(method: Method, dynamics: Dynamics, y: &[f64]) -> Self {
+    /// From the state `y` at `dynamics.since` on, after this `work`. Unless the method has a fixed step (s), the first step is one of
+    /// order 1 that changes the state by no more than the allowed error.
+    pub fn new(method: SolverMethod, fixed_step: f64, dynamics: Dynamics, y: &[f64], work: WorkCounters) -> Self {
+        let (since, path) = (dynamics.since, Path::resting(dynamics.since, y, room(method)));
         let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
-        let solver = Solver::new(method, &dynamics, dynamics.since, y, WorkCounters::default());
-        Self { dynamics, solver, closed, events: VecDeque::new() }
+        let mut trajectory = Self {
+            dynamics,
+            method,
+            fixed_step,
+            trial: path.clone(),
+            path,
+            steps: [0.0; MAX_ORDER + 1],
+            order: 1,
+            step: 0.0,
+            wait: 2,
+            growth: FIRST_GROWTH,
+            correction: vec![0.0; y.len()],
+            kept: vec![0.0; y.len()],
+            kept_spread: None,
+            state: y.to_vec(),
+            rates: vec![0.0; y.len()],
+            work,
+            closed,
+            events: VecDeque::new(),
+        };
+        trajectory.evaluate(since);
+        let pace = trajectory.dynamics.size(&trajectory.state, &trajectory.rates);
+        trajectory.step = match method {
+            SolverMethod::Rk4 => fixed_step,
+            _ if pace > 0.0 => (1.0 / pace).min(LONGEST),
+            _ => 1.0,
+        };
+        (trajectory.path.step, trajectory.path.degree) = (trajectory.step, 1);
+        trajectory.set_slope(trajectory.step);
+        trajectory
     }
 
     /// Restarts from the state `y` at `dynamics.since`, on the last step, with other equations.
@@ -68,25 +139,41 @@ impl Trajectory {
                 Kind::Peak => {}
             }
         }
-        self.solver = Solver::new(self.solver.method, &dynamics, dynamics.since, y, self.solver.work);
-        self.dynamics = dynamics;
+        let closed = std::mem::take(&mut self.closed);
+        *self = Self { closed, ..Self::new(self.method, self.fixed_step, dynamics, y, self.work) };
     }
 
-    /// Restores it from plain data; `None` if it does not fit a run of `cradle` by `method`. Any values pass if it is
+    /// Restores it from plain data; `None` if it does not fit a run of `cradle` by its method. Any values pass if it is
     /// `broken`.
-    pub fn restored(mut self, method: Method, cradle: Cradle, forcings: Vec<Forcing>, broken: bool) -> Option<Self> {
+    pub fn restored(mut self, cradle: Cradle, forcings: Vec<Forcing>, broken: bool) -> Option<Self> {
         (self.dynamics.cradle, self.dynamics.forcings) = (cradle, forcings);
-        self.solver = self.solver.restored(method, self.dynamics.components(), broken)?;
-        let contacts = self.dynamics.cradle.contacts.len();
+        let (size, contacts) = (4 * self.dynamics.balls() + 1, self.dynamics.cradle.contacts.len());
+        let lengths = self.steps.iter().all(|step| *step >= 0.0 && step.is_finite());
+        let next = self.step > 0.0 && self.growth >= 1.0 && self.step.max(self.growth).is_finite();
+        let kept = self.correction.iter().chain(&self.kept).chain(&self.kept_spread).all(|value| value.is_finite());
         let finite = |event: &Event| event.time.is_sound() && event.force.is_finite();
         let event = |event: &Event| event.contact < contacts && (broken || finite(event));
-        let sound =
-            self.closed.len() == contacts && (broken || self.dynamics.is_sound()) && self.events.iter().all(event);
-        sound.then_some(self)
+        let orders = 1..=max_degree(self.method);
+        let sound = self.path.is_sound(size, room(self.method), broken)
+            && [self.correction.len(), self.kept.len()] == [size; 2]
+            && orders.contains(&self.order)
+            && orders.contains(&self.path.degree)
+            && (1..=MAX_ORDER + 2).contains(&self.wait)
+            && (broken || (self.dynamics.is_sound() && self.path.step > 0.0 && lengths && next && kept))
+            && self.closed.len() == contacts
+            && self.events.iter().all(event);
+        let (trial, none) = (self.path.clone(), vec![0.0; size]);
+        sound.then_some(Self { trial, state: none.clone(), rates: none, ..self })
     }
 
-    pub fn path(&self) -> &Path {
-        &self.solver.path
+    pub(super) fn evaluate(&mut self, t: DoubleDouble) {
+        self.dynamics.rates(t, &self.state, &mut self.rates);
+        self.work.evaluations = self.work.evaluations.saturating_add(1);
+    }
+
+    /// Sets the slope of the path at its end from the last rates, for steps of this length (s).
+    pub(super) fn set_slope(&mut self, step: f64) {
+        self.path.column_mut(1).iter_mut().zip(&self.rates).for_each(|(c, rate)| *c = step * rate);
     }
 
     /// Force in contact `i` at `s` on the last step, N.
@@ -97,20 +184,22 @@ impl Trajectory {
 
     /// Overlap (m) of contact `i` and its rate (m/s) at `s` on the last step.
     pub fn overlap(&self, i: usize, s: f64) -> (f64, f64) {
-        let (path, v) = (self.path(), self.dynamics.v(i));
+        let (path, v) = (&self.path, self.dynamics.v(i));
         (path.value(self.dynamics.overlap(i), s), path.value(v, s) - path.value(v + 1, s))
     }
 
-    /// Makes a step and finds the events in it; those of the step before must have been taken.
-    pub fn step(&mut self) -> Result<(), EngineError> {
-        self.solver.step(&self.dynamics)?;
-        let dynamic = &self.path().last()[..2 * self.dynamics.balls()];
+    /// Makes a step and finds the events in it; those of the step before must have been taken. Fails if it would have to
+    /// be shorter than double-doubles resolve.
+    pub fn advance(&mut self) -> Result<(), EngineError> {
+        if self.method == SolverMethod::Rk4 { self.runge_kutta(self.fixed_step) } else { self.multistep() }?;
+        self.work.steps = self.work.steps.saturating_add(1);
+        let dynamic = &self.path.last()[..2 * self.dynamics.balls()];
         if let Some(i) = dynamic.iter().position(|y| y.is_nan() || y.abs() > LARGEST) {
             let ball = i % self.dynamics.balls();
-            return Err(EngineError::NotFinite { time: self.path().end.value(), ball });
+            return Err(EngineError::NotFinite { time: self.path.end.value(), ball });
         }
         for i in 0..self.closed.len() {
-            let closes = self.path().last()[self.dynamics.overlap(i)] > 0.0;
+            let closes = self.path.last()[self.dynamics.overlap(i)] > 0.0;
             let was_closed = std::mem::replace(&mut self.closed[i], closes);
             if was_closed || closes {
                 self.follow_contact(i, was_closed, closes);
@@ -124,20 +213,20 @@ impl Trajectory {
     fn follow_contact(&mut self, i: usize, was_closed: bool, closes: bool) {
         let (mut from, mut to) = (-1.0, 0.0);
         if was_closed != closes {
-            let series = self.dynamics.overlap_series(self.path(), i);
+            let series = self.dynamics.overlap_series(&self.path, i);
             let sign = if closes { 1.0 } else { -1.0 };
             let s = crossing::first_positive(&series, sign, 0.0, 1.0).unwrap_or(1.0) - 1.0;
             let kind = if closes { Kind::Onset } else { Kind::Release };
             // The damper acts at once.
             let law = &self.dynamics.cradle.contacts[i];
             let force = if closes { law.force(f64::MIN_POSITIVE, self.overlap(i, s).1) } else { 0.0 };
-            self.events.push_back(Event { time: self.path().time(s), contact: i, kind, force });
+            self.events.push_back(Event { time: self.path.time(s), contact: i, kind, force });
             *(if closes { &mut from } else { &mut to }) = s;
         }
         let slope = |s: f64| self.force_slope(i, s);
         if slope(from) > 0.0 && slope(to) <= 0.0 {
             let s = root::falling_zero(slope, from, to);
-            let (time, force) = (self.path().time(s), self.force(i, s));
+            let (time, force) = (self.path.time(s), self.force(i, s));
             self.events.push_back(Event { time, contact: i, kind: Kind::Peak, force });
         }
     }
@@ -150,7 +239,7 @@ impl Trajectory {
         if by_rate == 0.0 {
             return by_overlap * rate;
         }
-        let (path, v) = (self.path(), self.dynamics.v(i));
+        let (path, v) = (&self.path, self.dynamics.v(i));
         by_overlap * rate + by_rate * (path.rate(v, s) - path.rate(v + 1, s))
     }
 }
