@@ -8,20 +8,17 @@
 use serde::{Deserialize, Serialize};
 
 use super::observer::Pulse;
-use crate::engine::NEVER;
-use crate::model::Mode;
+use crate::model::{Mode, Record};
 use crate::solver::DoubleDouble;
 
 /// Onsets closer together than this, s, belong to one chatter.
 pub(crate) const RAPID: f64 = 1e-5;
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Ledger {
-    pub pulses: u64,
+    pub record: Record,
     /// Number of the last onsets that came within [`RAPID`] of the one before.
     pub rapid: u64,
-    pub onset: f64,
-    pub release: f64,
     /// Integral of the force up to the start of the current segment, N.s. Where that integral is a state (`continuous`,
     /// `exchange`): its value at the last onset or, after a pulse, release.
     pub impulse: DoubleDouble,
@@ -37,26 +34,9 @@ pub(crate) struct Ledger {
     step_peak: f64,
 }
 
-impl Default for Ledger {
-    fn default() -> Self {
-        Self {
-            pulses: 0,
-            rapid: 0,
-            onset: -NEVER,
-            release: -NEVER,
-            impulse: DoubleDouble::default(),
-            pulse_impulse: 0.0,
-            pulse_peak: 0.0,
-            step: 0,
-            step_impulse: DoubleDouble::default(),
-            step_peak: 0.0,
-        }
-    }
-}
-
 impl Ledger {
     pub fn is_sound(&self) -> bool {
-        let values = [self.onset, self.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
+        let values = [self.record.onset, self.record.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
         values.iter().all(|value| value.is_finite()) && self.impulse.is_sound() && self.step_impulse.is_sound()
     }
 
@@ -70,9 +50,9 @@ impl Ledger {
     /// The contact closes at `time`, in step number `step`.
     pub fn open_pulse(&mut self, time: DoubleDouble, step: u64) {
         self.begin_step(step, self.impulse);
-        self.pulses = self.pulses.saturating_add(1);
-        self.rapid = if time.value() - self.onset < RAPID { self.rapid.saturating_add(1) } else { 0 };
-        self.onset = time.value_up();
+        self.record.pulses = self.record.pulses.saturating_add(1);
+        self.rapid = if time.value() - self.record.onset < RAPID { self.rapid.saturating_add(1) } else { 0 };
+        self.record.onset = time.value_up();
         (self.pulse_impulse, self.pulse_peak) = (0.0, 0.0);
     }
 
@@ -85,8 +65,14 @@ impl Ledger {
     }
 
     pub fn close_pulse(&mut self, contact: usize, time: DoubleDouble) -> Pulse {
-        self.release = time.value_up();
-        Pulse { contact, onset: self.onset, release: self.release, peak: self.pulse_peak, impulse: self.pulse_impulse }
+        self.record.release = time.value_up();
+        Pulse {
+            contact,
+            onset: self.record.onset,
+            release: self.record.release,
+            peak: self.pulse_peak,
+            impulse: self.pulse_impulse,
+        }
     }
 
     /// The impulse at the start of step number `step`, N.s, if it has changed since.

@@ -20,5 +20,5 @@ pub use parameters::{
     ContactModel, DampingLaw, ExchangedContacts, Inputs, Parameters, PendulumModel, SolverMethod, Tunables,
 };
 pub use results::{
-    Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Results, WorkCounters,
+    Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Record, Results, WorkCounters,
 };

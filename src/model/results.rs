@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::arc::{Line, Place};
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
-use crate::next::Next;
+use crate::next::{NEVER, Next};
 use crate::solver::dual::{Dual, Scalar};
 
 /// Periods of the first ball within which the next onset is looked for.
@@ -181,12 +181,8 @@ pub trait Results: Chain {
     fn force_peak(&self, i: usize) -> f64;
     /// Integral of the force of contact `i` since the start, N.s.
     fn impulse(&self, i: usize) -> f64;
-    /// Onsets of contact `i` so far.
-    fn pulses(&self, i: usize) -> u64;
-    /// Last onset of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
-    fn last_onset(&self, i: usize) -> f64;
-    /// Last release of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
-    fn last_release(&self, i: usize) -> f64;
+    /// The record of contact `i`.
+    fn record(&self, i: usize) -> Record;
     /// The total energy at the start, J.
     fn energy_at_start(&self) -> f64;
     /// Energy dissipated by drag and contacts since the start, J.
@@ -197,6 +193,21 @@ pub trait Results: Chain {
     fn next_onset(&self) -> Next;
     /// Work counters since the start.
     fn work(&self) -> WorkCounters;
+
+    /// Onsets of contact `i` so far.
+    fn pulses(&self, i: usize) -> u64 {
+        self.record(i).pulses
+    }
+
+    /// Its last onset, s.
+    fn last_onset(&self, i: usize) -> f64 {
+        self.record(i).onset
+    }
+
+    /// Its last release, s.
+    fn last_release(&self, i: usize) -> f64 {
+        self.record(i).release
+    }
 
     /// The energy error since the start, J.
     fn energy_residual(&self) -> f64 {
@@ -240,6 +251,23 @@ fn on_support<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
     let pull = ball.gravity * cos + u * u / ball.length + chain.forcing_of(i) * sin;
     let (tension, drag) = (ball.mass * pull + pushed(chain, i)[1], S::from(2.0) * ball.gamma * ball.mass * u);
     [tension * sin + drag * cos, drag * sin - tension * cos]
+}
+
+/// Onsets and releases of a contact.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Record {
+    /// Onsets so far.
+    pub pulses: u64,
+    /// Last onset, s; minus [`NEVER`] before the first.
+    pub onset: f64,
+    /// Last release, s; minus [`NEVER`] before the first.
+    pub release: f64,
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        Self { pulses: 0, onset: -NEVER, release: -NEVER }
+    }
 }
 
 /// Work counters since the start; they saturate.

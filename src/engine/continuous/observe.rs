@@ -4,7 +4,7 @@ use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
 use crate::engine::Next;
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
-use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Results, WorkCounters};
+use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
 /// Most steps times balls of one look for the next onset: a few milliseconds.
@@ -130,16 +130,8 @@ impl Results for Continuous {
         self.ledgers[i].peak_in_step(self.step).max(self.force(i))
     }
 
-    fn pulses(&self, i: usize) -> u64 {
-        self.ledgers[i].pulses
-    }
-
-    fn last_onset(&self, i: usize) -> f64 {
-        self.ledgers[i].onset
-    }
-
-    fn last_release(&self, i: usize) -> f64 {
-        self.ledgers[i].release
+    fn record(&self, i: usize) -> Record {
+        self.ledgers[i].record
     }
 
     fn energy_at_start(&self) -> f64 {

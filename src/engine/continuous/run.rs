@@ -206,7 +206,7 @@ impl Continuous {
                 ledger.open_pulse(time, self.step);
                 ledger.add(0.0, force, force);
                 ledger.impulse = impulse.into();
-                observer.onset(i, ledger.onset);
+                observer.onset(i, ledger.record.onset);
             }
             Kind::Peak => ledger.add(0.0, force, force),
             Kind::Release => {

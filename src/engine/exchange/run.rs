@@ -8,7 +8,9 @@ use super::equations::{Along, State, state_count};
 use super::scales::{SHIFT, Scales};
 use crate::engine::run::{Engine, Unsound, require};
 use crate::engine::{EngineError, Next};
-use crate::model::{Chain, Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Results, WorkCounters};
+use crate::model::{
+    Chain, Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Record, Results, WorkCounters,
+};
 use crate::solver::{Dual, Scalar};
 
 /// A cradle whose host integrates its equations of motion. Its states are, for n balls,
@@ -319,16 +321,8 @@ impl Results for Exchange {
         if self.at_start { self.force(i) } else { self.contacts[i].peak }
     }
 
-    fn pulses(&self, i: usize) -> u64 {
-        self.contacts[i].ledger.pulses
-    }
-
-    fn last_onset(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.onset
-    }
-
-    fn last_release(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.release
+    fn record(&self, i: usize) -> Record {
+        self.contacts[i].ledger.record
     }
 
     fn energy_at_start(&self) -> f64 {

@@ -3,8 +3,8 @@
 use crate::engine::cluster::{Cluster, OverlapSeries};
 use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
 use crate::engine::run::{Engine, NO_STEP, Phase};
-use crate::engine::{NEVER, Next, derivatives::ChainState, records::BallStart};
-use crate::model::{Chain, Cradle, Mode, Results, WorkCounters};
+use crate::engine::{Next, derivatives::ChainState, records::BallStart};
+use crate::model::{Chain, Cradle, Mode, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
 impl Engine {
@@ -258,16 +258,9 @@ impl Results for Engine {
         }
     }
 
-    fn pulses(&self, i: usize) -> u64 {
-        if self.is_held_back(i) { 0 } else { self.contacts[i].ledger.pulses }
-    }
-
-    fn last_onset(&self, i: usize) -> f64 {
-        if self.is_held_back(i) { -NEVER } else { self.contacts[i].ledger.onset }
-    }
-
-    fn last_release(&self, i: usize) -> f64 {
-        self.contacts[i].ledger.release
+    fn record(&self, i: usize) -> Record {
+        let record = self.contacts[i].ledger.record;
+        if self.is_held_back(i) { Record { release: record.release, ..Record::default() } } else { record }
     }
 
     fn energy_at_start(&self) -> f64 {

@@ -141,7 +141,7 @@ impl Engine {
     pub(crate) fn begin_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let ledger = &mut self.contacts[i].ledger;
         ledger.open_pulse(t, self.step.number);
-        observer.onset(i, ledger.onset);
+        observer.onset(i, ledger.record.onset);
         observer.switching(i, t, true);
         self.onsets = self.onsets.saturating_add(1);
         self.count_event();

@@ -134,7 +134,7 @@ impl Engine {
         for (ball, state) in engine.balls.iter_mut().zip(balls) {
             (ball.anchor, ball.flight, ball.integrals, ball.flies_on) = state;
         }
-        engine.onsets = engine.contacts.iter().fold(0, |sum, contact| sum.saturating_add(contact.ledger.pulses));
+        engine.onsets = engine.contacts.iter().fold(0, |sum, contact| sum.saturating_add(contact.ledger.record.pulses));
         for state in clusters {
             engine.clusters.push(None);
             if let Some(state) = state {

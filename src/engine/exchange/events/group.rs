@@ -127,7 +127,7 @@ impl Exchange {
                 engine.close(j, START, j..j + 1, &mut pulses);
             }
             let Some((contacts, end)) = self.to_the_end(&mut engine, j, &mut pulses)? else { return Ok(None) };
-            let beyond = |j: usize| !contacts.contains(&j) && engine.contacts[j].ledger.pulses > 0;
+            let beyond = |j: usize| !contacts.contains(&j) && engine.contacts[j].ledger.record.pulses > 0;
             if (0..engine.contacts.len()).any(beyond) {
                 // Contacts of other groups have had pulses as well: again without them.
                 members = members.start + contacts.start..members.start + contacts.end + 1;
@@ -156,10 +156,10 @@ impl Exchange {
         let enough = engine.effort.saturating_add(EFFORT);
         let rigid = self.is_rigid();
         loop {
-            let has_pulses = |j: usize| rigid || engine.contacts[j].ledger.pulses > 0;
+            let has_pulses = |j: usize| rigid || engine.contacts[j].ledger.record.pulses > 0;
             let group = around(first, engine.contacts.len(), has_pulses);
-            let ledgers = engine.contacts[group.clone()].iter().map(|contact| &contact.ledger);
-            let last = ledgers.fold(0.0, |last: f64, ledger| last.max(ledger.onset).max(ledger.release));
+            let records = engine.contacts[group.clone()].iter().map(|contact| contact.ledger.record);
+            let last = records.fold(0.0, |last: f64, record| last.max(record.onset).max(record.release));
             let end = DoubleDouble::from(if rigid { last } else { 2.0 * last });
             let quiet = end + if rigid { RAPID } else { 0.0 };
             let open = rigid || !group.clone().any(|j| engine.presses(j));
@@ -254,9 +254,9 @@ impl Exchange {
             }
             self.modes[j] = if is_closed(k) { Mode::Pressing } else { Mode::Open };
             let ledger = &engine.contacts[k].ledger;
-            if is_closed(k) && ledger.pulses > 0 {
+            if is_closed(k) && ledger.record.pulses > 0 {
                 let ended: f64 = pulses.iter().filter(|pulse| pulse.contact == k).map(|pulse| pulse.impulse).sum();
-                self.contacts[j].open_pulse(start + ledger.onset, at_onset + ended);
+                self.contacts[j].open_pulse(start + ledger.record.onset, at_onset + ended);
             }
         }
         self.refresh();
