@@ -23,6 +23,8 @@ pub enum EngineError {
     },
     /// Balls on arcs cannot start like this; the text says why, and what is allowed.
     NoArc(String),
+    /// The same of rigid contacts.
+    NotRigid(String),
     /// The energy is beyond the range of doubles.
     EnergyNotFinite {
         /// When, s.
@@ -51,15 +53,6 @@ pub enum EngineError {
         /// The step that failed, s.
         step: f64,
     },
-    /// Rigid balls overlap at the start, a ball and the next.
-    Overlap {
-        /// The left one, from 0.
-        ball: usize,
-        /// By how much, m.
-        overlap: f64,
-    },
-    /// Rigid contacts have no force that a general-purpose solver could integrate.
-    NoForceLaw,
 }
 
 impl std::fmt::Display for EngineError {
@@ -88,6 +81,7 @@ impl std::fmt::Display for EngineError {
                 write!(f, "{what} at t = {time} s; allowed with pendulum.model = circular: {allowed}")
             }
             Self::NoArc(ref text) => write!(f, "with pendulum.model = circular, {text}"),
+            Self::NotRigid(ref text) => f.write_str(text),
             Self::EnergyNotFinite { time } => {
                 write!(f, "the energy of the cradle at t = {} s is beyond the range of doubles", Plain(time))
             }
@@ -104,18 +98,6 @@ impl std::fmt::Display for EngineError {
             Self::StepTooSmall { time, step } => {
                 write!(f, "the solver cannot go on at t = {} s, even with a step of {} s", Plain(time), Plain(step))
             }
-            Self::Overlap { ball, overlap } => write!(
-                f,
-                "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - \
-                 x_start[{right}] up to contact.gap[{left}] + contact.deadBand",
-                left = ball + 1,
-                right = ball + 2
-            ),
-            Self::NoForceLaw => write!(
-                f,
-                "contact.model = rigid has no contact force that solver.method could integrate; allowed with it: \
-                 eventDriven (1)"
-            ),
         }
     }
 }

@@ -77,7 +77,9 @@ impl Simulation {
             return Engine::new(parameters, inputs, start_time).map(Self::EventDriven);
         }
         if parameters.contact_model == ContactModel::Rigid {
-            return Err(EngineError::NoForceLaw);
+            let text = "contact.model = rigid has no contact force that solver.method could integrate; allowed with \
+                        it: eventDriven (1)";
+            return Err(EngineError::NotRigid(text.to_owned()));
         }
         if parameters.pendulum == PendulumModel::Circular {
             return Err(EngineError::NoArc("solver.method must be eventDriven (1)".to_owned()));

@@ -39,7 +39,11 @@ impl Engine {
             let overlap = self.cradle.pair(i).overlap(places);
             let noise = 2.0 * f64::EPSILON * places[0].abs().max(places[1].abs());
             if overlap > noise {
-                return Err(EngineError::Overlap { ball: i, overlap });
+                let (left, right) = (i + 1, i + 2);
+                return Err(EngineError::NotRigid(format!(
+                    "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - \
+                     x_start[{right}] up to contact.gap[{left}] + contact.deadBand"
+                )));
             }
             self.contacts[i].unassign(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
         }
