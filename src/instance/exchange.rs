@@ -41,7 +41,7 @@ impl Instance {
             let allowed = format_args!("finite and at least startTime = {start} s");
             return Err(Refusal::number("time", time, "s", allowed));
         }
-        self.exchange()?.set_time(time);
+        self.exchange()?.time = time;
         Ok(())
     }
 
@@ -124,7 +124,7 @@ impl Instance {
     fn handle_events(&mut self) -> Result<Option<f64>, Refusal> {
         self.exchange()?;
         let Some(exchange) = &mut self.run.exchange else { return Err(Refusal::new("nothing is calculated yet")) };
-        let (mut pulses, mut reporter) = (Vec::new(), Reporter::new(&self.log, exchange.time()));
+        let (mut pulses, mut reporter) = (Vec::new(), Reporter::new(&self.log, exchange.time));
         let updated = exchange.update(&mut pulses);
         pulses.iter().for_each(|pulse| reporter.pulse(*pulse));
         let update = updated.map_err(|error| self.fail(error))?;

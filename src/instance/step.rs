@@ -40,7 +40,7 @@ impl Instance {
     pub fn time(&self) -> f64 {
         match (&self.run.simulation, &self.run.exchange) {
             (Some(simulation), _) => simulation.time(),
-            (None, Some(exchange)) => exchange.time(),
+            (None, Some(exchange)) => exchange.time,
             (None, None) => self.run.start_time(),
         }
     }

@@ -23,7 +23,8 @@ pub struct Exchange {
     #[serde(skip)]
     pub(super) cradle: Cradle,
     pub(super) inputs: Inputs,
-    pub(super) time: f64,
+    /// Current time, s.
+    pub time: f64,
     /// The states, in that order.
     pub(super) y: Vec<f64>,
     /// Flags of the contacts, which change in events only.
@@ -139,16 +140,6 @@ impl Exchange {
 
     pub(super) fn sums_place(&self) -> [usize; 2] {
         [3 * self.balls() - 1, 3 * self.balls()]
-    }
-
-    /// Current time, s.
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// Sets the time, s.
-    pub fn set_time(&mut self, time: f64) {
-        self.time = time;
     }
 
     /// The states.
