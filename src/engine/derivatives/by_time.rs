@@ -20,8 +20,11 @@ impl Engine {
         let series = if self.contacts.iter().any(|contact| contact.constraint().is_some()) {
             self.series_of_bodies(&state)
         } else {
-            let pressed: Vec<_> = (0..self.contacts.len()).map(|i| self.pressed_series(i)).collect();
-            state.series(&self.cradle, &pressed)
+            let given = |i: usize| {
+                let (cluster, tau) = self.segment_of_contact(i, self.time.into())?;
+                (cluster.mode(i) == Mode::Pressing).then(|| cluster.overlap_series(i, tau)).flatten()
+            };
+            state.series(&self.cradle, &(0..self.contacts.len()).map(given).collect::<Vec<_>>())
         };
         of_series(&self.cradle, &state, &inputs, &series, order)
     }

@@ -1,6 +1,6 @@
 //! The outputs at the current time, and the records of the start of the step. Nothing here changes the trajectory.
 
-use crate::engine::cluster::{Cluster, OverlapSeries};
+use crate::engine::cluster::Cluster;
 use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
 use crate::engine::run::{Engine, NO_STEP, Phase};
 use crate::engine::{Next, derivatives::ChainState, records::BallStart};
@@ -28,7 +28,7 @@ impl Engine {
     }
 
     /// The segment of contact `i`, also between a member and a spectator.
-    fn segment_of_contact(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
+    pub(crate) fn segment_of_contact(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
         match self.contacts[i].cluster() {
             Some(id) => self.cluster(id, t),
             None => self.interior_at(i, t),
@@ -90,12 +90,6 @@ impl Engine {
     pub(crate) fn state_of_all(&self, t: DoubleDouble) -> ChainState {
         let balls = (0..self.balls.len()).map(|i| self.state_at(i, t));
         ChainState::new(balls, (0..self.contacts.len()).map(|i| self.overlap_at(i, t)))
-    }
-
-    /// The overlap of contact `i` as a power series of the time from now on, if the contact presses with a force law.
-    pub(crate) fn pressed_series(&self, i: usize) -> Option<OverlapSeries> {
-        let (cluster, tau) = self.segment_of_contact(i, self.now())?;
-        (cluster.mode(i) == Mode::Pressing).then(|| cluster.overlap_series(i, tau)).flatten()
     }
 
     /// Overlap of contact `i` beside an impact at the time `t`, from that between the anchors of its balls, m.
