@@ -7,6 +7,7 @@
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
+use super::parameters::Parameters;
 use crate::solver::dual::Scalar;
 
 /// Iterations of Newton's method at most, and the relative correction that ends them.
@@ -57,6 +58,27 @@ impl<S: Scalar> BallModel<S> {
         let (sin, cos) = S::from(angle).sin_cos();
         (self.length * S::from(angle) + (x * cos - below * sin), v * self.length / below)
     }
+}
+
+/// Refuses what balls on arcs cannot do at the start: says why, and what is allowed.
+pub(crate) fn check_start_on_arcs(p: &Parameters) -> Result<(), String> {
+    let Cradle { balls, contacts, .. } = Cradle::new(p);
+    if !balls[0].on_arc {
+        return Ok(());
+    }
+    for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
+        if x.abs() >= *length {
+            return Err(format!("x_start[{i}] = {x} m lies beyond its pendulum; allowed: -{length} to {length} m"));
+        }
+    }
+    for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(contacts) {
+        if pivots.min(pivots - clearance) <= 0.0 {
+            let text = "contact.gap and contact.deadBand leave no distance between the centres of balls";
+            let allowed = "allowed: 2 ball.radius + contact.gap and 2 ball.radius - contact.deadBand above 0";
+            return Err(format!("{text} {i} and {}; {allowed}", i + 1));
+        }
+    }
+    Ok(())
 }
 
 /// The direction from the centre of a ball to that of the next one.

@@ -10,7 +10,7 @@ mod impact;
 mod parameters;
 mod results;
 
-pub(crate) use arc::{Pair, overlap_of_approach};
+pub(crate) use arc::{Pair, check_start_on_arcs, overlap_of_approach};
 pub use contact::{ContactLaw, Mode};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
 pub use damping::{Damping, SignOfForce};

@@ -10,7 +10,7 @@ use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::flight::{Ball, Flight};
 use crate::engine::{EngineError, Fault, HeldInputs, Observer, StepStart, Unrecorded, pair_impact::ImpactCoefficients};
-use crate::model::{BallModel, Chain, ContactLaw, Cradle, Inputs, Parameters, PendulumModel, WorkCounters};
+use crate::model::{Chain, Cradle, Inputs, Parameters, WorkCounters, check_start_on_arcs};
 use crate::solver::{DoubleDouble, EventQueue, Stretching};
 
 /// Start of the step of a copy that looks ahead, s: after all events.
@@ -59,7 +59,7 @@ pub(crate) struct Totals {
 impl Engine {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        check_arcs(parameters)?;
+        check_start_on_arcs(parameters).map_err(EngineError::NoArc)?;
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let mut engine = Self::apart(parameters, inputs, start_time);
         let start = DoubleDouble::from(start_time);
@@ -258,28 +258,6 @@ impl Engine {
         let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
         balls.find(infinite).map_or(Ok(()), |ball| Err(EngineError::NotFinite { time: self.time, ball }))
     }
-}
-
-/// Refuses what balls on arcs cannot do.
-fn check_arcs(p: &Parameters) -> Result<(), EngineError> {
-    if p.pendulum == PendulumModel::Linear {
-        return Ok(());
-    }
-    let refuse = |text: String| Err(EngineError::NoArc(text));
-    let Cradle { balls, contacts, .. } = Cradle::new(p);
-    for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
-        if x.abs() >= *length {
-            return refuse(format!("x_start[{i}] = {x} m lies beyond its pendulum; allowed: -{length} to {length} m"));
-        }
-    }
-    for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(contacts) {
-        if pivots.min(pivots - clearance) <= 0.0 {
-            let text = "contact.gap and contact.deadBand leave no distance between the centres of balls";
-            let allowed = "allowed: 2 ball.radius + contact.gap and 2 ball.radius - contact.deadBand above 0";
-            return refuse(format!("{text} {i} and {}; {allowed}", i + 1));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
