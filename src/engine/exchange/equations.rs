@@ -1,7 +1,11 @@
 //! The equations of motion, with contacts that act by flags, in doubles and dual numbers.
 
+use std::ops::Deref;
+
+use serde::{Deserialize, Serialize};
+
 use crate::model::{BallModel, Chain, Cradle, Mode};
-use crate::solver::{Dual, Scalar};
+use crate::solver::Scalar;
 
 /// Number of continuous states: the first position, the overlaps, the velocities, the impulses, the energy dissipated
 /// and the work of the inputs.
@@ -10,21 +14,30 @@ pub const fn state_count(balls: usize) -> usize {
 }
 
 /// The chain in a state of the host, with its forces.
-#[derive(Clone, Debug, Default)]
-pub(super) struct State<S = f64> {
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct State<S = f64> {
+    #[serde(skip)]
+    pub(super) cradle: Cradle<S>,
+    /// Flags of the contacts, which change in events only.
+    pub(super) modes: Vec<Mode>,
     /// Positions and velocities along the paths.
-    pub x: Vec<S>,
-    pub v: Vec<S>,
-    pub overlaps: Vec<S>,
+    #[serde(skip)]
+    pub(super) x: Vec<S>,
+    #[serde(skip)]
+    pub(super) v: Vec<S>,
+    #[serde(skip)]
+    pub(super) overlaps: Vec<S>,
     /// Accelerations by the inputs, m/s2.
-    pub forcings: Vec<S>,
-    pub forces: Vec<S>,
+    #[serde(skip)]
+    pub(super) forcings: Vec<S>,
+    #[serde(skip)]
+    pub(super) forces: Vec<S>,
 }
 
 impl<S: Scalar> State<S> {
     /// The state `y`, in the host's order. A position is the one to its left minus overlap and clearance; on arcs, both
     /// are those along the paths.
-    pub fn new(cradle: &Cradle<S>, modes: &[Mode], y: &[S], forcings: Vec<S>) -> Self {
+    pub(super) fn new(cradle: Cradle<S>, modes: Vec<Mode>, y: &[S], forcings: Vec<S>) -> Self {
         let n = cradle.balls.len();
         let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());
         let mut x = Vec::with_capacity(n);
@@ -36,28 +49,29 @@ impl<S: Scalar> State<S> {
         }
         let along = |((ball, x), v): ((&BallModel<S>, &S), &S)| *v / ball.place(*x).cos;
         let v = cradle.balls.iter().zip(&x).zip(&v).map(along).collect();
-        let mut state = Self { x, v, overlaps, forcings, forces: Vec::new() };
-        state.forces = if cradle.restitution.is_some() {
-            state.constraint_forces(cradle, modes)
+        let mut state = Self { cradle, modes, x, v, overlaps, forcings, forces: Vec::new() };
+        state.forces = if state.cradle.restitution.is_some() {
+            state.constraint_forces()
         } else {
-            (0..n - 1).map(|j| state.contact_force(cradle, modes, j)).collect()
+            (0..n - 1).map(|j| state.contact_force(j)).collect()
         };
         state
     }
 
     /// Force of a pressing contact, N. One that has yet to open although its overlap has vanished has no elastic force.
-    fn contact_force(&self, cradle: &Cradle<S>, modes: &[Mode], j: usize) -> S {
-        if modes[j] != Mode::Pressing {
+    fn contact_force(&self, j: usize) -> S {
+        if self.modes[j] != Mode::Pressing {
             return S::default();
         }
         let overlap = self.overlaps[j];
         let overlap = if overlap.value() > 0.0 { overlap } else { S::from(f64::MIN_POSITIVE) };
-        let rate = cradle.pair(j).overlap_rate([j, j + 1].map(|i| (self.x[i], self.v[i])));
-        cradle.contacts[j].unclipped_force(overlap, rate)
+        let rate = self.cradle.pair(j).overlap_rate([j, j + 1].map(|i| (self.x[i], self.v[i])));
+        self.cradle.contacts[j].unclipped_force(overlap, rate)
     }
 
     /// Constraint forces, N, by which balls joined by closed rigid contacts have one acceleration.
-    fn constraint_forces(&self, cradle: &Cradle<S>, modes: &[Mode]) -> Vec<S> {
+    fn constraint_forces(&self) -> Vec<S> {
+        let Self { cradle, modes, .. } = self;
         let mut forces = vec![S::default(); modes.len()];
         let free = |i: usize| match cradle.balls[i].on_arc {
             // Equal pendulums: what differs.
@@ -82,39 +96,34 @@ impl<S: Scalar> State<S> {
     }
 }
 
-/// The chain along a direction.
-pub(super) struct Along<'a> {
-    pub cradle: &'a Cradle<Dual>,
-    pub modes: &'a [Mode],
-    pub state: &'a State<Dual>,
-}
-
-impl Chain<Dual> for Along<'_> {
-    fn cradle(&self) -> &Cradle<Dual> {
-        self.cradle
+/// What has a state is a chain in it.
+impl<S: Scalar, T: Deref<Target = State<S>>> Chain<S> for T {
+    fn cradle(&self) -> &Cradle<S> {
+        &self.cradle
     }
 
-    fn state_of(&self, i: usize) -> (Dual, Dual) {
-        (self.state.x[i], self.state.v[i])
+    fn state_of(&self, i: usize) -> (S, S) {
+        (self.x[i], self.v[i])
     }
 
-    fn forcing_of(&self, i: usize) -> Dual {
-        self.state.forcings[i]
+    fn forcing_of(&self, i: usize) -> S {
+        self.forcings[i]
     }
 
-    fn overlap(&self, i: usize) -> Dual {
-        self.state.overlaps[i]
+    fn overlap(&self, i: usize) -> S {
+        self.overlaps[i]
     }
 
-    fn force(&self, i: usize) -> Dual {
-        self.state.forces[i]
+    fn force(&self, i: usize) -> S {
+        self.forces[i]
     }
 
     fn in_contact(&self, i: usize) -> bool {
         self.modes[i] != Mode::Open
     }
 
-    fn elastic_overlap(&self, i: usize) -> Dual {
-        if self.in_contact(i) { self.overlap(i) } else { Dual::default() }
+    /// An open contact has no energy, whatever its overlap.
+    fn elastic_overlap(&self, i: usize) -> S {
+        if self.modes[i] == Mode::Open { S::default() } else { self.overlaps[i] }
     }
 }

@@ -1,10 +1,12 @@
 //! The state of a run that its host integrates, with setters, derivatives of the states, and event indicators for
 //! onsets, releases and clipping.
 
+use std::ops::Deref;
+
 use serde::{Deserialize, Serialize};
 
 use super::contact::Contact;
-use super::equations::{Along, State, state_count};
+use super::equations::{State, state_count};
 use super::scales::{SHIFT, Scales};
 use crate::engine::run::{Engine, Unsound, require};
 use crate::engine::{EngineError, Next};
@@ -20,15 +22,11 @@ use crate::solver::{Dual, Scalar};
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Exchange {
     pub(super) parameters: Parameters,
-    #[serde(skip)]
-    pub(super) cradle: Cradle,
     pub(super) inputs: Inputs,
     /// Current time, s.
     pub time: f64,
     /// The states, in that order.
     pub(super) y: Vec<f64>,
-    /// Flags of the contacts, which change in events only.
-    pub(super) modes: Vec<Mode>,
     pub(super) contacts: Vec<Contact>,
     pub(super) scales: Scales,
     pub(super) energy_at_start: f64,
@@ -37,8 +35,7 @@ pub struct Exchange {
     pub(super) next_contact: Option<usize>,
     /// Whether there has been no event yet, so that contacts closed at the start have not been followed.
     pub(super) at_start: bool,
-    /// Values computed from the states, the flags and the inputs.
-    #[serde(skip)]
+    /// The flags, and values computed from the states, the flags and the inputs.
     pub(super) state: State,
 }
 
@@ -60,20 +57,18 @@ impl Exchange {
             parameters: parameters.clone(),
             inputs: inputs.clone(),
             time: start_time,
-            modes,
             contacts: vec![Contact::default(); m],
             scales: Scales::default(),
             energy_at_start: engine.total_energy(),
             next: engine.next_onset(),
             next_contact: None,
             at_start: true,
-            state: State::default(),
-            cradle,
+            state: State { cradle, modes, ..State::default() },
             y,
         };
         run.refresh();
-        run.scales = Scales::new(&run.cradle, &run.state);
-        for (mode, contact) in run.modes.iter().zip(&mut run.contacts) {
+        run.scales = Scales::new(&run.state);
+        for (mode, contact) in run.state.modes.iter().zip(&mut run.contacts) {
             if *mode != Mode::Open {
                 contact.open_pulse(start_time.into(), 0.0);
             }
@@ -93,7 +88,7 @@ impl Exchange {
         require(self.inputs.is_finite(), "an input is not finite")?;
         let sums = self.energy_at_start.is_finite() && self.contacts.iter().all(|contact| contact.ledger.is_sound());
         require(failed || sums, "a sum is not finite")?;
-        self.cradle = Cradle::new(parameters);
+        self.state.cradle = Cradle::new(parameters);
         require(
             self.modes.iter().zip(&self.cradle.contacts).all(|(mode, law)| *mode != Mode::Clipped || law.clips()),
             "a contact is clipped whose law does not clip",
@@ -104,7 +99,9 @@ impl Exchange {
 
     /// Recomputes the values from the states, the flags and the inputs.
     pub(super) fn refresh(&mut self) {
-        self.state = State::new(&self.cradle, &self.modes, &self.y, self.forcings());
+        let forcings = self.forcings();
+        let State { cradle, modes, .. } = std::mem::take(&mut self.state);
+        self.state = State::new(cradle, modes, &self.y, forcings);
     }
 
     fn forcings(&self) -> Vec<f64> {
@@ -167,8 +164,8 @@ impl Exchange {
         }
         if parameters.tunables() != self.parameters.tunables() {
             self.parameters.tune(parameters.tunables());
-            self.cradle = Cradle::new(&self.parameters);
-            for (mode, law) in self.modes.iter_mut().zip(&self.cradle.contacts) {
+            self.state.cradle = Cradle::new(&self.parameters);
+            for (mode, law) in self.state.modes.iter_mut().zip(&self.state.cradle.contacts) {
                 if *mode == Mode::Clipped && !law.clips() {
                     *mode = Mode::Pressing;
                 }
@@ -193,16 +190,15 @@ impl Exchange {
 
     /// Derivatives of all results along a direction of the states and the inputs.
     pub fn along(&self, states: &[f64], inputs: &Inputs) -> Differential {
-        let cradle = self.cradle.map(Dual::from);
         let dual = |(value, tangent): (&f64, &f64)| Dual::with_tangent(*value, *tangent);
         let y: Vec<Dual> = self.y.iter().zip(states).map(dual).collect();
         let forcing = |(i, value): (usize, f64)| {
             Dual::with_tangent(value, inputs.force[i] / self.cradle.balls[i].mass - inputs.support_acceleration)
         };
         let forcings = self.forcings().into_iter().enumerate().map(forcing).collect();
-        let state = State::new(&cradle, &self.modes, &y, forcings);
+        let state = State::new(self.cradle.map(Dual::from), self.modes.clone(), &y, forcings);
         let [loss, work] = self.sums_place();
-        let mut outputs = Differential::along(&Along { cradle: &cradle, modes: &self.modes, state: &state });
+        let mut outputs = Differential::along(&&state);
         outputs.impulse = states[self.impulse_place(0)..self.impulse_place(self.modes.len())].to_vec();
         (outputs.dissipated_energy, outputs.external_work) = (states[loss], states[work]);
         outputs.force_mean.clone_from(&outputs.force);
@@ -271,34 +267,11 @@ impl Exchange {
     }
 }
 
-impl Chain for Exchange {
-    fn cradle(&self) -> &Cradle {
-        &self.cradle
-    }
+impl Deref for Exchange {
+    type Target = State;
 
-    fn state_of(&self, i: usize) -> (f64, f64) {
-        (self.state.x[i], self.state.v[i])
-    }
-
-    fn forcing_of(&self, i: usize) -> f64 {
-        self.state.forcings[i]
-    }
-
-    fn overlap(&self, i: usize) -> f64 {
-        self.state.overlaps[i]
-    }
-
-    fn force(&self, i: usize) -> f64 {
-        self.state.forces[i]
-    }
-
-    fn in_contact(&self, i: usize) -> bool {
-        self.modes[i] != Mode::Open
-    }
-
-    /// An open contact has no energy, whatever its overlap.
-    fn elastic_overlap(&self, i: usize) -> f64 {
-        if self.in_contact(i) { self.overlap(i) } else { 0.0 }
+    fn deref(&self) -> &State {
+        &self.state
     }
 }
 

@@ -30,7 +30,8 @@ fn bounded(scale: f64) -> f64 {
 
 impl Scales {
     /// From the [speed in reach](Cradle::speed_in_reach) of the balls in `state`.
-    pub fn new(cradle: &Cradle, state: &State) -> Self {
+    pub fn new(state: &State) -> Self {
+        let cradle = &state.cradle;
         let Cradle { balls, contacts, .. } = cradle;
         let motion = [&state.x[..], &state.v, &state.overlaps];
         let fastest = cradle.speed_in_reach(motion, |i| state.forcings[i]);

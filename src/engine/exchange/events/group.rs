@@ -252,7 +252,7 @@ impl Exchange {
                 self.contacts[j].followed_until = Some(self.time - back);
                 continue;
             }
-            self.modes[j] = if is_closed(k) { Mode::Pressing } else { Mode::Open };
+            self.state.modes[j] = if is_closed(k) { Mode::Pressing } else { Mode::Open };
             let ledger = &engine.contacts[k].ledger;
             if is_closed(k) && ledger.record.pulses > 0 {
                 let ended: f64 = pulses.iter().filter(|pulse| pulse.contact == k).map(|pulse| pulse.impulse).sum();

@@ -49,7 +49,7 @@ impl Exchange {
             }
         }
         self.refresh();
-        for (j, contact) in self.contacts.iter_mut().enumerate().filter(|(j, _)| self.modes[*j] != Mode::Open) {
+        for (j, contact) in self.contacts.iter_mut().enumerate().filter(|(j, _)| self.state.modes[*j] != Mode::Open) {
             contact.ledger.add(0.0, self.state.forces[j], 0.0);
             contact.peak = contact.ledger.pulse_peak;
         }
@@ -88,11 +88,11 @@ impl Exchange {
                 continue;
             }
             if overlap < 0.0 && rate <= 0.0 {
-                self.modes[j] = Mode::Open;
+                self.state.modes[j] = Mode::Open;
                 let (time, impulse) = (self.time_of_switch(j), self.y[self.impulse_place(j)]);
                 self.contacts[j].close_pulse(j, time, impulse, observer);
             } else if (self.clip_indicator(j) < 0.0) != (self.modes[j] == Mode::Clipped) {
-                self.modes[j] = if self.modes[j] == Mode::Clipped { Mode::Pressing } else { Mode::Clipped };
+                self.state.modes[j] = if self.modes[j] == Mode::Clipped { Mode::Pressing } else { Mode::Clipped };
             }
         }
         self.refresh();
@@ -100,7 +100,7 @@ impl Exchange {
 
     fn close(&mut self, j: usize) {
         let (overlap, rate) = self.overlap_and_rate(j);
-        self.modes[j] = self.cradle.contacts[j].mode_when_closed(overlap.max(0.0), rate);
+        self.state.modes[j] = self.cradle.contacts[j].mode_when_closed(overlap.max(0.0), rate);
         let (time, impulse) = (self.time_of_switch(j), self.y[self.impulse_place(j)]);
         self.contacts[j].open_pulse(time, impulse);
         self.refresh();
@@ -129,7 +129,7 @@ impl Exchange {
             match if follows { self.follow(&balls, first, onset, &closed)? } else { None } {
                 Some(group) => {
                     for &j in closed.iter().filter(|j| group.contains(**j)) {
-                        self.modes[j] = Mode::Open;
+                        self.state.modes[j] = Mode::Open;
                         self.contacts[j] = Contact::default();
                     }
                     closed.retain(|j| !group.contains(*j));
@@ -189,7 +189,7 @@ impl Exchange {
             let impulse = self.y[self.impulse_place(j)];
             match (closed, was_closed) {
                 (true, false) => {
-                    self.modes[j] = Mode::Pressing;
+                    self.state.modes[j] = Mode::Pressing;
                     self.contacts[j].open_pulse(self.time.into(), impulse);
                     self.y[1 + j] = 0.0;
                     for (i, ball) in (j..).zip(&engine.balls[j..j + 2]) {
@@ -197,7 +197,7 @@ impl Exchange {
                     }
                 }
                 (false, true) => {
-                    self.modes[j] = Mode::Open;
+                    self.state.modes[j] = Mode::Open;
                     self.contacts[j].close_pulse(j, self.time.into(), impulse, observer);
                 }
                 _ => {}
