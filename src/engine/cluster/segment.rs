@@ -24,44 +24,6 @@ use crate::solver::{DoubleDouble, MAX_FORCE_ORDER};
 /// Time scales of the fastest mode in which the first window by modes is searched for switchings.
 const FIRST_HORIZON: f64 = 32.0;
 
-/// The motion of a window on a segment, by the last method used, with the memory of the others.
-#[derive(Clone, Debug, Default)]
-struct Description {
-    method: Method,
-    series: Series,
-    gauss: Box<gauss::Motion>,
-    modes: Modes,
-}
-
-impl Description {
-    fn output(&self) -> &dyn DenseOutput {
-        match self.method {
-            Method::Modes => &self.modes,
-            Method::Gauss => self.gauss.as_ref(),
-            _ => &self.series,
-        }
-    }
-
-    /// The first switching of contact `j` of `window`, the one described, before `until` (s). Changes within `rounding`
-    /// are no switchings.
-    fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
-        let first = |switch: Switch, until: f64| self.output().first(switch, j, window, until, rounding);
-        let mode = window.contacts[j].mode;
-        if mode == Mode::Open {
-            return (first(Switch::Onset, until), Switch::Onset);
-        }
-        let release = first(Switch::Release, until);
-        if window.laws[j].clips() {
-            let until = if let Next::At(tau) | Next::NotBefore(tau) = release { tau } else { until };
-            let clip = first(Switch::Clip, until);
-            if clip != Next::Never {
-                return (clip, Switch::Clip);
-            }
-        }
-        (release, Switch::Release)
-    }
-}
-
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cluster {
     /// Balls that touch another one.
@@ -75,7 +37,11 @@ pub(crate) struct Cluster {
     pub contacts: Vec<WindowContact>,
     /// The rates of their overlaps then, m/s.
     rates: Vec<f64>,
-    description: Description,
+    /// The method that describes the motion, and the memory of all.
+    method: Method,
+    series: Series,
+    gauss: Box<gauss::Motion>,
+    modes: Modes,
     workspace: Workspace,
     /// The step history from here on, and at the start of the current segment.
     pub history: StepHistory,
@@ -111,30 +77,38 @@ impl Cluster {
         self.start + self.length
     }
 
+    fn output(&self) -> &dyn DenseOutput {
+        match self.method {
+            Method::Modes => &self.modes,
+            Method::Gauss => self.gauss.as_ref(),
+            _ => &self.series,
+        }
+    }
+
     /// Evaluations of closed forms that the search for the end of the segment has taken.
     pub fn searched(&self) -> u64 {
-        self.description.output().searched()
+        self.output().searched()
     }
 
     /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after
     /// it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
-        let (displacement, change) = self.description.output().moved(j, tau);
+        let (displacement, change) = self.output().moved(j, tau);
         (displacement, self.flights[j].v + change)
     }
 
     /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.
     pub fn overlap(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
-        let (overlap, change) = self.description.output().overlap(j, tau);
+        let (overlap, change) = self.output().overlap(j, tau);
         (overlap, self.rates[j] + change)
     }
 
     /// Coefficients of the overlap of contact `i` of the window as a power series of the time (s) from `tau` after the
     /// start of the segment on; `None` if the equations give them as well.
     pub fn overlap_series(&self, i: usize, tau: f64) -> Option<OverlapSeries> {
-        self.description.output().overlap_series(i - self.window.start, tau)
+        self.output().overlap_series(i - self.window.start, tau)
     }
 
     pub fn mode(&self, i: usize) -> Mode {
@@ -144,7 +118,7 @@ impl Cluster {
     /// Impulse of contact `i` from the start of the segment to `tau`, N.s.
     pub fn impulse(&self, i: usize, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing => self.description.output().impulse(i - self.window.start, tau),
+            Mode::Pressing => self.output().impulse(i - self.window.start, tau),
             Mode::Open | Mode::Clipped => 0.0,
         }
     }
@@ -153,7 +127,7 @@ impl Cluster {
     /// segment, N.
     pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if from < to => self.description.output().peak(i - self.window.start, from, to, known),
+            Mode::Pressing if from < to => self.output().peak(i - self.window.start, from, to, known),
             _ => known,
         }
     }
@@ -161,7 +135,7 @@ impl Cluster {
     /// Energy that contact `i` dissipates from the start of the segment to `tau`, J.
     pub fn contact_loss(&self, i: usize, law: &ContactLaw, tau: f64) -> f64 {
         match self.mode(i) {
-            Mode::Pressing if !law.is_elastic() => self.description.output().contact_loss(i - self.window.start, tau),
+            Mode::Pressing if !law.is_elastic() => self.output().contact_loss(i - self.window.start, tau),
             // The energy left in the spring is lost.
             Mode::Clipped => {
                 let before = self.contacts[i - self.window.start].overlap;
@@ -180,14 +154,13 @@ impl Cluster {
             integrals.add(&integrals_on_arc(&ball.model, flight, tau, &|t| self.moved(i, t)));
             return integrals;
         }
-        integrals.x_integral += flight.x * tau + self.description.output().displacement_integral(j, tau);
+        integrals.x_integral += flight.x * tau + self.output().displacement_integral(j, tau);
         if flight.forcing != [0.0; MAX_FORCE_ORDER + 1] {
-            integrals.work += ball.model.mass * self.description.output().work(j, &flight.forcing, tau);
+            integrals.work += ball.model.mass * self.output().work(j, &flight.forcing, tau);
         }
         let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
-            integrals.drag_loss +=
-                2.0 * gamma * ball.model.mass * self.description.output().squared_velocity_integral(j, tau);
+            integrals.drag_loss += 2.0 * gamma * ball.model.mass * self.output().squared_velocity_integral(j, tau);
         }
         integrals
     }
@@ -195,13 +168,13 @@ impl Cluster {
     /// Moves the start of the segment to `tau` later. The spectators are taken from their flights.
     pub fn move_start(&mut self, tau: f64, balls: &[Ball], laws: &[ContactLaw]) {
         self.start += tau;
-        for (j, contact) in self.contacts.iter_mut().enumerate() {
-            contact.overlap = self.description.output().overlap(j, tau).0;
+        for j in 0..self.contacts.len() {
+            self.contacts[j].overlap = self.output().overlap(j, tau).0;
         }
-        for (j, flight) in self.flights.iter_mut().enumerate() {
+        for j in 0..self.flights.len() {
             let i = self.window.start + j;
-            *flight = if self.members.contains(&i) {
-                let (displacement, change) = self.description.output().moved(j, tau);
+            self.flights[j] = if self.members.contains(&i) {
+                let (flight, (displacement, change)) = (self.flights[j], self.output().moved(j, tau));
                 Flight { x: flight.x + displacement, v: flight.v + change, forcing: shifted(&flight.forcing, tau) }
             } else {
                 balls[i].flight_at(self.start)
@@ -255,7 +228,7 @@ impl Cluster {
         // Switchings within the error of a step are as unreal as those by rounding.
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
         for j in 0..laws.len() {
-            match self.description.first_switch(j, &window, self.length, &rounding) {
+            match self.first_switch(j, &window, self.length, &rounding) {
                 (Next::At(tau), switch) => (self.length, self.switch) = (tau, Some((self.window.start + j, switch))),
                 (Next::NotBefore(tau), _) => (self.length, self.switch) = (tau, None),
                 (Next::Never, _) => {}
@@ -269,11 +242,30 @@ impl Cluster {
         (self.flights, self.contacts) = (flights, contacts);
     }
 
+    /// The first switching of contact `j` of the `window` described before `until` (s). Changes within `rounding` are no
+    /// switchings.
+    fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
+        let first = |switch: Switch, until: f64| self.output().first(switch, j, window, until, rounding);
+        let mode = window.contacts[j].mode;
+        if mode == Mode::Open {
+            return (first(Switch::Onset, until), Switch::Onset);
+        }
+        let release = first(Switch::Release, until);
+        if window.laws[j].clips() {
+            let until = if let Next::At(tau) | Next::NotBefore(tau) = release { tau } else { until };
+            let clip = first(Switch::Clip, until);
+            if clip != Next::Never {
+                return (clip, Switch::Clip);
+            }
+        }
+        (release, Switch::Release)
+    }
+
     /// Describes the motion for as long as the description holds. Returns its error in the velocities, m/s.
     ///
     /// The first method that applies describes it.
     fn describe(&mut self, problem: &Problem) -> f64 {
-        let Self { description: described, history, workspace, evaluations, .. } = self;
+        let Self { method, series, gauss, modes, history, workspace, evaluations, .. } = self;
         let &Problem { window, control, speed, local_error, .. } = problem;
         *evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
         let on_arcs = window.models[0].on_arc;
@@ -282,39 +274,38 @@ impl Cluster {
         // Segments by modes so far; `Some(None)` while series come first.
         let windows = series_first.map(|series| history.quiet.checked_sub(series));
         if let Some(Some(windows)) = windows
-            && let Some(modes) = Modes::new(window)
+            && let Some(found) = Modes::new(window)
         {
-            self.length = horizon(modes.shortest_time(), windows, control.longest);
-            (described.modes, described.method, *evaluations) = (modes, Method::Modes, 1);
+            self.length = horizon(found.shortest_time(), windows, control.longest);
+            (*modes, *method, *evaluations) = (found, Method::Modes, 1);
             return 0.0;
         }
         // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
         let linear = !on_arcs && window.laws.iter().all(ContactLaw::is_linear);
         let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
         let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
-        let series = &mut described.series;
         if windows != Some(None)
             && !on_arcs
             && control.allows(Method::Radau)
             && collocation::follow(series, history, problem, gain, evaluations)
         {
-            (self.length, described.method) = (series.converges_for, Method::Radau);
+            (self.length, *method) = (series.converges_for, Method::Radau);
             return local_error;
         }
         // Contacts that are not linear: explicit steps from one branch point of their forces to the next.
         let before = history.explicit_length;
-        if by_gauss && let Some(step) = described.gauss.follow(problem, before, evaluations) {
-            ((self.length, history.explicit_length), described.method) = (step, Method::Gauss);
+        if by_gauss && let Some(step) = gauss.follow(problem, before, evaluations) {
+            ((self.length, history.explicit_length), *method) = (step, Method::Gauss);
             return local_error;
         }
         // Linear contacts, and all others, such as a start from rest or stiff damping. Series keep balls that the
         // motion has not reached exactly at rest.
         if linear && control.allows(Method::LinearSeries) {
             series.expand_linear(workspace, problem);
-            described.method = Method::LinearSeries;
+            *method = Method::LinearSeries;
         } else {
             series.expand_window(problem);
-            described.method = Method::Series;
+            *method = Method::Series;
         }
         (self.length, history.explicit_length) = (series.converges_for, series.converges_for);
         local_error
