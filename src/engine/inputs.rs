@@ -11,44 +11,39 @@ const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct HeldInputs {
-    /// Time that the values and derivatives refer to, s.
+    /// Time that they refer to, s.
     pub since: f64,
-    pub values: Inputs,
-    /// From the first on; those beyond are zero.
-    pub derivatives: Vec<Inputs>,
+    /// The values, and their derivatives from the first on; those beyond are zero.
+    pub orders: Vec<Inputs>,
 }
 
 impl HeldInputs {
     /// Constant inputs from the time `since` (s) on.
     pub fn constant(values: Inputs, since: f64) -> Self {
-        Self { since, values, derivatives: Vec::new() }
+        Self { since, orders: vec![values] }
     }
 
     /// Those from the time `since` (s) on with these values and derivatives, unless they are constant and act already.
     pub fn changed(&self, since: f64, values: &Inputs, derivatives: &[Inputs]) -> Option<Self> {
-        let constant = derivatives.is_empty() && self.derivatives.is_empty();
-        let changed = || Self { since, values: values.clone(), derivatives: derivatives.to_vec() };
-        (!constant || *values != self.values).then(changed)
-    }
-
-    /// The values and their derivatives, order by order.
-    pub fn orders(&self) -> impl Iterator<Item = &Inputs> {
-        std::iter::once(&self.values).chain(&self.derivatives)
+        let values = std::slice::from_ref(values);
+        let same = derivatives.is_empty() && self.orders == values;
+        (!same).then(|| Self { since, orders: [values, derivatives].concat() })
     }
 
     /// Whether they are those of `balls` balls.
     pub fn fit(&self, balls: usize) -> bool {
-        self.derivatives.len() <= MAX_INPUT_DERIVATIVE && self.orders().all(|inputs| inputs.force.len() == balls)
+        let orders = (1..=MAX_INPUT_DERIVATIVE + 1).contains(&self.orders.len());
+        orders && self.orders.iter().all(|inputs| inputs.force.len() == balls)
     }
 
     pub fn are_finite(&self) -> bool {
-        self.orders().all(Inputs::is_finite)
+        self.orders.iter().all(Inputs::is_finite)
     }
 
     /// An input, or a function of the inputs, with its derivatives.
     pub fn derivatives<S: Scalar>(&self, input: impl Fn(&Inputs) -> S) -> Forcing<S> {
         let mut derivatives = Forcing::default();
-        derivatives.iter_mut().zip(self.orders()).for_each(|(to, inputs)| *to = input(inputs));
+        derivatives.iter_mut().zip(&self.orders).for_each(|(to, inputs)| *to = input(inputs));
         derivatives
     }
 
@@ -64,10 +59,8 @@ impl HeldInputs {
 
     /// The same inputs, expanded about the time `t` (s).
     pub fn at(&self, t: f64) -> Self {
-        let tau = t - self.since;
-        let later = |k: usize| self.derivatives[k].continued(&self.derivatives[k + 1..], tau);
-        let values = self.values.continued(&self.derivatives, tau);
-        Self { since: t, values, derivatives: (0..self.derivatives.len()).map(later).collect() }
+        let later = |k: usize| self.orders[k].continued(&self.orders[k + 1..], t - self.since);
+        Self { since: t, orders: (0..self.orders.len()).map(later).collect() }
     }
 
     /// Coefficients of the power series of one of them.

@@ -99,7 +99,7 @@ impl Simulation {
         let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
         let (first, mut at_start) = (stretches.first()?, parameters.clone());
         at_start.tune(first.tunables);
-        let begun = Self::new(&at_start, &first.inputs.at(start).values, start).ok()?;
+        let begun = Self::new(&at_start, &first.inputs.at(start).orders[0], start).ok()?;
         Some((stretches, begun))
     }
 
@@ -134,7 +134,7 @@ impl Simulation {
         for stretch in &stretches {
             then.tune(stretch.tunables);
             let inputs = stretch.inputs.at(run.time);
-            run.retune(&then).and_then(|()| run.hold(&inputs.values, &inputs.derivatives)).ok()?;
+            run.retune(&then).and_then(|()| run.hold(&inputs.orders[0], &inputs.orders[1..])).ok()?;
             recorder.begin(&then, &inputs)?;
             run.advance(stretch.until, &mut recorder).ok()?;
             recorder.end(stretch.until)?;

@@ -41,7 +41,7 @@ impl History {
         self.forget_tape();
         self.broken |= !wanted;
         if !self.broken && self.stretches.last().is_none_or(|last| last.until < until) {
-            self.numbers += inputs.orders().map(|inputs| inputs.force.len() + 1).sum::<usize>() + tunables.len();
+            self.numbers += inputs.orders.iter().map(|inputs| inputs.force.len() + 1).sum::<usize>() + tunables.len();
             self.stretches.push(Stretch { until, inputs: inputs.clone(), tunables });
             self.broken = self.numbers > MOST_NUMBERS;
         }
