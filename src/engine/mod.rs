@@ -1,5 +1,4 @@
-//! Drives a run. [`Simulation`] is a run by any method: by the event-driven [`Engine`], or by a general-purpose solver
-//! ([`Continuous`]).
+//! Drives a run. [`Simulation`] is one by any method: the event-driven [`Engine`], or a general solver, [`Continuous`].
 //!
 //! | module | what it does | needs |
 //! |---|---|---|
@@ -14,9 +13,8 @@
 //! | `exchange` | a run that its host integrates | `flight`, `records`, `rigid`, `run`, `observation` |
 //! | `continuous` | BDF, Adams and Runge-Kutta over the whole chain | `flight`, `records`, `run`, `derivatives` |
 //!
-//! Events happen at their own times, never at communication points: between changes of the inputs the trajectory is the
-//! same, bit for bit, for any communication steps. Reading results changes nothing. A run can be saved as plain data
-//! and restored.
+//! Events come at their own times, so communication points change no bit of a trajectory; nor does reading results. A
+//! run can be saved as plain data and restored.
 
 mod cluster;
 mod continuous;

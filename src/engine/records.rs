@@ -1,9 +1,8 @@
 //! The records of a run, for every method: pulses, impulse and peak of each contact, in total and in the current step
 //! ([`Ledger`]), and the start of that step ([`StepStart`]).
 //!
-//! A ball that no event has moved within the step is still on its closed form, which is evaluated for the start of the
-//! step. Only balls that an event is about to move are recorded, so the cost of a step depends on its events, not on
-//! the number of balls.
+//! Only balls that an event is about to move are recorded: the others are still on their closed forms, which give their
+//! start. So the cost of a step depends on its events, not on the number of balls.
 
 use serde::{Deserialize, Serialize};
 

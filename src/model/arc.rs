@@ -1,9 +1,5 @@
-//! Balls on arcs about their pivots, in doubles and dual numbers.
-//!
-//! The state of a ball is that along its path, `s = L angle` and its rate `u`. The pivots hang such that all balls at
-//! rest are on one level. With the vector from a ball to the next one and its length D, the line of the centres, the
-//! overlap is `pivots - clearance - D`, computed without cancellation. Contact forces act along that line.
-//! On a line instead of arcs, the same functions give the linear model.
+//! Balls on arcs about their pivots, in doubles and dual numbers; see "Arcs" in docs/theory.md. On a line instead of
+//! arcs, the same functions give the linear model. Overlaps are computed without cancellation.
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
@@ -46,8 +42,7 @@ impl<S: Scalar> BallModel<S> {
         S::from(2.0) * self.length * half
     }
 
-    /// The state along the path, m and m/s, for this horizontal deflection (m), less than the length, and its rate
-    /// (m/s).
+    /// The state along the path (m, m/s) for this horizontal deflection (m), less than the length, and its rate (m/s).
     pub fn along_path(&self, x: S, v: S) -> (S, S) {
         if !self.on_arc {
             return (x, v);
@@ -118,8 +113,7 @@ impl<S: Scalar> Cradle<S> {
 }
 
 impl<S: Scalar> Pair<'_, S> {
-    /// Horizontal and vertical displacement (m) of the right one from its rest, less that of the left one; of equal
-    /// pendulums without cancellation.
+    /// Horizontal and vertical displacement (m), right less left; of equal pendulums without cancellation.
     fn relative_displacement(&self, [l, r]: [S; 2]) -> [S; 2] {
         let [left, right] = self.balls;
         if left.length != right.length {
@@ -168,8 +162,7 @@ impl<S: Scalar> Pair<'_, S> {
         l.1 * left - r.1 * right
     }
 
-    /// The place of the right one for that of the left one and their overlap (m), by Newton's method; not a number if
-    /// it has none.
+    /// The place of the right one for that of the left and their overlap (m), by Newton's method; NaN if it has none.
     pub fn place_beside(&self, left: S, overlap: S) -> S {
         let Self { balls, law } = self;
         if !balls[0].on_arc {

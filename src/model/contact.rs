@@ -1,6 +1,4 @@
-//! The force law of one contact; all code that depends on the damping law.
-//!
-//! A damping law is a variant of [`Damping`]; the engine uses it through the functions here.
+//! The force law of one contact, by which the engine uses damping laws: all code that depends on these.
 
 use super::damping::{Damping, SignOfForce};
 use crate::solver::dual::{Dual, Scalar};
@@ -83,8 +81,7 @@ impl<S: Scalar> ContactLaw<S> {
         self.elastic_force(d) * d / (self.exponent + S::from(1.0))
     }
 
-    /// The elastic force at the overlap `d` (m), N, and the factor of the overlap's rate in the law, N.s/m; continued
-    /// as [`Self::power`].
+    /// Elastic force at the overlap `d` (m), N, and factor of its rate in the law, N.s/m; continued as [`Self::power`].
     fn parts(&self, d: S) -> Option<(S, S)> {
         let secant = self.stiffness * self.power(d)?;
         let by_rate = match self.damping {
@@ -133,9 +130,8 @@ impl<S: Scalar> ContactLaw<S> {
         self.stiffness * self.overlap_ref * power
     }
 
-    /// One coefficient of the power series of the unclipped force, from those of the elastic force, of the rate of the
-    /// overlap and, where the law needs it, of the `product` of the two or of `elastic_rate`, the time derivative of
-    /// the elastic force (N/s).
+    /// One coefficient of the power series of the unclipped force, from those of the elastic force, of the overlap's
+    /// rate and, where the law needs it, of the `product` of the two or of `elastic_rate`, the time derivative (N/s).
     pub fn force_coefficient(
         &self,
         elastic: S,
@@ -242,14 +238,12 @@ impl ContactLaw {
         self.overlap_ref * libm::pow(force / (self.stiffness * self.overlap_ref), 1.0 / self.exponent)
     }
 
-    /// Elastic force at the overlap `d` (N) and its derivative (N/m), continued to `d <= 0`; `None` there if the
-    /// exponent is not whole.
+    /// Elastic force at the overlap `d` (N) and its derivative (N/m); for `d <= 0` continued if the exponent is whole.
     pub fn elastic_continued(&self, d: f64) -> Option<(f64, f64)> {
         self.power(d).map(|power| (self.stiffness * power * d, self.exponent * self.stiffness * power))
     }
 
-    /// Force at the overlap `d` (m) and its rate (m/s), not clipped (N), with its derivatives (N/m, N.s/m), continued
-    /// as in [`Self::elastic_continued`].
+    /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), with derivatives (N/m, N.s/m); continued alike.
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
         let (elastic, slope) = self.elastic_continued(d)?;
         if self.is_elastic() {

@@ -54,8 +54,7 @@ impl<S: Scalar> SignOfForce<S> {
 }
 
 impl<S: Scalar> Damping<S> {
-    /// The law that `p` selects, with coefficients by `number`. A coefficient of 0 means no damping, unless it is about
-    /// to change.
+    /// The law that `p` selects, with coefficients by `number`. A coefficient that is and stays 0 means no damping.
     pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
         let (c, alpha, relaxation) =
             (number(|p| p.damping), number(|p| p.hunt_crossley), number(|p| p.relaxation_time));

@@ -33,8 +33,7 @@ impl ContactLaw {
         forces
     }
 
-    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. Where an overlap is <= 0, as within an
-    /// iteration, only `c r` is left.
+    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. At overlaps <= 0 only `c r` is left.
     #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         let overlaps = overlaps.map(positive);

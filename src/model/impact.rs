@@ -3,14 +3,12 @@
 use super::contact::ContactLaw;
 use super::damping::Damping;
 
-/// Duration of an elastic impact, times the closing rate, over the largest overlap: 2 for very large exponents, pi for
-/// linear contacts.
+/// Duration of an elastic impact times closing rate over largest overlap: pi if linear, 2 for very large exponents.
 const DURATION: f64 = 2.9;
 
 impl ContactLaw {
-    /// Overlap d (m) below which the contact force, except for a dashpot's part, changes the velocity of a mass `m`
-    /// (kg) approaching at `rate` (m/s) by less than `dv` (m/s), acting for the closing time `d / rate` but no longer
-    /// than `duration` (s).
+    /// Overlap d (m) below which the contact force, without a dashpot's, changes the velocity of a mass `m` (kg)
+    /// closing at `rate` (m/s) by less than `dv` (m/s) within the time `d / rate`, but no longer than `duration` (s).
     pub fn largest_negligible_overlap(&self, m: f64, rate: f64, dv: f64, duration: f64) -> f64 {
         let p = self.exponent;
         // F = k d_ref (d / d_ref)^p; F d / rate = m dv, or F duration = m dv.
@@ -31,14 +29,12 @@ impl ContactLaw {
         if rate > 0.0 { DURATION * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
 
-    /// Speed (m/s) that an `acceleration` (m/s2) gives two balls with the reduced mass `m` (kg) from rest until their
-    /// contact balances it.
+    /// Speed (m/s) that an `acceleration` (m/s2) gives a reduced mass `m` (kg) from rest until its contact balances it.
     pub fn speed_from_rest(&self, m: f64, acceleration: f64) -> f64 {
         (acceleration * self.static_overlap(m * acceleration)).sqrt()
     }
 
-    /// Relaxation time, in which damping alone reduces the rate of the overlap to 1/e, s, at the largest overlap of the
-    /// impact. Infinite without damping.
+    /// Time (s) in which damping alone reduces the rate to 1/e, at the largest overlap of the impact; or infinity.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
         match self.damping {
             Damping::None => f64::INFINITY,

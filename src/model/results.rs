@@ -275,8 +275,7 @@ impl Default for Record {
 pub struct WorkCounters {
     /// Integration steps accepted in contact phases.
     pub steps: u64,
-    /// Evaluations of the contact forces (of their Taylor series, where the method uses them); a closed form counts as
-    /// one.
+    /// Evaluations of the contact forces or, by some methods, of their Taylor series; a closed form counts as one.
     pub evaluations: u64,
     /// Onsets, releases and switchings of contact laws handled.
     pub events: u64,

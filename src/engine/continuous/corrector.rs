@@ -1,7 +1,6 @@
 //! The corrector polynomials of the multistep methods and their error constants, for steps of any lengths.
 //!
-//! Points lie at distances `xi` before the end of a step, in units of its length; the polynomials are those of `s` as
-//! in [`Path`](super::path::Path).
+//! Points lie at distances `xi`, in steps, before the end of one; the variable is `s` of [`Path`](super::path::Path).
 
 /// Highest order of any method.
 pub(super) const MAX_ORDER: usize = 12;

@@ -8,8 +8,7 @@ use crate::engine::flight::{Forcing, forcing_at, shifted};
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::{DoubleDouble, crossing, series};
 
-/// Velocities down to this part of the largest are computed to the tolerance; otherwise resting balls would creep apart
-/// before the next impact.
+/// Velocities down to this part of the largest are computed to the tolerance, or resting balls would creep apart.
 const SLOW: f64 = 1e-4;
 /// Positions (m) and velocities (m/s) stay below this, or energies overflow.
 pub(super) const LARGEST: f64 = 1e150;
@@ -22,8 +21,7 @@ const DEEP: f64 = 100.0;
 /// - the impulses of the n-1 contacts (N.s),
 /// - the energy dissipated (J), the work of the inputs (J) and the integral of the force on the support (N.s).
 ///
-/// The overlaps are unknowns of their own because differences of positions do not resolve them: positions near 1 m are
-/// rounded to 1e-16 m, and a stiff contact would amplify that noise. Nothing depends on the sums in the last two lines.
+/// Overlaps are unknowns because differences of positions do not resolve them. Nothing depends on the last two lines.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Dynamics {
     #[serde(skip)]
@@ -46,12 +44,9 @@ pub(super) fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<
 }
 
 impl Dynamics {
-    /// From the state `y` at the time `since` (s) on. The error allowed is `tolerance` times the larger of a component
-    /// and its scale.
-    ///
-    /// The scales follow from the [speed in reach](Cradle::speed_in_reach). For positions it is the distance at that
-    /// speed within one unit of their time, for velocities [`SLOW`] times the speed, for overlaps [`DEEP`] times the
-    /// overlap of an impact at that speed.
+    /// From the state `y` at `since` (s) on. The error allowed is `tolerance` times the larger of a component and its
+    /// scale: for positions the way at the [speed in reach](Cradle::speed_in_reach) within one unit of their time, for
+    /// velocities [`SLOW`] times that speed, for overlaps [`DEEP`] times the overlap of an impact at that speed.
     pub fn new(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], tolerance: f64) -> Self {
         let (forcings, since) = (forcings(&cradle, inputs, since), since.into());
         let mut dynamics = Self { cradle, forcings, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
@@ -189,8 +184,8 @@ impl Dynamics {
     /// `(1 - gamma J) solution = e`, except in components that the rates do not depend on.
     ///
     /// Positions and overlaps are eliminated by `e_x = r_x + gamma e_v` and the like: for the velocities remains `M +
-    /// gamma C + gamma^2 K` with the masses, dampings and stiffnesses, symmetric, positive definite and tridiagonal. Its
-    /// factors `L D L'` need no pivoting (Golub and Van Loan, Matrix Computations, section 4.3.6).
+    /// gamma C + gamma^2 K` with the masses, dampings and stiffnesses, symmetric, positive definite and tridiagonal.
+    /// Its factors `L D L'` need no pivoting (Golub and Van Loan, Matrix Computations, section 4.3.6).
     pub fn newton(&self, y: &[f64], gamma: f64) -> impl FnMut(&mut [f64]) + use<> {
         let (n, balls) = (self.balls(), self.cradle.balls.clone());
         let ball = |ball: &BallModel| ball.mass * (1.0 + gamma * (2.0 * ball.gamma + gamma * ball.omega2));
@@ -235,8 +230,7 @@ impl Dynamics {
         }
     }
 
-    /// Checks a step before it is accepted: if a contact switched within it and its ends do not show that, the fraction
-    /// of the step at which it shows.
+    /// The fraction of a step, yet to be accepted, at which a contact switches for a moment that its ends do not show.
     pub fn overlooked(&self, path: &Path) -> Option<f64> {
         let shown = |i: usize| {
             if !self.might_switch(path, i) {

@@ -204,8 +204,7 @@ impl Trajectory {
         self.path.column_mut(order + 1).fill(0.0);
         self.wait = order + 2;
         if self.method == SolverMethod::Bdf {
-            // The path passes through one more point. (For the Adams formulas that would be a rate, which is not
-            // stored.)
+            // The path passes through one more point. (For Adams that would be a rate, which is not stored.)
             let points = &self.points()[..order];
             let off: f64 = points.iter().enumerate().map(|(j, xi)| 1.0 / (j + 1) as f64 - 1.0 / xi).sum();
             let highest = off / points.iter().product::<f64>();

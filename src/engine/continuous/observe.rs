@@ -47,8 +47,7 @@ impl Continuous {
         by_time(self.cradle(), self.chain(&self.y()), &self.inputs.at(self.time), order)
     }
 
-    /// Time of the next onset or release, s, if the solver's steps so far contain it or, in flight, the look ahead
-    /// does.
+    /// Time of the next onset or release, s, if it is on the solver's steps so far or, in flight, on those ahead.
     pub fn next_event(&self) -> Option<f64> {
         let known = self.trajectory.events.iter().find(|event| event.kind != Kind::Peak);
         let in_flight = || self.trajectory.closed.iter().all(|closed| !closed);

@@ -6,8 +6,7 @@ use crate::solver::DoubleDouble;
 
 /// The solution over the last step: each component is a polynomial of `s = (t - end) / step` on `[-1, 0]`.
 ///
-/// Its coefficients are the scaled derivatives at the end of the step, `step^j y^(j) / j!`: the array of Nordsieck
-/// (1962).
+/// Its coefficients are scaled derivatives at the end of the step, `step^j y^(j) / j!`: Nordsieck's array (1962).
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Path {
     pub end: DoubleDouble,
@@ -27,8 +26,7 @@ impl Path {
         Self { end: t, step: 0.0, degree: 0, size: y.len(), columns }
     }
 
-    /// Whether it has `size` components with room for polynomials up to `room`, and finite values unless it is
-    /// `broken`.
+    /// Whether it has `size` components, room for polynomials up to `room` and, unless `broken`, finite values.
     pub fn is_sound(&self, size: usize, room: usize, broken: bool) -> bool {
         let fits = self.size == size && self.columns.len() == size * (room + 1) && self.degree <= room;
         let finite = |path: &Self| path.columns[..size * (path.degree + 1)].iter().all(|c| c.is_finite());

@@ -56,9 +56,8 @@ pub(super) fn resolved(t: DoubleDouble, step: f64) -> bool {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Trajectory {
     pub dynamics: Dynamics,
-    /// Adams-Moulton of orders 1 to 12, solved by fixed-point iteration, for motions that are not stiff; backward
-    /// differentiation of orders 1 to 5, solved by Newton's method, for stiff ones; or the classical Runge-Kutta
-    /// formula.
+    /// Adams-Moulton of orders 1 to 12, by fixed-point iteration; for stiff motions backward differentiation of orders
+    /// 1 to 5, by Newton's method; or the classical Runge-Kutta formula.
     pub method: SolverMethod,
     /// The step of the latter, s.
     pub fixed_step: f64,
@@ -92,8 +91,8 @@ pub(super) struct Trajectory {
 }
 
 impl Trajectory {
-    /// From the state `y` at `dynamics.since` on, after this `work`. Unless the method has a fixed step (s), the first step is one of
-    /// order 1 that changes the state by no more than the allowed error.
+    /// From the state `y` at `dynamics.since` on, after this `work`. Unless the method has a fixed step (s), the first
+    /// step is one of order 1 that changes the state by no more than the allowed error.
     pub fn new(method: SolverMethod, fixed_step: f64, dynamics: Dynamics, y: &[f64], work: WorkCounters) -> Self {
         let (since, path) = (dynamics.since, Path::resting(dynamics.since, y, room(method)));
         let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
@@ -143,8 +142,7 @@ impl Trajectory {
         *self = Self { closed, ..Self::new(self.method, self.fixed_step, dynamics, y, self.work) };
     }
 
-    /// Restores it from plain data; `None` if it does not fit a run of `cradle` by its method. Any values pass if it is
-    /// `broken`.
+    /// Restores it; `None` if it does not fit a run of `cradle` by its method. Any values pass if it is `broken`.
     pub fn restored(mut self, cradle: Cradle, forcings: Vec<Forcing>, broken: bool) -> Option<Self> {
         (self.dynamics.cradle, self.dynamics.forcings) = (cradle, forcings);
         let (size, contacts) = (4 * self.dynamics.balls() + 1, self.dynamics.cradle.contacts.len());
@@ -188,8 +186,8 @@ impl Trajectory {
         (path.value(self.dynamics.overlap(i), s), path.value(v, s) - path.value(v + 1, s))
     }
 
-    /// Makes a step and finds the events in it; those of the step before must have been taken. Fails if it would have to
-    /// be shorter than double-doubles resolve.
+    /// Makes a step and finds the events in it; those of the step before must have been taken. Fails if it would
+    /// have to be shorter than double-doubles resolve.
     pub fn advance(&mut self) -> Result<(), EngineError> {
         if self.method == SolverMethod::Rk4 { self.runge_kutta(self.fixed_step) } else { self.multistep() }?;
         self.work.steps = self.work.steps.saturating_add(1);

@@ -57,8 +57,7 @@ pub(crate) fn by_time(cradle: &Cradle, state: ChainState, inputs: &HeldInputs, o
 ///
 /// Energy and momentum are taken from their balances, `E' = sum F_ext v - a_support p - P_dissipated` and
 /// `p' = sum F_ext - a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where
-/// an overlap vanishes under a law with an exponent that is not whole, its elastic force counts as 0 with all its
-/// derivatives.
+/// an overlap vanishes under a fractional exponent, its elastic force counts as 0 with all its derivatives.
 fn of_series(cradle: &Cradle, state: &ChainState, inputs: &HeldInputs, series: &Series, order: usize) -> Differential {
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);

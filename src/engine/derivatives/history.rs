@@ -9,8 +9,7 @@ use super::adjoint::Tape;
 use crate::engine::HeldInputs;
 use crate::model::{Parameters, Tunables};
 
-/// Largest number of values in a history, 128 MiB: 25 minutes of a host that sets the inputs of five balls every
-/// millisecond.
+/// Most values in a history, 128 MiB: 25 minutes of a host that sets the inputs of five balls every millisecond.
 const MOST_NUMBERS: usize = 1 << 24;
 
 /// A part of a run without changes: the inputs are polynomials of the time.

@@ -51,9 +51,8 @@ impl<'a> LastStep<'a> {
         if run.is_cancelled() { None } else { self.outputs_of(run) }
     }
 
-    /// Derivatives of the outputs at its end along a direction of parameters and inputs of the whole run, which began
-    /// at `start_time` (s) in the state `start`. Inputs and tunable parameters change by the same over all `stretches`;
-    /// `parameters` are the current ones.
+    /// The same along parameters and inputs of the whole run, which began at `start_time` (s) in the state `start`.
+    /// Both change by the same over all `stretches`; `parameters` are the current ones.
     pub(crate) fn along_run(
         &self,
         parameters: &Parameters,
@@ -123,8 +122,7 @@ impl<'a> LastStep<'a> {
     }
 }
 
-/// Accelerations by the inputs `held`, with their derivatives for constant changes `tangent` of the inputs and for
-/// those of the masses.
+/// Accelerations by the inputs `held`, with derivatives for constant changes `tangent` of these and for the masses'.
 fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
     let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
         let mut forcing = held.forcing(i, ball.mass);

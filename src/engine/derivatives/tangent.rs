@@ -1,12 +1,8 @@
-//! A motion with its derivatives along a direction of inputs and parameters: exact, by dual numbers.
+//! A motion with its derivatives along a direction of inputs and parameters, by dual numbers: series of the whole chain
+//! from switching to switching, and impacts of rigid balls. See "Derivatives" in docs/theory.md.
 //!
-//! It is followed by Taylor series of the whole chain from switching to switching. The times of switchings are dual
-//! numbers as well, which accounts for jumps of the force (the saltation of hybrid systems: di Bernardo et al.,
-//! Piecewise-smooth Dynamical Systems, 2008, section 2.5). Only the derivatives are used. The cost grows with the
-//! number of balls times the number of segments.
-//!
-//! Impacts of rigid balls are computed in dual numbers, too. There are no derivatives where balls stay in contact, nor
-//! where more than two touch whose impacts the direction would separate.
+//! Only the derivatives are used. There are none where rigid balls stay in contact, nor where more than two touch whose
+//! impacts the direction would separate.
 
 use super::chain_state::ChainState;
 use crate::engine::cluster::{Control, Series, Switch, WindowContact, sign_after_clip, velocity_scale};
@@ -16,8 +12,7 @@ use crate::engine::run::around;
 use crate::model::{Chain, Cradle, Differential, Mode};
 use crate::solver::{DoubleDouble, Dual, Scalar, crossing, series};
 
-/// Order of the series of the forces, and the tolerance of a run for which the local errors of the velocities are 1e-16
-/// of their scale.
+/// Order of the series of forces; tolerance of a run for which local errors of velocities are 1e-16 of their scale.
 const ORDER: usize = 24;
 const TOLERANCE: f64 = 1e-11;
 
@@ -30,8 +25,7 @@ const CANCELLATION: f64 = 1e-10;
 /// Approach speeds of rigid balls up to this many roundings of the fastest come to rest, as in the run itself.
 const UNRESOLVED: f64 = 32.0;
 
-/// Velocities that differ by more than this part of the largest do not belong to the same side of an impact of rigid
-/// balls.
+/// Velocities that differ by more than this part of the largest are on other sides of an impact of rigid balls.
 const SAME_VELOCITIES: f64 = 1e-6;
 
 pub(super) struct Run {

@@ -12,11 +12,9 @@ pub(super) struct Contact {
     pub ledger: Ledger,
     /// Largest force of the last pulse as the last event saw it, N.
     pub peak: f64,
-    /// Largest force of the current pulse that the host has evaluated, N; many hosts report only steps to communication
-    /// points.
+    /// Largest force of the pulse that the host has evaluated, N; many report only steps to communication points.
     pub seen: f64,
-    /// Time up to which the last event has followed it, s. Until then the states are those of a flight that has yet to
-    /// begin.
+    /// Time up to which the last event has followed it, s: until then its states are those of a flight yet to begin.
     pub followed_until: Option<f64>,
     /// Time (s), force (N) and its rate (N/s) at the end of the host's last step, while the contact is closed.
     pub last: Option<(f64, f64, f64)>,

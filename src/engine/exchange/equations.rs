@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::model::{BallModel, Chain, Cradle, Mode};
 use crate::solver::Scalar;
 
-/// Number of continuous states: the first position, the overlaps, the velocities, the impulses, the energy dissipated
-/// and the work of the inputs.
+/// Number of continuous states; [`Exchange`](super::Exchange) lists them.
 pub const fn state_count(balls: usize) -> usize {
     3 * balls + 1
 }
@@ -35,8 +34,7 @@ pub struct State<S = f64> {
 }
 
 impl<S: Scalar> State<S> {
-    /// The state `y`, in the host's order. A position is the one to its left minus overlap and clearance; on arcs, both
-    /// are those along the paths.
+    /// The state `y` of the host. A position is that to its left less overlap and clearance, on arcs along the paths.
     pub(super) fn new(cradle: Cradle<S>, modes: Vec<Mode>, y: &[S], forcings: Vec<S>) -> Self {
         let n = cradle.balls.len();
         let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());

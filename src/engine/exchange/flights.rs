@@ -1,5 +1,4 @@
-//! Flight from the current state, forwards to the next onset with the inputs held, and backwards to an onset that the
-//! host has stepped over.
+//! Flight from the current state: on to the next onset with the inputs held, or back to one that was stepped over.
 
 use super::run::Exchange;
 use crate::engine::flight::{Ball, Flight, Separation};
@@ -7,8 +6,7 @@ use crate::engine::{Next, Unrecorded, run::Engine};
 use crate::model::{BallModel, Mode, ONSET_PERIODS};
 use crate::solver::{DoubleDouble, Smooth, root::rising_zero};
 
-/// Farthest look back for an onset, in radians of the pendulums' swing or decay times, or in s without gravity and
-/// drag: far beyond any step.
+/// Farthest look back for an onset, in radians of swings, decay times or, without both, s: far beyond any step.
 const FARTHEST: f64 = 1.5;
 
 /// Largest effort of one look ahead, in units of about a tenth of a microsecond; the next event continues.
@@ -55,8 +53,7 @@ impl Exchange {
         flight
     }
 
-    /// When contact `j` closed, relative to now (s), if it is open and due: its balls overlap and approach each other,
-    /// or meet within the margin.
+    /// When open contact `j` closed, from now (s), if due: its balls overlap and approach, or meet within the margin.
     pub(super) fn due_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {
         let (overlap, rate) = self.overlap_and_rate(j);
         if self.is_followed(j) {

@@ -1,10 +1,6 @@
-//! A run that its host integrates: model exchange.
-//!
-//! The host sets time and states, and reads derivatives and event indicators (`run`, `equations`). Contacts open and
-//! close only in events (`events`), and forces follow these flags, so the equations are smooth in between. With
-//! `exchange.contacts = mapped` an event follows a group of contacts to its end by the event-driven engine
-//! (`events/group`), and the host integrates only flight; with `resolved` it integrates the pulses. Lasting contacts
-//! are always resolved. Rigid contacts are impulses. The next onset is computed with the inputs held (`flights`).
+//! A run that its host integrates: see "Model exchange" in docs/theory.md. The host sets time and states, and reads
+//! derivatives and event indicators (`run`, `equations`). In `events` contacts open and close, and groups of them are
+//! followed to their end (`events/group`). The next onset is computed with the inputs held (`flights`).
 
 mod contact;
 mod equations;

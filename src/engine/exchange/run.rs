@@ -1,5 +1,4 @@
-//! The state of a run that its host integrates, with setters, derivatives of the states, and event indicators for
-//! onsets, releases and clipping.
+//! The state of a run that its host integrates, with its setters, the derivatives, and the event indicators.
 
 use std::ops::Deref;
 
@@ -220,8 +219,7 @@ impl Exchange {
         })
     }
 
-    /// Whether the overlap of contact `j` after an event is virtual, because its balls have yet to part or their flight
-    /// to begin.
+    /// Whether contact `j` overlaps only because its balls have yet to part after an event, or their flight to begin.
     fn is_virtual(&self, j: usize) -> bool {
         let (overlap, rate) = self.overlap_and_rate(j);
         self.is_mapped() && self.modes[j] == Mode::Open && (overlap > 0.0 && rate <= 0.0 || self.is_followed(j))

@@ -5,8 +5,7 @@ use crate::engine::{Next, Unrecorded, cluster::Switch};
 use crate::model::ONSET_PERIODS;
 use crate::solver::DoubleDouble;
 
-/// Effort of one look ahead ([`Engine::effort`]): some tenths of a millisecond. The event that exceeds it is still
-/// handled.
+/// Effort of a look ahead ([`Engine::effort`]): some tenths of a millisecond, and the event that exceeds it.
 const LOOK_AHEAD: u64 = 4_000;
 
 /// The same for copying a ball and its contact.
@@ -17,8 +16,7 @@ type Entry = (DoubleDouble, Option<usize>);
 
 impl Engine {
     /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first
-    /// ball. If a fixed amount of work does not reach it, the time up to which there is none, from which the next look
-    /// continues.
+    /// ball; after a fixed amount of work, the time up to which there is none, from which the next look continues.
     pub(crate) fn find_next_onset(&self) -> Next {
         if let Some((asked_at, answer)) = self.caches.found.get() {
             // An onset stays the next one until it comes; "none within the horizon" is valid for now only.

@@ -126,8 +126,7 @@ impl Engine {
         model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
     }
 
-    /// To be called before an event at `t` changes the closed form of ball `i` or its contacts. Records nothing at the
-    /// very start of the step.
+    /// Records the start of the step before an event at `t`, if later, changes the motion of ball `i` or its contacts.
     pub(crate) fn before_move(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() {
             self.record_start(i);
@@ -151,8 +150,7 @@ impl Engine {
         self.step.moved.push(i as u32);
     }
 
-    /// To be called before an event at `t` changes the ledger of contact `i`: records its impulse at the start of the
-    /// step.
+    /// Records the impulse at the start of the step before an event at `t`, if later, changes the ledger of `i`.
     pub(crate) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() && self.contacts[i].ledger.impulse_at_start(self.step.number).is_none() {
             let impulse = self.impulse_at(i, self.step.time.into());

@@ -9,8 +9,7 @@ use crate::engine::{EngineError, Observer, flight::Regime};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
-/// Effort (see [`Engine::effort`]) of each contact of a cluster's window in a new segment, and of each evaluation of a
-/// contact force for it.
+/// Effort ([`Engine::effort`]) of a segment: of each contact of the window, and of each evaluation of a contact force.
 const SEGMENT: u64 = 24;
 const EVALUATION: u64 = 2;
 

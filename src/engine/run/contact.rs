@@ -22,8 +22,7 @@ pub(crate) enum Phase {
     Unassigned(WindowContact),
     /// Open between balls in flight, with the forecast of its onset.
     Open(Separation, Next<DoubleDouble>),
-    /// Open beside an impact of known outcome, with the overlap (m) between the anchors of its balls, whose times
-    /// differ.
+    /// Open beside an impact of known outcome, with the overlap (m) of its balls at their anchors, at different times.
     BesideImpact(f64),
     /// In the window of this cluster.
     Window(u32),

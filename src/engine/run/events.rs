@@ -73,8 +73,7 @@ impl Engine {
         cluster.and_then(|cluster| cluster.switch).map_or(key, |(contact, _)| contact)
     }
 
-    /// Closes contact `i` at time `t`: joins the clusters that its balls belong to or border on, and the contacts of
-    /// `range`.
+    /// Closes contact `i` at `t`: joins the clusters that its balls are in or border on, and the contacts of `range`.
     pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, mut range: Range<usize>, observer: &mut dyn Observer) {
         let closed = |engine: &Self, j: &usize| engine.contacts[*j].is_closed();
         let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
@@ -176,8 +175,7 @@ impl Engine {
         }
     }
 
-    /// Makes contact `i` open, with both balls in flight, from `t` on; between rigid balls, overlaps up to `noise` (m)
-    /// are none.
+    /// Makes contact `i` open from `t` on, both balls in flight; overlaps of rigid balls up to `noise` (m) are none.
     pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble, noise: f64) {
         let mut overlap = self.contacts[i].overlap().min(0.0);
         if self.cradle.on_arcs() {

@@ -1,13 +1,5 @@
-//! The events of rigid contacts: impacts, and the beginning and end of sustained contacts.
-//!
-//! An onset is an impact without duration (`restitution`). All balls that touch then, to within rounding, take part.
-//! Afterwards neighbours without relative velocity that are pressed together are held by a [`Constraint`] and move as
-//! one body; the others fly on, possibly side by side.
-//!
-//! Chatter ends at the resolution of doubles. An approach comes to rest if its rebound would stay below the rounding of
-//! the positions, if it is below the rounding of the velocities, or if hundreds of impacts have come at the same time;
-//! in a contact that has chattered for very many impacts in a row, sooner. The energy lost counts as a loss of the
-//! impact.
+//! The events of rigid contacts: impacts (`restitution`), and the beginning and end of sustained contacts
+//! ([`Constraint`]). See "Rigid contacts" in docs/theory.md.
 
 use std::ops::Range;
 
@@ -236,16 +228,14 @@ impl Engine {
         }
     }
 
-    /// Whether the balls of contact `j` swing as one while they stay in contact: on arcs, if they are equal pendulums
-    /// that touch at equal angles.
+    /// Whether the balls of contact `j` can swing as one in touch: on arcs equal pendulums that touch at equal angles.
     fn swing_as_one(&self, j: usize) -> bool {
         let [left, right] = self.cradle.pair(j).balls;
         let alike = left.length == right.length && left.gamma == right.gamma;
         !left.on_arc || alike && self.cradle.contacts[j].clearance == 0.0
     }
 
-    /// Whether contact `j`, open from `t` on, closes again without speed, to within `rounding` (m/s), although its
-    /// balls do not swing as one.
+    /// Whether contact `j`, open from `t` on, closes without speed, to `rounding` (m/s), but cannot swing as one.
     fn is_held(&self, j: usize, t: DoubleDouble, rounding: f64) -> bool {
         let Phase::Open(separation, Next::At(next)) = &self.contacts[j].phase else { return false };
         let still = |t: DoubleDouble| separation.at_time(t).1.abs() <= RESOLVED * rounding;

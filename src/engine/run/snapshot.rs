@@ -1,8 +1,5 @@
-//! A run as plain data, from which it continues bit-for-bit identically.
-//!
-//! A snapshot holds anchors, overlaps, forecasts and sums. Everything that follows from these, such as the motion of
-//! clusters and the outcome of impacts, is computed by the same operations as before. Inconsistent snapshots are
-//! refused.
+//! A run as plain data, from which it continues bit-for-bit identically: anchors, overlaps, forecasts and sums, of
+//! which all else is computed by the same operations as before. Inconsistent snapshots are refused.
 
 use std::ops::Range;
 

@@ -24,9 +24,8 @@ const MOST: usize = 30;
 /// Change of the accelerations over their size, both summed over balls and nodes, at which the iteration ends.
 const CONVERGED: f64 = 1e-14;
 
-/// Allowed size of the two highest terms of the interpolation over the largest acceleration. In the stretched time
-/// `c^2`, forces with exponents that are multiples of 1/2 are smooth, and the error at the end of a segment is far
-/// smaller.
+/// Allowed size of the two highest terms of the interpolation over the largest acceleration; also for exponents that
+/// are multiples of 1/2, whose forces are smooth in the stretched time `c^2`: the error at the end is then far smaller.
 const TAIL: f64 = 1e-11;
 const SMOOTH_TAIL: f64 = 1e-7;
 
@@ -80,8 +79,7 @@ impl Group<'_> {
         Map::numbers_of(balls) + contacts * NODES * (BAND + numbers_of_state(balls))
     }
 
-    /// The linearised motion on the segment, and displacement and velocity of each ball at its end; `None` if the
-    /// segment is too long.
+    /// The linearised motion on the segment, and the balls' displacements and velocities; `None` if it is too long.
     pub fn press(&self) -> Option<(Map, Vec<(f64, f64)>)> {
         let (length, table) = (self.length, self.table);
         let balls = self.follow()?;

@@ -60,8 +60,7 @@ pub(super) fn dot(by: &[DoubleDouble], changes: &[f64]) -> DoubleDouble {
     products.fold(DoubleDouble::ZERO, |sum, (by, change)| sum + *by * *change)
 }
 
-/// Derivatives of the force of a contact by the coefficients at constant overlap and rate, from the force and its
-/// derivative by the overlap.
+/// Derivatives of the force of a contact by the coefficients at constant overlap and rate, from force and slope.
 pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: f64, slope: f64) -> [f64; OF_CONTACT] {
     if overlap <= 0.0 {
         return [0.0; OF_CONTACT];
@@ -71,8 +70,7 @@ pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64, force: 
     [force / law.stiffness, by_reference, by_exponent, 0.0, rate, force * rate, slope * rate]
 }
 
-/// Linear functions of the state of some neighbours and of the coefficients; for a part of a run, the change of the
-/// state over it.
+/// Linear functions of the state of some neighbours and of the coefficients; for a part of a run, its change.
 #[derive(Clone, Debug)]
 pub(super) struct Map {
     first: usize,
@@ -153,8 +151,7 @@ impl Map {
         state[self.first * STATE..].iter_mut().zip(growth).for_each(|(to, growth)| *to += growth);
     }
 
-    /// Turns derivatives by the state after this part of a run into those by the state before it and by the
-    /// coefficients.
+    /// Turns derivatives by the state after this part of a run into those by the state before and the coefficients.
     pub fn backward(&self, by_coefficients: &mut [DoubleDouble], by_state: &mut [DoubleDouble]) {
         let [own, _] = self.places();
         let by_after = by_state[own].to_vec();

@@ -1,18 +1,9 @@
-//! Derivatives of a whole run: along one direction, or of one number by everything at once.
+//! Derivatives of a whole run of elastic contacts: along one direction, or of one number by everything at once. See
+//! "Derivatives" in docs/theory.md.
 //!
-//! A [`Tape`] is the chain of the linear maps ([`Map`]) of the parts of a run of elastic contacts, each from the state
-//! at its start and the coefficients to the state at its end: flights of single balls and equal pendulums in a linear
-//! contact (`oscillation`), and other neighbours that press on each other (`group`). Forwards, the maps give
-//! derivatives along a direction; transposed and backwards, those of one number by the start state and all
-//! coefficients, for the price of a few runs (reverse mode: Griewank and Walther, Evaluating Derivatives, 2008, chapter
-//! 3).
-//!
-//! Both directions apply the same maps to double-doubles, so they agree to rounding. Doubles would lose five digits in
-//! each contact, differently in each direction: within a contact, a change of a position causes a change of velocities
-//! `omega` times as large, most of which vanishes at its end.
-//!
-//! Elastic forces are continuous where a contact closes and opens, so shifts of these times have effects of second
-//! order; the tape uses the times of the run.
+//! A [`Tape`] is the chain of the linear maps ([`Map`]) of the parts of a run, each from the state at its start and the
+//! coefficients to the state at its end: flights of single balls and equal pendulums in a linear contact
+//! (`oscillation`), and other neighbours that press on each other (`group`).
 
 mod group;
 mod map;
@@ -72,8 +63,7 @@ impl Tape {
         self.tunings.iter().map(change).collect()
     }
 
-    /// Derivatives of the outputs at its end along a direction of parameters and inputs; NaN where it
-    /// [lacks](Self::lacks) them.
+    /// Derivatives of the outputs at its end along a direction of parameters and inputs; NaN for others ([`Self::lacks`]).
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let changes = self.changes(tangent, inputs);
         let mut state: Vec<DoubleDouble> = change_of_start(tangent).into_iter().map(DoubleDouble::from).collect();

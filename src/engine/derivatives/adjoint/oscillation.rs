@@ -1,9 +1,5 @@
 //! Motions that are sums of oscillations, with their derivatives by the start and the coefficients: one ball in flight,
-//! or two equal pendulums in a linear contact.
-//!
-//! The centre of two balls swings like one of them, their distance like an oscillator of its own; both motions and
-//! their responses have closed forms. The effect of a coefficient is an integral of the response to it, by Gauss's
-//! rule; for two balls in a time `3 c^2 - 2 c^3`, which makes the logarithm of the overlap smooth enough.
+//! or two equal pendulums in a linear contact. See "Derivatives" in docs/theory.md.
 
 use super::map::{CLEARANCE, COEFFICIENTS, Map, OF_BALL, OF_CONTACT, STATE, V, X, law_derivatives, numbers_of_state};
 use crate::engine::flight::{Flight, Forcing, degree, forcing_at};
@@ -149,8 +145,7 @@ impl<'a> Oscillation<'a> {
         };
         let (of_centre, of_distance) =
             (bases(&self.own), self.contact.as_ref().map(|contact| bases(&contact.oscillator)));
-        // For the acceleration of each ball, and the force of the contact: its effect on the state, and its
-        // derivatives.
+        // For the acceleration of each ball and the contact force: its effect on the state, and its derivatives.
         let (mut to_balls, mut of_balls) = ([[[0.0; NODES]; NUMBERS]; 2], [[[0.0; NODES]; OF_BALL]; 2]);
         let (mut to_force, mut of_force) = ([[0.0; NODES]; NUMBERS], [[0.0; NODES]; OF_CONTACT]);
         let mut to_centre = [0.0; 2];
@@ -202,8 +197,7 @@ impl<'a> Oscillation<'a> {
     }
 }
 
-/// Derivatives of position and velocity of an oscillator by position and velocity at the start, minus the identity, at
-/// the time of these function values.
+/// Derivatives of an oscillator's state by that at the start, minus the identity, for these function values.
 fn swing(o: &Oscillator, [_, u1, u2]: &[f64; 3]) -> [[f64; 2]; 2] {
     let turn = o.omega2() * u2;
     [[-turn, -o.omega2() * u1], [*u1, -turn - 2.0 * o.gamma() * u1]]

@@ -15,8 +15,7 @@ use crate::solver::{DoubleDouble, Power, Stretching};
 /// Numbers that a tape may hold: 128 MiB.
 const MOST_NUMBERS: usize = 1 << 24;
 
-/// Numbers that a tuning holds, for each coefficient of the equations: about as many parameters, and their shares in a
-/// gradient.
+/// Numbers that a tuning holds for each coefficient: about as many parameters, and their shares in a gradient.
 const NUMBERS_OF_TUNING: usize = 4;
 
 /// Allowed difference between the ends of a tape and of the run, over the amplitude. In moving chains up to 3e-12 was
@@ -144,8 +143,7 @@ impl Recorder {
             self.room(pieces, Map::numbers_of(models.len()))?;
             (0..pieces as usize).try_for_each(|_| self.oscillate(&oscillation, first..end, length / pieces))?;
         } else {
-            // The forces of contacts that close at the start or open at the end grow from there with any power of the
-            // time.
+            // Forces of contacts that close at the start or open at the end grow from there with any power of time.
             let half = 0.5 * length;
             self.press(first..end, half, Stretching::AtStart(Power::Square), HALVINGS)?;
             self.press(first..end, half, Stretching::AtEnd(Power::Square), HALVINGS)?;
@@ -237,8 +235,7 @@ impl Recorder {
     }
 }
 
-/// The derivatives of energy, momentum and force on the support at positions (m), velocities (m/s) and the overlaps (m)
-/// of the contacts that are closed.
+/// Derivatives of energy, momentum and force on the support in this state (m, m/s), with overlaps (m) where closed.
 fn sums(cradle: &Cradle, tuning: usize, x: &[f64], v: &[f64], overlaps: &[Option<f64>]) -> Map {
     let mut map = Map::of_rows(3, 0, cradle.balls.len(), tuning);
     for (i, ball) in cradle.balls.iter().enumerate() {

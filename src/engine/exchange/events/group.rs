@@ -38,8 +38,7 @@ impl Group {
 }
 
 impl Exchange {
-    /// An engine for the balls of `range` of `balls`, whose time 0 is `onset` (s) from now. The `closed` contacts, in
-    /// ascending order, press.
+    /// An engine for the balls of `range`, its time 0 `onset` (s) from now. The `closed` contacts, ascending, press.
     pub(in crate::engine::exchange) fn engine_at(
         &self,
         balls: &[Ball],
@@ -171,10 +170,8 @@ impl Exchange {
         }
     }
 
-    /// Applies the outcome of `group` to the states. `balls` are those before it; `before` is the impulse of a contact
-    /// up to its onset (N.s, from now).
-    ///
-    /// From the end all balls move back, or on, to the current time, in flight or as a part of a body.
+    /// Applies the outcome of `group` to the states: from its end all balls move back, or on, to the current time, in
+    /// flight or in a body. `balls` are those before it, `before` the impulse of a contact from now to its onset (N.s).
     pub(super) fn apply(
         &mut self,
         balls: &[Ball],
