@@ -1,15 +1,17 @@
 //! The state of an event-driven run, and the calls that advance it.
 
+use std::cell::{Cell, RefCell};
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::caches::Caches;
 use super::contact::{Contact, Keep};
 use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::flight::{Ball, Flight};
-use crate::engine::{EngineError, Fault, HeldInputs, Observer, StepStart, Unrecorded, pair_impact::ImpactCoefficients};
+use crate::engine::{
+    EngineError, Fault, HeldInputs, Next, Observer, StepStart, Unrecorded, pair_impact::ImpactCoefficients,
+};
 use crate::model::{Chain, Cradle, Inputs, Parameters, WorkCounters, check_start_on_arcs};
 use crate::solver::{DoubleDouble, EventQueue, Stretching};
 
@@ -31,7 +33,7 @@ pub struct Engine {
     /// The current step. A copy that looks ahead records nothing: its step begins after all events.
     pub(crate) step: StepStart,
     pub(crate) totals: Totals,
-    pub(crate) caches: Caches<Self>,
+    pub(crate) caches: Caches,
     /// Queue entries handled so far, and onsets among them.
     pub(crate) handled: u64,
     pub(crate) onsets: u64,
@@ -54,6 +56,37 @@ pub(crate) struct Totals {
     /// Time of the last event, and number of events at that time.
     pub last_event: DoubleDouble,
     pub standstill: usize,
+}
+
+/// The time (s; NaN for none), the anchor of a ball's flight then, its position (m) and velocity (m/s).
+type KnownState = (f64, DoubleDouble, (f64, f64));
+
+/// Values that could be computed again; no state, except for the progress of a look ahead, from which the next goes on.
+#[derive(Debug)]
+pub(crate) struct Caches {
+    /// For each ball: its state when it was last asked for.
+    pub states: Vec<Cell<KnownState>>,
+    /// A copy of the run that has gone ahead on the same trajectory until the inputs change, to the next onset at most.
+    pub ahead: RefCell<Option<Box<Engine>>>,
+    /// The last result of a look ahead, and the time of the request, s.
+    pub found: Cell<Option<(f64, Next)>>,
+    /// The last cluster that ended, whose memory is reused.
+    pub spare: Option<Box<Cluster>>,
+}
+
+impl Caches {
+    /// Empty ones.
+    fn new(balls: usize) -> Self {
+        let states = vec![Cell::new((f64::NAN, DoubleDouble::ZERO, (0.0, 0.0))); balls];
+        Self { states, ahead: RefCell::default(), found: Cell::default(), spare: None }
+    }
+}
+
+/// A copy keeps the look ahead and recomputes everything else.
+impl Clone for Caches {
+    fn clone(&self) -> Self {
+        Self { ahead: self.ahead.clone(), found: self.found.clone(), ..Self::new(self.states.len()) }
+    }
 }
 
 impl Engine {
@@ -217,7 +250,7 @@ impl Engine {
     /// The reverse, from the current states and overlaps.
     fn resume(&mut self) {
         let now = DoubleDouble::from(self.time);
-        self.caches.clear();
+        self.caches = Caches::new(self.balls.len());
         if self.is_rigid() {
             // A contact that would have to pull from now on ends in the next step.
             return self.settle(0..self.contacts.len(), now, Keep::Closed, &[], &mut Unrecorded);
@@ -266,8 +299,7 @@ mod tests {
     use crate::engine::{Unrecorded, cluster::Method};
     use crate::model::{Chain, ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, Results};
 
-    /// A scene for each method: parameters, the force that presses the outer balls together (N), and the time to follow
-    /// it (s).
+    /// Scenes for each method: parameters, force that presses the outer balls together (N), and time to follow (s).
     fn scenes() -> Vec<(Method, Parameters, f64, f64)> {
         let row = |n: usize| Parameters { dead_band: 0.0, ..Parameters::default_for(n) };
         let at_rest = |n: usize| Parameters { x_start: vec![0.0; n], ..row(n) };
@@ -297,8 +329,7 @@ mod tests {
         ]
     }
 
-    /// Without any one of the methods, the others give the same result; as they share no equation of contact, all are
-    /// right.
+    /// Without any one method the others give the same result; as they share no equation of contact, all are right.
     #[test]
     fn each_method_can_do_without_the_others() {
         for (own, p, force, end) in scenes() {

@@ -1,12 +1,7 @@
-//! An event-driven run.
-//!
-//! [`Engine`] is its state; `hold`, `retune` and `advance` move it on. Between events every ball is in flight, in an
-//! impact of known outcome, in a cluster or in a body, and every contact has a phase (`contact`); the next event of
-//! each is in a queue. An event regroups the balls about one contact: onsets, releases and forecasts (`events`),
-//! clusters (`clusters`), impacts of two (`pair_impacts`), rigid contacts (`rigid_contacts`). A run can be saved and
-//! restored (`snapshot`).
+//! An event-driven run; see "A run" in docs/theory.md. [`Engine`] is its state; `hold`, `retune` and `advance` move it
+//! on. An event regroups the balls about one contact (`contact`): onsets, releases and forecasts (`events`), clusters
+//! (`clusters`), impacts of two (`pair_impacts`), rigid contacts (`rigid_contacts`). `snapshot` saves and restores it.
 
-mod caches;
 mod clusters;
 mod contact;
 mod engine;
