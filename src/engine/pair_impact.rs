@@ -28,7 +28,7 @@ const TERMS: usize = 7;
 const SMALL: f64 = 1e-3;
 
 /// Coefficients of the expansion for one exponent of the force law.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct ImpactCoefficients {
     /// Of `beta^(k-j) alpha^j` in the integral of `dq / sqrt(...)`.
     time: [[f64; TERMS]; TERMS],

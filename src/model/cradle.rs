@@ -6,7 +6,7 @@ use super::parameters::{ContactModel, Parameters, PendulumModel};
 use crate::solver::dual::Scalar;
 
 /// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`, or the same on an arc.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BallModel<S = f64> {
     /// Mass, kg.
     pub mass: S,

@@ -5,7 +5,7 @@ use super::double_double::DoubleDouble;
 /// A tournament of times with at most one entry per key; entering, moving or removing one takes O(log n).
 ///
 /// Equal times come in the order of their keys, so the order does not depend on the history of the queue.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct EventQueue {
     /// Time of each key, infinite without an entry; their number is a power of two.
     time: Vec<DoubleDouble>,

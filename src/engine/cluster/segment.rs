@@ -7,6 +7,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::collocation;
 use super::gauss;
 use super::modes::Modes;
@@ -24,11 +26,12 @@ use crate::solver::{DoubleDouble, MAX_FORCE_ORDER};
 /// Time scales of the fastest mode in which the first window by modes is searched for switchings.
 const FIRST_HORIZON: f64 = 32.0;
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Cluster {
     /// Balls that touch another one.
     pub members: Range<usize>,
     /// Members and spectators.
+    #[serde(skip)]
     pub window: Range<usize>,
     pub start: DoubleDouble,
     /// The balls of the window at the start of the segment.
@@ -36,21 +39,31 @@ pub(crate) struct Cluster {
     /// The contacts of the window, from `window.start` on, at the start of the segment.
     pub contacts: Vec<WindowContact>,
     /// The rates of their overlaps then, m/s.
+    #[serde(skip)]
     rates: Vec<f64>,
     /// The method that describes the motion, and the memory of all.
+    #[serde(skip)]
     method: Method,
+    #[serde(skip)]
     series: Series,
+    #[serde(skip)]
     gauss: Box<gauss::Motion>,
+    #[serde(skip)]
     modes: Modes,
+    #[serde(skip)]
     workspace: Workspace,
     /// The step history from here on, and at the start of the current segment.
+    #[serde(skip)]
     pub history: StepHistory,
     pub history_before: StepHistory,
     /// Evaluations of contact forces for the current segment.
+    #[serde(skip)]
     pub evaluations: u64,
     /// Length of the current segment, s.
+    #[serde(skip)]
     pub length: f64,
     /// What happens at its end, and in which contact.
+    #[serde(skip)]
     pub switch: Option<(usize, Switch)>,
 }
 

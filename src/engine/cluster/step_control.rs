@@ -35,7 +35,7 @@ pub(crate) enum Method {
     Series,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Control {
     /// A method to leave out, to test the others.
     pub forbidden: Option<Method>,

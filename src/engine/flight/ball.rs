@@ -3,14 +3,17 @@
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
 
+use serde::{Deserialize, Serialize};
+
 use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, shifted};
 use super::path::{Fault, Path, Piece};
 use crate::model::BallModel;
 use crate::solver::{BASIS, DoubleDouble, Oscillator, Steady, quadrature::gauss_legendre};
 
 /// What governs the motion of a ball.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Regime {
+    #[default]
     Flight,
     /// Member of this cluster.
     Cluster(u32),
@@ -21,20 +24,24 @@ pub(crate) enum Regime {
 }
 
 /// A ball: its state at its anchor, and its motion in closed form from there unless a cluster or an impact governs it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Ball {
+    #[serde(skip)]
     pub model: BallModel,
     /// The oscillator of its pendulum or, in a body of rigid balls, of the body.
+    #[serde(skip)]
     pub oscillator: Oscillator,
     /// Time that `flight` and `integrals` refer to.
     pub anchor: DoubleDouble,
     /// Its state at the anchor. In a body the contact forces are a part of the forcing.
     pub flight: Flight,
     pub integrals: RunningIntegrals,
+    #[serde(skip)]
     pub regime: Regime,
     /// Whether a flight on an arc begins with a long step: no impact is near.
     pub flies_on: bool,
     /// The part of a flight on an arc that was asked for last.
+    #[serde(skip)]
     piece: RefCell<Option<Box<Piece>>>,
 }
 

@@ -19,30 +19,39 @@ use crate::solver::{DoubleDouble, EventQueue, Stretching};
 pub(crate) const NO_STEP: f64 = f64::MAX;
 
 /// A cradle and its trajectory up to the current time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Engine {
+    #[serde(skip)]
     pub(crate) cradle: Cradle,
     pub(crate) inputs: HeldInputs,
+    #[serde(skip)]
     pub(crate) control: Control,
+    #[serde(skip)]
     pub(crate) impact_coefficients: ImpactCoefficients,
     pub(crate) time: f64,
     pub(crate) balls: Vec<Ball>,
     pub(crate) contacts: Vec<Contact>,
     pub(crate) clusters: Vec<Option<Box<Cluster>>>,
+    #[serde(skip)]
     pub(crate) queue: EventQueue,
     /// The current step. A copy that looks ahead records nothing: its step begins after all events.
     pub(crate) step: StepStart,
     pub(crate) totals: Totals,
+    #[serde(skip)]
     pub(crate) caches: Caches,
     /// Queue entries handled so far, and onsets among them.
     pub(crate) handled: u64,
+    #[serde(skip)]
     pub(crate) onsets: u64,
     /// What has ended the flight of a ball: when, of which, and why.
+    #[serde(skip)]
     pub(crate) fault: Option<(DoubleDouble, usize, Fault)>,
     /// Work so far, in units of about a tenth of a microsecond, which limits a look ahead.
+    #[serde(skip)]
     pub(crate) effort: u64,
     /// Whether the run has yet to begin: rigid contacts then transmit nothing and have had no onset. Otherwise their
     /// forces would depend on all balls and inputs, and coupled models would have to iterate.
+    #[serde(skip)]
     pub(crate) initializing: bool,
 }
 
@@ -62,7 +71,7 @@ pub(crate) struct Totals {
 type KnownState = (f64, DoubleDouble, (f64, f64));
 
 /// Values that could be computed again; no state, except for the progress of a look ahead, from which the next goes on.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Caches {
     /// For each ball: its state when it was last asked for.
     pub states: Vec<Cell<KnownState>>,

@@ -1,49 +1,24 @@
 //! A run as plain data, from which it continues bit-for-bit identically: anchors, overlaps, forecasts and sums, of
 //! which all else is computed by the same operations as before. Inconsistent snapshots are refused.
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
 
-use super::contact::{Contact, Phase};
-use super::engine::{Engine, NO_STEP, Totals};
-use crate::engine::cluster::{Cluster, StepHistory, WindowContact};
-use crate::engine::flight::{Ball, Flight, Regime, RunningIntegrals};
-use crate::engine::{HeldInputs, Next, StepStart, pair_impact::PairImpact};
+use super::contact::Phase;
+use super::engine::{Engine, NO_STEP};
+use crate::engine::cluster::Cluster;
+use crate::engine::flight::{Ball, Flight, Regime};
+use crate::engine::{Next, StepStart, pair_impact::PairImpact};
 use crate::model::{Mode, Parameters};
 use crate::solver::{DoubleDouble, Oscillator};
 
 /// A run as plain data.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Snapshot {
-    run: RunState,
-    /// The copy that looks ahead, with its lead in queue entries, unless it is where the run is.
-    copy: Option<(RunState, u64)>,
+    run: Engine,
+    /// The copy that looks ahead, unless it is where the run is.
+    copy: Option<Box<Engine>>,
     /// The result of the look ahead, and the time of the request, s.
     found: Option<(f64, Next)>,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct RunState {
-    time: f64,
-    inputs: HeldInputs,
-    balls: Vec<BallState>,
-    contacts: Vec<Contact>,
-    clusters: Vec<Option<ClusterState>>,
-    step: StepStart,
-    totals: Totals,
-}
-
-/// The anchor of a ball, with its state and integrals, and whether it flies on from there.
-type BallState = (DoubleDouble, Flight, RunningIntegrals, bool);
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct ClusterState {
-    members: Range<usize>,
-    start: DoubleDouble,
-    flights: Vec<Flight>,
-    contacts: Vec<WindowContact>,
-    history: StepHistory,
 }
 
 /// An inconsistent snapshot, and what shows it.
@@ -55,55 +30,29 @@ pub(crate) fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> 
 }
 
 impl Engine {
-    /// The run as it is now.
+    /// The run as it is now, without the part of its look ahead that has passed.
     pub fn snapshot(&self) -> Snapshot {
-        let copy = self.caches.ahead.borrow();
-        let state = |copy: &Self| {
-            // The time of a copy that looks ahead is that of its last event.
-            let (now, mut state) = (copy.totals.last_event.value_up(), copy.run_state());
-            (state.time, state.step.time) = (now, now);
-            (state, copy.handled - self.handled)
-        };
-        // Results that lie in the past are useless.
+        let copy = self.caches.ahead.borrow().clone().filter(|copy| copy.handled > self.handled);
         let found = self.caches.found.get().filter(|(_, found)| found.time() > self.time);
-        let further = copy.as_deref().filter(|copy| copy.handled > self.handled);
-        Snapshot { run: self.run_state(), copy: further.map(state), found }
-    }
-
-    fn run_state(&self) -> RunState {
-        let ball = |ball: &Ball| (ball.anchor, ball.flight, ball.integrals, ball.flies_on);
-        let cluster = |cluster: &Cluster| ClusterState {
-            members: cluster.members.clone(),
-            start: cluster.start,
-            flights: cluster.flights.clone(),
-            contacts: cluster.contacts.clone(),
-            history: cluster.history_before,
-        };
-        RunState {
-            time: self.time,
-            inputs: self.inputs.clone(),
-            balls: self.balls.iter().map(ball).collect(),
-            contacts: self.contacts.clone(),
-            clusters: self.clusters.iter().map(|slot| slot.as_deref().map(cluster)).collect(),
-            step: self.step.clone(),
-            totals: self.totals,
-        }
+        Snapshot { run: self.clone(), copy, found }
     }
 
     /// The run of `snapshot`, with its parameters and its start time (s). After a failed step (`failed`) any values
     /// pass, because the run can only be read.
     pub fn restore(parameters: &Parameters, start: f64, snapshot: Snapshot, failed: bool) -> Result<Self, Unsound> {
         let Snapshot { run, copy, found } = snapshot;
-        let engine = Self::rebuild(parameters, start, run, failed)?;
+        let engine = run.rebuilt(parameters, start, failed)?;
         let now = DoubleDouble::from(engine.time);
         let missed = |run: &Self, since: DoubleDouble| run.queue.first().is_some_and(|(t, _)| t < since);
         require(failed || !missed(&engine, now), "an event was missed")?;
-        if let Some((copy, lead)) = copy {
-            let mut copy = Self::rebuild(parameters, start, copy, failed)?;
+        if let Some(mut copy) = copy {
+            // The time of a copy that looks ahead is that of its last event.
             let last = copy.totals.last_event;
-            let sound = last >= now && !missed(&copy, last);
-            require(failed || sound, "its look ahead ends in the past")?;
-            (copy.step.time, copy.handled) = (NO_STEP, lead);
+            (copy.time, copy.step.time) = (last.value_up(), last.value_up());
+            let mut copy = copy.rebuilt(parameters, start, failed)?;
+            let sound = failed || last >= now && !missed(&copy, last);
+            require(sound && copy.handled > engine.handled, "its look ahead ends in the past")?;
+            copy.step.time = NO_STEP;
             engine.caches.ahead.replace(Some(Box::new(copy)));
         }
         require(
@@ -115,28 +64,26 @@ impl Engine {
     }
 
     /// The run without its look ahead.
-    fn rebuild(parameters: &Parameters, start: f64, snapshot: RunState, failed: bool) -> Result<Self, Unsound> {
+    fn rebuilt(self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
         let (n, m) = (parameters.balls(), parameters.contacts());
-        let StepStart { balls, contacts, .. } = &snapshot.step;
-        let lengths = [(snapshot.balls.len(), snapshot.contacts.len()), (balls.len(), contacts.len())];
-        let fits = lengths == [(n, m); 2] && snapshot.clusters.len() <= m && snapshot.inputs.fit(n);
+        let StepStart { balls, contacts, .. } = &self.step;
+        let lengths = [(self.balls.len(), self.contacts.len()), (balls.len(), contacts.len())];
+        let fits = lengths == [(n, m); 2] && self.clusters.len() <= m && self.inputs.fit(n);
         require(fits, "its size does not match the cradle")?;
         if !failed {
-            snapshot.check_values(start)?;
+            self.check_values(start)?;
         }
-        let RunState { time, inputs, balls, contacts, clusters, step, totals } = snapshot;
+        let Self { time, inputs, balls, contacts, clusters, step, totals, handled, .. } = self;
         let apart = Self::apart(parameters, inputs, time);
-        let mut engine = Self { contacts, step: step.restored(), totals, ..apart };
+        let mut engine = Self { contacts, step: step.restored(), totals, handled, ..apart };
         require(totals.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
-        for (ball, state) in engine.balls.iter_mut().zip(balls) {
-            (ball.anchor, ball.flight, ball.integrals, ball.flies_on) = state;
+        for (ball, Ball { anchor, flight, integrals, flies_on, .. }) in engine.balls.iter_mut().zip(balls) {
+            (ball.anchor, ball.flight, ball.integrals, ball.flies_on) = (anchor, flight, integrals, flies_on);
         }
         engine.onsets = engine.contacts.iter().fold(0, |sum, contact| sum.saturating_add(contact.ledger.record.pulses));
-        for state in clusters {
+        for cluster in clusters {
             engine.clusters.push(None);
-            if let Some(state) = state {
-                engine.restore_cluster(state)?;
-            }
+            cluster.map_or(Ok(()), |cluster| engine.restore_cluster(cluster))?;
         }
         let contacts = 0..engine.contacts.len();
         for i in contacts.clone() {
@@ -155,15 +102,15 @@ impl Engine {
         Ok(engine)
     }
 
-    fn restore_cluster(&mut self, state: ClusterState) -> Result<(), Unsound> {
-        let ClusterState { members, start, flights, contacts, history } = state;
+    fn restore_cluster(&mut self, mut cluster: Box<Cluster>) -> Result<(), Unsound> {
+        let Cluster { members, flights, contacts, .. } = &*cluster;
         let balls = self.balls.len();
         require(members.start < members.end && members.end <= balls && members.len() > 1, "a cluster has no balls")?;
         let window = members.start.saturating_sub(1)..(members.end + 1).min(balls);
         let fits = flights.len() == window.len() && contacts.len() + 1 == window.len();
         require(fits, "the size of a cluster does not match its window")?;
         let id = self.clusters.len() - 1;
-        for (i, state) in (window.start..window.end - 1).zip(&contacts) {
+        for (i, state) in (window.start..window.end - 1).zip(contacts) {
             let its_own = self.contacts[i].cluster() == Some(id as u32);
             require(its_own, "a contact is not in the window of its cluster")?;
             let law = &self.cradle.contacts[i];
@@ -175,9 +122,7 @@ impl Engine {
             require(ball.regime == Regime::Flight, "a ball is in two clusters")?;
             ball.regime = Regime::Cluster(id as u32);
         }
-        let mut cluster = Box::<Cluster>::default();
-        cluster.renew(members, window, start, history);
-        (cluster.flights, cluster.contacts) = (flights, contacts);
+        (cluster.window, cluster.history) = (window, cluster.history_before);
         cluster.expand(&self.balls, &self.cradle, &self.control);
         self.queue.set(cluster.key(), cluster.end());
         self.clusters[id] = Some(cluster);
@@ -242,9 +187,7 @@ impl Engine {
         }
         Ok(())
     }
-}
 
-impl RunState {
     /// Checks that all values are finite and no past time lies ahead.
     fn check_values(&self, start: f64) -> Result<(), Unsound> {
         let now = DoubleDouble::from(self.time);
@@ -255,15 +198,14 @@ impl RunState {
             times.into_iter().chain([self.totals.last_event]).all(past),
             "the time of a past event lies in the future",
         )?;
-        let ball =
-            |(anchor, flight, integrals, _): &BallState| past(*anchor) && flight.is_finite() && integrals.is_finite();
+        let ball = |ball: &Ball| past(ball.anchor) && ball.flight.is_finite() && ball.integrals.is_finite();
         require(self.balls.iter().all(ball), "the state of a ball is not finite, or lies in the future")?;
         require(self.contacts.iter().all(|contact| contact.ledger.is_sound()), "a ledger is not finite")?;
         for cluster in self.clusters.iter().flatten() {
             let flights = cluster.flights.iter().all(Flight::is_finite);
             let contacts = cluster.contacts.iter().all(|contact| contact.overlap.is_finite());
             require(
-                past(cluster.start) && flights && contacts && cluster.history.is_sound(),
+                past(cluster.start) && flights && contacts && cluster.history_before.is_sound(),
                 "a cluster is not finite, or lies in the future",
             )?;
         }

@@ -24,7 +24,7 @@ pub const MAX_FORCE_ORDER: usize = 3;
 pub const BASIS: usize = 2 * MAX_FORCE_ORDER + 4;
 
 /// Natural frequency and decay of an oscillator; derived values are not serialized.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "(f64, f64)", from = "(f64, f64)")]
 pub struct Oscillator {
     omega2: f64,

@@ -63,7 +63,7 @@ impl Tape {
         self.tunings.iter().map(change).collect()
     }
 
-    /// Derivatives of the outputs at its end along a direction of parameters and inputs; NaN for others ([`Self::lacks`]).
+    /// Derivatives of the outputs at its end along a direction of parameters and inputs; NaN for what it lacks.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let changes = self.changes(tangent, inputs);
         let mut state: Vec<DoubleDouble> = change_of_start(tangent).into_iter().map(DoubleDouble::from).collect();
