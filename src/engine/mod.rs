@@ -1,17 +1,7 @@
 //! Drives a run. [`Simulation`] is one by any method: the event-driven [`Engine`], or a general solver, [`Continuous`].
 //!
-//! | module | what it does | needs |
-//! |---|---|---|
-//! | `flight` | balls that touch nothing: closed forms, series on arcs, the next onset of two | |
-//! | `records` | what a run records: ledgers, the start of the step | |
-//! | `cluster` | balls in contact: Taylor series, natural modes, collocation | `flight` |
-//! | `pair_impact`, `pair_on_arcs` | elastic impacts of two: outcome known at the onset | `flight`, `cluster` |
-//! | `rigid` | impacts without duration, balls that move as one body | `flight` |
-//! | `run` | the state of an event-driven run and its events | all above |
-//! | `derivatives` | of the outputs: by time, along inputs and parameters | `run` and all above |
-//! | `observation` | the outputs of a run at the current time, the next onset | `run`, `derivatives` and all above |
-//! | `exchange` | a run that its host integrates | `flight`, `records`, `rigid`, `run`, `observation` |
-//! | `continuous` | BDF, Adams and Runge-Kutta over the whole chain | `flight`, `records`, `run`, `derivatives` |
+//! Each module needs only those before it: `flight`, `records`, `cluster`, `pair_impact`, `pair_on_arcs`, `rigid`,
+//! `run`, `derivatives`, `observation`, `exchange`, `continuous`.
 //!
 //! Events come at their own times, so communication points change no bit of a trajectory; nor does reading results. A
 //! run can be saved as plain data and restored.

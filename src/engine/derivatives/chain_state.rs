@@ -34,11 +34,9 @@ impl<S: Scalar> ChainState<S> {
 }
 
 impl ChainState {
-    /// The series of all motions and forces, in seconds, for derivatives by time up to the highest order.
-    ///
-    /// The overlaps of pressing contacts may be `given` by the run's description. By the equations, the acceleration of
-    /// an overlap is force over mass minus load: for a contact at rest that is rounding, which each further derivative
-    /// multiplies by the angular frequency of the contact, 1e5 1/s.
+    /// The series of all motions and forces, in seconds, for derivatives by time up to the highest order. The overlaps
+    /// of pressing contacts may be `given` by the run's description; from forces they would be rounding, multiplied by
+    /// the angular frequency of the contact in each derivative.
     pub fn series(&self, cradle: &Cradle, given: &[Option<OverlapSeries>]) -> Series {
         let (window, mut series) = (self.window(cradle), Series::default());
         series.begin(&window, MAX_OUTPUT_DERIVATIVE + 1, 1.0);

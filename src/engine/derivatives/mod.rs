@@ -1,9 +1,6 @@
-//! Derivatives of the outputs: by time, and along inputs or parameters.
-//!
-//! Those by time are read off the Taylor series of the whole chain about its state ([`by_time()`]). Those along a
-//! direction follow the last step, or the whole run with its [`History`], once more in dual numbers ([`LastStep`]).
-//! Both need only a state of the chain ([`ChainState`]) and the inputs, so they serve every method. Runs of elastic
-//! contacts have a [`Tape`], which also gives gradients. No finite differences are taken.
+//! Derivatives of the outputs: by time ([`by_time()`]), along inputs or parameters over the last step or the whole run
+//! ([`LastStep`], [`History`]), and gradients ([`Tape`]). See "Derivatives" in docs/theory.md. All but tapes need only a
+//! state of the chain ([`ChainState`]) and the inputs, so they serve every method.
 
 mod adjoint;
 mod by_time;
