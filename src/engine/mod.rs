@@ -3,8 +3,7 @@
 //! Each module needs only those before it: `flight`, `records`, `cluster`, `pair_impact`, `pair_on_arcs`, `rigid`,
 //! `run`, `derivatives`, `observation`, `exchange`, `continuous`.
 //!
-//! Events come at their own times, so communication points change no bit of a trajectory; nor does reading results. A
-//! run can be saved as plain data and restored.
+//! Events come at their own times: neither communication points nor reading results change a bit of a trajectory.
 
 mod cluster;
 mod continuous;

@@ -35,14 +35,12 @@ impl<S: Scalar> BallModel<S> {
         }
     }
 
-    /// Horizontal force of the pendulum and of the drag on the support at the position `x` (m) and the velocity `v`
-    /// (m/s), N.
+    /// Horizontal force (N) of pendulum and drag on the support at the position `x` (m) and the velocity `v` (m/s).
     pub fn support_force(&self, x: S, v: S) -> S {
         self.mass * (self.omega2 * x + S::from(2.0) * self.gamma * v)
     }
 
-    /// Acceleration at the position `x` (m) and the velocity `v` (m/s) under the sum `force` of the contact forces (N)
-    /// and the acceleration `forcing` by the inputs, m/s2.
+    /// Acceleration (m/s2) at `x` (m) and `v` (m/s) under the sum of contact forces (N) and `forcing` by the inputs.
     pub fn acceleration(&self, x: S, v: S, force: S, forcing: S) -> S {
         force / self.mass + forcing - self.omega2 * x - S::from(2.0) * self.gamma * v
     }

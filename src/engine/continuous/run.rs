@@ -83,8 +83,7 @@ impl Continuous {
         run
     }
 
-    /// The run restored from this, with its parameters and start time (s). After a failed step (`failed`) any
-    /// values pass, because the run can only be read.
+    /// See [`Engine::restore`](crate::engine::Engine::restore).
     pub(crate) fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
         let of = |run: &Trajectory| (run.method, run.fixed_step, run.dynamics.tolerance);
         let same = |run: &Trajectory| of(run) == (parameters.method, parameters.fixed_step, parameters.tolerance);

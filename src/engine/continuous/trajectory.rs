@@ -186,8 +186,7 @@ impl Trajectory {
         (path.value(self.dynamics.overlap(i), s), path.value(v, s) - path.value(v + 1, s))
     }
 
-    /// Makes a step and finds the events in it; those of the step before must have been taken. Fails if it would
-    /// have to be shorter than double-doubles resolve.
+    /// Makes a step, if double-doubles resolve it, and finds its events; those of the step before must have been taken.
     pub fn advance(&mut self) -> Result<(), EngineError> {
         if self.method == SolverMethod::Rk4 { self.runge_kutta(self.fixed_step) } else { self.multistep() }?;
         self.work.steps = self.work.steps.saturating_add(1);

@@ -1,5 +1,4 @@
-//! Derivatives of the outputs at the end of the last step, by the inputs held over it or by everything since the start
-//! of the run, and of those at the start by the parameters.
+//! Derivatives of the outputs at the end of the last step, by inputs over it or all since the start, and at the start.
 
 use super::chain_state::ChainState;
 use super::history::Stretch;

@@ -114,8 +114,7 @@ impl Exchange {
         Some(from + way * rising_zero(gap, (0.0, -overlap), (1.0, gap(1.0)[0])))
     }
 
-    /// The next onset after now, and its contact; if the look ends before, a time up to which there is none; never if
-    /// there is none within 1000 periods of the first ball.
+    /// The next onset after now, as far as [`Engine::find_next_onset`] would look, and its contact.
     pub(super) fn find_next_onset(&self) -> (Next, Option<usize>) {
         if !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open) {
             return (Next::not_before(self.time, self.time), None);

@@ -75,8 +75,7 @@ impl Exchange {
         Ok(run)
     }
 
-    /// The run restored from this, with its parameters and start time (s). After a failed event (`failed`) any values
-    /// pass, because the run can only be read.
+    /// See [`Engine::restore`]; here an event may have failed.
     pub fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
         let (n, m) = (parameters.balls(), parameters.contacts());
         require(self.parameters == *parameters, "its parameters are not those that it was set up with")?;

@@ -3,8 +3,7 @@
 use crate::engine::{EngineError, Observer, Progress};
 use crate::solver::DoubleDouble;
 
-/// Watches a call of [`advance`](super::Engine::advance): reports its progress, and gives up where events and searches
-/// are so frequent that the step would take days.
+/// Watches a call of [`advance`](super::Engine::advance): reports progress, and gives up where it would take days.
 pub(super) struct Watchdog {
     until: DoubleDouble,
     /// Effort from one look at the clock to the next.

@@ -62,8 +62,7 @@ impl<'a> Oscillation<'a> {
         (fastest.pace() * length / REACH).ceil().max(1.0)
     }
 
-    /// A change of the state from changes of the centre's position and velocity, and of the distance, its rate and the
-    /// impulse; for one ball, the first two.
+    /// A change of the state from changes of the centre's position and velocity, and of distance, rate and impulse.
     fn state(&self, [x, v]: [f64; 2], [apart, rate, impulse]: [f64; 3]) -> Change {
         let [left, right] = self.shares;
         [x + right * apart, v + right * rate, impulse, x - left * apart, v - left * rate]
