@@ -23,7 +23,7 @@ impl ContactLaw {
         }
     }
 
-    /// Duration (s) of an elastic impact of the reduced mass `m` (kg) at `rate` (m/s), to a few percent: its time scale.
+    /// Duration (s) of an elastic impact of the reduced mass `m` (kg) at `rate` (m/s), to a few percent: a time scale.
     pub fn time_scale(&self, m: f64, rate: f64) -> f64 {
         if rate > 0.0 { DURATION * self.largest_overlap(m, rate) / rate } else { f64::INFINITY }
     }
