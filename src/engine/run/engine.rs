@@ -41,7 +41,6 @@ pub struct Engine {
     pub(crate) caches: Caches,
     /// Queue entries handled so far, and onsets among them.
     pub(crate) handled: u64,
-    #[serde(skip)]
     pub(crate) onsets: u64,
     /// What has ended the flight of a ball: when, of which, and why.
     #[serde(skip)]

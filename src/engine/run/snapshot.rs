@@ -73,14 +73,13 @@ impl Engine {
         if !failed {
             self.check_values(start)?;
         }
-        let Self { time, inputs, balls, contacts, clusters, step, totals, handled, .. } = self;
+        let Self { time, inputs, balls, contacts, clusters, step, totals, handled, onsets, .. } = self;
         let apart = Self::apart(parameters, inputs, time);
-        let mut engine = Self { contacts, step: step.restored(), totals, handled, ..apart };
+        let mut engine = Self { contacts, step: step.restored(), totals, handled, onsets, ..apart };
         require(totals.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
         for (ball, Ball { anchor, flight, integrals, flies_on, .. }) in engine.balls.iter_mut().zip(balls) {
             (ball.anchor, ball.flight, ball.integrals, ball.flies_on) = (anchor, flight, integrals, flies_on);
         }
-        engine.onsets = engine.contacts.iter().fold(0, |sum, contact| sum.saturating_add(contact.ledger.record.pulses));
         for cluster in clusters {
             engine.clusters.push(None);
             cluster.map_or(Ok(()), |cluster| engine.restore_cluster(cluster))?;
