@@ -1,6 +1,6 @@
 //! Drives a run. [`Simulation`] is one by any method: the event-driven [`Engine`], or a general solver, [`Continuous`].
 //!
-//! Each module needs only those before it: `flight`, `records`, `cluster`, `pair_impact`, `pair_on_arcs`, `rigid`,
+//! Each module needs only those before it: `flight`, `records`, `cluster`, `pair_on_arcs`, `pair_impact`, `rigid`,
 //! `run`, `derivatives`, `observation`, `exchange`, `continuous`.
 //!
 //! Events come at their own times: neither communication points nor reading results change a bit of a trajectory.
