@@ -120,8 +120,7 @@ impl Simulation {
         self.last_step().along_run(parameters, (start, &begun.last_step().end), &stretches, (tangent, inputs))
     }
 
-    /// The run from `start` (s) to the current time in parts, for derivatives in both directions. Only event-driven
-    /// runs with elastic contacts have one.
+    /// The run from `start` (s) to now in parts, for derivatives both ways; only elastic event-driven runs have one.
     pub fn tape(&self, parameters: &Parameters, start: f64, history: &History) -> Option<Tape> {
         if self.time() <= start {
             return None;

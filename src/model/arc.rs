@@ -3,7 +3,7 @@
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
-use super::parameters::Parameters;
+use super::parameters::{Parameters, PendulumModel};
 use crate::solver::dual::Scalar;
 
 /// Iterations of Newton's method at most, and the relative correction that ends them.
@@ -57,10 +57,10 @@ impl<S: Scalar> BallModel<S> {
 
 /// Refuses what balls on arcs cannot do at the start: says why, and what is allowed.
 pub(crate) fn check_start_on_arcs(p: &Parameters) -> Result<(), String> {
-    let Cradle { balls, contacts, .. } = Cradle::new(p);
-    if !balls[0].on_arc {
+    if p.pendulum == PendulumModel::Linear {
         return Ok(());
     }
+    let Cradle { balls, contacts, .. } = Cradle::new(p);
     for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
         if x.abs() >= *length {
             return Err(format!("x_start[{i}] = {x} m lies beyond its pendulum; allowed: -{length} to {length} m"));

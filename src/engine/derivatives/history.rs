@@ -34,8 +34,7 @@ pub struct History {
 }
 
 impl History {
-    /// Before a change at the time `until` (s): keeps the inputs and parameters that acted so far, if `wanted`, if
-    /// there is room, and if they have acted for any time.
+    /// Before a change at `until` (s): keeps inputs and parameters that acted for a time, if `wanted` and with room.
     pub(crate) fn keep(&mut self, wanted: bool, until: f64, inputs: &HeldInputs, tunables: Tunables) {
         self.forget_tape();
         self.broken |= !wanted;

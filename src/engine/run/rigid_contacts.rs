@@ -1,5 +1,4 @@
-//! The events of rigid contacts: impacts (`restitution`), and the beginning and end of sustained contacts
-//! ([`Constraint`]). See "Rigid contacts" in docs/theory.md.
+//! The events of rigid contacts: impacts, and sustained contacts. See "Rigid contacts" in docs/theory.md.
 
 use std::ops::Range;
 
@@ -248,8 +247,7 @@ impl Engine {
         self.swing_as_one(j) && left.v == right.v && self.contacts[j].overlap() >= -self.rounding(j..j + 2).position
     }
 
-    /// Makes bodies of the balls of the contacts `run`, which touch without relative velocity, where they press each
-    /// other. Enters their constraints in `constraints`.
+    /// Makes bodies of the balls of contacts `run`, which touch at rest, where they press; enters their `constraints`.
     fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, constraints: &mut [Option<Constraint>]) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.model.mass).collect();

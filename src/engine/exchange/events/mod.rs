@@ -1,5 +1,4 @@
-//! Events: onsets, releases, clipping, groups followed to their end; for rigid contacts impacts, chatter, balls that
-//! stay in contact, and their parting.
+//! Events: onsets, releases, clipping, groups followed to their end; for rigid contacts impacts, chatter and parting.
 
 mod group;
 
@@ -117,8 +116,7 @@ impl Exchange {
         }
     }
 
-    /// Follows all due groups to their end: those `closed` from the start, then the earliest first. Groups that do not
-    /// end soon are closed for the host to integrate.
+    /// Follows due groups to their end, first those `closed` from the start; what does not end soon is closed.
     fn follow_due(&mut self, mut closed: Vec<usize>, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             let balls = self.flights();
