@@ -46,13 +46,13 @@ impl Engine {
         let missed = |run: &Self, since: DoubleDouble| run.queue.first().is_some_and(|(t, _)| t < since);
         require(failed || !missed(&engine, now), "an event was missed")?;
         if let Some(mut copy) = copy {
-            // The time of a copy that looks ahead is that of its last event.
-            let last = copy.totals.last_event;
+            // The time of a copy that looks ahead is that of its last event; its field means nothing.
+            let (time, last) = (copy.time, copy.totals.last_event);
             (copy.time, copy.step.time) = (last.value_up(), last.value_up());
             let mut copy = copy.rebuilt(parameters, start, failed)?;
             let sound = failed || last >= now && !missed(&copy, last);
             require(sound && copy.handled > engine.handled, "its look ahead ends in the past")?;
-            copy.step.time = NO_STEP;
+            (copy.time, copy.step.time) = (time, NO_STEP);
             engine.caches.ahead.replace(Some(Box::new(copy)));
         }
         require(
