@@ -23,6 +23,7 @@ pub enum Simulation {
 }
 
 /// A run as plain data, by the method.
+#[expect(clippy::large_enum_variant, reason = "one at a time is written or read")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum SimulationSnapshot {
     /// `eventDriven`.
