@@ -26,7 +26,7 @@ from support import ROOT, command_line, nc, opened, shorter
 
 sys.path.append(str(ROOT / "tests/hosts"))
 
-import browser as chromium
+from browser import Browser
 
 # Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
 LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
@@ -94,7 +94,7 @@ def svg(plot: Plot, path: Path) -> None:
 
 def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
     """The cradle in a click, for `docs` and, without what is around it, as `scene`; the lesson; the report's top."""
-    browser = chromium.start("hide-scrollbars")
+    browser = Browser("hide-scrollbars")
     try:
         with tempfile.TemporaryDirectory() as folder:
             page = Path(folder) / "cradle.html"
@@ -135,7 +135,7 @@ def lesson(browser, page: Path, folder: Path) -> None:
     for step, (name, seconds, part) in enumerate(LESSON):
         # Without a GPU, each pixel takes time: there are few until shortly before the moment.
         set_screen(browser, 0.25)
-        chromium.visit(browser, page, "#preset=textbook")
+        browser.visit(page, "#preset=textbook")
         browser.execute_async_script(OPEN, step)
         if part is None:
             swung = "cradle.clock.base === 1 && cradle.sources[0].run?.time > {}"

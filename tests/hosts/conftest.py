@@ -120,9 +120,9 @@ def fmu13_path(fmu_path, producer, tmp_path_factory) -> Path:
 def chromium():
     """Chromium, as browser.py starts it."""
     pytest.importorskip("selenium")
-    import browser
+    from browser import Browser
 
-    started = browser.start()
+    started = Browser()
     yield started
     started.quit()
 
@@ -166,13 +166,10 @@ def live_path(tmp_path_factory) -> Path:
 @pytest.fixture
 def page(browser, live_path):
     """The live page, opened anew from disk."""
-    from browser import assert_quiet, set_screen
-    from live_page import open_page
-
-    set_screen(browser, dark=True)
-    open_page(browser, live_path)
+    browser.set_screen(dark=True)
+    browser.open_cradle(live_path)
     yield browser
-    assert_quiet(browser)
+    browser.assert_quiet()
 
 
 @pytest.fixture(scope="session")
