@@ -171,11 +171,11 @@ class Browser(webdriver.Chrome):
         x, y = self.js(script, ball)
         return round(x), round(y)
 
-    def drag(self, ball: int, by: int, kind="mouse", hold: float = 0.3, release: bool = True) -> None:
-        """Takes a ball with a pointer, moves it aside by so many px, keeps still, and lets go."""
+    def drag(self, ball: int, by: int, release: bool = True) -> None:
+        """Takes a ball with the mouse, moves it aside by so many px, keeps still, and lets go."""
         x, y = self.place(ball)
         path = [(x + by * k // 5, y - abs(by) * k // 40) for k in range(6)]
-        self.gesture(path, kind=kind, hold=hold, release=release)
+        self.gesture(path, hold=0.3, release=release)
 
     def gesture(self, *paths, kind="mouse", button=0, hold: float = 0.0, release: bool = True) -> None:
         """Pointers that are pressed where their paths begin, follow them together, keep still for `hold` (s) and let
