@@ -72,7 +72,7 @@ class App {
     if (released) this.lesson.ask();
     this.show();
     this.timeline.changed(this.sources[0]);
-    this.panels.offer();
+    this.panels.refresh();
   }
 
   /** Shows what is set: names, which buttons there are, the address. */
@@ -182,7 +182,7 @@ class App {
   /** Slows down at the next click, or leaves it; with reduced motion, a recording pauses at its beginning. */
   inside() {
     const { clock, still, sources: [source] } = this;
-    if (clock.slow === "next" || (clock.slow !== "no" && clock.inside)) return clock.slowAt("no");
+    if (clock.slow === "next" || clock.inside) return clock.slowAt("no");
     clock.slowAt("next");
     if (!source.live && !source.ahead()) this.seek(source.openable.at(-1).begin);
     this.setRunning(source.live || !still);
