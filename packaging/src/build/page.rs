@@ -1,7 +1,7 @@
 //! The page of documentation in the FMU, with tables from the table of variables.
 
 use newtons_cradle::variables::{
-    Access, Causality, Description, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE, Variability,
+    Access, Causality, Description, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, Variability,
     Variable, escaped,
 };
 
@@ -17,20 +17,11 @@ const SCENE: &str = include_str!("../../assets/scene.svg");
 /// `<!--scalars-->` or `<!--clocks-->` and `<!--end-->`.
 fn template(description: &Description) -> String {
     let Description { fmi3, clocks, scalars, .. } = *description;
-    let mut pieces = TEMPLATE.split("<!--");
-    let mut html = pieces.next().unwrap_or_default().to_owned();
-    for piece in pieces {
-        match piece.split_once("-->") {
-            Some(("2", text)) if !fmi3 => html.push_str(text),
-            Some(("3", text)) if fmi3 => html.push_str(text),
-            Some(("clocks", text)) if clocks => html.push_str(text),
-            Some(("arrays", text)) if !scalars => html.push_str(text),
-            Some(("scalars", text)) if scalars => html.push_str(text),
-            Some(("end", text)) => html.push_str(text),
-            _ => {}
-        }
-    }
-    html
+    let parts =
+        [("2", !fmi3), ("3", fmi3), ("clocks", clocks), ("arrays", !scalars), ("scalars", scalars), ("end", true)];
+    let marked = format!("end-->{TEMPLATE}"); // as if a mark stood before its beginning, too
+    let pieces = marked.split("<!--").filter_map(|piece| piece.split_once("-->"));
+    pieces.filter(|(mark, _)| parts.contains(&(*mark, true))).map(|(_, text)| text).collect()
 }
 
 /// The page of the FMU with this description.
@@ -113,6 +104,8 @@ fn remarks(row: &Row) -> String {
 
 #[cfg(test)]
 mod tests {
+    use newtons_cradle::variables::TABLE;
+
     use super::*;
 
     #[test]
