@@ -131,9 +131,9 @@ class Browser(webdriver.Chrome):
         """Runs a script in the page; `source` is the first cradle's, if it has one."""
         return self.execute_script(f"const {{source}} = window.cradle?.stages[0] ?? {{}}; {script}", *given)
 
-    def wait(self, condition: str, seconds: float = 240) -> None:
+    def wait(self, condition: str, seconds: float = 240, every: float = 0.1) -> None:
         """Until this is the case. However busy the machine is, a picture moves a run on by 50 ms at most."""
-        WebDriverWait(self, seconds).until(lambda _: self.js(f"return {condition}"), condition)
+        WebDriverWait(self, seconds, every).until(lambda _: self.js(f"return {condition}"), condition)
 
     def drawn(self) -> None:
         """Waits until all is drawn as it is now."""

@@ -122,9 +122,8 @@ def chromium():
     pytest.importorskip("selenium")
     from browser import Browser
 
-    started = Browser()
-    yield started
-    started.quit()
+    with Browser() as started:
+        yield started
 
 
 @pytest.fixture(scope="module")

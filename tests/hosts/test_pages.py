@@ -236,15 +236,14 @@ return getContrast(...[...arguments].map((name) => {
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-def test_colours_are_told_from_what_they_are_on(browser, axe, paper, dark):
+def test_colours_are_told_from_what_they_are_on(report, axe, dark):
     """Texts, also those drawn on canvases, which axe-core does not see: 4.5 to 1; curves: 3 to 1."""
-    browser.set_screen(dark=dark)
-    browser.visit(paper[0] / "report.html")
-    browser.execute_script(axe)
+    report.set_screen(dark=dark)
+    report.execute_script(axe)
     for name in TEXT_COLOURS + CURVES:
-        least = min(browser.execute_script(CONTRAST, name, ground) for ground in GROUNDS)
+        least = min(report.execute_script(CONTRAST, name, ground) for ground in GROUNDS)
         assert least >= (4.5 if name in TEXT_COLOURS else 3), name
-    assert browser.execute_script(CONTRAST, "on-accent", "accent") >= 4.5
+    assert report.execute_script(CONTRAST, "on-accent", "accent") >= 4.5
 
 
 @pytest.mark.parametrize("size", SIZES)
