@@ -128,9 +128,9 @@ def save_scene(browser, path: Path, width: int = 960) -> None:
 def lesson(browser, page: Path, folder: Path) -> None:
     """Opens each step of the lesson, and waits for its moment."""
     for step, (name, seconds, part) in enumerate(LESSON):
+        browser.visit(page, "#preset=textbook")
         # Without a GPU, each pixel takes time: there are few until shortly before the moment.
         set_screen(browser, 0.25)
-        browser.visit(page, "#preset=textbook")
         browser.execute_async_script(OPEN, step)
         if part is None:
             swung = "cradle.clock.base === 1 && cradle.sources[0].run?.time > {}"

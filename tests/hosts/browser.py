@@ -85,16 +85,15 @@ class Browser(webdriver.Chrome):
         features = [{"name": name, "value": value} for name, value in wishes.items()]
         self.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
 
-    def visit(self, path: Path, link: str = "") -> None:
-        """Opens a page and asserts that it asks for nothing but itself and says nothing on the console.
+    def visit(self, path: Path, link: str = "", **screen) -> None:
+        """Opens a page on a screen and asserts that it asks for nothing but itself and says nothing on the console.
 
         Those with scripts are ready once they have left `cradle` or `report` in the window.
         """
-        self.get("about:blank")  # even if it is the same page that is open
+        self.set_screen(**screen)
         for kind in ("browser", "performance"):
             self.get_log(kind)  # what earlier pages left
-        self.get(path.as_uri() + link)
-        self.ready()
+        self.load(path.as_uri() + link)
         self.assert_quiet()
         messages = [json.loads(entry["message"])["message"] for entry in self.get_log("performance")]
         requests = [
@@ -102,14 +101,15 @@ class Browser(webdriver.Chrome):
         ]
         assert [url for url in requests if not url.startswith(("data:", "blob:"))] == [path.as_uri()]
 
-    def ready(self) -> None:
-        """Waits for the scripts of a page."""
+    def load(self, address: str) -> None:
+        """Opens an address anew, even if its page is open, and waits for its scripts."""
+        self.get("about:blank")
+        self.get(address)
         self.wait("!document.scripts.length || Boolean(window.cradle ?? window.report)", 60)
 
-    def open_cradle(self, path: Path, link: str = "#preset=textbook") -> None:
-        """Opens the page by a link, so that nothing moves by itself, or "" for what is recorded in it; names that its
-        modules export become its window's."""
-        self.visit(path, link)
+    def open_cradle(self, path: Path, link: str = "", **screen) -> None:
+        """Opens the cradle's page as `visit` does; names that its modules export become its window's."""
+        self.visit(path, link, **screen)
         rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link")
         script = """const [rooms, done] = arguments, all = rooms.map((room) => import(`#${room}.js`));
           Promise.all(all).then((found) => done(Object.assign(window, ...found) && 0))"""

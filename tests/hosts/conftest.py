@@ -164,9 +164,8 @@ def live_path(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def page(browser, live_path):
-    """The live page, opened anew from disk."""
-    browser.set_screen(dark=True)
-    browser.open_cradle(live_path)
+    """The live page, opened anew from disk, by a link, so that nothing moves by itself."""
+    browser.open_cradle(live_path, "#preset=textbook", dark=True)
     yield browser
     browser.assert_quiet()
 

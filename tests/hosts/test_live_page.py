@@ -50,8 +50,7 @@ def test_the_keyboard_does_everything(page):
 @pytest.mark.parametrize("still", [False, True])
 def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
     """It pulls the first ball aside and lets it go, unless motion is to be reduced; who touches the page ends it."""
-    page.set_screen(still=still)
-    page.visit(live_path)
+    page.visit(live_path, still=still)
     hint = "Pull a ball aside and let it go."
     page.wait("cradle.guide.seconds > 1.8")
     x, shown = page.js("return [source.state.x[0], Number(getComputedStyle(cradle.controls.hand).opacity)]")
@@ -82,9 +81,7 @@ def test_a_link_carries_the_set_up(page, live_path):
     page.js("cradle.panels.toggle('keep'); document.querySelector('#panelbody button').click()")
     told = "/(The link is in the clipboard|Here is the link:).* It works on this computer/"
     page.wait(f"{told}.test(cradle.controls.status.textContent)")
-    page.get("about:blank")
-    page.get(link)
-    page.ready()
+    page.load(link)
     assert page.js(shown) == wanted
 
 
@@ -110,11 +107,11 @@ def test_the_links_of_the_lesson(page):
 def test_a_web_server_is_as_good(browser, live_path, tmp_path):
     """Its site can be installed, and is there when the server no longer is."""
     assert save_site(tmp_path) < 2e6
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=tmp_path))
-    Thread(target=server.serve_forever, daemon=True).start()
     newer = "return 'newer' in document.documentElement.dataset"
-    address = f"http://127.0.0.1:{server.server_port}/"
-    try:
+    handler = partial(SimpleHTTPRequestHandler, directory=tmp_path)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_port}/"
         browser.get(address)
         browser.execute_async_script("navigator.serviceWorker.ready.then(arguments[0])")
         manifest = browser.execute_cdp_cmd("Page.getAppManifest", {})
@@ -125,12 +122,8 @@ def test_a_web_server_is_as_good(browser, live_path, tmp_path):
         os.utime(page, (2e9, 2e9))  # later by more than the second that a server tells
         browser.get(address)
         assert browser.execute_script(newer)
-    finally:
         server.shutdown()
-        server.server_close()
-    browser.get("about:blank")
-    browser.get(address + "#preset=desk&lift=1")
-    browser.ready()
+    browser.load(address + "#preset=desk&lift=1")
     browser.wait("source.run.time > 0.1")
     assert browser.js(f"{newer} && cradle.preset") == "desk"
 
@@ -242,7 +235,7 @@ def test_keys_that_are_listed_do_something(page, live_path, recorded_path):
     inside = {"I", "E", ", ."}
     live = {"Tab", "\u2190 \u2192", "Enter", "1 to 9", "A", "0", "B"}
     assert set(page.js(shown)) == always | inside | live
-    page.open_cradle(recorded_path, "")
+    page.open_cradle(recorded_path)
     recorded = always | {"[ ]", "\u2190 \u2192", "R"}
     assert set(page.js(shown)) == recorded | inside
     page.js("source.openable = []; cradle.panels.toggle('help'); cradle.clock.slowAt('no')")

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from urllib.parse import unquote
 
+import numpy as np
 import pytest
 from browser import PANELS, SIZES, colours
 from selenium.webdriver import ActionChains
@@ -35,7 +36,6 @@ def show(report, item) -> None:
 @pytest.fixture
 def report(browser, paper):
     """The browser with the report open."""
-    browser.set_screen()
     browser.visit(paper[0] / "report.html")
     return browser
 
@@ -181,16 +181,12 @@ def kind(request, page) -> Path:
 
 def overprints(texts: list) -> list[tuple[str, str]]:
     """Pairs of texts that lie on each other, by more than what letters leave free in their line."""
-    texts, found = sorted(texts, key=lambda text: text[2]), []
-    for i, (text, left, top, right, bottom, _) in enumerate(texts):
-        for other, *box, _ in texts[i + 1 :]:
-            if box[1] >= bottom:
-                break
-            wide = min(right, box[2]) - max(left, box[0])
-            high = min(bottom, box[3]) - max(top, box[1])
-            if wide > 1.5 and high > 0.35 * min(bottom - top, box[3] - box[1]):
-                found.append((text, other))
-    return found
+    left, top, right, bottom = np.array([text[1:5] for text in texts]).T
+    wide = np.minimum.outer(right, right) - np.maximum.outer(left, left)
+    high = np.minimum.outer(bottom, bottom) - np.maximum.outer(top, top)
+    least = 0.35 * np.minimum.outer(bottom - top, bottom - top)
+    pairs = np.argwhere(np.triu((wide > 1.5) & (high > least), k=1))
+    return [(texts[i][0], texts[j][0]) for i, j in pairs]
 
 
 def assert_fits(browser, live: bool) -> None:
@@ -205,8 +201,7 @@ def assert_fits(browser, live: bool) -> None:
 @pytest.mark.parametrize("page", ["live", "recorded", "report", "fmu"])
 def test_nothing_overprints_and_axe_finds_nothing_serious(browser, axe, kind, page):
     """In windows of all sizes, light and dark, whatever has been done."""
-    browser.set_screen(still=True)  # no view glides
-    browser.visit(kind)
+    browser.visit(kind, still=True)  # no view glides
     browser.execute_script(axe)
     for action in ["", *ACTIONS.get(page, ())]:
         browser.execute_script(action)

@@ -27,8 +27,7 @@ ONSET = 0.702493100658  # s, of the first contact
 @pytest.fixture
 def player(browser, recorded_path):
     """The browser with the recording of the default experiment, which stands still."""
-    browser.set_screen()
-    browser.open_cradle(recorded_path, "")
+    browser.open_cradle(recorded_path)
     browser.js(STOP)
     return browser
 
@@ -105,8 +104,7 @@ return seconds;"""
 
 
 def test_only_the_first_click_is_slow(browser, recorded_path):
-    browser.set_screen()
-    browser.open_cradle(recorded_path, "")
+    browser.open_cradle(recorded_path)
     browser.js("cradle.setRunning(false); source.seek(0); cradle.clock.reset()")
     assert 12 < browser.js(PLAYED, 1.5) < 40
     assert browser.js(PLAYED, 6.5) == pytest.approx(5.0, abs=0.1)
@@ -146,7 +144,7 @@ def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
     """Rigid impacts that take no time."""
     path = tmp_path / "rigid.html"
     save_page(path, from_fmu(fmu_path, {"contact.model": "rigid", "contact.deadBand": 0.0}, stop=3.0))
-    browser.open_cradle(path, "")
+    browser.open_cradle(path)
     assert not browser.seen("#inside")
     why = "Rigid impacts take no time: there is nothing to look into."
     assert browser.text(".sentence").endswith(why) and browser.text("#status") == ""
@@ -180,7 +178,7 @@ def assert_jumps(page) -> None:
 def test_velocities_jump_where_balls_are_struck(player, live_path):
     """In a run with samples within each pulse; in a live one, between two pictures; and in what is kept of that."""
     assert_jumps(player)
-    player.open_cradle(live_path)
+    player.open_cradle(live_path, "#preset=textbook")
     player.js("cradle.lift(1)")
     player.wait("source.run.time > 3")
     assert_jumps(player)
@@ -228,8 +226,7 @@ def test_parameters_are_shown_with_their_units(player, fmu):
 
 def test_motion_is_reduced_where_that_is_wanted(browser, recorded_path):
     """It stands still until asked; a click opens at its beginning and stays there."""
-    browser.set_screen(still=True)
-    browser.open_cradle(recorded_path, "")
+    browser.open_cradle(recorded_path, still=True)
     assert browser.js("return [cradle.clock.running, source.now]") == [False, 0]
     browser.press("inside")
     assert browser.text(".sentence") == "Ball 2 touches ball 3."
@@ -241,7 +238,7 @@ def test_motion_is_reduced_where_that_is_wanted(browser, recorded_path):
 def test_thirteen_balls_for_a_minute_stay_small(browser, fmu13_path, tmp_path):
     path = tmp_path / "thirteen.html"
     assert save_page(path, from_fmu(fmu13_path, nc.preset("figure3"), stop=60.0)) < 5e6
-    browser.open_cradle(path, "")
+    browser.open_cradle(path)
     _, x, v, F = state(browser, 0.5)
     assert len(x) == 13 and len(F) == 12
     assert np.divide(v, np.sqrt(9.81)) == pytest.approx([1] * 3 + [0] * 8 + [-1] * 2, abs=1e-4)
@@ -311,9 +308,7 @@ def test_a_recording_is_kept(player):
     impulses = assert_tables(player)
     assert impulses == pytest.approx(SPEED, rel=1e-3)  # N.s, of 1 kg that takes over all the speed
     assert state(player, 1.234) == shown
-    player.get("about:blank")
-    player.get(link)
-    player.ready()
+    player.load(link)
     assert player.js("return source.live")
     assert player.js("return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
 
@@ -339,7 +334,7 @@ def test_without_an_engine_it_plays(browser, recorded_path, monkeypatch, tmp_pat
     with nc.Fmu() as fmu:
         result = nc.resolved(fmu, stop=3.0, record=["x", "v", "F", "E_kinetic", "E_gravity", "E_contact"])
     assert result.page(path) < 1e6
-    browser.open_cradle(path, "")
+    browser.open_cradle(path)
     browser.wait("source.now > 0.5")
     buttons = "[...document.querySelectorAll('nav button')].filter((button) => button.checkVisibility())"
     shown = browser.js(f"return {buttons}.map(({{id, dataset}}) => dataset.opens ?? id)")
@@ -358,7 +353,7 @@ def test_hours_are_gone_through(browser, tmp_path):
     pulses["release"], pulses["contact"], pulses["peak"] = pulses["onset"] + 1e-4, 1, 1
     path = tmp_path / "hours.html"
     save_page(path, nc.recording.Recording("hours", time, x, v, 0 * x[:, :1], pulses))
-    browser.open_cradle(path, "")
+    browser.open_cradle(path)
     browser.js("cradle.set('force', true); cradle.set('velocity', true); cradle.seek(source.end)")
     browser.press("previous")
     assert state(browser)[0] == pytest.approx(time[-1] - 1)
