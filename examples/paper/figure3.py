@@ -1,6 +1,7 @@
 """Figure 3: 13 balls struck from both sides. The two waves of pulses cross and interfere."""
 
 import numpy as np
+from matplotlib.colors import LinearSegmentedColormap, to_hex
 from plots import COLOURS, Column, Strip, Trace, family
 from support import Fmus, Found, nc
 
@@ -41,7 +42,8 @@ def run(fmus: Fmus, found: Found) -> None:
     found.at_most("3, rigid", "longest pulse", times.max(initial=0.0), 0.0, "s")
     found.at_most("3, rigid", "energy error", nc.energy_error(rigid), 1e-10)
 
-    strips = family(both, "F", colours=nc.look.series(12), limits=(0, 900))
+    colours = LinearSegmentedColormap.from_list("contacts", [COLOURS[i] for i in (0, 2, 4, 1)], N=12)
+    strips = family(both, "F", colours=list(map(to_hex, colours(range(12)))), limits=(0, 900))
     for strip in strips:
         strip.traces.extend(Trace(one["time"], one[strip.label], "#555555", "dashed") for one in alone)
     views = {"impacts": (0.5, 0.58), "whole run": (0.0, STOP), "crossing": (0.512, 0.536)}

@@ -21,12 +21,11 @@ from newtons_cradle.page import save_page
 from newtons_cradle.views import from_fmu
 from PIL import Image
 from plots import Column, Plot, Strip, Trace, family, save_picture
-from selenium.webdriver.support.wait import WebDriverWait
 from support import ROOT, command_line, nc, opened, shorter
 
 sys.path.append(str(ROOT / "tests/hosts"))
 
-import browser as chromium
+from browser import Browser
 
 # Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
 LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
@@ -94,31 +93,27 @@ def svg(plot: Plot, path: Path) -> None:
 
 def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
     """The cradle in a click, for `docs` and, without what is around it, as `scene`; the lesson; the report's top."""
-    browser = chromium.start("hide-scrollbars")
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            page = Path(folder) / "cradle.html"
-            save_page(page, from_fmu(fmus.five.path))
-            browser.get(page.as_uri())
-            time.sleep(3)
-            browser.execute_script(
-                "cradle.setRunning(false); cradle.clock.slowAt('always');"
-                "const [click] = cradle.sources[0].clicks; cradle.seek(click.begin + 0.37 * click.length)"
-            )
-            time.sleep(3)
-            photograph(browser, docs / "cradle.jpg")
-            save_scene(browser, scene)
-            lesson(browser, page, docs / "lesson")
+    with Browser("hide-scrollbars") as browser, tempfile.TemporaryDirectory() as folder:
+        page = Path(folder) / "cradle.html"
+        save_page(page, from_fmu(fmus.five.path))
+        browser.get(page.as_uri())
+        time.sleep(3)
+        browser.execute_script(
+            "cradle.setRunning(false); cradle.clock.slowAt('always');"
+            "const [click] = cradle.sources[0].clicks; cradle.seek(click.begin + 0.37 * click.length)"
+        )
+        time.sleep(3)
+        photograph(browser, docs / "cradle.jpg")
+        save_scene(browser, scene)
+        lesson(browser, page, docs / "lesson")
         browser.get(report.as_uri())
         browser.execute_script("document.getElementById('figure5').scrollIntoView({behavior: 'instant'})")
         photograph(browser, docs / "report.png")
-    finally:
-        browser.quit()
 
 
 def save_scene(browser, path: Path, width: int = 960) -> None:
     """The balls alone, as SVG to be put into a page: that needs no other file then."""
-    png = browser.find_element("class name", "cradle").screenshot_as_png
+    png = browser.find(".cradle").screenshot_as_png
     picture = Image.open(io.BytesIO(png)).convert("RGB")
     picture.thumbnail((width, width))
     (width, height), file = picture.size, io.BytesIO()
@@ -133,17 +128,17 @@ def save_scene(browser, path: Path, width: int = 960) -> None:
 def lesson(browser, page: Path, folder: Path) -> None:
     """Opens each step of the lesson, and waits for its moment."""
     for step, (name, seconds, part) in enumerate(LESSON):
+        browser.visit(page, "#preset=textbook")
         # Without a GPU, each pixel takes time: there are few until shortly before the moment.
         set_screen(browser, 0.25)
-        chromium.visit(browser, page, "#preset=textbook")
         browser.execute_async_script(OPEN, step)
         if part is None:
             swung = "cradle.clock.base === 1 && cradle.sources[0].run?.time > {}"
-            wait_until(browser, swung.format(seconds - 0.4))
+            browser.wait(swung.format(seconds - 0.4))
             set_screen(browser, 1.5)
-            wait_until(browser, swung.format(seconds))
+            browser.wait(swung.format(seconds), every=0.005)
         else:
-            wait_until(browser, INSIDE)
+            browser.wait(INSIDE)
             set_screen(browser, 1.5)
             browser.execute_script(SEEK, part)
         photograph(browser, folder / f"{name}.jpg", wait=0.0 if part is None else 1.0, width=1440)
@@ -154,11 +149,6 @@ def set_screen(browser, scale: float) -> None:
     """The size of the lesson's pictures, with this many pixels for a CSS pixel."""
     screen = {"width": 960, "height": 600, "deviceScaleFactor": scale, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
-
-
-def wait_until(browser, condition: str) -> None:
-    """Waits until the page meets a condition."""
-    WebDriverWait(browser, 300, 0.005).until(lambda _: browser.execute_script(f"return {condition}"))
 
 
 def photograph(browser, path: Path, wait: float = 1.0, width: int = 1000) -> None:

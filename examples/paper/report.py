@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from newtons_cradle.files import PAGE
 from newtons_cradle.page import filled, packed
-from plots import COLOURS, Plot
+from plots import COLOURS, Plot, Trace
 from support import Check, nc
 
 ASSETS = Path(__file__).parent / "report"
@@ -15,9 +15,8 @@ ASSETS = Path(__file__).parent / "report"
 
 def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path) -> None:
     """Writes the report; `cradle`: the page beside it that it links."""
-    places: dict[str, int] = {}  # of packed arrays: each is kept once
-    figures = [figure(plot, places) for plot in plots]
-    data = {"figures": figures, "arrays": [json.loads(array) for array in places]}
+    places: dict[str, int] = {}
+    figures = json.dumps(plots, default=lambda part: told(part, places))
     contents = [f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>' for plot in plots]
     sources = ASSETS / "report.css", PAGE / "view/common.js", ASSETS / "charts.js"
     style, common, charts = (path.read_text(encoding="utf-8") for path in sources)
@@ -30,35 +29,25 @@ def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path
         "contents": "\n".join(contents),
         "figures": "\n".join(map(section, plots)),
         "rows": "\n".join(map(row, checks)),
-        "data": json.dumps(data).replace("<", "\\u003c"),
+        "data": f'{{"figures": {figures}, "arrays": [{", ".join(places)}]}}'.replace("<", "\\u003c"),
     }
     path.write_text(filled(ASSETS / "template.html", parts), encoding="utf-8")
 
 
-def place(array: np.ndarray, kind: str, places: dict) -> int:
-    """The number of an array among those kept; `kind`: f4, or f8 for times that are zoomed into."""
-    return places.setdefault(json.dumps(packed({"": array}, kind)), len(places))
+def told(part: object, places: dict[str, int]) -> dict:
+    """A plot or a part of it as the script reads it; `places`: numbers of the arrays that are kept, each once."""
 
+    def place(array: np.ndarray, kind: str) -> int:
+        return places.setdefault(json.dumps(packed({"": array}, kind)), len(places))
 
-def figure(plot: Plot, places: dict) -> dict:
-    """A plot as the script reads it."""
-
-    def trace(trace) -> dict:
-        points = {"x": place(trace.x, "f8", places), "y": place(trace.y, "f4", places)}
+    if isinstance(part, Plot):
+        return {"name": part.name, "height": round(part.height * 80), "columns": part.columns}
+    if isinstance(part, Trace):  # what is zoomed into needs all digits
+        points = {"x": place(part.x, "f8"), "y": place(part.y, "f4")}
         # The name of a colour that dark pages have another one for, else the colour.
-        series = COLOURS.index(trace.colour) + 1 if trace.colour in COLOURS else None
-        return vars(trace) | points | {"colour": f"--series-{series}" if series else trace.colour}
-
-    def strip(strip) -> dict:
-        return vars(strip) | {"traces": list(map(trace, strip.traces))}
-
-    def column(column) -> dict:
-        views = [
-            {"label": label, "left": left, "right": right} for label, (left, right) in column.views.items()
-        ]
-        return vars(column) | {"views": views, "strips": list(map(strip, column.strips))}
-
-    return {"name": plot.name, "height": round(plot.height * 80), "columns": list(map(column, plot.columns))}
+        series = COLOURS.index(part.colour) + 1 if part.colour in COLOURS else None
+        return vars(part) | points | {"colour": f"--series-{series}" if series else part.colour}
+    return vars(part)
 
 
 def section(plot: Plot) -> str:

@@ -120,11 +120,10 @@ def fmu13_path(fmu_path, producer, tmp_path_factory) -> Path:
 def chromium():
     """Chromium, as browser.py starts it."""
     pytest.importorskip("selenium")
-    import browser
+    from browser import Browser
 
-    started = browser.start()
-    yield started
-    started.quit()
+    with Browser() as started:
+        yield started
 
 
 @pytest.fixture(scope="module")
@@ -165,14 +164,10 @@ def live_path(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def page(browser, live_path):
-    """The live page, opened anew from disk."""
-    from browser import assert_quiet, set_screen
-    from live_page import open_page
-
-    set_screen(browser, dark=True)
-    open_page(browser, live_path)
+    """The live page, opened anew from disk, by a link, so that nothing moves by itself."""
+    browser.open_cradle(live_path, "#preset=textbook", dark=True)
     yield browser
-    assert_quiet(browser)
+    browser.assert_quiet()
 
 
 @pytest.fixture(scope="session")

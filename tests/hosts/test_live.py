@@ -5,9 +5,7 @@ import json
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from browser import colours
-from live_page import FOLLOW, GRID, assert_native, drag, gesture, js, let_go, place, same_run, wait
-from selenium.webdriver.common.by import By
+from browser import FOLLOW, GRID, colours, same_run
 
 pytestmark = pytest.mark.all
 
@@ -24,12 +22,7 @@ SET_UPS = {
 @pytest.mark.parametrize("name", SET_UPS)
 def test_the_engine_gives_the_native_bits(page, fmu, name):
     """A minute of each, sampled at 3841 instants: sums, positions, velocities, pulses."""
-    recipe = {"balls": 5, "start": SET_UPS[name]}
-    rows, pulses = js(
-        page, f"return ({FOLLOW})(cradle.engine.start(arguments[0]), arguments[1])", recipe, GRID
-    )
-    assert len(pulses) > 10
-    assert same_run(fmu, recipe, rows, pulses)
+    page.assert_native(fmu, {"balls": 5, "start": SET_UPS[name]}, GRID)
 
 
 # What is said of a set-up's first click, from 21 us before it to its end, and what goes with the end.
@@ -83,17 +76,17 @@ def test_captions_tell_what_happens(page, preset, lifted):
 
 def test_two_balls_are_dragged_and_let_go(page, fmu):
     """Ball 2 is lifted, ball 1 comes along. From the release on, for a minute the run is the native one."""
-    drag(page, 1, -120)
-    recipe = js(page, "return source.setup.recipe()")
+    page.drag(1, -120)
+    recipe = page.js("return source.setup.recipe()")
     x = [recipe["start"][f"x_start[{i}]"] for i in range(1, 6)]
     assert x[0] == x[1] < -0.03 and x[2:] == [0, 0, 0]
     assert [recipe["start"][f"v_start[{i}]"] for i in range(1, 6)] == [0] * 5
     # Two seconds as the page moves on by itself, picture by picture; then the same without waiting for the clock.
-    wait(page, "source.run.time > 2")
-    reached = js(page, "cradle.setRunning(false); return source.run.time")
+    page.wait("source.run.time > 2")
+    reached = page.js("cradle.setRunning(false); return source.run.time")
     later = [time for time in GRID if time > reached]
-    pulses = js(page, "return source.pulses")
-    rows, more = js(page, f"return ({FOLLOW})(source.run, arguments[0])", later)
+    pulses = page.js("return source.pulses")
+    rows, more = page.js(f"return ({FOLLOW})(source.run, arguments[0])", later)
     assert same_run(fmu, recipe, rows, pulses + more, [0.0, *later]) and len(more) > 100
 
 
@@ -111,56 +104,56 @@ return source.setup.values.v_start[4]"""
 
 def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     # Slowly at first, so that balls are where they were when a hand has reached them.
-    js(page, "cradle.setPace(1e-3); cradle.lift(1)")
-    wait(page, "source.run.time > 0")
-    x, y = place(page, 4)
-    gesture(page, [(x, y)], release=False)
-    wait(page, "source.holds.size === 1")
-    assert js(page, THROW, x, y) > 0.3  # m/s, to the right
-    let_go(page)
-    js(page, "cradle.setPace(1)")
-    wait(page, "source.pulses.length > 3")
+    page.js("cradle.setPace(1e-3); cradle.lift(1)")
+    page.wait("source.run.time > 0")
+    x, y = page.place(4)
+    page.gesture([(x, y)], release=False)
+    page.wait("source.holds.size === 1")
+    assert page.js(THROW, x, y) > 0.3  # m/s, to the right
+    page.let_go()
+    page.js("cradle.setPace(1)")
+    page.wait("source.pulses.length > 3")
     # Held, it is where the hand is, whatever bounces off it.
-    wait(page, "Math.abs(source.state.x[4]) < 0.02")
-    js(page, "cradle.setPace(1e-3)")
-    drag(page, 4, 60, release=False)
-    held, count, time = js(page, "return [source.state.x[4], source.holds.size, source.time]")
+    page.wait("Math.abs(source.state.x[4]) < 0.02")
+    page.js("cradle.setPace(1e-3)")
+    page.drag(4, 60, release=False)
+    held, count, time = page.js("return [source.state.x[4], source.holds.size, source.time]")
     assert count == 1
-    js(page, "cradle.setPace(1)")
-    wait(page, f"source.time > {time} + 0.5")
-    assert js(page, "return source.state.x[4]") == pytest.approx(held, abs=1e-3)
-    let_go(page)
-    assert js(page, "return source.holds.size") == 0
+    page.js("cradle.setPace(1)")
+    page.wait(f"source.time > {time} + 0.5")
+    assert page.js("return source.state.x[4]") == pytest.approx(held, abs=1e-3)
+    page.let_go()
+    assert page.js("return source.holds.size") == 0
     # Pushed into the row, a ball takes the others along.
-    js(page, "cradle.stopAll()")
-    drag(page, 0, 60)
+    page.js("cradle.stopAll()")
+    page.drag(0, 60)
     impulses = "source.pulses.map(({impulse}) => impulse)"
-    assert js(page, f"return Math.max(...{impulses}, 0) + source.state.x[4]") > 0
+    assert page.js(f"return Math.max(...{impulses}, 0) + source.state.x[4]") > 0
 
 
 def test_two_fingers_hold_two_balls(page):
     """Both are lifted at once, to either side, and let go in the same instant."""
     paths = []
     for ball, by in ((0, -50), (4, 50)):
-        x, y = place(page, ball)
+        x, y = page.place(ball)
         paths.append([(x, y), (x + by, y), (x + 2 * by, y)])
-    gesture(page, *paths, kind="touch", hold=0.3)
-    x = js(page, "return source.setup.values.x_start")
+    page.gesture(*paths, kind="touch", hold=0.3)
+    x = page.js("return source.setup.values.x_start")
     assert x[0] < -0.03 < 0.03 < x[4] and x[1:4] == pytest.approx([0, 0, 0], abs=1e-4)
-    assert js(page, "return source.holds.size") == 0
+    assert page.js("return source.holds.size") == 0
 
 
 def test_any_number_of_balls(page):
     """They are heard, too: sounds are counted, as nobody listens."""
-    page.find_element(By.ID, "rest").click()  # browsers let a page sound after it was touched
-    js(page, "cradle.set('sound', true)")
+    page.press("rest")  # browsers let a page sound after it was touched
+    page.js("cradle.set('sound', true)")
     for balls in (1, 2, 20):
-        js(page, "cradle.resize(arguments[0]); cradle.lift(1)", balls)
-        wait(page, "source.run.time > 1")
-        shown = js(page, "return [source.state.balls, source.state.residual / source.state.energy]")
+        page.js("cradle.resize(arguments[0]); cradle.lift(1)", balls)
+        page.wait("source.run.time > 1")
+        shown = page.js("return [source.state.balls, source.state.residual / source.state.energy]")
         assert shown[0] == balls and abs(shown[1]) < 1e-12
-        assert len(page.find_elements(By.CSS_SELECTOR, ".sliders input")) == balls
-    wait(page, "cradle.sound.played > 1")
+        assert len(page.find_all(".sliders input")) == balls
+    page.wait("cradle.sound.played > 1")
 
 
 #: What becomes of the set-up, one after the other; where a slider does it: its title, its place, and what it then says.
@@ -199,55 +192,55 @@ source.restart = function (...given) {
 
 def test_the_contact_changes_while_it_swings(page, fmu):
     """Each change is a new run from where the balls are when none touch; what follows is the native run."""
-    js(page, "cradle.lift(2); cradle.panels.toggle('change')")
-    js(page, WATCH)
+    page.js("cradle.lift(2); cradle.panels.toggle('change')")
+    page.js(WATCH)
     for name, value, *slider in CHANGES:
-        wait(page, "source.run.time > 0.05")
-        js(page, "window.kept = null")
+        page.wait("source.run.time > 0.05")
+        page.js("window.kept = null")
         if slider:
             title, at, said = slider
-            assert js(page, SLIDE, title, at) == [said, said], name
+            assert page.js(SLIDE, title, at) == [said, said], name
         else:
-            js(page, "cradle.change({[arguments[0]]: arguments[1]})", name, value)
-        wait(page, "!source.pending && window.kept")
-        assert js(page, "return source.setup.get(arguments[0])", name) == pytest.approx(value), name
+            page.js("cradle.change({[arguments[0]]: arguments[1]})", name, value)
+        page.wait("!source.pending && window.kept")
+        assert page.js("return source.setup.get(arguments[0])", name) == pytest.approx(value), name
         if name not in ("ball.massRatio", "pendulum.length", "gravity"):
-            assert 0.97 < js(page, "return window.kept") < 1.03, name
-    assert_native(page, fmu)
+            assert 0.97 < page.js("return window.kept") < 1.03, name
+    page.assert_native(fmu)
 
 
 def test_what_the_engine_refuses_changes_nothing(page):
     """What it takes but is hardly meant is told, too."""
-    js(page, "cradle.lift(1); cradle.change({'ball.mass': -1})")
+    page.js("cradle.lift(1); cradle.change({'ball.mass': -1})")
     status = "cradle.controls.status.textContent"
-    assert js(page, f"return {status}") == "ball.mass = -1 kg is refused; allowed: finite and > 0 kg"
-    assert js(page, "return source.setup.get('ball.mass')") == 1
+    assert page.js(f"return {status}") == "ball.mass = -1 kg is refused; allowed: finite and > 0 kg"
+    assert page.js("return source.setup.get('ball.mass')") == 1
     for link, said in (
         ("balls=50", "balls = 50 is refused; allowed: 1 to 20"),
         ("lift=two", "lift = two is refused; allowed: 1 to 5"),
         ("balls=3&lift=4", "lift = 4 is refused; allowed: 1 to 3"),
         ("balls=5&x_start=0.1", "Is this meant? x_start[1] = 0.1 m and x_start[2]"),
     ):
-        js(page, "location.hash = arguments[0]", link)
-        wait(page, f"{status}.includes({json.dumps(said)})")
-    js(page, "cradle.tell(''); location.hash = '#preset=figure5'")
-    wait(page, "cradle.preset === 'figure5'")
-    assert js(page, f"return {status}") == ""
+        page.js("location.hash = arguments[0]", link)
+        page.wait(f"{status}.includes({json.dumps(said)})")
+    page.js("cradle.tell(''); location.hash = '#preset=figure5'")
+    page.wait("cradle.preset === 'figure5'")
+    assert page.js(f"return {status}") == ""
 
 
 def test_inside_a_click(page):
     """Time slows down by itself; then it is ordinary time again."""
-    js(page, "cradle.choose('steel'); cradle.lift(2); cradle.inside()")
-    wait(page, "cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4")
-    assert colours(page, page.find_element(By.CSS_SELECTOR, "canvas.cradle")) > 500
-    js(page, "cradle.seek(source.shownClick.end); cradle.setRunning(true)")
-    wait(page, "cradle.clock.slow === 'no'")
-    assert js(page, "return cradle.clock.rate") == 1
+    page.js("cradle.choose('steel'); cradle.lift(2); cradle.inside()")
+    page.wait("cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4")
+    assert colours(page.find("canvas.cradle")) > 500
+    page.js("cradle.seek(source.shownClick.end); cradle.setRunning(true)")
+    page.wait("cradle.clock.slow === 'no'")
+    assert page.js("return cradle.clock.rate") == 1
 
 
 def test_two_side_by_side(page):
-    js(page, "cradle.choose('textbook'); cradle.lift(2); cradle.compare('hertz')")
-    wait(page, "cradle.stages.length === 2 && source.run.time > 1.5")
+    page.js("cradle.choose('textbook'); cradle.lift(2); cradle.compare('hertz')")
+    page.wait("cradle.stages.length === 2 && source.run.time > 1.5")
     shown = "({source}) => [source.setup.recipe().start, source.run.time, Array.from(source.state.x)]"
     first, second = page.execute_script(f"return cradle.stages.map({shown})")
     different = {key for key in second[0] if second[0][key] != first[0].get(key)}
@@ -255,16 +248,16 @@ def test_two_side_by_side(page):
     assert first[1] == pytest.approx(second[1], abs=1e-12)
     assert max(abs(a - b) for a, b in zip(first[2], second[2], strict=True)) > 1e-4
     # A hand moves both.
-    drag(page, 0, -60)
+    page.drag(0, -60)
     starts = page.execute_script("return cradle.stages.map(({source}) => source.setup.values.x_start[0])")
     assert starts[0] == starts[1] < 0
 
 
 def test_more_contacts_than_time_slow_the_clock_and_not_the_page(page):
     # Swings that take 0.4 ms: a second of them is work for several, whatever the machine.
-    js(page, "cradle.begin(PRESETS.buzzing.setup().with({gravity: 1e8}), null); window.spent = []")
-    js(page, "(function note() { spent.push(cradle.clock.spent); requestAnimationFrame(note); })()")
-    wait(page, "cradle.controls.status.textContent.includes('the clock runs')")
-    assert np.median(js(page, "return spent")) < 20
-    page.find_element(By.ID, "rest").click()
-    wait(page, "source.run.time > 0")
+    page.js("cradle.begin(PRESETS.buzzing.setup().with({gravity: 1e8}), null); window.spent = []")
+    page.js("(function note() { spent.push(cradle.clock.spent); requestAnimationFrame(note); })()")
+    page.wait("cradle.controls.status.textContent.includes('the clock runs')")
+    assert np.median(page.js("return spent")) < 20
+    page.press("rest")
+    page.wait("source.run.time > 0")

@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-from browser import set_screen
-from live_page import drag, gesture, js, let_go, place, wait
-from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 pytestmark = pytest.mark.all
@@ -26,20 +23,20 @@ requestAnimationFrame(() => requestAnimationFrame(() => {
 @pytest.fixture
 def space(page):
     """The page in 3D, without gentle motion."""
-    set_screen(page, dark=True, still=True)
-    js(page, "cradle.still = true; cradle.set('space', true)")
+    page.set_screen(dark=True, still=True)
+    page.js("cradle.still = true; cradle.set('space', true)")
     return page
 
 
 def look(page, view: str) -> None:
-    js(page, "cradle.eye.look(arguments[0])", view)
-    wait(page, f"cradle.controls.view.textContent === 'View: {view}'")
+    page.js("cradle.eye.look(arguments[0])", view)
+    page.wait(f"cradle.controls.view.textContent === 'View: {view}'")
 
 
 def test_balls_are_drawn_where_hands_look_for_them(space):
     """Balls of different sizes, one lifted: each pixel is covered where the places of the balls say so."""
-    js(space, "cradle.change({'ball.massRatio': [1, 1, 4, 1, 0.5]})")
-    js(space, "cradle.setRunning(false); cradle.take('test', 4, 0.2); cradle.move('test', 4, 0.2)")
+    space.js("cradle.change({'ball.massRatio': [1, 1, 4, 1, 0.5]})")
+    space.js("cradle.setRunning(false); cradle.take('test', 4, 0.2); cradle.move('test', 4, 0.2)")
     for view in ("front", "side", "top"):
         look(space, view)
         cover, width, height, places = space.execute_async_script(COVER)
@@ -54,49 +51,49 @@ def test_balls_are_drawn_where_hands_look_for_them(space):
 def test_a_ball_goes_with_the_pointer(space):
     """It is lifted, those to its left come along."""
     for view, ball in (("front", 1), ("side", 0), ("top", 1)):
-        js(space, "cradle.stopAll()")
+        space.js("cradle.stopAll()")
         look(space, view)
-        x, y = place(space, ball)
-        drag(space, ball, -90, release=False)
-        lifted = js(space, "return source.state.x[arguments[0]]", ball)
+        x, y = space.place(ball)
+        space.drag(ball, -90, release=False)
+        lifted = space.js("return source.state.x[arguments[0]]", ball)
         assert lifted < -0.02, view
         if view != "side":
-            assert place(space, ball) == pytest.approx((x - 90, y), abs=14), view
-        let_go(space)
+            assert space.place(ball) == pytest.approx((x - 90, y), abs=14), view
+        space.let_go()
         wanted = [lifted] * (ball + 1) + [0] * (4 - ball)
-        assert js(space, "return source.setup.values.x_start") == pytest.approx(wanted, abs=1e-4), view
+        assert space.js("return source.setup.values.x_start") == pytest.approx(wanted, abs=1e-4), view
 
 
 def test_the_view_turns(space):
     """By the button, the key, a pointer or two fingers beside the balls, and the right button anywhere; never below
     the floor."""
     angles = "return [cradle.eye.azimuth, cradle.eye.height]"
-    button = space.find_element(By.ID, "view")
+    button = space.find("#view")
     assert button.text == "View: front"
     button.click()
-    wait(space, "cradle.controls.view.textContent === 'View: side'")
-    space.find_element(By.TAG_NAME, "body").send_keys("v")
-    wait(space, "cradle.controls.view.textContent === 'View: top'")
+    space.wait("cradle.controls.view.textContent === 'View: side'")
+    space.find("body").send_keys("v")
+    space.wait("cradle.controls.view.textContent === 'View: top'")
     look(space, "front")
-    azimuth, height = js(space, angles)
-    x, y = place(space, 0)
-    gesture(space, [(80, y), (130, y + 20)])
-    turned = js(space, angles)
+    azimuth, height = space.js(angles)
+    x, y = space.place(0)
+    space.gesture([(80, y), (130, y + 20)])
+    turned = space.js(angles)
     assert turned[0] < azimuth - 0.1 and turned[1] > height + 0.05
-    wait(space, "cradle.controls.view.textContent === 'View: turned'")
+    space.wait("cradle.controls.view.textContent === 'View: turned'")
     azimuth, _ = turned
-    gesture(space, [(60, 300), (160, 300)], [(60, 450), (160, 450)], kind="touch")
-    assert js(space, angles)[0] == pytest.approx(azimuth - 0.6, abs=0.01)
-    x, y = place(space, 0)
-    gesture(space, [(x, y), (x, 100)], button=2)
-    assert js(space, "return [source.holds.size, source.state.x[0]]") == [0, 0]
-    gesture(space, [(80, 600), (80, 100)], kind="touch")
-    assert js(space, "return cradle.stages[0].scene.lens.eye[1] > cradle.stages[0].scene.floor")
-    assert js(space, angles)[1] < 0.1
+    space.gesture([(60, 300), (160, 300)], [(60, 450), (160, 450)], kind="touch")
+    assert space.js(angles)[0] == pytest.approx(azimuth - 0.6, abs=0.01)
+    x, y = space.place(0)
+    space.gesture([(x, y), (x, 100)], button=2)
+    assert space.js("return [source.holds.size, source.state.x[0]]") == [0, 0]
+    space.gesture([(80, 600), (80, 100)], kind="touch")
+    assert space.js("return cradle.stages[0].scene.lens.eye[1] > cradle.stages[0].scene.floor")
+    assert space.js(angles)[1] < 0.1
 
 
 def test_what_stands_still_is_drawn_once(space):
-    wait(space, "cradle.stages[0].scene.painter.drawn")
+    space.wait("cradle.stages[0].scene.painter.drawn")
     drawn = """const {gl} = cradle.stages[0].scene.painter, done = arguments[0];
     let count = 0, frames = 0;
     gl.clear = (...given) => { count++; Object.getPrototypeOf(gl).clear.apply(gl, given); };
@@ -107,28 +104,28 @@ def test_what_stands_still_is_drawn_once(space):
     };
     requestAnimationFrame(frame)"""
     assert space.execute_async_script(drawn) <= 2
-    js(space, "cradle.lift(1)")
+    space.js("cradle.lift(1)")
     assert space.execute_async_script(drawn) >= 8
 
 
 def test_without_webgl_it_is_flat(space):
     """Where it is lost, until it is asked for again; and where there is none."""
-    js(space, "cradle.compare('hertz')")
-    js(space, "cradle.stages[1].scene.painter.gl.getExtension('WEBGL_lose_context').loseContext()")
-    wait(space, "!cradle.space && cradle.controls.status.textContent.includes('WebGL')")
+    space.js("cradle.compare('hertz')")
+    space.js("cradle.stages[1].scene.painter.gl.getExtension('WEBGL_lose_context').loseContext()")
+    space.wait("!cradle.space && cradle.controls.status.textContent.includes('WebGL')")
     flat = "return [cradle.space, cradle.controls.view.hidden, document.querySelectorAll('.space').length]"
-    assert js(space, flat) == [False, True, 0]
-    js(space, "cradle.set('space', true)")
-    assert js(space, flat) == [True, False, 2]
-    js(space, """cradle.compare('stop'); cradle.set('space', false); cradle.tell('');
+    assert space.js(flat) == [False, True, 0]
+    space.js("cradle.set('space', true)")
+    assert space.js(flat) == [True, False, 2]
+    space.js("""cradle.compare('stop'); cradle.set('space', false); cradle.tell('');
       const {getContext} = HTMLCanvasElement.prototype;
       HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
         return kind.startsWith("webgl") ? null : getContext.call(this, kind, ...more); }""")  # fmt: skip
-    space.find_element(By.TAG_NAME, "body").send_keys("s")
-    choice = space.find_element(By.CSS_SELECTOR, "[data-key$=space]")
+    space.find("body").send_keys("s")
+    choice = space.find("[data-key$=space]")
     choice.send_keys(Keys.SPACE)
-    assert "WebGL" in space.find_element(By.ID, "status").text
-    assert not space.find_element(By.CSS_SELECTOR, "[data-key$=space]").is_selected()
-    assert js(space, flat) == [False, True, 0]
-    drag(space, 0, -60)
-    assert js(space, "return source.setup.values.x_start[0]") < -0.02
+    assert "WebGL" in space.find("#status").text
+    assert not space.find("[data-key$=space]").is_selected()
+    assert space.js(flat) == [False, True, 0]
+    space.drag(0, -60)
+    assert space.js("return source.setup.values.x_start[0]") < -0.02

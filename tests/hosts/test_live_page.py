@@ -9,63 +9,59 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
 
 import pytest
-from browser import ready, set_screen, visit
 from conftest import ROOT
-from live_page import boxes, drag, each_panel, gesture, js, keys, open_page, place, press, wait
 from newtons_cradle.page import save_site
 from selenium.webdriver import Keys
-from selenium.webdriver.common.by import By
 
 pytestmark = pytest.mark.all
 
 
 def test_the_keyboard_does_everything(page):
-    body = page.find_element(By.TAG_NAME, "body")
+    body = page.find("body")
     body.send_keys("2")
-    assert js(page, "return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
+    assert page.js("return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
     body.send_keys("0")
-    slider = page.find_elements(By.CSS_SELECTOR, ".sliders input")[1]
+    slider = page.find_all(".sliders input")[1]
     page.execute_script("arguments[0].focus()", slider)
     slider.send_keys(Keys.ARROW_LEFT * 4)
     assert slider.get_attribute("aria-valuetext") == "4.0 cm to the left, held"
     slider.send_keys(Keys.ENTER)
-    assert js(page, "return source.setup.values.x_start") == pytest.approx([-0.04, -0.04, 0, 0, 0])
+    assert page.js("return source.setup.values.x_start") == pytest.approx([-0.04, -0.04, 0, 0, 0])
     panels = {"c": "Change", "s": "Show", "b": "Compare", "k": "Save and share", "h": "Keys"}
     for key, title in panels.items():
         body.send_keys(key)
-        assert page.find_element(By.ID, "paneltitle").text == title
-        keys(page, Keys.ESCAPE)
-        assert not page.find_element(By.ID, "panel").is_displayed()
+        assert page.find("#paneltitle").text == title
+        page.keys(Keys.ESCAPE)
+        assert not page.seen("#panel")
     body.send_keys("i")
-    assert js(page, "return cradle.clock.slow") == "next"
+    assert page.js("return cradle.clock.slow") == "next"
     shown = "return [cradle.clock.running, cradle.panels.kind]"
-    press(page, "again")
-    keys(page, Keys.SPACE)  # pauses, whatever was clicked before
-    assert js(page, shown) == [False, None]
-    js(page, "cradle.set('keys', false)")
-    keys(page, "s", Keys.SPACE)
-    assert js(page, shown) == [False, None]
-    js(page, "cradle.set('keys', true)")
-    keys(page, "s")
-    assert js(page, shown) == [False, "show"]
+    page.press("again")
+    page.keys(Keys.SPACE)  # pauses, whatever was clicked before
+    assert page.js(shown) == [False, None]
+    page.js("cradle.set('keys', false)")
+    page.keys("s", Keys.SPACE)
+    assert page.js(shown) == [False, None]
+    page.js("cradle.set('keys', true)")
+    page.keys("s")
+    assert page.js(shown) == [False, "show"]
 
 
 @pytest.mark.parametrize("still", [False, True])
 def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
     """It pulls the first ball aside and lets it go, unless motion is to be reduced; who touches the page ends it."""
-    set_screen(page, still=still)
-    visit(page, live_path)
+    page.visit(live_path, still=still)
     hint = "Pull a ball aside and let it go."
-    wait(page, "cradle.guide.seconds > 1.8")
-    x, shown = js(page, "return [source.state.x[0], Number(getComputedStyle(cradle.controls.hand).opacity)]")
+    page.wait("cradle.guide.seconds > 1.8")
+    x, shown = page.js("return [source.state.x[0], Number(getComputedStyle(cradle.controls.hand).opacity)]")
     assert (x == 0 and shown == 0) if still else (x < -0.005 and shown > 0)
     shown = "cradle.guide.phase === 'has shown' && source.pulses.length > 0"
-    wait(page, "cradle.guide.seconds > 4" if still else shown)
-    moved = js(page, "return [source.setup.values.x_start[0], cradle.stages[0].sentence.textContent]")
+    page.wait("cradle.guide.seconds > 4" if still else shown)
+    moved = page.js("return [source.setup.values.x_start[0], cradle.stages[0].sentence.textContent]")
     assert moved == [0 if still else pytest.approx(-0.12), hint]
-    page.find_element(By.TAG_NAME, "h1").click()
+    page.find("h1").click()
     said = hint if still else ""
-    wait(page, f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{said}'")
+    page.wait(f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{said}'")
 
 
 def test_the_defaults_are_those_of_the_fmu(page, fmu):
@@ -75,20 +71,18 @@ def test_the_defaults_are_those_of_the_fmu(page, fmu):
 
 def test_a_link_carries_the_set_up(page, live_path):
     """That of both cradles; the button that copies it says so."""
-    js(page, "cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.compare('hertz')")
-    js(page, "cradle.change({'contact.model': 'powerLaw', 'contact.exponent': 3})")
-    wait(page, "cradle.sources.every(({pending}) => !pending)")
-    js(page, "cradle.lift(2); cradle.set('space', true)")
+    page.js("cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.compare('hertz')")
+    page.js("cradle.change({'contact.model': 'powerLaw', 'contact.exponent': 3})")
+    page.wait("cradle.sources.every(({pending}) => !pending)")
+    page.js("cradle.lift(2); cradle.set('space', true)")
     shown = "return [cradle.space, cradle.side, cradle.sources.map(({setup}) => setup.recipe())]"
-    wanted, link = js(page, shown), js(page, "return linkTo(cradle)")
+    wanted, link = page.js(shown), page.js("return linkTo(cradle)")
     assert link.startswith(live_path.as_uri() + "#")
-    js(page, "cradle.panels.toggle('keep'); document.querySelector('#panelbody button').click()")
+    page.js("cradle.panels.toggle('keep'); document.querySelector('#panelbody button').click()")
     told = "/(The link is in the clipboard|Here is the link:).* It works on this computer/"
-    wait(page, f"{told}.test(cradle.controls.status.textContent)")
-    page.get("about:blank")
-    page.get(link)
-    ready(page)
-    assert js(page, shown) == wanted
+    page.wait(f"{told}.test(cradle.controls.status.textContent)")
+    page.load(link)
+    assert page.js(shown) == wanted
 
 
 def test_the_links_of_the_lesson(page):
@@ -96,28 +90,28 @@ def test_the_links_of_the_lesson(page):
     links = re.findall(r"out/cradle\.html#([^)]+)", (ROOT / "docs/lesson.md").read_text(encoding="utf-8"))
     assert set(page.execute_script("return LESSON")) <= set(links)
     for link in links:
-        js(page, "location.hash = arguments[0]", link)
+        page.js("location.hash = arguments[0]", link)
         lifted = int(re.search(r"lift=(\d)|present", link)[1] or 2)
-        wait(page, f"source.setup.values.x_start.filter((x) => x < 0).length === {lifted}")
-        assert js(page, "return cradle.lesson.answer(1)") == ("lift" not in link or "ask" in link), link
-        wait(page, "source.run.time > 0.05")
-        shown = js(page, "return [cradle.controls.status.textContent, cradle.stages.length]")
+        page.wait(f"source.setup.values.x_start.filter((x) => x < 0).length === {lifted}")
+        assert page.js("return cradle.lesson.answer(1)") == ("lift" not in link or "ask" in link), link
+        page.wait("source.run.time > 0.05")
+        shown = page.js("return [cradle.controls.status.textContent, cradle.stages.length]")
         assert shown == ["", 2 if "beside" in link else 1], link
-        js(page, "cradle.stopAll()")
+        page.js("cradle.stopAll()")
     for beside in ("nonsense", "stop"):  # the values of a second cradle are shown, whatever its name
-        js(page, f"cradle.compare('stop'); location.hash = '#beside={beside}&right.gravity=1.62'")
-        wait(page, "cradle.stages[1]?.source.setup.get('gravity') === 1.62")
-        assert js(page, "return cradle.besideChoice") == "usual"
+        page.js(f"cradle.compare('stop'); location.hash = '#beside={beside}&right.gravity=1.62'")
+        page.wait("cradle.stages[1]?.source.setup.get('gravity') === 1.62")
+        assert page.js("return cradle.besideChoice") == "usual"
 
 
 def test_a_web_server_is_as_good(browser, live_path, tmp_path):
     """Its site can be installed, and is there when the server no longer is."""
     assert save_site(tmp_path) < 2e6
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=tmp_path))
-    Thread(target=server.serve_forever, daemon=True).start()
     newer = "return 'newer' in document.documentElement.dataset"
-    address = f"http://127.0.0.1:{server.server_port}/"
-    try:
+    handler = partial(SimpleHTTPRequestHandler, directory=tmp_path)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_port}/"
         browser.get(address)
         browser.execute_async_script("navigator.serviceWorker.ready.then(arguments[0])")
         manifest = browser.execute_cdp_cmd("Page.getAppManifest", {})
@@ -128,14 +122,10 @@ def test_a_web_server_is_as_good(browser, live_path, tmp_path):
         os.utime(page, (2e9, 2e9))  # later by more than the second that a server tells
         browser.get(address)
         assert browser.execute_script(newer)
-    finally:
         server.shutdown()
-        server.server_close()
-    browser.get("about:blank")
-    browser.get(address + "#preset=desk&lift=1")
-    ready(browser)
-    wait(browser, "source.run.time > 0.1")
-    assert js(browser, f"{newer} && cradle.preset") == "desk"
+    browser.load(address + "#preset=desk&lift=1")
+    browser.wait("source.run.time > 0.1")
+    assert browser.js(f"{newer} && cradle.preset") == "desk"
 
 
 PICTURE = """const done = arguments[0], {scene, source, canvas} = cradle.stages[0];
@@ -154,8 +144,8 @@ savePicture(cradle)"""
 def test_a_picture_is_kept(page):
     """Twice as large as the stage, flat and in 3D, with the balls."""
     for space in (False, True):
-        js(page, "cradle.set('space', arguments[0])", space)
-        wait(page, "cradle.stages[0].scene.painter?.drawn ?? true")
+        page.js("cradle.set('space', arguments[0])", space)
+        page.wait("cradle.stages[0].scene.painter?.drawn ?? true")
         kind, large, colours = page.execute_async_script(PICTURE)
         assert (kind, large) == ("image/png", 2) and colours > 300, space
 
@@ -179,26 +169,26 @@ def test_a_language_has_all_texts_and_they_fit(page, language):
     for forms in ("pressed", "over", "overRigid"):  # "one" may name no number
         shape[forms], other[forms] = shape[forms]["other"], other[forms]["other"]
     assert other == shape
-    set_screen(page, "phone")
-    js(page, "cradle.panels.toggle('show')")
-    page.find_element(By.CSS_SELECTOR, f"input[data-key$=' {language}']").click()
-    assert page.find_element(By.ID, "paneltitle").text == TEXTS[language]["show"]
+    page.set_screen("phone")
+    page.js("cradle.panels.toggle('show')")
+    page.find(f"input[data-key$=' {language}']").click()
+    assert page.find("#paneltitle").text == TEXTS[language]["show"]
     assert page.execute_script("return document.documentElement.lang") == language
-    js(page, "cradle.panels.toggle('show'); cradle.compare('heavy')")
-    boxes(page)
-    for _ in each_panel(page):
-        boxes(page)
-    js(page, "cradle.compare('stop'); cradle.lift(2); cradle.inside()")
-    wait(page, "cradle.clock.inside")
-    boxes(page)
-    assert f"lang={language}" in js(page, "return linkTo(cradle)")
+    page.js("cradle.panels.toggle('show'); cradle.compare('heavy')")
+    page.boxes()
+    for _ in page.each_panel():
+        page.boxes()
+    page.js("cradle.compare('stop'); cradle.lift(2); cradle.inside()")
+    page.wait("cradle.clock.inside")
+    page.boxes()
+    assert f"lang={language}" in page.js("return linkTo(cradle)")
 
 
 SENTENCE = "cradle.stages[0].sentence.textContent"
 
 
 def guess(page, count: int) -> None:
-    page.find_elements(By.CSS_SELECTOR, "#guesses button")[count - 1].click()
+    page.find_all("#guesses button")[count - 1].click()
 
 
 GUESSES = [
@@ -212,30 +202,30 @@ GUESSES = [
 
 def test_a_class_says_what_will_fly_out(page):
     """Time stands still until it has; then it is told what did."""
-    js(page, "cradle.set('ask', true)")
+    page.js("cradle.set('ask', true)")
     for preset, lifted, guessed, said in GUESSES:
-        js(page, f"cradle.choose('{preset}'); cradle.lift({lifted})")
-        wait(page, f"{SENTENCE} === 'How many balls will fly out on the other side?'")
-        assert len(page.find_elements(By.CSS_SELECTOR, "#guesses button")) == 5
-        assert js(page, "return [cradle.clock.running, source.run.time]") == [False, 0]
+        page.js(f"cradle.choose('{preset}'); cradle.lift({lifted})")
+        page.wait(f"{SENTENCE} === 'How many balls will fly out on the other side?'")
+        assert len(page.find_all("#guesses button")) == 5
+        assert page.js("return [cradle.clock.running, source.run.time]") == [False, 0]
         guess(page, guessed)
-        assert not page.find_element(By.ID, "guesses").is_displayed()
-        wait(page, f"{SENTENCE}.startsWith('You said')")
-        shown, detail = js(page, f"return [{SENTENCE}, cradle.stages[0].detail.textContent]")
+        assert not page.seen("#guesses")
+        page.wait(f"{SENTENCE}.startsWith('You said')")
+        shown, detail = page.js(f"return [{SENTENCE}, cradle.stages[0].detail.textContent]")
         assert shown == said and detail.startswith("Compared with the incoming speed: ball")
 
 
 @pytest.mark.parametrize(("start", "ball", "guess"), [("lift=2", 3, 2), ("x_start=0,0,0,0,0.1", 1, 2)])
 def test_a_ball_that_hangs_is_an_answer(page, start, ball, guess):
     """It and those beyond it are expected to fly out; one that is lifted can still be taken."""
-    js(page, "location.hash = arguments[0]", f"#preset=textbook&ask&{start}")
-    wait(page, "cradle.lesson.phase === 'asks'")
-    lifted = js(page, "return source.setup.values.x_start.findIndex((x) => x !== 0)")
-    drag(page, lifted, 30 if lifted else -30)
-    assert js(page, "return cradle.lesson.phase") == "asks"
-    gesture(page, [place(page, ball)])
-    assert js(page, "return [cradle.lesson.phase, cradle.lesson.guess]") == ["waits", guess]
-    assert js(page, "return [cradle.clock.running, source.holds.size]") == [True, 0]
+    page.js("location.hash = arguments[0]", f"#preset=textbook&ask&{start}")
+    page.wait("cradle.lesson.phase === 'asks'")
+    lifted = page.js("return source.setup.values.x_start.findIndex((x) => x !== 0)")
+    page.drag(lifted, 30 if lifted else -30)
+    assert page.js("return cradle.lesson.phase") == "asks"
+    page.gesture([page.place(ball)])
+    assert page.js("return [cradle.lesson.phase, cradle.lesson.guess]") == ["waits", guess]
+    assert page.js("return [cradle.clock.running, source.holds.size]") == [True, 0]
 
 
 def test_keys_that_are_listed_do_something(page, live_path, recorded_path):
@@ -244,65 +234,65 @@ def test_keys_that_are_listed_do_something(page, live_path, recorded_path):
     always = {"Space", "D", "V", "C", "S", "L", "P, N", "K"}
     inside = {"I", "E", ", ."}
     live = {"Tab", "\u2190 \u2192", "Enter", "1 to 9", "A", "0", "B"}
-    assert set(js(page, shown)) == always | inside | live
-    open_page(page, recorded_path, "")
+    assert set(page.js(shown)) == always | inside | live
+    page.open_cradle(recorded_path)
     recorded = always | {"[ ]", "\u2190 \u2192", "R"}
-    assert set(js(page, shown)) == recorded | inside
-    js(page, "source.openable = []; cradle.panels.toggle('help'); cradle.clock.slowAt('no')")
-    assert set(js(page, shown)) == recorded
-    keys(page, "0", "a", "2", "b", "i")
-    assert js(page, "return [source.live, cradle.panels.kind, cradle.clock.slow]") == [False, "help", "no"]
+    assert set(page.js(shown)) == recorded | inside
+    page.js("source.openable = []; cradle.panels.toggle('help'); cradle.clock.slowAt('no')")
+    assert set(page.js(shown)) == recorded
+    page.keys("0", "a", "2", "b", "i")
+    assert page.js("return [source.live, cradle.panels.kind, cradle.clock.slow]") == [False, "help", "no"]
 
 
 def test_a_hand_is_asked_as_well_and_may_go_on_without_an_answer(page):
-    js(page, "cradle.set('ask', true)")
-    drag(page, 1, -80)
-    shown = js(page, "return [cradle.lesson.phase, cradle.clock.running, source.holds.size]")
+    page.js("cradle.set('ask', true)")
+    page.drag(1, -80)
+    shown = page.js("return [cradle.lesson.phase, cradle.clock.running, source.holds.size]")
     assert shown == ["asks", False, 0]
-    lifted = js(page, "return source.setup.values.x_start[0]")
-    assert js(page, "return source.state.x[0]") == lifted < -0.01
-    keys(page, "2")  # a guess, not two balls to be lifted
-    assert js(page, "return [cradle.lesson.phase, source.setup.values.x_start[0]]") == ["waits", lifted]
-    js(page, "cradle.lift(1)")
-    keys(page, Keys.SPACE)
-    wait(page, "cradle.lesson.phase === null && source.pulses.length > 0")
-    assert not page.find_element(By.ID, "guesses").is_displayed()
-    js(page, "cradle.lift(2)")
-    assert page.find_element(By.ID, "guesses").is_displayed()
-    js(page, "cradle.stopAll()")
-    assert not page.find_element(By.ID, "guesses").is_displayed()
-    assert "&ask" in js(page, "return linkTo(cradle)")
+    lifted = page.js("return source.setup.values.x_start[0]")
+    assert page.js("return source.state.x[0]") == lifted < -0.01
+    page.keys("2")  # a guess, not two balls to be lifted
+    assert page.js("return [cradle.lesson.phase, source.setup.values.x_start[0]]") == ["waits", lifted]
+    page.js("cradle.lift(1)")
+    page.keys(Keys.SPACE)
+    page.wait("cradle.lesson.phase === null && source.pulses.length > 0")
+    assert not page.seen("#guesses")
+    page.js("cradle.lift(2)")
+    assert page.seen("#guesses")
+    page.js("cradle.stopAll()")
+    assert not page.seen("#guesses")
+    assert "&ask" in page.js("return linkTo(cradle)")
 
 
 def test_the_lesson_is_presented_step_by_step(page, live_path):
     """The head of the page does not give the answer away; each step has its link, and Escape leaves."""
-    visit(page, live_path, "#present")
+    page.visit(live_path, "#present")
     titles = []
     for step in range(1, 7):
         assert page.execute_script("return location.hash") == f"#present={step}"
         asked = step in (1, 4, 6)
-        assert (page.find_element(By.TAG_NAME, "h1").text == f"{step}/6 What will fly out?") is asked
-        assert js(page, "return cradle.stages[0].scene.glow.some(Boolean)") is False or not asked
-        assert page.find_element(By.ID, "guesses").is_displayed() is asked
+        assert (page.find("h1").text == f"{step}/6 What will fly out?") is asked
+        assert page.js("return cradle.stages[0].scene.glow.some(Boolean)") is False or not asked
+        assert page.seen("#guesses") is asked
         if asked:
-            assert page.find_element(By.ID, "about").text == ""
+            assert page.find("#about").text == ""
             guess(page, 2)
-            js(page, "cradle.clock.slowAt('no')")
-            wait(page, "cradle.lesson.phase === 'knows'")
+            page.js("cradle.clock.slowAt('no')")
+            page.wait("cradle.lesson.phase === 'knows'")
         if step == 2:  # the unit of the scale, however small the value
-            wait(page, "source.run.time > 0.4")
-            curves = js(page, "cradle.setRunning(false); return cradle.stages[0].strips.titles.textContent")
+            page.wait("source.run.time > 0.4")
+            curves = page.js("cradle.setRunning(false); return cradle.stages[0].strips.titles.textContent")
             assert re.search(r"Momentum\s+\S+ kg m/s", curves), curves
-        titles.append(page.find_element(By.TAG_NAME, "h1").text)
-        assert not page.find_element(By.ID, "openers").is_displayed()
+        titles.append(page.find("h1").text)
+        assert not page.seen("#openers")
         if step < 6:
-            press(page, "nextStep")
-    assert not page.find_element(By.ID, "nextStep").is_displayed()
-    press(page, "endLesson")
+            page.press("nextStep")
+    assert not page.seen("#nextStep")
+    page.press("endLesson")
     assert len(set(titles)) == 6 and titles[1] == "2/6 Why not one, twice as fast?"
-    assert page.find_element(By.ID, "openers").is_displayed()
-    visit(page, live_path, "#present=5")
-    assert page.find_element(By.TAG_NAME, "h1").text == "5/6 See the difference grow"
-    keys(page, Keys.ESCAPE)
-    assert page.find_element(By.TAG_NAME, "h1").text == "Newton's cradle"
+    assert page.seen("#openers")
+    page.visit(live_path, "#present=5")
+    assert page.find("h1").text == "5/6 See the difference grow"
+    page.keys(Keys.ESCAPE)
+    assert page.find("h1").text == "Newton's cradle"
     assert page.execute_script("return location.hash").startswith("#preset=textbook")

@@ -6,13 +6,11 @@ import re
 from pathlib import Path
 from urllib.parse import unquote
 
+import numpy as np
 import pytest
-from browser import SIZES, assert_quiet, colours, serious, set_screen, visit
-from live_page import DRAWN, PANELS, boxes, drag, each_panel, js, wait
+from browser import PANELS, SIZES, colours
 from selenium.webdriver import ActionChains
-from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.wait import WebDriverWait
 
 pytestmark = pytest.mark.all
 
@@ -20,8 +18,8 @@ pytestmark = pytest.mark.all
 def test_the_fmus_documentation(browser, fmu):
     """Opened as the FMU carries it: a picture, and every variable with its unit."""
     path = Path(fmu.folder) / "documentation/index.html"
-    visit(browser, path)
-    assert colours(browser, browser.find_element(By.CSS_SELECTOR, "figure svg")) > 100
+    browser.visit(path)
+    assert colours(browser.find("figure svg")) > 100
     rows = browser.execute_script(
         "return [...document.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))"
     )
@@ -38,35 +36,34 @@ def show(report, item) -> None:
 @pytest.fixture
 def report(browser, paper):
     """The browser with the report open."""
-    set_screen(browser)
-    visit(browser, paper[0] / "report.html")
+    browser.visit(paper[0] / "report.html")
     return browser
 
 
 def test_the_report_shows_all_figures(report, paper):
     """It links its numbers and the cradle."""
-    charts = report.find_elements(By.CSS_SELECTOR, ".chart canvas")
+    charts = report.find_all(".chart canvas")
     assert len(charts) >= 12
     for chart in charts:
         show(report, chart)
-        assert colours(report, chart) > 20, chart.accessible_name
-    assert len(report.find_elements(By.CSS_SELECTOR, "td.holds")) >= 50
-    assert report.find_elements(By.CSS_SELECTOR, "td.fails") == []
+        assert colours(chart) > 20, chart.accessible_name
+    assert len(report.find_all("td.holds")) >= 50
+    assert report.find_all("td.fails") == []
     out, _ = paper
     links = report.execute_script("return [...document.links].map((link) => link.getAttribute('href'))")
     names = {unquote(link) for link in links if not link.startswith("#")}
     assert {path.name for path in out.glob("*.csv")} | {"cradle.html"} == names
-    visit(report, out / "cradle.html")
+    report.visit(out / "cradle.html")
     assert report.execute_script("return cradle.sources[0].clicks.length") >= 7
 
 
 def test_the_report_zooms_from_seconds_to_nanoseconds(report):
     """A button of Figure 4 ends at 10 ns, where its first contact's force rises from 0; keys read values there."""
-    buttons = report.find_elements(By.CSS_SELECTOR, "#figure4 button")
+    buttons = report.find_all("#figure4 button")
     show(report, buttons[3])
     buttons[3].click()
-    width = "const [chart] = report.charts.figure4; return chart.right - chart.left"
-    WebDriverWait(report, 30).until(lambda _: report.execute_script(width) < 1.01e-8)
+    width = "report.charts.figure4[0].right - report.charts.figure4[0].left"
+    report.wait(f"{width} < 1.01e-8")
     left, right, largest = report.execute_script(
         """const [chart] = report.charts.figure4, {x, y} = chart.strips[1].traces[0];
         return [chart.left, chart.right, Math.max(...y.filter((_, i) => x[i] >= chart.left && x[i] <= chart.right))]"""
@@ -74,13 +71,13 @@ def test_the_report_zooms_from_seconds_to_nanoseconds(report):
     assert left < 0.702481589380 < right
     assert 0 < largest < 3e6
     buttons[-1].click()
-    assert report.execute_script(width) == pytest.approx(2e-8, rel=1e-3)
+    assert report.js(f"return {width}") == pytest.approx(2e-8, rel=1e-3)
     # Where the axis is far from 0, values are read from the round one that is written below it.
     buttons[3].click()
-    WebDriverWait(report, 30).until(lambda _: report.execute_script(width) < 1.01e-8)
-    chart = report.find_element(By.CSS_SELECTOR, "#figure4 canvas")
+    report.wait(f"{width} < 1.01e-8")
+    chart = report.find("#figure4 canvas")
     chart.send_keys(Keys.SHIFT + Keys.ARROW_RIGHT)
-    said = report.find_element(By.CSS_SELECTOR, "#figure4 .spoken").get_attribute("textContent")
+    said = report.find("#figure4 .spoken").get_attribute("textContent")
     assert re.match(r"0\.7024815\d* s \+ [\d.]+ ns; F\[1\] 0\.000 MN; F\[2\] 0\.\d+ MN; ", said)
     chart.send_keys(Keys.ESCAPE)
     assert report.execute_script("return report.charts.figure4[0].reading") is None
@@ -96,7 +93,7 @@ def ranges(browser, figure: str) -> list:
 
 def test_charts_side_by_side_move_together(report):
     """By buttons, dragging and keys. The pointer reads both, in the units of their axes."""
-    left, right = report.find_elements(By.CSS_SELECTOR, "#figure5 canvas")
+    left, right = report.find_all("#figure5 canvas")
     show(report, left)
     before = left.screenshot_as_png
     ActionChains(report).move_to_element_with_offset(left, -100, 0).perform()
@@ -114,11 +111,11 @@ def test_charts_side_by_side_move_together(report):
     assert first["name"] == "F[1]" and unit == "MN"
     assert exact > 1e5 and float(value) * 1e6 == pytest.approx(exact, abs=6e3)
     assert left.screenshot_as_png != before
-    onset = report.find_elements(By.CSS_SELECTOR, "#figure5 button")[1]
+    onset = report.find_all("#figure5 button")[1]
     assert onset.text == "onset"
     onset.click()
-    WebDriverWait(report, 30).until(lambda _: ranges(report, "figure5") == [[-2e-9, 4e-8]] * 2)
-    pressed = report.find_elements(By.CSS_SELECTOR, "#figure5 button[aria-pressed=true]")
+    report.wait("report.charts.figure5.every(({left, right}) => left === -2e-9 && right === 4e-8)")
+    pressed = report.find_all("#figure5 button[aria-pressed=true]")
     assert [button.text for button in pressed] == ["onset", "onset"]
     ActionChains(report).drag_and_drop_by_offset(right, -60, 0).perform()
     moved = ranges(report, "figure5")
@@ -128,7 +125,7 @@ def test_charts_side_by_side_move_together(report):
     assert closer[0] == closer[1]
     assert closer[0][1] - closer[0][0] == pytest.approx(2.1e-8, rel=1e-3)
     left.send_keys("0")
-    WebDriverWait(report, 30).until(lambda _: ranges(report, "figure5") == [[-5e-8, 1.1e-6]] * 2)
+    report.wait("report.charts.figure5.every(({left, right}) => left === -5e-8 && right === 1.1e-6)")
     assert ranges(report, "figure4") == [[0, 10]]
 
 
@@ -184,16 +181,12 @@ def kind(request, page) -> Path:
 
 def overprints(texts: list) -> list[tuple[str, str]]:
     """Pairs of texts that lie on each other, by more than what letters leave free in their line."""
-    texts, found = sorted(texts, key=lambda text: text[2]), []
-    for i, (text, left, top, right, bottom, _) in enumerate(texts):
-        for other, *box, _ in texts[i + 1 :]:
-            if box[1] >= bottom:
-                break
-            wide = min(right, box[2]) - max(left, box[0])
-            high = min(bottom, box[3]) - max(top, box[1])
-            if wide > 1.5 and high > 0.35 * min(bottom - top, box[3] - box[1]):
-                found.append((text, other))
-    return found
+    left, top, right, bottom = np.array([text[1:5] for text in texts]).T
+    wide = np.minimum.outer(right, right) - np.maximum.outer(left, left)
+    high = np.minimum.outer(bottom, bottom) - np.maximum.outer(top, top)
+    least = 0.35 * np.minimum.outer(bottom - top, bottom - top)
+    pairs = np.argwhere(np.triu((wide > 1.5) & (high > least), k=1))
+    return [(texts[i][0], texts[j][0]) for i, j in pairs]
 
 
 def assert_fits(browser, live: bool) -> None:
@@ -208,22 +201,21 @@ def assert_fits(browser, live: bool) -> None:
 @pytest.mark.parametrize("page", ["live", "recorded", "report", "fmu"])
 def test_nothing_overprints_and_axe_finds_nothing_serious(browser, axe, kind, page):
     """In windows of all sizes, light and dark, whatever has been done."""
-    set_screen(browser, still=True)  # no view glides
-    visit(browser, kind)
+    browser.visit(kind, still=True)  # no view glides
     browser.execute_script(axe)
     for action in ["", *ACTIONS.get(page, ())]:
         browser.execute_script(action)
         for size in SIZES:
-            set_screen(browser, size, still=True)
-            browser.execute_async_script(DRAWN)
+            browser.set_screen(size, still=True)
+            browser.drawn()
             assert_fits(browser, page == "live")
             if page in ACTIONS:
-                boxes(browser)
+                browser.boxes()
             for dark in (False, True):
-                set_screen(browser, size, dark=dark, still=True)
-                assert serious(browser) == [], (action, size, dark)
+                browser.set_screen(size, dark=dark, still=True)
+                assert browser.serious() == [], (action, size, dark)
     assert page != "live" or browser.execute_script(INSIDE)
-    assert_quiet(browser)
+    browser.assert_quiet()
 
 
 #: Of the report: colours of texts, of curves, and of what they are drawn on.
@@ -239,15 +231,14 @@ return getContrast(...[...arguments].map((name) => {
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-def test_colours_are_told_from_what_they_are_on(browser, axe, paper, dark):
+def test_colours_are_told_from_what_they_are_on(report, axe, dark):
     """Texts, also those drawn on canvases, which axe-core does not see: 4.5 to 1; curves: 3 to 1."""
-    set_screen(browser, dark=dark)
-    visit(browser, paper[0] / "report.html")
-    browser.execute_script(axe)
+    report.set_screen(dark=dark)
+    report.execute_script(axe)
     for name in TEXT_COLOURS + CURVES:
-        least = min(browser.execute_script(CONTRAST, name, ground) for ground in GROUNDS)
+        least = min(report.execute_script(CONTRAST, name, ground) for ground in GROUNDS)
         assert least >= (4.5 if name in TEXT_COLOURS else 3), name
-    assert browser.execute_script(CONTRAST, "on-accent", "accent") >= 4.5
+    assert report.execute_script(CONTRAST, "on-accent", "accent") >= 4.5
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -256,33 +247,32 @@ def test_the_cradle_has_room(page, size):
     no more of its height than two and a bit; the rest is scrolled to. Balls are as large as can be told apart, beside
     each step of the lesson in large letters, and, in German, whose words are long, beside panels, where a hand takes
     one of them."""
-    set_screen(page, size)
-    js(page, "cradle.lift(2)")
-    wait(page, "source.run.time > 1.5")
-    [alone] = boxes(page)
-    across, up = js(
-        page,
+    page.set_screen(size)
+    page.js("cradle.lift(2)")
+    page.wait("source.run.time > 1.5")
+    [alone] = page.boxes()
+    across, up = page.js(
         """const {scene, canvas} = cradle.stages[0], {unit, floor, long} = scene;
         const {x} = scene.place(0, -0.1), {x: last} = scene.place(4, 0.1);
         return [(last - x + 2 * unit) / canvas.clientWidth, unit * (long - floor + 0.42) / canvas.clientHeight]""",
     )
     assert 0.85 < max(across, up) < 1
-    js(page, "for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.set(kind, true)")
-    wait(page, "cradle.stages[0].strips.box.scrollHeight > 1.5 * cradle.stages[0].strips.box.clientHeight")
-    [beside] = boxes(page)
+    page.js("for (const kind of ['velocity', 'force', 'energy', 'momentum']) cradle.set(kind, true)")
+    page.wait("cradle.stages[0].strips.box.scrollHeight > 1.5 * cradle.stages[0].strips.box.clientHeight")
+    [beside] = page.boxes()
     assert beside["bottom"] - beside["top"] > 0.6 * (alone["bottom"] - alone["top"])
     for step in range(1, 7):
-        js(page, "cradle.open(`present=${arguments[0]}`)", step)
-        assert all(box["bottom"] - box["top"] > 120 for box in boxes(page)), step
-    js(page, "cradle.open('preset=textbook&lang=de')")
+        page.js("cradle.open(`present=${arguments[0]}`)", step)
+        assert all(box["bottom"] - box["top"] > 120 for box in page.boxes()), step
+    page.js("cradle.open('preset=textbook&lang=de')")
     for beside, least in (("stop", 140), ("hertz", 120)):
-        js(page, "cradle.compare(arguments[0])", beside)
-        boxes(page)
-        for panel in each_panel(page):
-            assert all(box["bottom"] - box["top"] > least for box in boxes(page)), panel
-        js(page, "cradle.panels.toggle('change')")
-        boxes(page)
-        drag(page, 0, -30)
+        page.js("cradle.compare(arguments[0])", beside)
+        page.boxes()
+        for panel in page.each_panel():
+            assert all(box["bottom"] - box["top"] > least for box in page.boxes()), panel
+        page.js("cradle.panels.toggle('change')")
+        page.boxes()
+        page.drag(0, -30)
         lifted = page.execute_script("return cradle.sources.map(({setup}) => setup.values.x_start[0])")
         assert max(lifted) < -0.01
-        js(page, "cradle.panels.toggle('change'); cradle.stopAll()")
+        page.js("cradle.panels.toggle('change'); cradle.stopAll()")

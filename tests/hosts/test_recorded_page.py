@@ -5,16 +5,14 @@ import re
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from browser import colours, ready, set_screen, visit
+from browser import colours
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
-from live_page import DRAWN, assert_native, js, open_page, press, text, wait
 from newtons_cradle import page as pages
 from newtons_cradle.page import save_page
 from newtons_cradle.recording import from_csv
 from newtons_cradle.views import from_fmu
 from selenium.webdriver import ActionChains
-from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from test_live import CAPTIONS
 from test_recording import REFUSED
@@ -29,9 +27,8 @@ ONSET = 0.702493100658  # s, of the first contact
 @pytest.fixture
 def player(browser, recorded_path):
     """The browser with the recording of the default experiment, which stands still."""
-    set_screen(browser)
-    open_page(browser, recorded_path, "")
-    js(browser, STOP)
+    browser.open_cradle(recorded_path)
+    browser.js(STOP)
     return browser
 
 
@@ -39,65 +36,65 @@ def state(page, t: float | None = None) -> tuple[float, list, list, list]:
     """Time, positions, velocities and forces that are shown, at time t (s) if given."""
     script = """if (arguments[0] !== null) cradle.seek(arguments[0]);
       const {now, state: {x, v, F}} = source; return [now, ...[x, v, F].map((values) => Array.from(values))]"""
-    return js(page, script, t)
+    return page.js(script, t)
 
 
 def test_the_right_balls_move(player):
     """From rest, through the pulses of the first click in their order, to the other side; they shine as they push."""
     _, x, v, _ = state(player, 0.0)
     assert v == [0] * 5 and x == pytest.approx([-0.1, -0.1, 0, 0, 0])
-    press(player, "next")
+    player.press("next")
     time, _, v, _ = state(player)
     assert time == pytest.approx(ONSET, abs=1e-12)
     assert np.divide(v, SPEED) == pytest.approx([1, 1, 0, 0, 0], abs=1e-6)
-    begin, end = js(player, "const [click] = source.clicks; return [click.begin, click.end]")
+    begin, end = player.js("const [click] = source.clicks; return [click.begin, click.end]")
     assert 5e-5 < end - begin < 1.5e-4
-    pulses = js(player, "return source.clicks[0].pulses.map(({contact, release}) => [contact, release])")
+    pulses = player.js("return source.clicks[0].pulses.map(({contact, release}) => [contact, release])")
     ends = dict(reversed(pulses))
     moving = [(1, 0, 1, 0, 0), (0, 1, 0, 1, 0), (0, 0, 1, 0, 1), (0, 0, 0, 1, 1)]
     for t, wanted in zip([ends[1], ends[0], ends[3], end], moving, strict=True):
         assert np.divide(state(player, t)[2], SPEED) == pytest.approx(wanted, abs=1e-4)
     assert state(player, 0.5 * (begin + ends[1]))[3][1] > 1e4
-    player.execute_async_script(DRAWN)
-    assert np.argmax(js(player, "return Array.from(cradle.stages[0].scene.glow)")) == 1
+    player.drawn()
+    assert np.argmax(player.js("return Array.from(cradle.stages[0].scene.glow)")) == 1
 
 
 def test_it_is_drawn(player):
     """Picture, strips and slider: not blank, other after scrubbing, and playing moves on. Values of forces and energies
     are those of the time shown, or below the pointer."""
-    js(player, "for (const kind of ['force', 'energy']) cradle.set(kind, true); cradle.setPace(1)")
-    cradle, strips = (player.find_element(By.CSS_SELECTOR, name) for name in (".cradle", ".graph"))
-    assert colours(player, cradle) > 500 and colours(player, strips) > 20
-    js(player, "cradle.clock.slowAt('always')")
-    js(player, "const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))")
+    player.js("for (const kind of ['force', 'energy']) cradle.set(kind, true); cradle.setPace(1)")
+    cradle, strips = (player.find(name) for name in (".cradle", ".graph"))
+    assert colours(cradle) > 500 and colours(strips) > 20
+    player.js("cradle.clock.slowAt('always')")
+    player.js("const [{onset, release}] = source.pulses; cradle.seek(0.5 * (onset + release))")
     shown = "Forces 1\u20132 0 N 2\u20133 15.8 kN 3\u20134 0 N 4\u20135 0 N"
-    assert " ".join(text(player, ".titles p").split()) == shown
-    assert "in contacts 12.5 mJ" in text(player, ".titles p:nth-child(2)")
+    assert " ".join(player.text(".titles p").split()) == shown
+    assert "in contacts 12.5 mJ" in player.text(".titles p:nth-child(2)")
     away = strips.size["width"] // 5
     ActionChains(player).move_to_element_with_offset(strips, away, -30).perform()
-    wait(player, "cradle.stages[0].strips.pointer !== null")
+    player.wait("cradle.stages[0].strips.pointer !== null")
     at = "const {strips} = cradle.stages[0]; return strips.graph.timeAt(strips.pointer, strips.window)"
-    _, _, _, forces = state(player, js(player, at))
-    shown = re.findall(r"\u2013\d ([\d.]+) (k?)N", text(player, ".titles p"))
+    _, _, _, forces = state(player, player.js(at))
+    shown = re.findall(r"\u2013\d ([\d.]+) (k?)N", player.text(".titles p"))
     numbers = [float(number) * (1000 if kilo else 1) for number, kilo in shown]
     assert numbers == pytest.approx(forces, rel=5e-3) and max(forces) > 1000 and forces[2] != forces[3]
-    js(player, STOP)
+    player.js(STOP)
     before = cradle.screenshot_as_png
-    whole = player.find_element(By.ID, "whole")
+    whole = player.find("#whole")
     ActionChains(player).move_to_element_with_offset(whole, whole.size["width"] // 4, 0).click().perform()
     assert state(player)[0] == pytest.approx(7.5, abs=0.15)
     assert cradle.screenshot_as_png != before
     ActionChains(player).move_to_element_with_offset(strips, -100, -20).click().perform()
     assert state(player)[0] < 7.3
     state(player, 0.0)
-    press(player, "play")
-    wait(player, "source.now > 0.3")
+    player.press("play")
+    player.wait("source.now > 0.3")
     state(player, 9.9)
-    wait(player, "!cradle.clock.running && source.now === source.end")
-    press(player, "play")
-    wait(player, "source.now > 0 && source.now < 5")
-    js(player, "cradle.set('sound', true); cradle.seek(0.6)")
-    wait(player, "cradle.sound.played > 0")
+    player.wait("!cradle.clock.running && source.now === source.end")
+    player.press("play")
+    player.wait("source.now > 0 && source.now < 5")
+    player.js("cradle.set('sound', true); cradle.seek(0.6)")
+    player.wait("cradle.sound.played > 0")
 
 
 #: Seconds of the viewer's that playing up to a time takes, in frames of 20 ms.
@@ -107,13 +104,12 @@ return seconds;"""
 
 
 def test_only_the_first_click_is_slow(browser, recorded_path):
-    set_screen(browser)
-    open_page(browser, recorded_path, "")
-    js(browser, "cradle.setRunning(false); source.seek(0); cradle.clock.reset()")
-    assert 12 < js(browser, PLAYED, 1.5) < 40
-    assert js(browser, PLAYED, 6.5) == pytest.approx(5.0, abs=0.1)
+    browser.open_cradle(recorded_path)
+    browser.js("cradle.setRunning(false); source.seek(0); cradle.clock.reset()")
+    assert 12 < browser.js(PLAYED, 1.5) < 40
+    assert browser.js(PLAYED, 6.5) == pytest.approx(5.0, abs=0.1)
     state(browser, 0)
-    assert js(browser, PLAYED, 1.5) == pytest.approx(1.5, abs=0.1)
+    assert browser.js(PLAYED, 1.5) == pytest.approx(1.5, abs=0.1)
 
 
 #: Of the stages of a click, when they begin, after the first touch.
@@ -123,37 +119,37 @@ BEGINS = ("0 s", "22.2 µs", "22.7 µs", "44.9 µs", "45.5 µs", "67.7 µs", "68
 def test_a_click_is_gone_through_by_buttons(player):
     """The third one; what is said is said of live clicks, too."""
     state(player, 3.4)
-    assert text(player, ".sentence") == "Click 2 of 7."
-    press(player, "inside")
-    wait(player, "cradle.clock.inside")
-    js(player, "cradle.setRunning(false); cradle.seek(source.shownClick.begin - 1e-7)")
-    assert text(player, ".sentence") == "Balls 2 and 3 meet in 100 ns."
-    assert "Slowed" in text(player, "#pace")
+    assert player.text(".sentence") == "Click 2 of 7."
+    player.press("inside")
+    player.wait("cradle.clock.inside")
+    player.js("cradle.setRunning(false); cradle.seek(source.shownClick.begin - 1e-7)")
+    assert player.text(".sentence") == "Balls 2 and 3 meet in 100 ns."
+    assert "Slowed" in player.text("#pace")
     for sentence, begin in zip(CAPTIONS["textbook", 2][1:8], BEGINS, strict=True):
-        press(player, "next")
-        assert text(player, ".sentence") == sentence
-        assert text(player, ".detail").startswith(f"{begin} after the first touch")
-    press(player, "next")
-    assert text(player, ".sentence") == "The click took 90.4 µs: 6 pushes."
-    assert text(player, ".detail").startswith(CAPTIONS["textbook", 2][-1])
-    press(player, "inside")
-    assert js(player, "return cradle.clock.rate") == 1
-    assert text(player, "#inside") == "Look inside a click"
+        player.press("next")
+        assert player.text(".sentence") == sentence
+        assert player.text(".detail").startswith(f"{begin} after the first touch")
+    player.press("next")
+    assert player.text(".sentence") == "The click took 90.4 µs: 6 pushes."
+    assert player.text(".detail").startswith(CAPTIONS["textbook", 2][-1])
+    player.press("inside")
+    assert player.js("return cradle.clock.rate") == 1
+    assert player.text("#inside") == "Look inside a click"
     # Behind the last one there is none to wait for.
-    js(player, "cradle.clock.slowAt('next'); cradle.seek(source.end)")
-    assert js(player, "return cradle.clock.slow") == "no"
+    player.js("cradle.clock.slowAt('next'); cradle.seek(source.end)")
+    assert player.js("return cradle.clock.slow") == "no"
 
 
 def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
     """Rigid impacts that take no time."""
     path = tmp_path / "rigid.html"
     save_page(path, from_fmu(fmu_path, {"contact.model": "rigid", "contact.deadBand": 0.0}, stop=3.0))
-    open_page(browser, path, "")
-    assert not browser.find_element(By.ID, "inside").is_displayed()
+    browser.open_cradle(path)
+    assert not browser.seen("#inside")
     why = "Rigid impacts take no time: there is nothing to look into."
-    assert text(browser, ".sentence").endswith(why) and text(browser, "#status") == ""
-    js(browser, STOP)
-    assert js(browser, PLAYED, 2.9) == pytest.approx(2.9, abs=0.1)
+    assert browser.text(".sentence").endswith(why) and browser.text("#status") == ""
+    browser.js(STOP)
+    assert browser.js(PLAYED, 2.9) == pytest.approx(2.9, abs=0.1)
 
 
 #: The points of ball 1's curve, and the texts beside it.
@@ -170,7 +166,7 @@ return [curves[0], texts]"""
 
 def assert_jumps(page) -> None:
     """Ball 1's velocity has two values at one time where it is struck, and no steep slopes; its axes have units."""
-    curve, texts = js(page, CURVE)
+    curve, texts = page.js(CURVE)
     times, values = np.transpose(curve)
     after = np.searchsorted(times, times + 0.01) - 1  # the last point that is at the same time, or this one
     assert np.max(np.abs(values[after] - values)) > 20
@@ -182,19 +178,19 @@ def assert_jumps(page) -> None:
 def test_velocities_jump_where_balls_are_struck(player, live_path):
     """In a run with samples within each pulse; in a live one, between two pictures; and in what is kept of that."""
     assert_jumps(player)
-    open_page(player, live_path)
-    js(player, "cradle.lift(1)")
-    wait(player, "source.run.time > 3")
+    player.open_cradle(live_path, "#preset=textbook")
+    player.js("cradle.lift(1)")
+    player.wait("source.run.time > 3")
     assert_jumps(player)
     again = "cradle.setRunning(false); const run = source.engine.start(source.setup.recipe()); run.advance(1.234);"
-    shown = js(player, f"{again} return Array.from(run.look().x)")
+    shown = player.js(f"{again} return Array.from(run.look().x)")
     assert len(assert_tables(player)) > 5
     assert state(player, 1.234)[1] == pytest.approx(shown, abs=1e-4)
     assert_jumps(player)
 
 
 def test_keys_go_from_click_to_click_and_through_all_buttons(player):
-    body = player.find_element(By.TAG_NAME, "body")
+    body = player.find("body")
     body.send_keys("]")
     assert state(player)[0] == pytest.approx(ONSET, abs=1e-12)
     body.send_keys("]")
@@ -210,19 +206,19 @@ def test_keys_go_from_click_to_click_and_through_all_buttons(player):
     wanted = ["previous", "whole", "next", "speed", "play", "inside", "details", "show", "keep"]
     assert [name for name in order if name in wanted][: len(wanted)] == wanted
     body.send_keys("r")
-    assert text(player, "#paneltitle") == "Details"
+    assert player.text("#paneltitle") == "Details"
 
 
 def test_parameters_are_shown_with_their_units(player, fmu):
-    js(player, "cradle.panels.toggle('details')")
-    rows = js(player, "return source.parameters")
+    player.js("cradle.panels.toggle('details')")
+    rows = player.js("return source.parameters")
     shown = {name: (value, unit) for name, value, unit, _ in rows}
     assert shown["contact.stiffness"] == ("1e+10", "N/m")
     assert shown["contact.model"] == ("powerLaw", "")
     assert shown["x_start[i]"] == ("-0.1, -0.1, 0, 0, 0", "m")
     names = {v.name.partition("[")[0] for v in fmu.description.modelVariables if v.causality == "parameter"}
     assert {name.partition("[")[0] for name in shown} == names
-    panel = text(player, "#panelbody")
+    panel = player.text("#panelbody")
     assert all(f"{name}\n{value} {unit}".strip() in panel for name, (value, unit) in shown.items())
     assert "Strings of 1.962 m, balls with a radius of 31.3 mm." in panel
     assert re.search(r"Balls are drawn (\d+|\d\.\d) times as large as strings and swings.", panel)
@@ -230,24 +226,23 @@ def test_parameters_are_shown_with_their_units(player, fmu):
 
 def test_motion_is_reduced_where_that_is_wanted(browser, recorded_path):
     """It stands still until asked; a click opens at its beginning and stays there."""
-    set_screen(browser, still=True)
-    open_page(browser, recorded_path, "")
-    assert js(browser, "return [cradle.clock.running, source.now]") == [False, 0]
-    press(browser, "inside")
-    assert text(browser, ".sentence") == "Ball 2 touches ball 3."
-    assert js(browser, "return [cradle.clock.running, cradle.stages[0].near]") == [False, 1]
-    press(browser, "next")
-    assert text(browser, ".sentence") == "Balls 2 and 3 part. Nothing touches."
+    browser.open_cradle(recorded_path, still=True)
+    assert browser.js("return [cradle.clock.running, source.now]") == [False, 0]
+    browser.press("inside")
+    assert browser.text(".sentence") == "Ball 2 touches ball 3."
+    assert browser.js("return [cradle.clock.running, cradle.stages[0].near]") == [False, 1]
+    browser.press("next")
+    assert browser.text(".sentence") == "Balls 2 and 3 part. Nothing touches."
 
 
 def test_thirteen_balls_for_a_minute_stay_small(browser, fmu13_path, tmp_path):
     path = tmp_path / "thirteen.html"
     assert save_page(path, from_fmu(fmu13_path, nc.preset("figure3"), stop=60.0)) < 5e6
-    open_page(browser, path, "")
+    browser.open_cradle(path)
     _, x, v, F = state(browser, 0.5)
     assert len(x) == 13 and len(F) == 12
     assert np.divide(v, np.sqrt(9.81)) == pytest.approx([1] * 3 + [0] * 8 + [-1] * 2, abs=1e-4)
-    assert colours(browser, browser.find_element(By.CSS_SELECTOR, ".cradle")) > 500
+    assert colours(browser.find(".cradle")) > 500
 
 
 def drop(page, name: str, content: str) -> str:
@@ -257,7 +252,7 @@ def drop(page, name: str, content: str) -> str:
       window.dispatchEvent(new DragEvent("drop", {dataTransfer, cancelable: true}));
       setTimeout(done, 300)"""
     page.execute_async_script(script, name, content)
-    return text(page, "#status")
+    return page.text("#status")
 
 
 def test_a_result_of_fmpy_is_the_same_dropped_or_made_into_a_page(player, browser, fmu_path, tmp_path):
@@ -268,17 +263,17 @@ def test_a_result_of_fmpy_is_the_same_dropped_or_made_into_a_page(player, browse
     content = (tmp_path / "result.csv").read_text()
     for made in (
         lambda: drop(browser, "result.csv", content),
-        lambda: visit(browser, tmp_path / "result.html"),
+        lambda: browser.visit(tmp_path / "result.html"),
     ):
         made()
-        wait(browser, "!source.live && source.end === 3")
-        js(browser, "cradle.setRunning(false)")
+        browser.wait("!source.live && source.end === 3")
+        browser.js("cradle.setRunning(false)")
         _, x, *_ = state(browser, result["time"][123])
         assert x == pytest.approx([result[f"x[{i}]"][123] for i in range(1, 6)], abs=1e-7)
         assert_jumps(browser)
-        assert js(browser, "return source.clicks.map(({end}) => end)") == pytest.approx([0.71, 2.11])
-        assert text(browser, ".sentence") == "Click 1 of 2. The samples do not resolve the clicks."
-        assert not any(browser.find_element(By.ID, name).is_displayed() for name in ("inside", "goOn"))
+        assert browser.js("return source.clicks.map(({end}) => end)") == pytest.approx([0.71, 2.11])
+        assert browser.text(".sentence") == "Click 1 of 2. The samples do not resolve the clicks."
+        assert not browser.seen("#inside") and not browser.seen("#goOn")
 
 
 def test_a_bad_file_is_refused_in_the_same_words(player):
@@ -286,43 +281,41 @@ def test_a_bad_file_is_refused_in_the_same_words(player):
     for content, complaint, *own in sorted(REFUSED, key=lambda row: "one ball" in row[1]):
         said = drop(player, "bad.csv", content).replace("…", "...")
         if "one ball" in complaint:
-            assert js(player, "return source.balls") == 1
+            assert player.js("return source.balls") == 1
             continue
         assert said.startswith("bad.csv cannot be shown: ")
         assert (own or complaint.split("missing: "))[-1] in said
-        assert js(player, "return source.balls") == 5
+        assert player.js("return source.balls") == 5
 
 
 @pytest.mark.parametrize("at", [1.3, ONSET + 2e-5])
 def test_a_recording_goes_on_live(player, fmu, live_path, at):
     """From where it stands, between clicks or within one: what follows is the native run."""
     state(player, at)
-    press(player, "goOn")
-    assert js(player, "return source.live && cradle.clock.running")
-    assert js(player, "return source.setup.recipe().start['x_start[1]']") != -0.1
-    assert_native(player, fmu)
+    player.press("goOn")
+    assert player.js("return source.live && cradle.clock.running")
+    assert player.js("return source.setup.recipe().start['x_start[1]']") != -0.1
+    player.assert_native(fmu)
 
 
 def test_a_recording_is_kept(player):
     """Its samples are shown again as they were; its link goes on live from the release."""
-    js(player, "cradle.panels.toggle('keep')")
-    buttons = [button.text for button in player.find_elements(By.CSS_SELECTOR, "#panelbody button")]
+    player.js("cradle.panels.toggle('keep')")
+    buttons = [button.text for button in player.find_all("#panelbody button")]
     tables = ["All contacts as a table (CSV)", "The run as a table (CSV)"]
     assert buttons == ["Copy a link to this", "Picture (PNG)", *tables]
-    link, shown = js(player, "return linkTo(cradle)"), state(player, 1.234)
+    link, shown = player.js("return linkTo(cradle)"), state(player, 1.234)
     impulses = assert_tables(player)
     assert impulses == pytest.approx(SPEED, rel=1e-3)  # N.s, of 1 kg that takes over all the speed
     assert state(player, 1.234) == shown
-    player.get("about:blank")
-    player.get(link)
-    ready(player)
-    assert js(player, "return source.live")
-    assert js(player, "return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
+    player.load(link)
+    assert player.js("return source.live")
+    assert player.js("return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
 
 
 def assert_tables(page) -> np.ndarray:
     """The pulses in CSV are those of what runs, and the run in CSV is shown in its place; the pulses' impulses."""
-    pulses = js(page, "return source.pulses.map(({onset, release, peak}) => [onset, release, peak])")
+    pulses = page.js("return source.pulses.map(({onset, release, peak}) => [onset, release, peak])")
     kept = """const done = arguments[0], [source] = cradle.sources;
       Promise.all([pulsesTable(source).text(), runTable(source).text()]).then(done)"""
     table, run = page.execute_async_script(kept)
@@ -330,7 +323,7 @@ def assert_tables(page) -> np.ndarray:
     rows = np.genfromtxt(table.splitlines(), delimiter=",", names=True)
     assert [list(row) for row in rows[["onset", "release", "peak"]].tolist()] == pulses
     drop(page, "run.csv", run)
-    assert js(page, "return [source.name, source.setup]") == ["run.csv", None]
+    assert page.js("return [source.name, source.setup]") == ["run.csv", None]
     return rows["impulse"]
 
 
@@ -341,10 +334,10 @@ def test_without_an_engine_it_plays(browser, recorded_path, monkeypatch, tmp_pat
     with nc.Fmu() as fmu:
         result = nc.resolved(fmu, stop=3.0, record=["x", "v", "F", "E_kinetic", "E_gravity", "E_contact"])
     assert result.page(path) < 1e6
-    open_page(browser, path, "")
-    wait(browser, "source.now > 0.5")
+    browser.open_cradle(path)
+    browser.wait("source.now > 0.5")
     buttons = "[...document.querySelectorAll('nav button')].filter((button) => button.checkVisibility())"
-    shown = js(browser, f"return {buttons}.map(({{id, dataset}}) => dataset.opens ?? id)")
+    shown = browser.js(f"return {buttons}.map(({{id, dataset}}) => dataset.opens ?? id)")
     assert shown == ["previous", "next", "play", "inside", "details", "show", "keep", "help"]
     with pytest.raises(pages.PageError, match="the engine for browsers is missing"):
         save_page(path)
@@ -360,9 +353,9 @@ def test_hours_are_gone_through(browser, tmp_path):
     pulses["release"], pulses["contact"], pulses["peak"] = pulses["onset"] + 1e-4, 1, 1
     path = tmp_path / "hours.html"
     save_page(path, nc.recording.Recording("hours", time, x, v, 0 * x[:, :1], pulses))
-    open_page(browser, path, "")
-    js(browser, "cradle.set('force', true); cradle.set('velocity', true); cradle.seek(source.end)")
-    press(browser, "previous")
+    browser.open_cradle(path)
+    browser.js("cradle.set('force', true); cradle.set('velocity', true); cradle.seek(source.end)")
+    browser.press("previous")
     assert state(browser)[0] == pytest.approx(time[-1] - 1)
-    assert text(browser, ".sentence").startswith("Click 20000 of 20000.")
-    assert js(browser, "return source.pulsesIn(100, 107).length") < 20
+    assert browser.text(".sentence").startswith("Click 20000 of 20000.")
+    assert browser.js("return source.pulsesIn(100, 107).length") < 20

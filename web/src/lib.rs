@@ -14,24 +14,21 @@ use newtons_cradle::next::Next;
 use newtons_cradle::variables::Recipe;
 
 thread_local! {
-    static RUNS: RefCell<BTreeMap<i32, (Engine, usize)>> = RefCell::default();
+    static RUNS: RefCell<BTreeMap<i32, Engine>> = RefCell::default();
     static TEXT: RefCell<Vec<u8>> = RefCell::default();
     static NUMBERS: RefCell<Vec<f64>> = RefCell::default();
 }
 
-/// Calls `act` on a run of the page's and its number of balls. It knows only numbers that [`start`] and [`copy`] gave.
-fn with<R>(run: i32, act: impl FnOnce(&mut Engine, usize) -> R) -> R {
-    RUNS.with_borrow_mut(|runs| {
-        let (engine, balls) = runs.get_mut(&run).expect("the page asks for runs that it was given");
-        act(engine, *balls)
-    })
+/// Calls `act` on a run of the page's, which knows only numbers that [`start`] and [`copy`] gave.
+fn with<R>(run: i32, act: impl FnOnce(&mut Engine) -> R) -> R {
+    RUNS.with_borrow_mut(|runs| act(runs.get_mut(&run).expect("the page asks for runs that it was given")))
 }
 
 /// Keeps a run. Returns its number, which may be that of a forgotten one.
-fn keep(engine: Engine, balls: usize) -> i32 {
+fn keep(engine: Engine) -> i32 {
     RUNS.with_borrow_mut(|runs| {
         let number = runs.last_key_value().map_or(0, |(last, _)| last + 1);
-        runs.insert(number, (engine, balls));
+        runs.insert(number, engine);
         number
     })
 }
@@ -83,14 +80,13 @@ fn started() -> Result<i32, String> {
     }
     let engine = Engine::new(&settings.parameters, &settings.inputs, 0.0).map_err(|error| error.to_string())?;
     say(&settings.doubts().join(". "));
-    Ok(keep(engine, settings.balls()))
+    Ok(keep(engine))
 }
 
 /// Another run that goes on from where this one is.
 #[unsafe(no_mangle)]
 pub extern "C" fn copy(run: i32) -> i32 {
-    let (engine, balls) = with(run, |engine, balls| (engine.clone(), balls));
-    keep(engine, balls)
+    keep(with(run, |engine| engine.clone()))
 }
 
 /// Forgets a run.
@@ -105,7 +101,7 @@ pub extern "C" fn forget(run: i32) {
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
     let mut pulses = Vec::new();
-    let reached = with(run, |engine, _| engine.advance_within(time, effort as u64, &mut pulses).map(|_| engine.time()));
+    let reached = with(run, |engine| engine.advance_within(time, effort as u64, &mut pulses).map(|_| engine.time()));
     let each = |pulse: Pulse| [pulse.contact as f64, pulse.onset, pulse.release, pulse.peak, pulse.impulse];
     NUMBERS.set(pulses.into_iter().flat_map(each).collect());
     reached.unwrap_or_else(|error| {
@@ -117,7 +113,7 @@ pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
 /// The next onset (s): infinity if there is none; negative if there is none before minus this.
 #[unsafe(no_mangle)]
 pub extern "C" fn next_onset(run: i32) -> f64 {
-    match with(run, |engine, _| engine.next_onset()) {
+    match with(run, |engine| engine.next_onset()) {
         Next::At(time) => time,
         Next::NotBefore(time) => -time,
         Next::Never => f64::INFINITY,
@@ -128,8 +124,8 @@ pub extern "C" fn next_onset(run: i32) -> f64 {
 /// `web/page/engine/engine.js` reads them.
 #[unsafe(no_mangle)]
 pub extern "C" fn look(run: i32) {
-    with(run, |engine, balls| {
-        let engine = &*engine;
+    with(run, |engine| {
+        let (engine, balls) = (&*engine, engine.cradle().balls.len());
         let whole = [
             engine.time(),
             engine.total_energy(),

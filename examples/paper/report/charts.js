@@ -62,9 +62,9 @@ function valueAt({ x, y, style }, at) {
 class Chart {
   /** `mates`: the charts of its figure, which show the same range; `reading`: where values are read. */
   constructor(parent, column, height, arrays, mates) {
-    const { views, strips } = column, [{ left, right }] = views;
-    Object.assign(this, { column, stripHeight: height, views, left, right, mates, reading: null, grip: null });
-    this.strips = strips.map((strip) => {
+    this.views = Object.entries(column.views).map(([label, [left, right]]) => ({ label, left, right }));
+    Object.assign(this, this.views[0], { column, stripHeight: height, mates, reading: null, grip: null });
+    this.strips = column.strips.map((strip) => {
       const traces = strip.traces.map((trace) => ({ ...trace, x: arrays[trace.x], y: arrays[trace.y] }));
       return { ...strip, traces, range: strip.limits ?? rangeOf(traces) };
     });

@@ -1,8 +1,8 @@
 //! The page of documentation in the FMU, with tables from the table of variables.
 
 use newtons_cradle::variables::{
-    Access, Causality, Description, MAX_BALLS, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, TABLE,
-    Variability, Variable, escaped,
+    Access, Causality, Description, MODEL_IDENTIFIER, Number, Row, STEP_SIZE, STOP_TIME, Settings, Variability,
+    Variable, escaped,
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
@@ -17,20 +17,11 @@ const SCENE: &str = include_str!("../../assets/scene.svg");
 /// `<!--scalars-->` or `<!--clocks-->` and `<!--end-->`.
 fn template(description: &Description) -> String {
     let Description { fmi3, clocks, scalars, .. } = *description;
-    let mut pieces = TEMPLATE.split("<!--");
-    let mut html = pieces.next().unwrap_or_default().to_owned();
-    for piece in pieces {
-        match piece.split_once("-->") {
-            Some(("2", text)) if !fmi3 => html.push_str(text),
-            Some(("3", text)) if fmi3 => html.push_str(text),
-            Some(("clocks", text)) if clocks => html.push_str(text),
-            Some(("arrays", text)) if !scalars => html.push_str(text),
-            Some(("scalars", text)) if scalars => html.push_str(text),
-            Some(("end", text)) => html.push_str(text),
-            _ => {}
-        }
-    }
-    html
+    let parts =
+        [("2", !fmi3), ("3", fmi3), ("clocks", clocks), ("arrays", !scalars), ("scalars", scalars), ("end", true)];
+    let marked = format!("end-->{TEMPLATE}"); // as if a mark stood before its beginning, too
+    let pieces = marked.split("<!--").filter_map(|piece| piece.split_once("-->"));
+    pieces.filter(|(mark, _)| parts.contains(&(*mark, true))).map(|(_, text)| text).collect()
 }
 
 /// The page of the FMU with this description.
@@ -65,7 +56,7 @@ fn table(description: &Description, (id, heading, note, causalities): TableOf) -
     let has_start = causalities.iter().any(|causality| matches!(causality, Causality::Parameter | Causality::Input));
     let third = if has_start { "<th>Start</th>" } else { "<td></td>" };
     let mut rows = String::new();
-    for variable in families(description) {
+    for variable in description.variables().into_iter().filter(|variable| variable.index == 0) {
         let row = variable.row;
         let (causality, value) = match row.causality {
             // For the reader, the number of balls is a parameter.
@@ -86,21 +77,10 @@ fn table(description: &Description, (id, heading, note, causalities): TableOf) -
     )
 }
 
-/// A variable for each row of the description, in its order.
-fn families(description: &Description) -> Vec<Variable> {
-    if description.fmi3 {
-        return Variable::arrays()
-            .filter(|array| description.clocks || !array.needs_clocks())
-            .filter(|array| !description.scalars || array.scalar(0, MAX_BALLS).is_some())
-            .collect();
-    }
-    let whole = |(position, row)| Variable { row, position, index: 0, whole: true };
-    TABLE.iter().enumerate().map(whole).collect()
-}
-
 /// Start value, if it is the same for all balls or contacts; otherwise the first and the last.
 fn start_value(start: &Settings, variable: Variable) -> String {
-    let values: Vec<String> = variable.scalars(start.balls()).filter_map(|scalar| scalar.text(start)).collect();
+    let all = Variable { whole: true, ..variable };
+    let values: Vec<String> = all.scalars(start.balls()).filter_map(|scalar| scalar.text(start)).collect();
     match values.as_slice() {
         [first, .., last] if values.iter().any(|value| value != first) => format!("{first} &hellip; {last}"),
         all => all.first().cloned().unwrap_or_default(),
@@ -124,6 +104,8 @@ fn remarks(row: &Row) -> String {
 
 #[cfg(test)]
 mod tests {
+    use newtons_cradle::variables::TABLE;
+
     use super::*;
 
     #[test]

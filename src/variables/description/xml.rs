@@ -71,7 +71,7 @@ impl<'a> Description<'a> {
     }
 
     /// The variables in their order.
-    fn variables(&self) -> Vec<Variable> {
+    pub fn variables(&self) -> Vec<Variable> {
         let balls = self.start.balls();
         if !self.fmi3 {
             return variables(balls).collect();

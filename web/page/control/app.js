@@ -68,21 +68,25 @@ class App {
   /** Shows other runs or drawings on all stages; lets balls go unless only what moves changes. */
   changed(released = true) {
     this.clock.reset();
-    document.body.classList.toggle("two", this.stages.length > 1);
     for (const stage of this.stages) stage.changed();
     if (released) this.lesson.ask();
-    this.name();
-    for (const name of ["again", "rest", "inside", "goOn"]) this.controls[name].hidden = !offers(this, name);
+    this.show();
     this.timeline.changed(this.sources[0]);
-    this.panels.offer();
-    showLink(this);
+    this.panels.refresh();
   }
 
-  name() {
-    const { title, text } = this.lesson.heading ?? {}, [{ live }] = this.sources;
-    this.controls.title.textContent = title ?? say("title");
-    this.controls.about.textContent = text ?? say(`about.${live ? this.preset ?? "own" : "recorded"}`);
-    for (const { heading, named } of this.stages) heading.textContent = this.stages.length > 1 ? named : "";
+  /** Shows what is set: names, which buttons there are, the address. */
+  show() {
+    const { lesson, stages, controls, sources: [{ live }] } = this, { title, text } = lesson.heading ?? {};
+    controls.title.textContent = title ?? say("title");
+    controls.about.textContent = text ?? say(`about.${live ? this.preset ?? "own" : "recorded"}`);
+    for (const { heading, named } of stages) heading.textContent = stages.length > 1 ? named : "";
+    for (const name of ["again", "rest", "inside", "goOn"]) controls[name].hidden = !offers(this, name);
+    controls.view.hidden = !this.space;
+    controls.guesses.hidden = lesson.phase !== "asks";
+    document.body.classList.toggle("two", stages.length > 1);
+    document.body.classList.toggle("present", lesson.step !== null);
+    showLink(this);
   }
 
   /** Does something that the engine may refuse; then shows the reason, and nothing changes. */
@@ -123,7 +127,7 @@ class App {
     const sources = this.side === "both" ? this.sources : [this.changedSource];
     if (this.attempt(() => sources.forEach((source) => source.change(values, () => this.changed(false))))) {
       this.preset = null;
-      this.name();
+      this.show();
       if (sources.some(({ pending }) => pending)) this.tell(say("waiting"), 2);
     } else this.panels.refresh();
   }
@@ -173,13 +177,12 @@ class App {
     const [{ time, end }] = this.sources;
     if (on && !this.clock.running && time >= end) this.seek(0);
     this.clock.running = on;
-    this.controls.play.textContent = say(on ? "pause" : "play");
   }
 
   /** Slows down at the next click, or leaves it; with reduced motion, a recording pauses at its beginning. */
   inside() {
     const { clock, still, sources: [source] } = this;
-    if (clock.slow === "next" || (clock.slow !== "no" && clock.inside)) return clock.slowAt("no");
+    if (clock.slow === "next" || clock.inside) return clock.slowAt("no");
     clock.slowAt("next");
     if (!source.live && !source.ahead()) this.seek(source.openable.at(-1).begin);
     this.setRunning(source.live || !still);
@@ -244,12 +247,13 @@ class App {
   }
 
   showClock() {
-    const { clock, controls: { time, pace, inside, view }, sources: [source] } = this;
+    const { clock, controls: { time, pace, play, inside, view }, sources: [source] } = this;
     this.timeline.show(source);
     const digits = Math.max(2, Math.min(11, Math.ceil(-Math.log10(clock.rate)) + 2));
     time.textContent = `${source.now.toFixed(digits)} s`;
     pace.textContent = paceText(clock.rate);
     pace.classList.toggle("slow", clock.rate < 0.5);
+    write(play, say(clock.running ? "pause" : "play"));
     write(view, say(`views.${this.eye.view}`));
     write(inside, say(clock.slow === "next" || clock.inside ? "insideNow" : "inside"));
     const percent = clock.late > 0.25 && clock.running ? Math.min(90, Math.round(10 * clock.late) * 10) : null;
@@ -277,22 +281,16 @@ class App {
     if (kind === "light") this.setTheme(on);
     if (kind === "keys") this.keys = on;
     if (kind === "ask") this.lesson.asks = on;
-    showLink(this);
+    this.show();
   }
 
-  setSpace(on) {
-    const told = on && !this.space;
+  /** Shows all in 3D, or flat; `tells` what came of it. */
+  setSpace(on, tells = on && !this.space) {
     this.space = on && this.stages.every((stage) => stage.setSpace(true));
     if (!this.space) for (const stage of this.stages) stage.setSpace(false);
-    this.controls.view.hidden = !this.space;
-    if (told) this.tell(say(this.space ? "turn" : "noSpace"));
+    if (tells) this.tell(say(this.space ? "turn" : "noSpace"));
     this.panels.refresh();
-    showLink(this);
-  }
-
-  loseSpace() {
-    this.setSpace(false);
-    this.tell(say("noSpace"));
+    this.show();
   }
 
   setPace(rate) {
@@ -308,10 +306,8 @@ class App {
   setLanguage(code) {
     speak(code);
     this.language = code;
-    this.setRunning(this.clock.running);
-    this.name();
+    this.show();
     this.panels.refresh();
-    showLink(this);
   }
 
   open(hash) { if (this.engine) this.attempt(() => openLink(this, hash)); }

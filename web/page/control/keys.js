@@ -65,7 +65,7 @@ export function listenToUser(app) {
 function press(app, event) {
   const key = SYMBOLS[event.key] ?? event.key.toLowerCase(), taken = { " ": "button, #panel input" }[key];
   if (event.ctrlKey || event.metaKey || event.altKey || key.length !== 1) return;
-  if (event.target.matches?.(taken ?? ("←→".includes(key) ? "input" : "#panel input"))) return;
+  if (key !== "⎋" && event.target.matches?.(taken ?? ("←→".includes(key) ? "input" : "#panel input"))) return;
   if (!app.keys && key !== "⎋") return;
   const [name, [, , act]] = Object.entries(ACTS).find(([, [keys]]) => keys.includes(key)) ?? ["", []];
   if (!act || !offers(app, name)) return;

@@ -1,6 +1,5 @@
 // For classes: the lesson in large letters, and the question what will fly out before balls are let go.
 
-import { showLink } from "#control/link.js";
 import { LESSON } from "#engine/setup.js";
 import { outcome } from "#view/captions.js";
 import { element } from "#view/common.js";
@@ -18,7 +17,6 @@ export class Lesson {
   turnTo(number) {
     this.step = Math.min(LESSON.length, Math.max(1, Math.round(number) || 1)) - 1;
     this.asks = ASKING.includes(this.step);
-    document.body.classList.add("present");
     this.app.panels.close();
     this.app.controls.nextStep.hidden = this.step + 1 === LESSON.length;
     return LESSON[this.step];
@@ -30,9 +28,7 @@ export class Lesson {
 
   leave(asks = false) {
     Object.assign(this, { step: null, asks });
-    document.body.classList.remove("present");
     this.enter(null);
-    showLink(this.app);
   }
 
   /** Title and text at the head of the page while the lesson is presented, without the answer before it is seen. */
@@ -44,8 +40,7 @@ export class Lesson {
 
   enter(phase) {
     this.phase = phase;
-    this.app.controls.guesses.hidden = phase !== "asks";
-    this.app.name();
+    this.app.show();
   }
 
   /** When balls are let go: if the class is to be asked, pauses until it has answered. */

@@ -6,7 +6,7 @@ import { offers } from "#control/keys.js";
 import { copyLink } from "#control/link.js";
 import { LESSON } from "#engine/setup.js";
 import { aria, element, unpacked, withPrefix } from "#view/common.js";
-import { fillTexts, languages, paceText, rounded, say, textsOf } from "#view/texts.js";
+import { languages, paceText, rounded, say, textsOf } from "#view/texts.js";
 
 const KINDS = ["details", "change", "show", "beside", "lesson", "keep", "help"];
 
@@ -14,32 +14,22 @@ export class Panels {
   constructor(app) {
     this.app = app;
     this.openers = Object.fromEntries(KINDS.map((kind) => {
-      const opener = element(app.controls.openers, "button", { type: "button", onclick: () => this.toggle(kind) });
+      const opener = element(app.controls.openers, "button",
+        { type: "button", textContent: say(kind), onclick: () => this.toggle(kind) });
       opener.dataset.opens = opener.dataset.text = kind;
       return [kind, aria(opener, { controls: "panel", expanded: false })];
     }));
     this.body = app.controls.panelbody;
-    fillTexts();
     app.controls.close.onclick = () => this.close();
-    app.controls.panel.onkeydown = ({ key }) => { if (key === "Escape") this.close(); };
-  }
-
-  /** For another source: shows only panels with possible choices. */
-  offer() {
-    for (const kind of KINDS) this.openers[kind].hidden = !offers(this.app, kind);
-    if (this.openers[this.kind]?.hidden) this.close();
-    this.refresh();
   }
 
   toggle(kind) {
-    const { panel, paneltitle, close } = this.app.controls;
+    const { panel, close } = this.app.controls;
     this.kind = this.kind === kind ? null : kind;
     for (const each of KINDS) aria(this.openers[each], { expanded: each === this.kind });
     panel.hidden = !this.kind;
     document.body.classList.toggle("open", Boolean(this.kind));
     if (!this.kind) return void this.openers[kind].focus();
-    paneltitle.dataset.text = this.kind;
-    fillTexts();
     this.refresh();
     const [chosen, first] = ["fieldset:first-child [type=radio]:checked", "input, .column:first-child button"]
       .map((item) => this.body.querySelector(item));
@@ -48,13 +38,16 @@ export class Panels {
 
   close() { if (this.kind) this.toggle(this.kind); }
 
-  /** Fills it with the current values. */
+  /** Offers panels with possible choices, and fills the open one with the current values. */
   refresh() {
+    for (const kind of KINDS) this.openers[kind].hidden = !offers(this.app, kind);
+    if (this.openers[this.kind]?.hidden) this.close();
     if (!this.kind) return;
     const focus = document.activeElement?.dataset?.key;
+    this.app.controls.paneltitle.textContent = say(this.kind);
     this.body.replaceChildren();
     this[this.kind]();
-    if (focus) [...this.body.querySelectorAll("[data-key]")].find(({ dataset }) => dataset.key === focus)?.focus();
+    if (focus) this.body.querySelector(`[data-key="${focus}"]`)?.focus();
   }
 
   /** Under the title of this name, one of these choices {key: text}, or those for which `chosen` is true. */

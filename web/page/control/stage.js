@@ -41,7 +41,8 @@ export class Stage {
   /** Shows the cradle in 3D, or flat; false if that is impossible. */
   setSpace(on) {
     if (on === this.scene instanceof Scene3D) return true;
-    const { app, canvas } = this, scene = on ? Scene3D.open(canvas, app.eye, () => app.loseSpace()) : new Scene(canvas);
+    const { app, canvas } = this, lost = () => app.setSpace(false, true);
+    const scene = on ? Scene3D.open(canvas, app.eye, lost) : new Scene(canvas);
     if (!scene) return false;
     this.scene.close();
     this.scene = scene.layout(this.source.drawing); // hands ask for places before it is drawn

@@ -31,7 +31,7 @@ export class Timeline {
   goOn() {
     const { app } = this, [{ setup, state: { x, v } }] = app.sources;
     app.clock.slowAt("no");
-    app.attempt(() => app.begin(setup.moving(Array.from(x), Array.from(v)), null));
+    app.attempt(() => app.begin(setup.moving(x, v), null));
   }
 
   /** To the next click, or the one before; inside a click, to where balls touch or part. */

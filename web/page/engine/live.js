@@ -117,8 +117,7 @@ export class Live {
       ratio[ball] *= HAND_MASS;
     }
     const run = this.engine.start(setup.with({ "ball.massRatio": ratio }).moving(x, v).recipe());
-    const reached = run.advance(passed, effort), fresh = run.takePulses(), state = run.look();
-    const [places, speeds] = [Array.from(state.x), Array.from(state.v)];
+    const reached = run.advance(passed, effort), fresh = run.takePulses(), { x: places, v: speeds } = run.look();
     run.forget();
     for (const [ball, place] of held) [places[ball], speeds[ball]] = [place, 0];
     this.restart(setup, places, speeds);

@@ -54,10 +54,10 @@ export class Lens {
   /** Where the eye is. */
   get eye() { return this.axes[2].map((part) => part * this.distance); }
 
-  /** Where a point is on the canvas, and how many pixels a radius is there. */
-  place(point) {
-    const [right, up, towards] = this.axes, unit = this.focal / (this.distance - dot(point, towards));
-    return { x: this.x + unit * dot(point, right), y: this.y - unit * dot(point, up), unit };
+  /** Where a point, `at`, is on the canvas, and how many pixels a radius is there, `unit`. */
+  place(at) {
+    const [right, up, towards] = this.axes, unit = this.focal / (this.distance - dot(at, towards));
+    return { at, x: this.x + unit * dot(at, right), y: this.y - unit * dot(at, up), unit };
   }
 
   /** The rectangle on the canvas around these points: left, top, right, bottom. */

@@ -51,13 +51,10 @@ export class Scene {
   /** Points that a view from afar must contain: a swing to both sides, strings, balls and base. */
   surroundings() { return box(this.reach, this.floor - 0.5, this.long + 0.2, 0); }
 
-  /** A point, `at`, on the canvas, and the size of a radius there, `unit` (px). */
-  seen(at) { return { at, ...this.lens.place(at) }; }
-
   /** Place of ball `i` at the displacement x (m), in space (radii: right, up, towards the viewer) and on the canvas. */
   place(i, x) {
     const { rests, long } = this, angle = this.swing.angle(x);
-    return this.seen([rests[i] + long * Math.sin(angle), long * (1 - Math.cos(angle)), 0]);
+    return this.lens.place([rests[i] + long * Math.sin(angle), long * (1 - Math.cos(angle)), 0]);
   }
 
   places({ x }) { return Array.from(x, (away, i) => this.place(i, away)); }
@@ -98,7 +95,7 @@ export class Scene {
       const away = Math.hypot(...way) / touching - 1;
       // What has parted does not shine any more.
       const strength = Math.sqrt(this.glow[i] ?? 0) * Math.max(0, 1 - 4 * away);
-      return { ...this.seen(plus(left, way, this.sizes[i] / touching)), away, strength };
+      return { ...this.lens.place(plus(left, way, this.sizes[i] / touching)), away, strength };
     });
   }
 
@@ -135,8 +132,8 @@ export class Scene {
   /** A tube, brighter along its middle, on a base. */
   drawFrame(theme) {
     const { context: c, unit, half, long, floor } = this, thick = Math.max(5, 0.2 * unit), deep = 0.42 * unit;
-    const { x: left, y: top } = this.seen([-half - 0.9, long, 0]);
-    const { x: right, y: foot } = this.seen([half + 0.9, floor, 0]);
+    const { x: left, y: top } = this.lens.place([-half - 0.9, long, 0]);
+    const { x: right, y: foot } = this.lens.place([half + 0.9, floor, 0]);
     c.lineJoin = "round";
     theme.rail.forEach((shade, k) => {
       Object.assign(c, { strokeStyle: shade, lineWidth: thick * (1 - 0.36 * k) });
@@ -154,7 +151,7 @@ export class Scene {
     places.forEach(({ at, x }, i) => {
       const up = at[1] / this.long, wide = this.sizes[i] * unit * (1.15 + up);
       c.save();
-      c.translate(x, this.seen([0, this.floor - 0.1, 0]).y);
+      c.translate(x, this.lens.place([0, this.floor - 0.1, 0]).y);
       c.scale(1, 0.13);
       c.globalAlpha = Math.max(0.15, 1 - 1.6 * up);
       const fill = shaded(c.createRadialGradient(0, 0, 0, 0, 0, wide), [theme.shadow, "transparent"]);
@@ -168,7 +165,7 @@ export class Scene {
     Object.assign(c, { lineWidth: Math.max(1, 0.028 * this.unit), strokeStyle: theme.string });
     places.forEach(({ at }, i) => {
       const points = [[rests[i] - 0.16, long, 0], this.onString(i, at, sizes[i]), [rests[i] + 0.16, long, 0]];
-      through(c, points.map((point) => this.seen(point)).map(({ x, y }) => [x, y])).stroke();
+      through(c, points.map((point) => this.lens.place(point)).map(({ x, y }) => [x, y])).stroke();
     });
   }
 
@@ -202,7 +199,7 @@ export class Scene {
   drawArrows(places, state, fastest, theme) {
     const { context: c } = this;
     places.forEach((place, i) => {
-      const { at, x, y, unit } = place, end = this.seen(plus(at, [1, 0, 0], (1.75 * state.v[i]) / fastest));
+      const { at, x, y, unit } = place, end = this.lens.place(plus(at, [1, 0, 0], (1.75 * state.v[i]) / fastest));
       const long = Math.hypot(end.x - x, end.y - y), neck = Math.max(0, long - 0.24 * unit);
       const half = 0.13 * unit, thin = Math.max(1, 0.043 * unit);
       if (long < 1.5) return;

@@ -3,7 +3,7 @@
 let tables, language, table, plurals, roughly; // until `learn` has been called, nothing is said
 
 /** Takes the tables by language code, and chooses the first available of `languages`, otherwise English. */
-export function learn(all, languages = []) {
+export function learn(all, languages) {
   tables = all;
   speak(languages.map((language) => language.split("-")[0]).find((code) => code in tables) ?? "en");
 }
@@ -13,7 +13,7 @@ export function speak(code) {
   [language, table] = [code, tables[code]];
   plurals = new Intl.PluralRules(code);
   roughly = new Intl.NumberFormat(code, { maximumSignificantDigits: 2 });
-  if (globalThis.document) fillTexts();
+  fillTexts();
 }
 
 /** The languages that there are, {code: name}, and the code of the one that is spoken. */
@@ -31,7 +31,7 @@ export function say(name, values = {}) {
 }
 
 /** Fills in what elements of the page ask for: data-text their text, data-label their accessible name. */
-export function fillTexts() {
+function fillTexts() {
   document.title = say("title");
   document.documentElement.lang = language;
   for (const element of document.querySelectorAll("[data-text]")) element.textContent = say(element.dataset.text);
