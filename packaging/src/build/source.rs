@@ -67,15 +67,6 @@ impl Ready {
     }
 }
 
-/// Whether this folder lies in that of the sources.
-pub fn in_checkout() -> bool {
-    let is_ours = |folder: &Path| {
-        let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
-        manifest.lines().any(|line| line == "name = \"newtons-cradle\"")
-    };
-    std::env::current_dir().is_ok_and(|here| here.ancestors().any(is_ours))
-}
-
 /// The contents of a file that the FMU `new` with this GUID would replace, in words; none if there is no file, or the
 /// same one.
 pub fn replaced(path: &Path, new: &[u8], guid: &str) -> Option<String> {
