@@ -17,20 +17,12 @@ const SCENE: &str = include_str!("../../assets/scene.svg");
 /// `<!--scalars-->` or `<!--clocks-->` and `<!--end-->`.
 fn template(description: &Description) -> String {
     let Description { fmi3, clocks, scalars, .. } = *description;
-    let mut pieces = TEMPLATE.split("<!--");
-    let mut html = pieces.next().unwrap_or_default().to_owned();
-    for piece in pieces {
-        match piece.split_once("-->") {
-            Some(("2", text)) if !fmi3 => html.push_str(text),
-            Some(("3", text)) if fmi3 => html.push_str(text),
-            Some(("clocks", text)) if clocks => html.push_str(text),
-            Some(("arrays", text)) if !scalars => html.push_str(text),
-            Some(("scalars", text)) if scalars => html.push_str(text),
-            Some(("end", text)) => html.push_str(text),
-            _ => {}
-        }
-    }
-    html
+    let marks = [("2", !fmi3), ("3", fmi3), ("clocks", clocks), ("arrays", !scalars), ("scalars", scalars)];
+    let shown = |piece: &'static str| match piece.split_once("-->") {
+        Some((mark, text)) => (mark == "end" || marks.contains(&(mark, true))).then_some(text),
+        None => Some(piece),
+    };
+    TEMPLATE.split("<!--").filter_map(shown).collect()
 }
 
 /// The page of the FMU with this description.
