@@ -27,13 +27,10 @@ impl Ready {
         let refused = |reason: &str| Error::Usage(format!("--from {} is refused: {reason}", path.display()));
         let (mut entries, model, mut report) = check::open(&check::read(path)?, MAX_BYTES);
         if let Some(model) = &model {
-            let (name, tool) = (&model.name, if model.tool.is_empty() { "an unknown tool" } else { &model.tool });
-            if !model.is_own() {
+            if !model.is_own() || model.tool != TOOL {
+                let (name, tool) = (&model.name, if model.tool.is_empty() { "an unknown tool" } else { &model.tool });
                 let reason = format!("it is \"{name}\", written by {tool}; allowed: {MODEL_IDENTIFIER} of {TOOL}");
                 return Err(refused(&reason));
-            }
-            if tool != TOOL {
-                return Err(refused(&format!("it was written by {tool}; allowed: {TOOL}")));
             }
             check::contents(&entries, model, &mut report);
         }

@@ -23,9 +23,9 @@ fn what_is_refused_is_named_and_leaves_nothing() {
     changed("foreign.fmu", "modelName=\"NewtonsCradle\"", "modelName=\"BouncingBall\"");
     changed("old.fmu", tool, "newtons-cradle 0.0.9");
     changed("changed.fmu", " start=\"9.81\"", " start=\"9.8\"");
-    let written = format!("it is \"BouncingBall\", written by {tool}; allowed: NewtonsCradle of {tool}");
-    let foreign = format!("--from foreign.fmu is refused: {written}");
-    let old = format!("--from old.fmu is refused: it was written by newtons-cradle 0.0.9; allowed: {tool}");
+    let written = |what: &str, by: &str| format!("it is \"{what}\", written by {by}; allowed: NewtonsCradle of {tool}");
+    let foreign = format!("--from foreign.fmu is refused: {}", written("BouncingBall", tool));
+    let old = format!("--from old.fmu is refused: {}", written("NewtonsCradle", "newtons-cradle 0.0.9"));
     let changed = "--from changed.fmu is refused: modelDescription.xml: not the description that belongs to its GUID";
     let other = if cfg!(windows) { "linux64" } else { "win64" };
     let for_other = format!("--binary {other}=LIBRARY");
