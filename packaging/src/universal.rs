@@ -1,5 +1,7 @@
 //! Universal binaries of macOS: one file with a shared library for each processor, from which the system takes its own.
 
+use std::error::Error;
+
 use object::macho::{FAT_MAGIC, FatArch32, FatHeader, MachHeader64};
 use object::pod::bytes_of;
 use object::read::FileKind;
@@ -22,23 +24,21 @@ pub fn slices(binary: &[u8]) -> object::Result<Vec<&[u8]>> {
 }
 
 /// One universal binary with the libraries of both. Refuses files that are not of macOS, and two for one processor.
-pub fn join(first: &[u8], second: &[u8]) -> Result<Vec<u8>, String> {
+pub fn join(first: &[u8], second: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut libraries = Vec::new();
     for binary in [first, second] {
-        for library in slices(binary).map_err(|error| error.to_string())? {
-            let header = MachHeader64::<object::Endianness>::parse(library, 0).map_err(|error| error.to_string())?;
-            let endian = header.endian().map_err(|error| error.to_string())?;
+        for library in slices(binary)? {
+            let header = MachHeader64::<object::Endianness>::parse(library, 0)?;
+            let endian = header.endian()?;
             libraries.push((header.cputype(endian), header.cpusubtype(endian), library));
         }
     }
     libraries.sort_by_key(|(processor, ..)| *processor);
     if libraries.windows(2).any(|pair| pair[0].0 == pair[1].0) {
-        return Err("both are made for the same processor".to_owned());
+        return Err("both are made for the same processor".into());
     }
-    let number = |number: usize| match u32::try_from(number) {
-        Ok(number) => Ok(U32::new(BigEndian, number)),
-        Err(_) => Err("it would have more than 4 GB".to_owned()),
-    };
+    let too_large = |_| "it would have more than 4 GB";
+    let number = |number: usize| u32::try_from(number).map(|number| U32::new(BigEndian, number)).map_err(too_large);
     let header = FatHeader { magic: U32::new(BigEndian, FAT_MAGIC), nfat_arch: number(libraries.len())? };
     let mut joined = bytes_of(&header).to_vec();
     let mut body = Vec::new();
@@ -80,7 +80,7 @@ mod tests {
         assert_eq!(slices(&joined).unwrap(), [&intel[..], &arm[..]]);
         assert!(joined[1 << ALIGNMENT..].starts_with(&intel));
         assert_eq!(slices(&arm).unwrap(), [&arm[..]]);
-        assert!(join(&arm, &arm).unwrap_err().contains("same processor"));
+        assert!(join(&arm, &arm).unwrap_err().to_string().contains("same processor"));
         assert!(join(&arm, &joined).is_err() && join(&arm, b"\x7fELF").is_err());
         let announces_nine = [0xca, 0xfe, 0xba, 0xbe, 0, 0, 0, 9];
         assert!(slices(&[announces_nine, [0; 8]].concat()).is_err());
