@@ -91,30 +91,25 @@ def make_venv(requirements: Path) -> None:
     """Makes .venv with the packages of one of REQUIREMENTS, or adds them; does nothing if it has them. A new one has at
     least what the old one had."""
     # Its path counts as well: a virtual environment does not survive being moved.
-    digest, wanted = hashlib.sha256(str(VENV.resolve()).encode() + LINKERS.read_bytes()), []
-    for file in REQUIREMENTS:
-        digest.update(file.read_bytes())
-        wanted.append(digest.hexdigest())
-    stamp, index = VENV / "requirements.sha256", REQUIREMENTS.index(requirements)
-    known = stamp.read_text() if PYTHON.exists() and stamp.exists() else ""
-    present, _, name = known.partition(" ")
-    if present in wanted[index:]:
+    files = b"".join(file.read_bytes() for file in (*REQUIREMENTS, LINKERS))
+    digest = hashlib.sha256(str(VENV.resolve()).encode() + files).hexdigest()
+    stamp = VENV / "requirements.sha256"
+    present, name = stamp.read_text().split() if PYTHON.exists() and stamp.exists() else ("", SOME.name)
+    wanted = max(requirements, ROOT / name, key=REQUIREMENTS.index)
+    if (present, name) == (digest, wanted.name):
         say("  .venv is up to date")
         return
-    if present not in wanted:
-        # It gets again what it had.
-        index = max([index, *(k for k, file in enumerate(REQUIREMENTS) if file.name == name)])
-        requirements = REQUIREMENTS[index]
+    if present != digest:
         shutil.rmtree(VENV, ignore_errors=True)
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
     quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
     # The files list all that is needed. Modules are compiled when they are first imported; most never are.
-    for file in (requirements, LINKERS) if requirements == ALL else (requirements,):
+    for file in (wanted, LINKERS) if wanted == ALL else (wanted,):
         run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", file])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
-    stamp.write_text(f"{wanted[index]} {requirements.name}")
+    stamp.write_text(f"{digest} {wanted.name}")
 
 
 def fmu_builds(*producer) -> tuple[list, dict]:
