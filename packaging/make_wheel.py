@@ -8,6 +8,8 @@ from checkout import ENGINE, FMU, PYTHON, ROOT, SOME, Stop, host_target, make_ve
 
 PROGRAM = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
+# Their files go onto the path, and into the package.
+SCRIPTS, PACKAGE = FOLDER / "scripts", FOLDER / "package"
 
 
 def make_wheel(fmu: Path | None) -> int:
@@ -16,7 +18,8 @@ def make_wheel(fmu: Path | None) -> int:
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
     contents = None if fmu is None else fmu.read_bytes()
     shutil.rmtree(FOLDER, ignore_errors=True)
-    FOLDER.mkdir(parents=True)
+    for folder in (SCRIPTS, PACKAGE):
+        folder.mkdir(parents=True)
     with stage("1/3 Python packages"):
         make_venv(SOME)
     with stage("2/3 program and FMU (the first time, compiling takes minutes)"):
@@ -31,17 +34,17 @@ def make_wheel(fmu: Path | None) -> int:
         run([*build, *less, *target], env=environment)
         # Cargo's folder has the target without the version of glibc.
         triple = target[1].split(".")[0] if target else ""
-        shutil.copy2(ROOT / "target" / triple / "release" / PROGRAM, FOLDER)
+        shutil.copy2(ROOT / "target" / triple / "release" / PROGRAM, SCRIPTS)
         if contents is None:
-            command = [FOLDER / PROGRAM, "build", "--release", *target, "--out", FOLDER / FMU.name]
-            run(command, env=environment)
+            out = ["--out", PACKAGE / FMU.name]
+            run([SCRIPTS / PROGRAM, "build", "--release", *target, *out], env=environment)
         else:
-            (FOLDER / FMU.name).write_bytes(contents)
+            (PACKAGE / FMU.name).write_bytes(contents)
     with stage("3/3 wheel"):
         if not ENGINE.exists():
             run([sys.executable, "web/build.py", "--or-skip"])
         if ENGINE.exists():
-            shutil.copyfile(ENGINE, FOLDER / ENGINE.name)
+            shutil.copyfile(ENGINE, PACKAGE / ENGINE.name)
         # zig has linked for glibc 2.17, whichever version this machine has.
         processor = host_target().split("-")[0]
         platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{processor}"} if target else {}

@@ -20,7 +20,7 @@ import zipfile
 from pathlib import Path
 
 from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
-from make_wheel import PROGRAM
+from make_wheel import FOLDER, PROGRAM, SCRIPTS
 from platforms import PLATFORMS
 
 DIST = ROOT / "target/dist"
@@ -64,13 +64,13 @@ def programs(options) -> None:
     parts = re.findall(r'<script type="text/plain".*?</script>', page.read_text(encoding="utf-8"), re.DOTALL)
     ENGINE.write_text("\n".join(parts), encoding="utf-8")
     run([sys.executable, "cradle.py", "wheel", "--fmu", options.fmu.resolve()])
-    (wheel,) = (ROOT / "target/wheel").glob("*.whl")
+    (wheel,) = FOLDER.glob("*.whl")
     shutil.copy2(wheel, DIST)
     out = DIST / f"cradle-fmu-{VERSION}-{host_target()}.zip"
     # As in FMUs, the time is `SOURCE_DATE_EPOCH`, or 1980-01-01, the earliest that a zip file can hold.
     date = time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", 315532800)))[:6]
     with zipfile.ZipFile(out, "w") as archive:
-        for path in (ROOT / "target/wheel" / PROGRAM, *(ROOT / name for name in TEXTS)):
+        for path in (SCRIPTS / PROGRAM, *(ROOT / name for name in TEXTS)):
             entry = zipfile.ZipInfo(f"{out.stem}/{path.name}", date)
             entry.external_attr = (0o755 if path.name == PROGRAM else 0o644) << 16
             archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
