@@ -10,7 +10,6 @@ import hashlib
 import os
 import re
 import shutil
-import signal
 import struct
 import subprocess
 import sys
@@ -154,17 +153,10 @@ def host(tmp_path_factory):
             program, said = place / "outputs.exe", place / "said"
             flags = ["-O1", "-Wall", "-Wextra", f"-I{Path(fmpy.__file__).with_name('c-code')}", "-o", program]
             ended(*compiler, *flags, ROOT / "tests/hosts/outputs.c", *libraries, env=environment)
+            # What wine has started ends with it; what stays does not hold a file, as it would a pipe.
+            alone = ["timeout", "--signal=KILL", "180", *runner, program]
             with said.open("w") as log:
-                alone = {"env": environment, "stdout": log, "stderr": log, "start_new_session": True}
-                try:
-                    process = subprocess.Popen([str(part) for part in (*runner, program)], **alone)
-                    process.wait(timeout=180)
-                except OSError as problem:
-                    print(problem, file=log)
-                except subprocess.TimeoutExpired as problem:  # what wine has started is to end with it
-                    print(problem, file=log)
-                    os.killpg(process.pid, signal.SIGKILL)
-                    process.wait()
+                subprocess.run([str(part) for part in alone], env=environment, stdout=log, stderr=log)
             known[key] = [*runner, program], environment, said.read_text(errors="replace")
         command, environment, said = known[key]
         if "usage: outputs" not in said:
