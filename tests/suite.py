@@ -139,11 +139,10 @@ def what_a_change_needs(results: Results) -> None:
         rust=lambda part: rust_tests(part, PROPTEST_CASES="15"),  # cases of each property
     )
     system, library = {
-        "win32": ("win", "newtons_cradle.dll"),
-        "darwin": ("darwin", "libnewtons_cradle.dylib"),
-    }.get(sys.platform, ("linux", "libnewtons_cradle.so"))
-    folder = f"{system}{64 if sys.maxsize > 2**32 else 32}"
-    binary = f"--binary={folder}={PRODUCER.parent / 'deps' / library}"
+        "win32": ("win64", "newtons_cradle.dll"),
+        "darwin": ("darwin64", "libnewtons_cradle.dylib"),
+    }.get(sys.platform, ("linux64", "libnewtons_cradle.so"))
+    binary = f"--binary={system}={PRODUCER.parent / 'deps' / library}"
     fmu = FMU.parent / "tested" / FMU.name
     fmu.parent.mkdir(parents=True, exist_ok=True)
     if results.step("FMU", [PRODUCER, "build", binary, "--out", fmu]):
@@ -284,13 +283,9 @@ def rust_hosts(results: Results) -> None:
 
 def has_libclang() -> bool:
     """Whether libclang's shared library is where bindgen looks for it."""
-    folders = [os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64"]
-    folders += [*Path("/usr/lib").glob("*-linux-gnu"), *Path("/usr/lib").glob("llvm*/lib")]
-    if shutil.which("llvm-config"):
-        answer = subprocess.run(["llvm-config", "--libdir"], capture_output=True, text=True)
-        folders.append(answer.stdout.strip() or "/usr/lib")
-    names = ("libclang.so*", "libclang-[0-9]*.so*", "libclang.dylib", "libclang.dll")
-    return any(any(Path(folder).glob(name)) for folder in folders for name in names)
+    folders = (os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64")
+    names = ("libclang.[!a]*", "libclang-[0-9]*")  # of .so, .dylib or .dll
+    return any(any(Path(folder).rglob(name)) for folder in folders for name in names)
 
 
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached. Code that
