@@ -15,7 +15,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
 import zipfile
 from pathlib import Path
 
@@ -85,17 +84,6 @@ def with_sources(usr: Path) -> dict:
     }
 
 
-def too_old(environment: dict) -> str | None:
-    """The error for a Rust that is older than the sources need, as apt's may be."""
-    command = [environment["RUSTC"], "--version"]
-    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True)
-    version = re.match(r"rustc (\d+)\.(\d+)", answer.stdout)
-    needed = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["rust-version"]
-    if version and tuple(map(int, version.groups())) >= tuple(map(int, needed.split("."))):
-        return None
-    return f"Rust {needed} is needed; this is {answer.stdout.strip() or 'none that runs'}"
-
-
 def script(path: Path, text: str) -> Path:
     """Writes a program, and says where."""
     path.write_text(text)
@@ -133,7 +121,6 @@ def linker(target: str) -> tuple[str, str]:
 
 def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[str, ...]]:
     """The targets of each platform that can be compiled for."""
-    older = toolchain and too_old(with_sources(toolchain))
     found = []
     for folder, targets in PLATFORMS.items():
         triples = [target.split(".")[0] for target in targets]
@@ -141,10 +128,6 @@ def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[str, ...]]:
         program, advice = linker(targets[0])
         if shutil.which(program) is None:
             reason = f"{program} is missing: {advice}"
-        elif older:
-            reason = (
-                f"{older}; run `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one"
-            )
         elif missing and not toolchain:
             reason = f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust"
         else:
