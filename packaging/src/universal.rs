@@ -5,7 +5,7 @@ use std::error::Error;
 use object::macho::{FAT_MAGIC, FatArch32, FatHeader, MachHeader64};
 use object::pod::bytes_of;
 use object::read::FileKind;
-use object::read::macho::{FatArch, MachHeader, MachOFatFile32, MachOFatFile64};
+use object::read::macho::{FatArch, MachHeader, MachOFatFile32};
 use object::{BigEndian, U32};
 
 /// Pages of Apple's processors have 16 KiB (2^14 bytes), those of Intel's 4 KiB: each library begins with one.
@@ -13,12 +13,10 @@ const ALIGNMENT: u32 = 14;
 
 /// The libraries in a universal binary, or just the binary itself if it is not one.
 pub fn slices(binary: &[u8]) -> object::Result<Vec<&[u8]>> {
-    fn data<'a, Arch: FatArch>(arches: &[Arch], binary: &'a [u8]) -> object::Result<Vec<&'a [u8]>> {
-        arches.iter().map(|arch| arch.data(binary)).collect()
-    }
     match FileKind::parse(binary) {
-        Ok(FileKind::MachOFat32) => data(MachOFatFile32::parse(binary)?.arches(), binary),
-        Ok(FileKind::MachOFat64) => data(MachOFatFile64::parse(binary)?.arches(), binary),
+        Ok(FileKind::MachOFat32) => {
+            MachOFatFile32::parse(binary)?.arches().iter().map(|arch| arch.data(binary)).collect()
+        }
         _ => Ok(vec![binary]),
     }
 }
