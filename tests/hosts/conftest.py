@@ -1,10 +1,8 @@
 """Fixtures of the host tests: which FMU is tested.
 
-The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `pytest --fmu=FILE` or by
-the environment variable CRADLE_FMU.
+The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `pytest --fmu=FILE`.
 """
 
-import os
 import re
 import shutil
 import subprocess
@@ -13,6 +11,7 @@ from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
+from checkout import FMU
 from fmi3_host import Cradle
 from newtons_cradle import files, testing
 from newtons_cradle.page import PageError, save_page
@@ -47,7 +46,7 @@ def table(document: str, heading: str) -> dict[str, list[str]]:
 
 
 def pytest_addoption(parser):
-    parser.addoption("--fmu", help="the FMU to test (default: CRADLE_FMU, else target/fmu/NewtonsCradle.fmu)")
+    parser.addoption("--fmu", type=Path, default=FMU, help="the FMU to test (default: %(default)s)")
 
 
 def pytest_ignore_collect(collection_path, config):
@@ -60,8 +59,7 @@ def pytest_ignore_collect(collection_path, config):
 @pytest.fixture(scope="session")
 def fmu_path(request) -> Path:
     """The FMU file under test."""
-    chosen = request.config.getoption("--fmu") or os.environ.get("CRADLE_FMU")
-    path = Path(chosen) if chosen else ROOT / "target/fmu/NewtonsCradle.fmu"
+    path = request.config.getoption("--fmu")
     if not path.exists():
         pytest.exit(f"{path} is missing: build it with `cargo pack build --release`", returncode=2)
     return path.resolve()
