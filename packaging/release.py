@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and you can, too.
 
-    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, one for each preset, and the page
+    python3 packaging/release.py fmus           the FMU for all platforms, one for each preset, and the page
     python3 packaging/release.py programs FMU   for this machine: wheel with this FMU, page, cradle-fmu with licences
     python3 packaging/release.py finish         when all files are in target/dist: bill of materials, SHA256SUMS
 
-FMU is the one for all platforms that packaging/platforms.py makes. `fmus` compiles it if it is not given.
+FMU is the one for all platforms that `fmus` makes.
 """
 
 import argparse
@@ -30,19 +30,17 @@ VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package
 TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.txt", "CHANGELOG.md")
 
 
-def fmus(options) -> None:
+def fmus(_options) -> None:
     """An FMU of the default cradle and one for each preset, all checked; the page without a recording."""
     make_venv(ALL)
     run([sys.executable, "web/build.py", "--out", DIST / LIVE.name])
     run(["cargo", "build", "--package", "cradle-packaging"])
-    given = options.fmu
-    if given is None:
-        commands, environment = fmu_builds(PRODUCER)
-        run(commands[0], env=environment)
-        run([sys.executable, "packaging/platforms.py", PRODUCER, FMU], env=environment)
-        given = ROOT / "target/fmu/platforms" / FMU.name
-        # The binaries that `cradle.py test --all` runs are hardly optimised.
-        run([PYTHON, "-m", "pytest", "tests/hosts/test_platforms.py", "--fmu", FMU])
+    commands, environment = fmu_builds(PRODUCER)
+    run(commands[0], env=environment)
+    run([sys.executable, "packaging/platforms.py", PRODUCER, FMU], env=environment)
+    given = ROOT / "target/fmu/platforms" / FMU.name
+    # The binaries that `cradle.py test --all` runs are hardly optimised.
+    run([PYTHON, "-m", "pytest", "tests/hosts/test_platforms.py", "--fmu", FMU])
     with zipfile.ZipFile(given) as archive:
         found = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
     if missing := {"linux64", *PLATFORMS} - found:
@@ -101,8 +99,8 @@ def main() -> int:
     for step in (fmus, programs, finish):
         command = steps.add_parser(step.__name__, help=step.__doc__)
         command.set_defaults(function=step)
-        if step is not finish:
-            command.add_argument("fmu", type=Path, nargs="?" if step is fmus else None)
+        if step is programs:
+            command.add_argument("fmu", type=Path)
     options = parser.parse_args()
     DIST.mkdir(parents=True, exist_ok=True)
     try:
