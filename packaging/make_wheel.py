@@ -16,7 +16,6 @@ def make_wheel(fmu: Path | None) -> int:
     """Makes a wheel for pip: FMU, cradle-fmu and the Python package, in target/wheel."""
     if fmu is not None and not fmu.is_file():
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
-    contents = None if fmu is None else fmu.read_bytes()
     shutil.rmtree(FOLDER, ignore_errors=True)
     for folder in (SCRIPTS, PACKAGE):
         folder.mkdir(parents=True)
@@ -35,11 +34,11 @@ def make_wheel(fmu: Path | None) -> int:
         # Cargo's folder has the target without the version of glibc.
         triple = target[1].split(".")[0] if target else ""
         shutil.copy2(ROOT / "target" / triple / "release" / PROGRAM, SCRIPTS)
-        if contents is None:
+        if fmu is None:
             out = ["--out", PACKAGE / FMU.name]
             run([SCRIPTS / PROGRAM, "build", "--release", *target, *out], env=environment)
         else:
-            (PACKAGE / FMU.name).write_bytes(contents)
+            shutil.copyfile(fmu, PACKAGE / FMU.name)
     with stage("3/3 wheel"):
         if not ENGINE.exists():
             run([sys.executable, "web/build.py", "--or-skip"])
