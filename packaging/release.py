@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and you can, too.
+"""Makes the files of a release in target/dist.
 
-    python3 packaging/release.py fmus           the FMU for all platforms, one for each preset, and the page
-    python3 packaging/release.py programs FMU   for this machine: wheel with this FMU, page, cradle-fmu with licences
-    python3 packaging/release.py finish         when all files are in target/dist: bill of materials, SHA256SUMS
+    python3 packaging/release.py fmus       the FMU for all platforms, one for each preset, and the page
+    python3 packaging/release.py programs   for this machine, with what `fmus` has left there: wheel, cradle-fmu
+    python3 packaging/release.py finish     when all files are in target/dist: bill of materials, SHA256SUMS
 
-FMU is the one for all platforms that `fmus` makes.
+.github/workflows/release.yml calls it, and you can, too.
 """
 
 import argparse
@@ -17,7 +17,6 @@ import sys
 import time
 import tomllib
 import zipfile
-from pathlib import Path
 
 from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
 from make_wheel import FOLDER, PROGRAM, SCRIPTS
@@ -30,7 +29,7 @@ VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package
 TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.txt", "CHANGELOG.md")
 
 
-def fmus(_options) -> None:
+def fmus() -> None:
     """An FMU of the default cradle and one for each preset, all checked; the page without a recording."""
     make_venv(ALL)
     run([sys.executable, "web/build.py", "--out", DIST / LIVE.name])
@@ -52,16 +51,16 @@ def fmus(_options) -> None:
         run([PRODUCER, "check", out])
 
 
-def programs(options) -> None:
+def programs() -> None:
     """The wheel, and its program in a separate archive."""
     make_venv(ALL)
-    page = options.fmu.with_name(LIVE.name)
+    page = DIST / LIVE.name
     if not page.is_file():
-        raise Stop(f"{page} is missing: `release.py fmus` makes it beside the FMU.")
+        raise Stop(f"{page} is missing: `release.py fmus` makes it and the FMU.")
     ENGINE.parent.mkdir(parents=True, exist_ok=True)
     parts = re.findall(r'<script type="text/plain".*?</script>', page.read_text(encoding="utf-8"), re.DOTALL)
     ENGINE.write_text("\n".join(parts), encoding="utf-8")
-    run([sys.executable, "cradle.py", "wheel", "--fmu", options.fmu.resolve()])
+    run([sys.executable, "cradle.py", "wheel", "--fmu", DIST / FMU.name])
     (wheel,) = FOLDER.glob("*.whl")
     shutil.copy2(wheel, DIST)
     out = DIST / f"cradle-fmu-{VERSION}-{host_target()}.zip"
@@ -75,7 +74,7 @@ def programs(options) -> None:
     say(f"  {out.relative_to(ROOT)} ({out.stat().st_size / 1e6:.1f} MB)")
 
 
-def finish(_options) -> None:
+def finish() -> None:
     """The bill of materials, and the checksums of all files."""
     tag = os.environ.get("GITHUB_REF_NAME", "")
     if re.match(r"v\d", tag) and tag != f"v{VERSION}":
@@ -91,20 +90,14 @@ def finish(_options) -> None:
 
 def main() -> int:
     """Parses the command line and makes the files."""
-    description, _, commands = __doc__.partition("\n\n")
-    parser = argparse.ArgumentParser(
-        description=description, epilog=commands, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    steps = parser.add_subparsers(required=True, metavar="{fmus,programs,finish}")
-    for step in (fmus, programs, finish):
-        command = steps.add_parser(step.__name__, help=step.__doc__)
-        command.set_defaults(function=step)
-        if step is programs:
-            command.add_argument("fmu", type=Path)
-    options = parser.parse_args()
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    steps = {step.__name__: step for step in (fmus, programs, finish)}
+    parser.add_argument("step", choices=steps)
+    step = steps[parser.parse_args().step]
     DIST.mkdir(parents=True, exist_ok=True)
     try:
-        options.function(options)
+        step()
     except Stop as problem:
         say(f"\nThe release stopped: {problem}")
         return 2
