@@ -14,6 +14,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+# As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next
+# tests anew.
+PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
 ENGINE = LIVE.with_name("engine.html")  # for browsers, as a part of a page

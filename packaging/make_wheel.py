@@ -4,9 +4,8 @@ import shutil
 import sys
 from pathlib import Path
 
-from checkout import ENGINE, FMU, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
+from checkout import ENGINE, FMU, PRODUCER, PYTHON, ROOT, SOME, Stop, make_venv, old_linux, run, say, stage
 
-PROGRAM = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
 # Their files go onto the path, and into the package.
 SCRIPTS, PACKAGE = FOLDER / "scripts", FOLDER / "package"
@@ -33,10 +32,10 @@ def make_wheel(fmu: Path | None) -> int:
         run([*build, *less, *target], env=environment)
         # Cargo's folder has the target without the version of glibc.
         triple = target[1].split(".")[0] if target else ""
-        shutil.copy2(ROOT / "target" / triple / "release" / PROGRAM, SCRIPTS)
+        shutil.copy2(ROOT / "target" / triple / "release" / PRODUCER.name, SCRIPTS)
         if fmu is None:
             out = ["--out", PACKAGE / FMU.name]
-            run([SCRIPTS / PROGRAM, "build", "--release", *target, *out], env=environment)
+            run([SCRIPTS / PRODUCER.name, "build", "--release", *target, *out], env=environment)
         else:
             shutil.copyfile(fmu, PACKAGE / FMU.name)
     with stage("3/3 wheel"):
@@ -45,8 +44,7 @@ def make_wheel(fmu: Path | None) -> int:
         if ENGINE.exists():
             shutil.copyfile(ENGINE, PACKAGE / ENGINE.name)
         # zig has linked for glibc 2.17, whichever version this machine has.
-        processor = host_target().split("-")[0]
-        platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{processor}"} if target else {}
+        platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{triple.split('-')[0]}"} if target else {}
         pack = [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."]
         run(pack, env=environment | platform)
         (wheel,) = FOLDER.glob("*.whl")

@@ -2,12 +2,12 @@
 """Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that this machine
 can compile for.
 
-    python3 packaging/platforms.py PRODUCER FMU [--to-test]
+    python3 packaging/platforms.py [--to-test]
 
-PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is reused. For the other platforms it
-takes the Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has.
-Lines that begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for
-Linux on ARM, is optimised, at level 1: the others are compiled in a third of the time.
+It reuses the binary of target/fmu/NewtonsCradle.fmu, which is for this machine. For the other platforms it takes the
+Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. Lines that
+begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for Linux on ARM,
+is optimised, at level 1: the others are compiled in a third of the time.
 """
 
 import os
@@ -18,7 +18,7 @@ import sys
 import zipfile
 from pathlib import Path
 
-from checkout import ROOT
+from checkout import FMU, PRODUCER, ROOT
 
 FOLDER = ROOT / "target/fmu/platforms"
 
@@ -147,10 +147,10 @@ def main() -> int:
     answer = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
     sysroot = Path(answer.stdout.strip())
     shutil.rmtree(FOLDER, ignore_errors=True)
-    with zipfile.ZipFile(sys.argv[2]) as archive:
+    with zipfile.ZipFile(FMU) as archive:
         ready = [name for name in archive.namelist() if name.startswith("binaries/")]
         archive.extractall(FOLDER, ready)
-    command = [Path(sys.argv[1]).resolve(), "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
+    command = [PRODUCER, "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
     command += [f"--binary={name.split('/')[1]}={FOLDER / name}" for name in ready]
     # What is compiled: what runs while compiling serves all targets.
     build = ROOT / ("target/platforms-to-test" if "--to-test" in sys.argv else "target/platforms")

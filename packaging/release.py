@@ -19,11 +19,10 @@ import tomllib
 import zipfile
 
 from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
-from make_wheel import FOLDER, PROGRAM, SCRIPTS
+from make_wheel import FOLDER, PRODUCER, SCRIPTS
 from platforms import PLATFORMS
 
 DIST = ROOT / "target/dist"
-PRODUCER = ROOT / "target/debug" / PROGRAM
 VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
 # What goes with the program.
 TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.txt", "CHANGELOG.md")
@@ -36,7 +35,7 @@ def fmus() -> None:
     run(["cargo", "build", "--package", "cradle-packaging"])
     commands, environment = fmu_builds(PRODUCER)
     run(commands[0], env=environment)
-    run([sys.executable, "packaging/platforms.py", PRODUCER, FMU], env=environment)
+    run([sys.executable, "packaging/platforms.py"], env=environment)
     given = ROOT / "target/fmu/platforms" / FMU.name
     # The binaries that `cradle.py test --all` runs are hardly optimised.
     run([PYTHON, "-m", "pytest", "tests/hosts/test_platforms.py", "--fmu", FMU])
@@ -67,9 +66,9 @@ def programs() -> None:
     # As in FMUs, the time is `SOURCE_DATE_EPOCH`, or 1980-01-01, the earliest that a zip file can hold.
     date = time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", 315532800)))[:6]
     with zipfile.ZipFile(out, "w") as archive:
-        for path in (SCRIPTS / PROGRAM, *(ROOT / name for name in TEXTS)):
+        for path in (SCRIPTS / PRODUCER.name, *(ROOT / name for name in TEXTS)):
             entry = zipfile.ZipInfo(f"{out.stem}/{path.name}", date)
-            entry.external_attr = (0o755 if path.name == PROGRAM else 0o644) << 16
+            entry.external_attr = (0o755 if path.name == PRODUCER.name else 0o644) << 16
             archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     say(f"  {out.relative_to(ROOT)} ({out.stat().st_size / 1e6:.1f} MB)")
 

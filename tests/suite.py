@@ -17,6 +17,7 @@ from checkout import (
     ALL,
     FMU,
     LANE,
+    PRODUCER,
     PYTHON,
     ROOT,
     TESTS,
@@ -28,11 +29,7 @@ from checkout import (
     say,
     stage,
 )
-from make_wheel import PROGRAM
 
-# As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next
-# tests anew.
-PRODUCER = ROOT / "target/debug" / PROGRAM
 FMU3 = FMU.with_suffix(".fmi3.fmu")
 FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
@@ -194,7 +191,7 @@ def all_platforms(results: Results) -> None:
     """The FMU for all platforms."""
     _, environment = old_linux()
     idle = ["nice", "-n", "10"] if shutil.which("nice") else []
-    command = [*idle, sys.executable, "packaging/platforms.py", PRODUCER, FMU, "--to-test"]
+    command = [*idle, sys.executable, "packaging/platforms.py", "--to-test"]
     results.step("FMU for all platforms", command, env=environment)
 
 
