@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use newtons_cradle::variables::{
-    DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Settings, Shape, StartValue,
-};
+use newtons_cradle::variables::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Shape, StartValue};
 use toml::{Table, Value};
 
 use super::names;
@@ -44,11 +42,11 @@ impl Preset {
         })
     }
 
-    /// Its start values.
-    pub fn settings(&self) -> Result<Settings, Error> {
+    /// Its cradle.
+    pub fn recipe(&self) -> Result<Recipe, Error> {
         let mut choice = Choice::default();
         choice.preset(self)?;
-        Ok(choice.recipe()?.settings()?)
+        choice.recipe()
     }
 }
 
@@ -212,9 +210,7 @@ mod tests {
     #[test]
     fn a_preset_states_every_parameter_that_has_an_effect() {
         for preset in PRESETS {
-            let mut choice = Choice::default();
-            choice.preset(preset).unwrap();
-            let recipe = choice.recipe().unwrap();
+            let recipe = preset.recipe().unwrap();
             let parameters = recipe.settings().unwrap().parameters;
             let stated = |name: &str| recipe.start.contains_key(name);
             // The solver is not part of a cradle.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use newtons_cradle::variables::{Description, MODEL_IDENTIFIER};
+use newtons_cradle::variables::MODEL_IDENTIFIER;
 
 use super::choice::PRESETS;
 use super::contents::Binary;
@@ -74,13 +74,11 @@ pub fn replaced(path: &Path, new: &[u8], guid: &str) -> Option<String> {
     if was.guid == guid {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
-    let preset = PRESETS.iter().find(|preset| {
-        let has_guid = |settings| Description::all(&settings, was.is_fmi3()).iter().any(|own| own.guid() == was.guid);
-        preset.settings().is_ok_and(has_guid)
-    });
-    let what = match preset {
-        Some(preset) => format!("preset {}", preset.name),
-        None if was.is_own() => format!("n = {}", check::recipe(&entries).unwrap_or_default().balls),
+    let what = match check::recipe(&entries).filter(|_| was.is_own()) {
+        Some(own) => match PRESETS.iter().find(|preset| preset.recipe().is_ok_and(|recipe| recipe == own)) {
+            Some(preset) => format!("preset {}", preset.name),
+            None => format!("n = {}", own.balls),
+        },
         None => format!("\"{}\"", was.name),
     };
     Some(format!("{what}, GUID {}; now GUID {guid}", was.guid))
