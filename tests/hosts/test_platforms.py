@@ -1,5 +1,5 @@
-"""FMUs of any number of balls, and the binaries for other platforms: what they need, and that they give the same
-doubles and read the states of one another.
+"""The binaries for other platforms: what they need, and that they give the same doubles and read the states of one
+another.
 
 The FMU with the binaries for Linux and Windows, 32 and 64 bits, Linux on ARM and macOS is made by `cradle.py test
 --all` where the tools are to be had; these tests skip, and say so, where it or what runs it is missing or runs
@@ -28,20 +28,6 @@ ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 # A C library for ARM lies where Debian's cross compilers have it.
 QEMU = [[name, "-L", "/usr/aarch64-linux-gnu"] for name in ("qemu-aarch64-static", "qemu-aarch64")]
 WINE32 = ROOT / os.environ.get("CRADLE_WINE32", "target/wine32") / "wine"  # unpacked by .ci/wine32
-
-
-def test_start_values_count_whether_or_not_the_host_writes_them(cradle, fmu_path):
-    """The same run from values in the FMU, from the host, and from both."""
-    values = {"contact.stiffness": 1e9, "x_start[1]": -0.2, "ball.massRatio[3]": 2.0}
-    own = cradle(set=values, binaries=fmu_path).path
-    runs = [
-        fmpy.simulate_fmu(str(path), stop_time=2.0, output_interval=0.01, start_values=start)
-        for path, start in ((own, {}), (own, values), (fmu_path, values))
-    ]
-    assert runs[0].tobytes() == runs[1].tobytes() == runs[2].tobytes()
-
-
-# ---------------------------------------------------------------- other platforms
 
 
 @pytest.fixture(scope="module")
