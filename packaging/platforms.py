@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from checkout import FMU, PRODUCER, ROOT
@@ -119,25 +120,22 @@ def linker(target: str) -> tuple[str, str]:
     return f"{processor}-w64-mingw32-gcc", f"on Debian, apt install {package}"
 
 
-def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[str, ...]]:
+def possible(toolchain: Path | None, sysroot: Path) -> Iterator[tuple[str, ...]]:
     """The targets of each platform that can be compiled for."""
-    found = []
     for folder, targets in PLATFORMS.items():
         triples = [target.split(".")[0] for target in targets]
         missing = [triple for triple in triples if not (sysroot / "lib/rustlib" / triple).exists()]
         program, advice = linker(targets[0])
         if shutil.which(program) is None:
-            reason = f"{program} is missing: {advice}"
-        elif missing and not toolchain:
-            reason = f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust"
+            print(f"SKIPPED {folder}: {program} is missing: {advice}", flush=True)
+        elif toolchain:
+            # The standard library is compiled for Windows 7, so it needs nothing that an old wine lacks.
+            yield tuple(target.replace("-pc-", "-win7-") for target in targets)
+        elif missing:
+            advice = f"rustup target add {' '.join(missing)}, or .ci/debian-rust"
+            print(f"SKIPPED {folder}: there is no Rust for it: {advice}", flush=True)
         else:
-            if toolchain:
-                # The standard library is compiled for Windows 7, so it needs nothing that an old wine lacks.
-                targets = tuple(target.replace("-pc-", "-win7-") for target in targets)
-            found.append(targets)
-            continue
-        print(f"SKIPPED {folder}: {reason}", flush=True)
-    return found
+            yield targets
 
 
 def main() -> int:
