@@ -201,8 +201,6 @@ mod tests {
 
     #[test]
     fn every_file_is_a_preset() {
-        let listed: Vec<&str> = include_str!("../../presets/order.txt").lines().collect();
-        assert_eq!(PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>(), listed);
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
         assert_eq!(fs::read_dir(folder).unwrap().count(), PRESETS.len() + 1);
     }

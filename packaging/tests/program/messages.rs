@@ -91,12 +91,6 @@ fn what_is_refused_is_named_and_leaves_nothing() {
 }
 
 #[test]
-fn a_wrong_sign_is_told() {
-    let warned = Folder::new("doubts").run(&format!("build {BINARY} --set x_start=0.1,0,0,0,0"));
-    warned.with(0, &["warning: x_start[1] = 0.1 m and x_start[2] = 0 m press balls 1 and 2 into each other"]);
-}
-
-#[test]
 fn without_sources_and_an_fmu_it_says_what_to_do() {
     let folder = Folder::new("bare");
     let cures = ["--from", "`pip install newtons-cradle`", "the folder of the sources"];
