@@ -77,12 +77,8 @@ impl Workspace {
 
     /// The user's compiler flags, and those that keep this machine's paths out of the binary.
     fn flags(&self) -> Result<OsString, Error> {
-        let mut flags: Vec<OsString> = Vec::new();
-        if let Some(encoded) = std::env::var_os("CARGO_ENCODED_RUSTFLAGS") {
-            flags.push(encoded);
-        } else if let Ok(text) = std::env::var("RUSTFLAGS") {
-            flags.extend(text.split_whitespace().map(OsString::from));
-        }
+        let given = std::env::var("RUSTFLAGS").unwrap_or_default();
+        let mut flags: Vec<OsString> = given.split_whitespace().map(OsString::from).collect();
         let mut remap = |from: &Path, to: &str| {
             flags.extend([OsString::from("--remap-path-prefix"), [from.as_os_str(), to.as_ref()].join("=".as_ref())]);
         };
