@@ -115,15 +115,11 @@ impl Choice {
                 Value::Array(values) => values,
                 value => vec![value],
             };
-            let start = |value: Value| match value {
-                Value::Float(number) => Ok(StartValue::Number(number)),
-                // Integers in a parameter file are reals.
-                Value::Integer(number) => Ok(StartValue::Number(number as f64)),
-                Value::String(item) => Ok(StartValue::Item(item)),
-                other => Err(Error::Usage(format!(
-                    "{origin}: {name} is of type {}; allowed: a number, the name of an item, or a list of numbers",
-                    other.type_str()
-                ))),
+            // Integers become reals.
+            let start = |value: Value| {
+                let (kind, allowed) = (value.type_str(), "a number, the name of an item, or a list of numbers");
+                let refused = |_| Error::Usage(format!("{origin}: {name} is of type {kind}; allowed: {allowed}"));
+                value.try_into::<StartValue>().map_err(refused)
             };
             let values = values.into_iter().map(start).collect::<Result<_, _>>()?;
             self.assignments.push((origin.to_owned(), name, values));
