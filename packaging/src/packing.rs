@@ -36,7 +36,7 @@ impl Build {
                 "the new FMU would replace {from}, from which it is made; give another file with --out"
             )));
         }
-        let runs_here = ready.binaries.iter().any(|(platform, _)| Platform::host().ok() == Some(*platform));
+        let runs_here = ready.binaries.iter().any(|(platform, _)| Platform::host() == Some(*platform));
         let mut entries = build::entries(&recipe, &description, ready.binaries)?;
         entries.extend(ready.licenses);
         if let Some(reason) = reference::add(&mut entries, &description) {

@@ -44,11 +44,9 @@ impl Platform {
         PLATFORMS.iter().find(|platform| platform.tuples.contains(&tuple))
     }
 
-    /// The platform this program runs on.
-    pub fn host() -> Result<&'static Self, Error> {
-        let tuple = host_tuple();
-        let unknown = || Error::Failure(format!("FMI 2.0 has no name for this platform, {tuple}"));
-        Self::of_tuple(&tuple).ok_or_else(unknown)
+    /// The platform this program runs on, if the standard has a name for it.
+    pub fn host() -> Option<&'static Self> {
+        Self::of_tuple(&host_tuple())
     }
 
     /// The platform of a target triple of Rust, such as `x86_64-pc-windows-gnu`.

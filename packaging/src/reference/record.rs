@@ -26,7 +26,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The FMU's binary for this machine, or an error. An FMU of FMI 3.0 has the same one elsewhere.
 pub fn own_binary(entries: &Entries) -> Result<&[u8], String> {
-    let platform = Platform::host().map_err(|error| error.to_string())?;
+    let unknown = || format!("FMI 2.0 has no name for this platform, {}", host_tuple());
+    let platform = Platform::host().ok_or_else(unknown)?;
     let folders = [platform.folder, &host_tuple()];
     let binary = folders.iter().find_map(|folder| entries.get(&platform.path(folder, MODEL_IDENTIFIER)));
     binary.map(Vec::as_slice).ok_or_else(|| format!("the FMU has no binary for this machine, {}", platform.folder))
