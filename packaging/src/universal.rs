@@ -2,11 +2,9 @@
 
 use std::error::Error;
 
-use object::macho::{FAT_MAGIC, FatArch32, FatHeader, MachHeader64};
-use object::pod::bytes_of;
+use object::macho::{FAT_MAGIC, FatArch32, MachHeader64};
 use object::read::FileKind;
 use object::read::macho::{FatArch, MachHeader, MachOFatFile32};
-use object::{BigEndian, U32};
 
 /// Pages of Apple's processors have 16 KiB (2^14 bytes), those of Intel's 4 KiB: each library begins with one.
 const ALIGNMENT: u32 = 14;
@@ -35,22 +33,15 @@ pub fn join(first: &[u8], second: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
     if libraries.windows(2).any(|pair| pair[0].0 == pair[1].0) {
         return Err("both are made for the same processor".into());
     }
-    let too_large = |_| "it would have more than 4 GB";
-    let number = |number: usize| u32::try_from(number).map(|number| U32::new(BigEndian, number)).map_err(too_large);
-    let header = FatHeader { magic: U32::new(BigEndian, FAT_MAGIC), nfat_arch: number(libraries.len())? };
-    let mut joined = bytes_of(&header).to_vec();
+    let number = |number: usize| u32::try_from(number).map_err(|_| "it would have more than 4 GB");
+    // The numbers of a `FatHeader` and, for each library, of a `FatArch32`.
+    let mut joined = [FAT_MAGIC, number(libraries.len())?].map(u32::to_be_bytes).concat();
     let mut body = Vec::new();
     let beginning = joined.len() + libraries.len() * size_of::<FatArch32>();
     for (processor, variant, library) in libraries {
         let offset = (beginning + body.len()).next_multiple_of(1 << ALIGNMENT);
-        let arch = FatArch32 {
-            cputype: U32::new(BigEndian, processor),
-            cpusubtype: U32::new(BigEndian, variant),
-            offset: number(offset)?,
-            size: number(library.len())?,
-            align: U32::new(BigEndian, ALIGNMENT),
-        };
-        joined.extend(bytes_of(&arch));
+        let arch = [processor, variant, number(offset)?, number(library.len())?, ALIGNMENT];
+        joined.extend(arch.map(u32::to_be_bytes).as_flattened());
         body.resize(offset - beginning, 0);
         body.extend(library);
     }
