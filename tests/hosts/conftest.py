@@ -4,7 +4,6 @@ The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `py
 """
 
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -20,7 +19,6 @@ from newtons_cradle.views import from_fmu
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 cradle = testing.cradle  # a fixture
-AXE = "4.14.1"  # version of axe-core, which the tests install below target
 
 
 def ended(*command, code: int = 0, **options) -> subprocess.CompletedProcess:
@@ -135,19 +133,8 @@ def browser(chromium):
 
 @pytest.fixture(scope="session")
 def axe() -> str:
-    """The script of axe-core, from npm; skips without it."""
-    folder = ROOT / f"target/tools/axe-core-{AXE}"
-    script = folder / "node_modules/axe-core/axe.min.js"
-    if not script.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        quietly = ["--ignore-scripts", "--no-audit", "--no-fund", "--no-save"]
-        command = [shutil.which("npm") or "npm", "install", "--prefix", folder, *quietly, f"axe-core@{AXE}"]
-        try:
-            subprocess.run(command, check=True, capture_output=True, text=True)
-        except (OSError, subprocess.CalledProcessError) as problem:
-            why = f"{problem} {getattr(problem, 'stderr', '')}"
-            pytest.skip(f"npm cannot install axe-core, and nothing checks how accessible pages are: {why}")
-    return script.read_text(encoding="utf-8")
+    """The script of axe-core, as its package for Playwright has it; neither that nor npm is needed."""
+    return pytest.importorskip("axe_playwright_python.base").AXE_SCRIPT
 
 
 @pytest.fixture(scope="session")
