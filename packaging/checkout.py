@@ -127,7 +127,7 @@ def fmu_builds(*producer) -> tuple[list, dict]:
 def old_linux() -> tuple[list, dict]:
     """Options and environment for a binary that runs on every Linux from glibc 2.17 on. This needs cargo-zigbuild,
     which `test --all` puts into .venv."""
-    programs, host = VENV / "bin", host_target()
+    programs, host = VENV / "bin", rustc("host-tuple")
     if not (programs / "cargo-zigbuild").exists() or not host.endswith("-unknown-linux-gnu"):
         say(
             "  !! the binary will need this machine's glibc or a newer one: cargo-zigbuild is not in .venv, or "
@@ -139,7 +139,7 @@ def old_linux() -> tuple[list, dict]:
     return ["--target", f"{host}.2.17"], caches | {"PATH": path}
 
 
-def host_target() -> str:
-    """The target triple that rustc compiles for."""
-    command = ["rustc", "--print", "host-tuple"]
+def rustc(what: str) -> str:
+    """What `rustc --print` says of itself: its `sysroot`, or the `host-tuple` that it compiles for."""
+    command = ["rustc", "--print", what]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

@@ -19,7 +19,7 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from checkout import FMU, PRODUCER, ROOT
+from checkout import FMU, PRODUCER, ROOT, rustc
 
 FOLDER = ROOT / "target/fmu/platforms"
 
@@ -142,8 +142,7 @@ def main() -> int:
     """Compiles for all platforms together, and packs the results with the binary for this machine."""
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
     toolchain = Path(folder).resolve() / "usr" if folder else None
-    answer = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
-    sysroot = Path(answer.stdout.strip())
+    sysroot = Path(rustc("sysroot"))
     shutil.rmtree(FOLDER, ignore_errors=True)
     with zipfile.ZipFile(FMU) as archive:
         ready = [name for name in archive.namelist() if name.startswith("binaries/")]

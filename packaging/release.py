@@ -18,7 +18,7 @@ import time
 import tomllib
 import zipfile
 
-from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
+from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, make_venv, run, rustc, say
 from make_wheel import FOLDER, PRODUCER, SCRIPTS
 from platforms import PLATFORMS
 
@@ -62,7 +62,7 @@ def programs() -> None:
     run([sys.executable, "cradle.py", "wheel", "--fmu", DIST / FMU.name])
     (wheel,) = FOLDER.glob("*.whl")
     shutil.copy2(wheel, DIST)
-    out = DIST / f"cradle-fmu-{VERSION}-{host_target()}.zip"
+    out = DIST / f"cradle-fmu-{VERSION}-{rustc('host-tuple')}.zip"
     # As in FMUs, the time is `SOURCE_DATE_EPOCH`, or 1980-01-01, the earliest that a zip file can hold.
     date = time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", 315532800)))[:6]
     with zipfile.ZipFile(out, "w") as archive:

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from checkout import FMU, VENV, host_target, old_linux
+from checkout import FMU, VENV, old_linux, rustc
 from conftest import ROOT, SCRIPTS, ended, table
 from markdown_it import MarkdownIt
 
@@ -64,7 +64,7 @@ def checkout(tmp_path_factory, producer, fmu_path, fmu13_path) -> Path:
     (folder / ".venv").symlink_to(Path(sys.prefix), target_is_directory=True)
     (folder / "target").mkdir()
     (folder / "target/zig").symlink_to(ROOT / "target/zig", target_is_directory=True)
-    for compiled in (Path("target/release"), Path("target", host_target(), "release")):
+    for compiled in (Path("target/release"), Path("target", rustc("host-tuple"), "release")):
         if (ROOT / compiled).exists():
             shutil.copytree(ROOT / compiled, folder / compiled, ignore=shutil.ignore_patterns("*cradle*"))
     for path in (fmu_path, fmu13_path):
