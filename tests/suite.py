@@ -36,6 +36,9 @@ FUZZ = ROOT / "target/fuzz"
 FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
 CLIPPY = "clippy-driver"
+# In which clippy, where it is there, compiles the workspace, and a warning is an error: by itself it would look at all
+# packages once more, which costs a minute of processor time.
+LINTING = {"RUSTC_WORKSPACE_WRAPPER": CLIPPY, "CLIPPY_ARGS": "-Dwarnings"} if shutil.which(CLIPPY) else {}
 UNREACHABLE = "their database cannot be reached"  # accepted by `--strict`: installing something does not help
 
 
@@ -167,12 +170,6 @@ def everything(results: Results) -> None:
     python_hosts(results, FMU, files=OF_PLATFORMS)
 
 
-def linting() -> dict:
-    """The environment in which clippy, where it is there, compiles the workspace, and a warning is an error: by itself
-    it would look at all packages once more, which costs a minute of processor time."""
-    return {"RUSTC_WORKSPACE_WRAPPER": CLIPPY, "CLIPPY_ARGS": "-Dwarnings"} if shutil.which(CLIPPY) else {}
-
-
 def rust_tests(results: Results, *options: str, **environment) -> None:
     """Style, and all tests that cargo knows, with what builds the FMU. Unit tests run for a second: optimised, the
     library that they are in would take half a minute longer to compile."""
@@ -184,7 +181,7 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
     }
     for what, (targets, unoptimised) in kinds.items():
         command = ["cargo", "test", "--workspace", "--no-fail-fast", *targets, *options]
-        results.step(what, command, env=linting() | environment | unoptimised)
+        results.step(what, command, env=LINTING | environment | unoptimised)
 
 
 def all_platforms(results: Results) -> None:
@@ -198,31 +195,30 @@ def all_platforms(results: Results) -> None:
 def apart(results: Results, background: ThreadPoolExecutor) -> None:
     """Python's packages and style, and packages of Debian; the page's engine; what looks at others' packages; once the
     tests are compiled, and the producer with them, the FMU; in the background, that for all platforms; benches."""
-    results.in_parallel(python=lambda part: python_style(part, ALL), **unpacking())
+    wanted = {
+        name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()
+    }  # by .ci/run
+    results.in_parallel(python=lambda part: python_style(part, ALL), **wanted)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
     compile_tests = ["cargo", "test", "--workspace", "--test=*", "--no-run"]
-    results.step("Tests compiled", compile_tests, env=linting())
+    results.step("Tests compiled", compile_tests, env=LINTING)
     commands, environment = fmu_builds(PRODUCER)
     commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
         results.platforms = background.submit(results.in_lane, "platforms", all_platforms)
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
-    results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
+    results.step("Benches, each once", ["cargo", "bench", *options], env=LINTING)
 
 
-def unpacking() -> dict:
-    """Lanes that unpack the Debian packages of which .ci/run gives the names."""
-
-    def unpack(name: str, results: Results) -> None:
-        folder, variable = f"target/{name}", f"CRADLE_{name.replace('-', '_').upper()}"
-        twice = f".ci/{name} {folder} || .ci/{name} {folder}"  # the network may fail
-        if results.step(name, ["sh", "-c", twice]):
-            os.environ[variable] = folder
-
-    return {name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()}
+def unpack(name: str, results: Results) -> None:
+    """Unpacks Debian packages by a script of .ci."""
+    folder, variable = f"target/{name}", f"CRADLE_{name.replace('-', '_').upper()}"
+    twice = f".ci/{name} {folder} || .ci/{name} {folder}"  # the network may fail
+    if results.step(name, ["sh", "-c", twice]):
+        os.environ[variable] = folder
 
 
 def deny(results: Results) -> None:
