@@ -104,11 +104,6 @@ EXPERIMENTS = {
 }
 
 
-@pytest.fixture(scope="module", params=EXPERIMENTS)
-def experiment(request) -> tuple[int, dict]:
-    return EXPERIMENTS[request.param]
-
-
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
     """Compiles the C host for a platform: its command and environment. Skips where it does not even say how it is
@@ -140,11 +135,11 @@ def host(tmp_path_factory):
     return host
 
 
-@pytest.fixture(scope="module")
-def outputs(platforms, host, experiment, tmp_path_factory):
-    """Runs the experiment in a C host: every output at every step, bit by bit, the second half twice, the second time
+@pytest.fixture(scope="module", params=EXPERIMENTS)
+def outputs(request, platforms, host, tmp_path_factory):
+    """Runs an experiment in a C host: every output at every step, bit by bit, the second half twice, the second time
     from the state in the file `given` or the own one; and the file with the own one."""
-    steps, values = experiment
+    steps, values = EXPERIMENTS[request.param]
     description = fmpy.read_model_description(str(platforms))
     variables = {v.name: v for v in description.modelVariables}
     start = [(variables[name], value) for name, value in values.items()]
