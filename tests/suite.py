@@ -267,18 +267,14 @@ def fuzz_and_hosts(results: Results) -> None:
 def rust_hosts(results: Results) -> None:
     """Hosts that tests/hosts/test_hosts.py runs if they are there: fmi-sim, and programs with the crates `fmi` and
     `fmi-rs`, a workspace of their own, because the bindings of `fmi` need libclang."""
-    if not has_libclang():
+    # Where bindgen looks for it; of .so, .dylib or .dll.
+    folders = (os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64")
+    names = ("libclang.[!a]*", "libclang-[0-9]*")
+    if not any(any(Path(folder).rglob(name)) for folder in folders for name in names):
         return results.skip("Rust hosts", "libclang is missing: on Debian, `apt install libclang-dev`")
     packages = ["--package=fmi-sim", "--package=cradle-host-fmi-rs"]
     options = ["--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", ROOT / "target/hosts"]
     return results.step("Rust hosts", ["cargo", "build", *packages, *options])
-
-
-def has_libclang() -> bool:
-    """Whether libclang's shared library is where bindgen looks for it."""
-    folders = (os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64")
-    names = ("libclang.[!a]*", "libclang-[0-9]*")  # of .so, .dylib or .dll
-    return any(any(Path(folder).rglob(name)) for folder in folders for name in names)
 
 
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached. Code that
