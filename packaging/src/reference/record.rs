@@ -2,7 +2,7 @@
 //! binary may crash or hang.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio, abort};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{env, fs, io, thread};
@@ -62,16 +62,11 @@ fn in_child(folder: &Path, name: &str) -> Result<String, String> {
     });
     let ended = started.map_err(|error| format!("cannot start this program again: {error}"))?;
     if ended.status.success() {
-        return fs::read_to_string(results(folder, name)).map_err(|error| error.to_string());
+        return fs::read_to_string(folder.join(name).with_extension("csv")).map_err(|error| error.to_string());
     }
     let problems = String::from_utf8_lossy(&ended.stderr);
     let problem = problems.lines().find_map(|line| line.strip_prefix("error: "));
     Err(problem.map_or_else(|| format!("its binary crashed ({})", ended.status), str::to_owned))
-}
-
-/// The file for the child's results.
-fn results(folder: &Path, name: &str) -> PathBuf {
-    folder.join(format!("{name}.csv"))
 }
 
 /// The child: runs the binary in `folder` for the case of this name, and writes its results there as CSV.
@@ -82,8 +77,9 @@ pub fn run(folder: &Path, name: &str) -> Result<(), Error> {
         let _ = io::stderr().write_all(b"error: its run takes more than a minute\n");
         abort();
     });
-    let written = csv(folder, name)
-        .and_then(|csv| fs::write(results(folder, name), csv).map_err(|error| format!("cannot write: {error}").into()));
+    let written = csv(folder, name).and_then(|csv| {
+        fs::write(folder.join(name).with_extension("csv"), csv).map_err(|error| format!("cannot write: {error}").into())
+    });
     written.map_err(|problem| Error::Failure(format!("{name}: {problem}")))
 }
 
