@@ -31,6 +31,7 @@ LESS = {
     "/couple.py\n": "/couple.py --steps 2\n",
     "/study.py\n": "/study.py --orders 1 3 --dead-bands 0 1.6 --dampings 0 0.2 --lifted 1 2\n",
 }
+RAN: set[str] = set()  # the code that has been run: it is not run again where another document has it, too
 NOT_RUN = re.compile(r"<!-- not run here: (.+?) -->", re.DOTALL)
 
 
@@ -45,12 +46,6 @@ def blocks(document: str) -> list:
         if code or token.content:  # the end of a paragraph has none
             marked = NOT_RUN.search(token.content) is not None
     return found
-
-
-@pytest.fixture(scope="module")
-def ran() -> set[str]:
-    """The code that has been run: it is not run again where another document has it, too."""
-    return set()
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +73,7 @@ def checkout(tmp_path_factory, producer, fmu_path, fmu13_path) -> Path:
     Path(sys.prefix).resolve() != VENV.resolve(), reason="they need the .venv that cradle.py makes"
 )
 @pytest.mark.parametrize("document", [document for document in DOCUMENTS if blocks(document)])
-def test_everything_in_a_document_runs(checkout, ran, producer, fmu_path, document):
+def test_everything_in_a_document_runs(checkout, producer, fmu_path, document):
     path = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{producer.parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path}
     for cache in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR"):
@@ -89,9 +84,9 @@ def test_everything_in_a_document_runs(checkout, ran, producer, fmu_path, docume
     commands = {"": ["bash", "-ec"], "python": [sys.executable, "-c"], "toml": build}
     for block in blocks(document):
         code, command = block.content, commands[block.info]
-        if code in ran:
+        if code in RAN:
             continue
-        ran.add(code)
+        RAN.add(code)
         print(f"{document}:{block.map[0] + 1}\n{code}")  # shown if it fails
         if block.info == "toml":
             file.write_text(code, encoding="utf-8")
@@ -102,7 +97,7 @@ def test_everything_in_a_document_runs(checkout, ran, producer, fmu_path, docume
         ended(*command, cwd=checkout, env=environment)
         if block.content == PAPER and fmu_path == FMU:
             assert (checkout / FMU.relative_to(ROOT)).read_bytes() == FMU.read_bytes(), "not the same bytes"
-    assert PAPER in ran or document != DOCUMENTS[0]
+    assert PAPER in RAN or document != DOCUMENTS[0]
 
 
 def test_every_link_leads_somewhere():
