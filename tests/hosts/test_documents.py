@@ -109,10 +109,8 @@ def test_every_link_leads_somewhere():
 
 
 def test_the_readme_shows_the_times_that_were_measured():
-    shown, measured = (
-        table("README.md", "## How fast"),
-        table("docs/performance.md", "## Ten minutes of Figure 6"),
-    )
+    shown = table("README.md", "## How fast")
+    measured = table("docs/performance.md", "## Ten minutes of Figure 6")
     for name, solver in (
         ("this FMU", "eventDriven"),
         ("SUNDIALS CVODE, Adams, rtol 1e-12", "CVODE Adams, rtol 1e-12"),
