@@ -19,7 +19,6 @@ from pathlib import Path
 import fmpy
 import pytest
 from conftest import ROOT, ended
-from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.all
 
@@ -46,7 +45,6 @@ def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     assert "0 problem(s), 0 remark(s)" in ended(producer, "check", PATH).stdout
     info = ended(producer, "info", PATH).stdout
     assert re.search(r"(?m)^linux64 .*, for glibc 2\.\d+ or newer, linked with .*libc\.so", info)
-    assert validate_fmu(str(PATH)) == []
     with zipfile.ZipFile(PATH) as archive:
         sizes = {entry.filename: entry.compress_size for entry in archive.infolist()}
 
