@@ -16,6 +16,7 @@ from pathlib import Path
 from checkout import (
     ALL,
     FMU,
+    FMU13,
     LANE,
     PRODUCER,
     PYTHON,
@@ -30,7 +31,6 @@ from checkout import (
     stage,
 )
 
-FMU3 = FMU.with_suffix(".fmi3.fmu")
 FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
@@ -152,7 +152,7 @@ def what_a_change_needs(results: Results) -> None:
 def everything(results: Results) -> None:
     """All tests of all kinds. The binaries for other platforms are compiled in the background, mostly by cores that are
     idle, from when there is an FMU."""
-    for path in (FMU, FMU3):
+    for path in (FMU, FMU13):
         path.unlink(missing_ok=True)
     with ThreadPoolExecutor(1) as background:
         # The Python packages are there long before the FMU is linked by one of them.
@@ -161,7 +161,7 @@ def everything(results: Results) -> None:
             fuzz=fuzz_and_hosts,
             others=lambda lane: apart(lane, background),
         )
-        if not FMU3.exists():
+        if not FMU13.exists():
             return results.fail("hosts: without the FMU they cannot run")
         results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         # With it, all Python hosts but those of other platforms.
@@ -205,7 +205,6 @@ def apart(results: Results, background: ThreadPoolExecutor) -> None:
     compile_tests = ["cargo", "test", "--workspace", "--test=*", "--no-run"]
     results.step("Tests compiled", compile_tests, env=LINTING)
     commands, environment = fmu_builds(PRODUCER)
-    commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
         results.platforms = background.submit(results.in_lane, "platforms", all_platforms)
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
