@@ -95,5 +95,6 @@ fn without_sources_and_an_fmu_it_says_what_to_do() {
     let folder = Folder::new("bare");
     let cures = ["--from", "`pip install newtons-cradle`", "the folder of the sources"];
     folder.run("build --balls 13").with(1, &["there is no binary to pack", cures[0], cures[1], cures[2]]);
+    folder.run("build --target x86_64-unknown-linux-gnu").with(1, &["to compile, run this in ", cures[2]]);
     assert!(folder.list().is_empty());
 }
