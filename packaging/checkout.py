@@ -14,6 +14,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+# As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next
+# tests anew.
+PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
 ENGINE = LIVE.with_name("engine.html")  # for browsers, as a part of a page
@@ -91,30 +94,25 @@ def make_venv(requirements: Path) -> None:
     """Makes .venv with the packages of one of REQUIREMENTS, or adds them; does nothing if it has them. A new one has at
     least what the old one had."""
     # Its path counts as well: a virtual environment does not survive being moved.
-    digest, wanted = hashlib.sha256(str(VENV.resolve()).encode() + LINKERS.read_bytes()), []
-    for file in REQUIREMENTS:
-        digest.update(file.read_bytes())
-        wanted.append(digest.hexdigest())
-    stamp, index = VENV / "requirements.sha256", REQUIREMENTS.index(requirements)
-    known = stamp.read_text() if PYTHON.exists() and stamp.exists() else ""
-    present, _, name = known.partition(" ")
-    if present in wanted[index:]:
+    files = b"".join(file.read_bytes() for file in (*REQUIREMENTS, LINKERS))
+    digest = hashlib.sha256(str(VENV.resolve()).encode() + files).hexdigest()
+    stamp = VENV / "requirements.sha256"
+    present, name = stamp.read_text().split() if PYTHON.exists() and stamp.exists() else ("", SOME.name)
+    wanted = max(requirements, ROOT / name, key=REQUIREMENTS.index)
+    if (present, name) == (digest, wanted.name):
         say("  .venv is up to date")
         return
-    if present not in wanted:
-        # It gets again what it had.
-        index = max([index, *(k for k, file in enumerate(REQUIREMENTS) if file.name == name)])
-        requirements = REQUIREMENTS[index]
+    if present != digest:
         shutil.rmtree(VENV, ignore_errors=True)
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
     quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
     # The files list all that is needed. Modules are compiled when they are first imported; most never are.
-    for file in (requirements, LINKERS) if requirements == ALL else (requirements,):
+    for file in (wanted, LINKERS) if wanted == ALL else (wanted,):
         run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", file])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
     (packages / "newtons_cradle.pth").write_text(f"{ROOT / 'python'}\n")
-    stamp.write_text(f"{wanted[index]} {requirements.name}")
+    stamp.write_text(f"{digest} {wanted.name}")
 
 
 def fmu_builds(*producer) -> tuple[list, dict]:
@@ -129,7 +127,7 @@ def fmu_builds(*producer) -> tuple[list, dict]:
 def old_linux() -> tuple[list, dict]:
     """Options and environment for a binary that runs on every Linux from glibc 2.17 on. This needs cargo-zigbuild,
     which `test --all` puts into .venv."""
-    programs, host = VENV / "bin", host_target()
+    programs, host = VENV / "bin", rustc("host-tuple")
     if not (programs / "cargo-zigbuild").exists() or not host.endswith("-unknown-linux-gnu"):
         say(
             "  !! the binary will need this machine's glibc or a newer one: cargo-zigbuild is not in .venv, or "
@@ -141,7 +139,7 @@ def old_linux() -> tuple[list, dict]:
     return ["--target", f"{host}.2.17"], caches | {"PATH": path}
 
 
-def host_target() -> str:
-    """The target triple that rustc compiles for."""
-    command = ["rustc", "--print", "host-tuple"]
+def rustc(what: str) -> str:
+    """What `rustc --print` says of itself: its `sysroot`, or the `host-tuple` that it compiles for."""
+    command = ["rustc", "--print", what]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

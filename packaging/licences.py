@@ -14,7 +14,8 @@ from pathlib import Path
 
 from checkout import ROOT
 
-STD = ROOT / "packaging/std"
+# What lists the standard library, and the packages within it.
+STD, OF_STD = ROOT / "packaging/std", ("--depth", "1")
 SOURCES = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")) / "registry/src"
 # What each file of packaging/assets is for, and what it says first.
 FILES = {
@@ -38,15 +39,10 @@ def packages(folder: Path, *options: str) -> dict[tuple[str, str], dict]:
     return {one.group(1, 2): one.groupdict() for one in found}
 
 
-def of_std() -> dict[tuple[str, str], dict]:
-    """The standard library, and the packages within it."""
-    return packages(STD, "--depth", "1")
-
-
 def linked_into(package: str) -> dict[tuple[str, str], dict]:
     """What one of our packages is made of on any target, itself included: no build scripts, no procedural macros."""
     options = ["--package", package, "--edges", "normal,no-proc-macro", "--target", "all"]
-    return dict(sorted((packages(ROOT, *options) | of_std()).items()))
+    return dict(sorted((packages(ROOT, *options) | packages(STD, *OF_STD)).items()))
 
 
 def texts(package: str, first: str) -> str:

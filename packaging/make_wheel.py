@@ -4,19 +4,20 @@ import shutil
 import sys
 from pathlib import Path
 
-from checkout import ENGINE, FMU, PYTHON, ROOT, SOME, Stop, host_target, make_venv, old_linux, run, say, stage
+from checkout import ENGINE, FMU, PRODUCER, PYTHON, ROOT, SOME, Stop, make_venv, old_linux, run, say, stage
 
-PROGRAM = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
 FOLDER = ROOT / "target/wheel"
+# Their files go onto the path, and into the package.
+SCRIPTS, PACKAGE = FOLDER / "scripts", FOLDER / "package"
 
 
 def make_wheel(fmu: Path | None) -> int:
     """Makes a wheel for pip: FMU, cradle-fmu and the Python package, in target/wheel."""
     if fmu is not None and not fmu.is_file():
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
-    contents = None if fmu is None else fmu.read_bytes()
     shutil.rmtree(FOLDER, ignore_errors=True)
-    FOLDER.mkdir(parents=True)
+    for folder in (SCRIPTS, PACKAGE):
+        folder.mkdir(parents=True)
     with stage("1/3 Python packages"):
         make_venv(SOME)
     with stage("2/3 program and FMU (the first time, compiling takes minutes)"):
@@ -31,20 +32,19 @@ def make_wheel(fmu: Path | None) -> int:
         run([*build, *less, *target], env=environment)
         # Cargo's folder has the target without the version of glibc.
         triple = target[1].split(".")[0] if target else ""
-        shutil.copy2(ROOT / "target" / triple / "release" / PROGRAM, FOLDER)
-        if contents is None:
-            command = [FOLDER / PROGRAM, "build", "--release", *target, "--out", FOLDER / FMU.name]
-            run(command, env=environment)
+        shutil.copy2(ROOT / "target" / triple / "release" / PRODUCER.name, SCRIPTS)
+        if fmu is None:
+            out = ["--out", PACKAGE / FMU.name]
+            run([SCRIPTS / PRODUCER.name, "build", "--release", *target, *out], env=environment)
         else:
-            (FOLDER / FMU.name).write_bytes(contents)
+            shutil.copyfile(fmu, PACKAGE / FMU.name)
     with stage("3/3 wheel"):
         if not ENGINE.exists():
             run([sys.executable, "web/build.py", "--or-skip"])
         if ENGINE.exists():
-            shutil.copyfile(ENGINE, FOLDER / ENGINE.name)
+            shutil.copyfile(ENGINE, PACKAGE / ENGINE.name)
         # zig has linked for glibc 2.17, whichever version this machine has.
-        processor = host_target().split("-")[0]
-        platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{processor}"} if target else {}
+        platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{triple.split('-')[0]}"} if target else {}
         pack = [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."]
         run(pack, env=environment | platform)
         (wheel,) = FOLDER.glob("*.whl")

@@ -2,12 +2,12 @@
 """Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that this machine
 can compile for.
 
-    python3 packaging/platforms.py PRODUCER FMU [--to-test]
+    python3 packaging/platforms.py [--to-test]
 
-PRODUCER is the program cradle-fmu. FMU is an FMU for this machine, whose binary is reused. For the other platforms it
-takes the Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has.
-Lines that begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for
-Linux on ARM, is optimised, at level 1: the others are compiled in a third of the time.
+It reuses the binary of target/fmu/NewtonsCradle.fmu, which is for this machine. For the other platforms it takes the
+Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. Lines that
+begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for Linux on ARM,
+is optimised, at level 1: the others are compiled in a third of the time.
 """
 
 import os
@@ -15,11 +15,11 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
-from checkout import ROOT
+from checkout import FMU, PRODUCER, ROOT, rustc
 
 FOLDER = ROOT / "target/fmu/platforms"
 
@@ -85,17 +85,6 @@ def with_sources(usr: Path) -> dict:
     }
 
 
-def too_old(environment: dict) -> str | None:
-    """The error for a Rust that is older than the sources need, as apt's may be."""
-    command = [environment["RUSTC"], "--version"]
-    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True)
-    version = re.match(r"rustc (\d+)\.(\d+)", answer.stdout)
-    needed = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["rust-version"]
-    if version and tuple(map(int, version.groups())) >= tuple(map(int, needed.split("."))):
-        return None
-    return f"Rust {needed} is needed; this is {answer.stdout.strip() or 'none that runs'}"
-
-
 def script(path: Path, text: str) -> Path:
     """Writes a program, and says where."""
     path.write_text(text)
@@ -131,43 +120,34 @@ def linker(target: str) -> tuple[str, str]:
     return f"{processor}-w64-mingw32-gcc", f"on Debian, apt install {package}"
 
 
-def possible(toolchain: Path | None, sysroot: Path) -> list[tuple[str, ...]]:
+def possible(toolchain: Path | None, sysroot: Path) -> Iterator[tuple[str, ...]]:
     """The targets of each platform that can be compiled for."""
-    older = toolchain and too_old(with_sources(toolchain))
-    found = []
     for folder, targets in PLATFORMS.items():
         triples = [target.split(".")[0] for target in targets]
         missing = [triple for triple in triples if not (sysroot / "lib/rustlib" / triple).exists()]
         program, advice = linker(targets[0])
         if shutil.which(program) is None:
-            reason = f"{program} is missing: {advice}"
-        elif older:
-            reason = (
-                f"{older}; run `apt-get update`, delete {toolchain}, and .ci/debian-rust unpacks a newer one"
-            )
-        elif missing and not toolchain:
-            reason = f"there is no Rust for it: rustup target add {' '.join(missing)}, or .ci/debian-rust"
+            print(f"SKIPPED {folder}: {program} is missing: {advice}", flush=True)
+        elif toolchain:
+            # The standard library is compiled for Windows 7, so it needs nothing that an old wine lacks.
+            yield tuple(target.replace("-pc-", "-win7-") for target in targets)
+        elif missing:
+            advice = f"rustup target add {' '.join(missing)}, or .ci/debian-rust"
+            print(f"SKIPPED {folder}: there is no Rust for it: {advice}", flush=True)
         else:
-            if toolchain:
-                # The standard library is compiled for Windows 7, so it needs nothing that an old wine lacks.
-                targets = tuple(target.replace("-pc-", "-win7-") for target in targets)
-            found.append(targets)
-            continue
-        print(f"SKIPPED {folder}: {reason}", flush=True)
-    return found
+            yield targets
 
 
 def main() -> int:
     """Compiles for all platforms together, and packs the results with the binary for this machine."""
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
     toolchain = Path(folder).resolve() / "usr" if folder else None
-    answer = subprocess.run(["rustc", "--print", "sysroot"], capture_output=True, text=True, check=True)
-    sysroot = Path(answer.stdout.strip())
+    sysroot = Path(rustc("sysroot"))
     shutil.rmtree(FOLDER, ignore_errors=True)
-    with zipfile.ZipFile(sys.argv[2]) as archive:
+    with zipfile.ZipFile(FMU) as archive:
         ready = [name for name in archive.namelist() if name.startswith("binaries/")]
         archive.extractall(FOLDER, ready)
-    command = [Path(sys.argv[1]).resolve(), "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
+    command = [PRODUCER, "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
     command += [f"--binary={name.split('/')[1]}={FOLDER / name}" for name in ready]
     # What is compiled: what runs while compiling serves all targets.
     build = ROOT / ("target/platforms-to-test" if "--to-test" in sys.argv else "target/platforms")

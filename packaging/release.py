@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Makes the files of a release in target/dist. .github/workflows/release.yml calls it, and you can, too.
+"""Makes the files of a release in target/dist.
 
-    python3 packaging/release.py fmus [FMU]     the FMU for all platforms, one for each preset, and the page
-    python3 packaging/release.py programs FMU   for this machine: wheel with this FMU, page, cradle-fmu with licences
-    python3 packaging/release.py finish         when all files are in target/dist: bill of materials, SHA256SUMS
+    python3 packaging/release.py fmus       the FMU for all platforms, one for each preset, and the page
+    python3 packaging/release.py programs   for this machine, with what `fmus` has left there: wheel, cradle-fmu
+    python3 packaging/release.py finish     when all files are in target/dist: bill of materials, SHA256SUMS
 
-FMU is the one for all platforms that packaging/platforms.py makes. `fmus` compiles it if it is not given.
+.github/workflows/release.yml calls it, and you can, too.
 """
 
 import argparse
@@ -17,32 +17,28 @@ import sys
 import time
 import tomllib
 import zipfile
-from pathlib import Path
 
-from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
-from make_wheel import PROGRAM
+from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, make_venv, run, rustc, say
+from make_wheel import FOLDER, PRODUCER, SCRIPTS
 from platforms import PLATFORMS
 
 DIST = ROOT / "target/dist"
-PRODUCER = ROOT / "target/debug" / PROGRAM
 VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
 # What goes with the program.
 TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.txt", "CHANGELOG.md")
 
 
-def fmus(options) -> None:
+def fmus() -> None:
     """An FMU of the default cradle and one for each preset, all checked; the page without a recording."""
     make_venv(ALL)
     run([sys.executable, "web/build.py", "--out", DIST / LIVE.name])
     run(["cargo", "build", "--package", "cradle-packaging"])
-    given = options.fmu
-    if given is None:
-        commands, environment = fmu_builds(PRODUCER)
-        run(commands[0], env=environment)
-        run([sys.executable, "packaging/platforms.py", PRODUCER, FMU], env=environment)
-        given = ROOT / "target/fmu/platforms" / FMU.name
-        # The binaries that `cradle.py test --all` runs are hardly optimised.
-        run([PYTHON, "-m", "pytest", "tests/hosts/test_platforms.py", "--fmu", FMU])
+    commands, environment = fmu_builds(PRODUCER)
+    run(commands[0], env=environment)
+    run([sys.executable, "packaging/platforms.py"], env=environment)
+    given = ROOT / "target/fmu/platforms" / FMU.name
+    # The binaries that `cradle.py test --all` runs are hardly optimised.
+    run([PYTHON, "-m", "pytest", "tests/hosts/test_platforms.py", "--fmu", FMU])
     with zipfile.ZipFile(given) as archive:
         found = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
     if missing := {"linux64", *PLATFORMS} - found:
@@ -54,30 +50,30 @@ def fmus(options) -> None:
         run([PRODUCER, "check", out])
 
 
-def programs(options) -> None:
+def programs() -> None:
     """The wheel, and its program in a separate archive."""
     make_venv(ALL)
-    page = options.fmu.with_name(LIVE.name)
+    page = DIST / LIVE.name
     if not page.is_file():
-        raise Stop(f"{page} is missing: `release.py fmus` makes it beside the FMU.")
+        raise Stop(f"{page} is missing: `release.py fmus` makes it and the FMU.")
     ENGINE.parent.mkdir(parents=True, exist_ok=True)
     parts = re.findall(r'<script type="text/plain".*?</script>', page.read_text(encoding="utf-8"), re.DOTALL)
     ENGINE.write_text("\n".join(parts), encoding="utf-8")
-    run([sys.executable, "cradle.py", "wheel", "--fmu", options.fmu.resolve()])
-    (wheel,) = (ROOT / "target/wheel").glob("*.whl")
+    run([sys.executable, "cradle.py", "wheel", "--fmu", DIST / FMU.name])
+    (wheel,) = FOLDER.glob("*.whl")
     shutil.copy2(wheel, DIST)
-    out = DIST / f"cradle-fmu-{VERSION}-{host_target()}.zip"
+    out = DIST / f"cradle-fmu-{VERSION}-{rustc('host-tuple')}.zip"
     # As in FMUs, the time is `SOURCE_DATE_EPOCH`, or 1980-01-01, the earliest that a zip file can hold.
     date = time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", 315532800)))[:6]
     with zipfile.ZipFile(out, "w") as archive:
-        for path in (ROOT / "target/wheel" / PROGRAM, *(ROOT / name for name in TEXTS)):
+        for path in (SCRIPTS / PRODUCER.name, *(ROOT / name for name in TEXTS)):
             entry = zipfile.ZipInfo(f"{out.stem}/{path.name}", date)
-            entry.external_attr = (0o755 if path.name == PROGRAM else 0o644) << 16
+            entry.external_attr = (0o755 if path.name == PRODUCER.name else 0o644) << 16
             archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     say(f"  {out.relative_to(ROOT)} ({out.stat().st_size / 1e6:.1f} MB)")
 
 
-def finish(_options) -> None:
+def finish() -> None:
     """The bill of materials, and the checksums of all files."""
     tag = os.environ.get("GITHUB_REF_NAME", "")
     if re.match(r"v\d", tag) and tag != f"v{VERSION}":
@@ -93,20 +89,14 @@ def finish(_options) -> None:
 
 def main() -> int:
     """Parses the command line and makes the files."""
-    description, _, commands = __doc__.partition("\n\n")
-    parser = argparse.ArgumentParser(
-        description=description, epilog=commands, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    steps = parser.add_subparsers(required=True, metavar="{fmus,programs,finish}")
-    for step in (fmus, programs, finish):
-        command = steps.add_parser(step.__name__, help=step.__doc__)
-        command.set_defaults(function=step)
-        if step is not finish:
-            command.add_argument("fmu", type=Path, nargs="?" if step is fmus else None)
-    options = parser.parse_args()
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    steps = {step.__name__: step for step in (fmus, programs, finish)}
+    parser.add_argument("step", choices=steps)
+    step = steps[parser.parse_args().step]
     DIST.mkdir(parents=True, exist_ok=True)
     try:
-        options.function(options)
+        step()
     except Stop as problem:
         say(f"\nThe release stopped: {problem}")
         return 2

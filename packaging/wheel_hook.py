@@ -1,5 +1,4 @@
-"""What hatchling cannot know about the wheel: its platform, the program `cradle-fmu` that it puts on the path, and the
-links of its page in a registry."""
+"""What hatchling cannot know about the wheel: its platform, and the links of its page in a registry."""
 
 import os
 import platform
@@ -11,24 +10,15 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from hatchling.metadata.plugin.interface import MetadataHookInterface
 
-PROGRAM = "cradle-fmu.exe" if os.name == "nt" else "cradle-fmu"
-
 
 class CustomBuildHook(BuildHookInterface):
-    """Takes the files that `cradle.py wheel` has put into target/wheel."""
+    """The wheel has what `cradle.py wheel` has put into target/wheel, and is for this machine."""
 
     def initialize(self, _version: str, build_data: dict[str, Any]) -> None:
         """Called before the files are gathered. Raises FileNotFoundError."""
         built = Path(self.root, "target/wheel")
-        for name in (PROGRAM, "NewtonsCradle.fmu"):
-            if not (built / name).exists():
-                raise FileNotFoundError(
-                    f"{built / name} is missing: `python3 cradle.py wheel` makes it and the wheel"
-                )
-        build_data["shared_scripts"] = {str(built / PROGRAM): PROGRAM}
-        # Made by web/build.py, whose tools not everybody has.
-        if (built / "engine.html").exists():
-            build_data["force_include"][str(built / "engine.html")] = "newtons_cradle/engine.html"
+        if not built.exists():
+            raise FileNotFoundError(f"{built} is missing: `python3 cradle.py wheel` makes it and the wheel")
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{os.environ.get('CRADLE_WHEEL_PLATFORM') or this_platform()}"
 

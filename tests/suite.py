@@ -16,29 +16,29 @@ from pathlib import Path
 from checkout import (
     ALL,
     FMU,
+    FMU13,
     LANE,
+    PRODUCER,
     PYTHON,
     ROOT,
     TESTS,
     fmu_builds,
-    host_target,
     make_venv,
     old_linux,
     run,
+    rustc,
     say,
     stage,
 )
-from make_wheel import PROGRAM
 
-# As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next
-# tests anew.
-PRODUCER = ROOT / "target/debug" / PROGRAM
-FMU3 = FMU.with_suffix(".fmi3.fmu")
 FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
 CLIPPY = "clippy-driver"
+# In which clippy, where it is there, compiles the workspace, and a warning is an error: by itself it would look at all
+# packages once more, which costs a minute of processor time.
+LINTING = {"RUSTC_WORKSPACE_WRAPPER": CLIPPY, "CLIPPY_ARGS": "-Dwarnings"} if shutil.which(CLIPPY) else {}
 UNREACHABLE = "their database cannot be reached"  # accepted by `--strict`: installing something does not help
 
 
@@ -139,11 +139,10 @@ def what_a_change_needs(results: Results) -> None:
         rust=lambda part: rust_tests(part, PROPTEST_CASES="15"),  # cases of each property
     )
     system, library = {
-        "win32": ("win", "newtons_cradle.dll"),
-        "darwin": ("darwin", "libnewtons_cradle.dylib"),
-    }.get(sys.platform, ("linux", "libnewtons_cradle.so"))
-    folder = f"{system}{64 if sys.maxsize > 2**32 else 32}"
-    binary = f"--binary={folder}={PRODUCER.parent / 'deps' / library}"
+        "win32": ("win64", "newtons_cradle.dll"),
+        "darwin": ("darwin64", "libnewtons_cradle.dylib"),
+    }.get(sys.platform, ("linux64", "libnewtons_cradle.so"))
+    binary = f"--binary={system}={PRODUCER.parent / 'deps' / library}"
     fmu = FMU.parent / "tested" / FMU.name
     fmu.parent.mkdir(parents=True, exist_ok=True)
     if results.step("FMU", [PRODUCER, "build", binary, "--out", fmu]):
@@ -153,7 +152,7 @@ def what_a_change_needs(results: Results) -> None:
 def everything(results: Results) -> None:
     """All tests of all kinds. The binaries for other platforms are compiled in the background, mostly by cores that are
     idle, from when there is an FMU."""
-    for path in (FMU, FMU3):
+    for path in (FMU, FMU13):
         path.unlink(missing_ok=True)
     with ThreadPoolExecutor(1) as background:
         # The Python packages are there long before the FMU is linked by one of them.
@@ -162,19 +161,13 @@ def everything(results: Results) -> None:
             fuzz=fuzz_and_hosts,
             others=lambda lane: apart(lane, background),
         )
-        if not FMU3.exists():
+        if not FMU13.exists():
             return results.fail("hosts: without the FMU they cannot run")
         results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         # With it, all Python hosts but those of other platforms.
         python_hosts(results, FMU, "--ignore", OF_PLATFORMS)
     results.platforms.result()  # raises what has ended it
     python_hosts(results, FMU, files=OF_PLATFORMS)
-
-
-def linting() -> dict:
-    """The environment in which clippy, where it is there, compiles the workspace, and a warning is an error: by itself
-    it would look at all packages once more, which costs a minute of processor time."""
-    return {"RUSTC_WORKSPACE_WRAPPER": CLIPPY, "CLIPPY_ARGS": "-Dwarnings"} if shutil.which(CLIPPY) else {}
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
@@ -188,45 +181,43 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
     }
     for what, (targets, unoptimised) in kinds.items():
         command = ["cargo", "test", "--workspace", "--no-fail-fast", *targets, *options]
-        results.step(what, command, env=linting() | environment | unoptimised)
+        results.step(what, command, env=LINTING | environment | unoptimised)
 
 
 def all_platforms(results: Results) -> None:
     """The FMU for all platforms."""
     _, environment = old_linux()
     idle = ["nice", "-n", "10"] if shutil.which("nice") else []
-    command = [*idle, sys.executable, "packaging/platforms.py", PRODUCER, FMU, "--to-test"]
+    command = [*idle, sys.executable, "packaging/platforms.py", "--to-test"]
     results.step("FMU for all platforms", command, env=environment)
 
 
 def apart(results: Results, background: ThreadPoolExecutor) -> None:
     """Python's packages and style, and packages of Debian; the page's engine; what looks at others' packages; once the
     tests are compiled, and the producer with them, the FMU; in the background, that for all platforms; benches."""
-    results.in_parallel(python=lambda part: python_style(part, ALL), **unpacking())
+    wanted = {
+        name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()
+    }  # by .ci/run
+    results.in_parallel(python=lambda part: python_style(part, ALL), **wanted)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
     compile_tests = ["cargo", "test", "--workspace", "--test=*", "--no-run"]
-    results.step("Tests compiled", compile_tests, env=linting())
+    results.step("Tests compiled", compile_tests, env=LINTING)
     commands, environment = fmu_builds(PRODUCER)
-    commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
     if all(results.step("FMU", command, env=environment) for command in commands):
         results.platforms = background.submit(results.in_lane, "platforms", all_platforms)
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
-    results.step("Benches, each once", ["cargo", "bench", *options], env=linting())
+    results.step("Benches, each once", ["cargo", "bench", *options], env=LINTING)
 
 
-def unpacking() -> dict:
-    """Lanes that unpack the Debian packages of which .ci/run gives the names."""
-
-    def unpack(name: str, results: Results) -> None:
-        folder, variable = f"target/{name}", f"CRADLE_{name.replace('-', '_').upper()}"
-        twice = f".ci/{name} {folder} || .ci/{name} {folder}"  # the network may fail
-        if results.step(name, ["sh", "-c", twice]):
-            os.environ[variable] = folder
-
-    return {name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()}
+def unpack(name: str, results: Results) -> None:
+    """Unpacks Debian packages by a script of .ci."""
+    folder, variable = f"target/{name}", f"CRADLE_{name.replace('-', '_').upper()}"
+    twice = f".ci/{name} {folder} || .ci/{name} {folder}"  # the network may fail
+    if results.step(name, ["sh", "-c", twice]):
+        os.environ[variable] = folder
 
 
 def deny(results: Results) -> None:
@@ -275,22 +266,14 @@ def fuzz_and_hosts(results: Results) -> None:
 def rust_hosts(results: Results) -> None:
     """Hosts that tests/hosts/test_hosts.py runs if they are there: fmi-sim, and programs with the crates `fmi` and
     `fmi-rs`, a workspace of their own, because the bindings of `fmi` need libclang."""
-    if not has_libclang():
+    # Where bindgen looks for it; of .so, .dylib or .dll.
+    folders = (os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64")
+    names = ("libclang.[!a]*", "libclang-[0-9]*")
+    if not any(any(Path(folder).rglob(name)) for folder in folders for name in names):
         return results.skip("Rust hosts", "libclang is missing: on Debian, `apt install libclang-dev`")
     packages = ["--package=fmi-sim", "--package=cradle-host-fmi-rs"]
     options = ["--manifest-path", "tests/hosts/fmi-rs/Cargo.toml", "--target-dir", ROOT / "target/hosts"]
     return results.step("Rust hosts", ["cargo", "build", *packages, *options])
-
-
-def has_libclang() -> bool:
-    """Whether libclang's shared library is where bindgen looks for it."""
-    folders = [os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64"]
-    folders += [*Path("/usr/lib").glob("*-linux-gnu"), *Path("/usr/lib").glob("llvm*/lib")]
-    if shutil.which("llvm-config"):
-        answer = subprocess.run(["llvm-config", "--libdir"], capture_output=True, text=True)
-        folders.append(answer.stdout.strip() or "/usr/lib")
-    names = ("libclang.so*", "libclang-[0-9]*.so*", "libclang.dylib", "libclang.dll")
-    return any(any(Path(folder).glob(name)) for folder in folders for name in names)
 
 
 # As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached. Code that
@@ -310,25 +293,19 @@ def fuzz(results: Results) -> None:
         return results.skip("Fuzzing", "it is tried on Linux only")
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):
         return results.skip("Fuzzing", "a C++ compiler is missing: on Debian, `apt install g++`")
-    target = host_target()  # a sanitizer needs one that is named
+    if not any(Path(rustc("sysroot")).glob("lib/rustlib/*/lib/librustc*_rt.asan.*")):
+        return results.skip("Fuzzing", "this Rust comes without AddressSanitizer; that of rustup has it")
+    target = rustc("host-tuple")  # a sanitizer needs one that is named
+    # Stable compilers know the sanitizer and its coverage, but only take their flags when told so. Rust gives a constant
+    # that several crates use a symbol in each.
+    environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} -Zsanitizer=address"}
+    environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
     # Builds the fuzz targets as well. For them alone, packages with fewer features would be compiled, and then anew.
     options = f"--test ffi --test fmi3 --manifest-path fuzz/Cargo.toml --release --target {target}"
     build = ["cargo", "test", *options.split(), "--target-dir", FUZZ]
-    for sanitizer in ("-Zsanitizer=address", ""):
-        # Stable compilers know the sanitizer and its coverage, but only take their flags when told so.
-        environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} {sanitizer}"}
-        # Rust gives a constant that several crates use a symbol in each.
-        environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
-        with stage(f"Fuzz targets {sanitizer or 'without sanitizer'}"):
-            built = run([*build, "--no-run"], check=False, lines=[], env=environment) == 0
-        if built:
-            break
-        results.skip("AddressSanitizer", "the fuzz targets could not be built with it; the reason is above")
-    else:
-        return results.fail("Fuzzing: the targets could not be built")
-    if sanitizer:
-        command = [*build, "--", "--include-ignored"]
-        results.step("C interface with AddressSanitizer", command, env=environment)
+    if not results.step("Fuzz targets", [*build, "--no-run"], env=environment):
+        return None
+    results.step("C interface with AddressSanitizer", [*build, "--", "--include-ignored"], env=environment)
     for name, runs in FUZZ_RUNS.items():
         corpus = FUZZ / "tests" / name
         shutil.rmtree(corpus, ignore_errors=True)  # so that each run begins with the seeds

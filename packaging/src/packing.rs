@@ -36,7 +36,7 @@ impl Build {
                 "the new FMU would replace {from}, from which it is made; give another file with --out"
             )));
         }
-        let runs_here = ready.binaries.iter().any(|(platform, _)| Platform::host().ok() == Some(*platform));
+        let runs_here = ready.binaries.iter().any(|(platform, _)| Platform::host() == Some(*platform));
         let mut entries = build::entries(&recipe, &description, ready.binaries)?;
         entries.extend(ready.licenses);
         if let Some(reason) = reference::add(&mut entries, &description) {
@@ -92,14 +92,14 @@ impl Build {
             let platform = Platform::named(folder).map_err(|reason| refused(&reason))?;
             add(&mut ready, platform, Path::new(file), &format!("--binary {folder}"))?;
         }
-        let here = self.target.is_empty();
-        if here && ready.binaries.is_empty() && !build::in_checkout() {
+        let (here, workspace) = (self.target.is_empty(), Workspace::find());
+        if here && ready.binaries.is_empty() && workspace.is_none() {
             ready = Ready::of(&environment::fmu().ok_or_else(|| Error::Failure(NO_BINARY.to_owned()))?)?;
         }
         if here && !ready.binaries.is_empty() {
             return Ok((ready, PathBuf::new()));
         }
-        let workspace = Workspace::find()?;
+        let workspace = workspace.ok_or_else(|| Error::Failure(NO_SOURCES.to_owned()))?;
         let how = if self.release { "release" } else { "debug" };
         let of = if here { "this machine".to_owned() } else { self.target.join(", ") };
         eprintln!("Compiling the FMU's binary for {of} ({how})");
@@ -109,6 +109,8 @@ impl Build {
         Ok((ready, workspace.target.join("fmu")))
     }
 }
+
+const NO_SOURCES: &str = "to compile, run this in the folder of the sources, or use --from or --binary";
 
 const NO_BINARY: &str = concat!(
     "there is no binary to pack: give an FMU of newtons-cradle ",

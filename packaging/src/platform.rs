@@ -44,11 +44,9 @@ impl Platform {
         PLATFORMS.iter().find(|platform| platform.tuples.contains(&tuple))
     }
 
-    /// The platform this program runs on.
-    pub fn host() -> Result<&'static Self, Error> {
-        let tuple = host_tuple();
-        let unknown = || Error::Failure(format!("FMI 2.0 has no name for this platform, {tuple}"));
-        Self::of_tuple(&tuple).ok_or_else(unknown)
+    /// The platform this program runs on, if the standard has a name for it.
+    pub fn host() -> Option<&'static Self> {
+        Self::of_tuple(&host_tuple())
     }
 
     /// The platform of a target triple of Rust, such as `x86_64-pc-windows-gnu`.
@@ -121,11 +119,7 @@ pub fn libraries<'a>(entries: &'a Entries, identifier: &str, fmi3: bool) -> Vec<
 /// The platforms as targets of Rust, for messages.
 fn targets() -> String {
     let tuples = PLATFORMS.iter().flat_map(|platform| platform.tuples);
-    let targets = tuples.flat_map(|tuple| match tuple.strip_prefix("x86-") {
-        Some(os) => vec![format!("i586-*-{os}"), format!("i686-*-{os}")],
-        None => vec![tuple.replace('-', "-*-")],
-    });
-    targets.collect::<Vec<_>>().join(", ")
+    tuples.map(|tuple| tuple.replace("x86-", "i686-").replace('-', "-*-")).collect::<Vec<_>>().join(", ")
 }
 
 /// The platform tuple of this machine.
@@ -165,7 +159,7 @@ mod tests {
         }
         for triple in ["", "linux", "riscv64gc-unknown-linux-gnu", "wasm32-unknown-unknown"] {
             let error = Platform::of_target(triple).unwrap_err().to_string();
-            assert!(error.contains("allowed: x86_64-*-linux, i586-*-linux, "), "{error}");
+            assert!(error.contains("allowed: x86_64-*-linux, i686-*-linux, x86_64-*-windows, "), "{error}");
         }
     }
 }

@@ -1,18 +1,16 @@
 """Fixtures of the host tests: which FMU is tested.
 
-The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `pytest --fmu=FILE` or by
-the environment variable CRADLE_FMU.
+The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `pytest --fmu=FILE`.
 """
 
-import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
+from checkout import FMU
 from fmi3_host import Cradle
 from newtons_cradle import files, testing
 from newtons_cradle.page import PageError, save_page
@@ -21,7 +19,6 @@ from newtons_cradle.views import from_fmu
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 cradle = testing.cradle  # a fixture
-AXE = "4.14.1"  # version of axe-core, which the tests install below target
 
 
 def ended(*command, code: int = 0, **options) -> subprocess.CompletedProcess:
@@ -47,7 +44,7 @@ def table(document: str, heading: str) -> dict[str, list[str]]:
 
 
 def pytest_addoption(parser):
-    parser.addoption("--fmu", help="the FMU to test (default: CRADLE_FMU, else target/fmu/NewtonsCradle.fmu)")
+    parser.addoption("--fmu", type=Path, default=FMU, help="the FMU to test (default: %(default)s)")
 
 
 def pytest_ignore_collect(collection_path, config):
@@ -60,8 +57,7 @@ def pytest_ignore_collect(collection_path, config):
 @pytest.fixture(scope="session")
 def fmu_path(request) -> Path:
     """The FMU file under test."""
-    chosen = request.config.getoption("--fmu") or os.environ.get("CRADLE_FMU")
-    path = Path(chosen) if chosen else ROOT / "target/fmu/NewtonsCradle.fmu"
+    path = request.config.getoption("--fmu")
     if not path.exists():
         pytest.exit(f"{path} is missing: build it with `cargo pack build --release`", returncode=2)
     return path.resolve()
@@ -136,19 +132,8 @@ def browser(chromium):
 
 @pytest.fixture(scope="session")
 def axe() -> str:
-    """The script of axe-core, from npm; skips without it."""
-    folder = ROOT / f"target/tools/axe-core-{AXE}"
-    script = folder / "node_modules/axe-core/axe.min.js"
-    if not script.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        quietly = ["--ignore-scripts", "--no-audit", "--no-fund", "--no-save"]
-        command = [shutil.which("npm") or "npm", "install", "--prefix", folder, *quietly, f"axe-core@{AXE}"]
-        try:
-            subprocess.run(command, check=True, capture_output=True, text=True)
-        except (OSError, subprocess.CalledProcessError) as problem:
-            why = f"{problem} {getattr(problem, 'stderr', '')}"
-            pytest.skip(f"npm cannot install axe-core, and nothing checks how accessible pages are: {why}")
-    return script.read_text(encoding="utf-8")
+    """The script of axe-core, as its package for Playwright has it; neither that nor npm is needed."""
+    return pytest.importorskip("axe_playwright_python.base").AXE_SCRIPT
 
 
 @pytest.fixture(scope="session")

@@ -37,25 +37,20 @@ def imports(texts: dict) -> dict:
         for module, text in texts.items()
     }
 
-    def target(module, path, seen=frozenset()):
-        path = list(path)
-        place = [] if path[0] == "crate" else list(module)
+    def target(module, path):
+        place, path = [] if path[0] == "crate" else list(module), list(path)
         while path and path[0] in ("crate", "self", "super"):
             if path.pop(0) == "super":
                 place.pop()
-        inside = len(path)
         while path and (*place, path[0]) in texts:
             place.append(path.pop(0))
-        if len(path) == inside and place == list(module):
-            return None  # Of another crate.
         for public, again in uses[tuple(place)] if path else ():
-            step = (tuple(place), path[0])
-            if public and again[-1] == path[0] and step not in seen:
-                return target(tuple(place), again, seen | {step}) or tuple(place)
-        return tuple(place)
+            if public and path[0] == again[-1] != again[0]:
+                return target(tuple(place), again)
+        return tuple(place)  # The module itself, if the path is of another crate.
 
     return {
-        module: {target(module, path) for public, path in used if not public} - {module, None}
+        module: {target(module, path) for public, path in used if not public} - {module}
         for module, used in uses.items()
     }
 

@@ -9,27 +9,6 @@ import pytest
 pytestmark = pytest.mark.all
 
 
-def resident() -> int:
-    """Resident memory of this process, in pages."""
-    return int(Path("/proc/self/statm").read_text().split()[1])
-
-
-def grown(once, times: int) -> float:
-    """Bytes that each call keeps: what a leak takes it takes again. A heap that other tests have used may grow for some
-    hundred calls."""
-    for _ in range(50):
-        once()
-    least = float("inf")
-    for _ in range(10):
-        before = resident()
-        for _ in range(times):
-            once()
-        least = min(least, (resident() - before) * 4096 / times)
-        if least < 1000:
-            break
-    return least
-
-
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_instances_of_fmi_3_leave_no_memory_behind(fmu3):
     """FMPy loads the library for each and unloads it afterwards: what it keeps in statics is lost. What FMI 2.0 might
@@ -48,4 +27,13 @@ def test_instances_of_fmi_3_leave_no_memory_behind(fmu3):
         cradle.terminate()
         cradle.freeInstance()
 
-    assert grown(once, 100) < 1000
+    def kept() -> float:
+        """Bytes that each of a hundred calls has added to the resident memory of this process."""
+        memory = Path("/proc/self/statm")
+        before = int(memory.read_text().split()[1])
+        for _ in range(100):
+            once()
+        return (int(memory.read_text().split()[1]) - before) * 4096 / 100
+
+    # What a leak takes it takes again. A heap that other tests have used may grow for some hundred calls.
+    assert any(kept() < 1000 for _ in range(10))

@@ -1,5 +1,5 @@
-"""FMUs of any number of balls, and the binaries for other platforms: what they need, and that they give the same
-doubles and read the states of one another.
+"""The binaries for other platforms: what they need, and that they give the same doubles and read the states of one
+another.
 
 The FMU with the binaries for Linux and Windows, 32 and 64 bits, Linux on ARM and macOS is made by `cradle.py test
 --all` where the tools are to be had; these tests skip, and say so, where it or what runs it is missing or runs
@@ -10,7 +10,6 @@ import hashlib
 import os
 import re
 import shutil
-import signal
 import struct
 import subprocess
 import sys
@@ -19,8 +18,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from conftest import ROOT, SCRIPTS, ended
-from fmpy.validation import validate_fmu
+from conftest import ROOT, ended
 
 pytestmark = pytest.mark.all
 
@@ -29,20 +27,6 @@ ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 # A C library for ARM lies where Debian's cross compilers have it.
 QEMU = [[name, "-L", "/usr/aarch64-linux-gnu"] for name in ("qemu-aarch64-static", "qemu-aarch64")]
 WINE32 = ROOT / os.environ.get("CRADLE_WINE32", "target/wine32") / "wine"  # unpacked by .ci/wine32
-
-
-def test_start_values_count_whether_or_not_the_host_writes_them(cradle, fmu_path):
-    """The same run from values in the FMU, from the host, and from both."""
-    values = {"contact.stiffness": 1e9, "x_start[1]": -0.2, "ball.massRatio[3]": 2.0}
-    own = cradle(set=values, binaries=fmu_path).path
-    runs = [
-        fmpy.simulate_fmu(str(path), stop_time=2.0, output_interval=0.01, start_values=start)
-        for path, start in ((own, {}), (own, values), (fmu_path, values))
-    ]
-    assert runs[0].tobytes() == runs[1].tobytes() == runs[2].tobytes()
-
-
-# ---------------------------------------------------------------- other platforms
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +41,10 @@ def platforms(tmp_path_factory) -> Path:
 
 
 def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
+    """A newer glibc than 2.17, and libraries that not every system has, would be remarks."""
     assert "0 problem(s), 0 remark(s)" in ended(producer, "check", PATH).stdout
-    assert validate_fmu(str(PATH)) == []
+    info = ended(producer, "info", PATH).stdout
+    assert re.search(r"(?m)^linux64 .*, for glibc 2\.\d+ or newer, linked with .*libc\.so", info)
     with zipfile.ZipFile(PATH) as archive:
         sizes = {entry.filename: entry.compress_size for entry in archive.infolist()}
 
@@ -70,31 +56,13 @@ def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     assert without(*(f"binaries/{other}/" for other in ("linux32", "win64", "win32", "darwin64"))) < 2_600_000
 
 
-LOADERS = {"linux64": "ld-linux-x86-64", "linux32": "ld-linux", "aarch64-linux": "ld-linux-aarch64"}
-
-
-@pytest.mark.parametrize("folder", LOADERS)
-def test_linux_needs_glibc_2_17_and_nothing_else(producer, platforms, folder):
-    if not (SCRIPTS / "cargo-zigbuild").exists():
-        pytest.skip("the binary is for this machine: cargo-zigbuild is missing in .venv")
-    skip_without(platforms, folder)
-    info = ended(producer, "info", PATH).stdout
-    needed = re.search(rf"(?m)^{folder} .* for glibc (\d+)\.(\d+) or newer, linked with (.*)$", info)
-    assert (int(needed[1]), int(needed[2])) <= (2, 17)
-    libraries = {library.split(".so.")[0] for library in needed[3].split(", ")}
-    assert libraries <= {LOADERS[folder], "libc", "libm", "libdl", "libpthread"}
-
-
-def skip_without(platforms, folder) -> None:
-    if not (platforms / "binaries" / folder).exists():
-        pytest.skip(f"there is no binary for {folder}")
-
-
 def test_the_binary_for_macos_on_arm_is_signed(platforms):
     """Each page has its hash, which macOS computes when it loads the page. The numbers are those of <mach-o/fat.h>,
     <mach-o/loader.h> and cs_blobs.h."""
-    skip_without(platforms, "darwin64")
-    data = (platforms / "binaries/darwin64/NewtonsCradle.dylib").read_bytes()
+    path = platforms / "binaries/darwin64/NewtonsCradle.dylib"
+    if not path.exists():
+        pytest.skip("there is no binary for macOS")
+    data = path.read_bytes()
     _, count = struct.unpack_from(">2I", data)
     places = {part[0]: part[2:4] for part in struct.iter_unpack(">5I", data[8 : 8 + 20 * count])}
     intel, arm = 0x01000007, 0x0100000C
@@ -131,11 +99,6 @@ EXPERIMENTS = {
 }
 
 
-@pytest.fixture(scope="module", params=EXPERIMENTS)
-def experiment(request) -> tuple[int, dict]:
-    return EXPERIMENTS[request.param]
-
-
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
     """Compiles the C host for a platform: its command and environment. Skips where it does not even say how it is
@@ -154,17 +117,10 @@ def host(tmp_path_factory):
             program, said = place / "outputs.exe", place / "said"
             flags = ["-O1", "-Wall", "-Wextra", f"-I{Path(fmpy.__file__).with_name('c-code')}", "-o", program]
             ended(*compiler, *flags, ROOT / "tests/hosts/outputs.c", *libraries, env=environment)
+            # What wine has started ends with it; what stays does not hold a file, as it would a pipe.
+            alone = ["timeout", "--signal=KILL", "180", *runner, program]
             with said.open("w") as log:
-                alone = {"env": environment, "stdout": log, "stderr": log, "start_new_session": True}
-                try:
-                    process = subprocess.Popen([str(part) for part in (*runner, program)], **alone)
-                    process.wait(timeout=180)
-                except OSError as problem:
-                    print(problem, file=log)
-                except subprocess.TimeoutExpired as problem:  # what wine has started is to end with it
-                    print(problem, file=log)
-                    os.killpg(process.pid, signal.SIGKILL)
-                    process.wait()
+                subprocess.run([str(part) for part in alone], env=environment, stdout=log, stderr=log)
             known[key] = [*runner, program], environment, said.read_text(errors="replace")
         command, environment, said = known[key]
         if "usage: outputs" not in said:
@@ -174,11 +130,11 @@ def host(tmp_path_factory):
     return host
 
 
-@pytest.fixture(scope="module")
-def outputs(platforms, host, experiment, tmp_path_factory):
-    """Runs the experiment in a C host: every output at every step, bit by bit, the second half twice, the second time
+@pytest.fixture(scope="module", params=EXPERIMENTS)
+def outputs(request, platforms, host, tmp_path_factory):
+    """Runs an experiment in a C host: every output at every step, bit by bit, the second half twice, the second time
     from the state in the file `given` or the own one; and the file with the own one."""
-    steps, values = experiment
+    steps, values = EXPERIMENTS[request.param]
     description = fmpy.read_model_description(str(platforms))
     variables = {v.name: v for v in description.modelVariables}
     start = [(variables[name], value) for name, value in values.items()]
@@ -222,7 +178,8 @@ def test_every_platform_gives_the_same_doubles_and_reads_the_states_of_others(
     platforms, outputs, linux, folder
 ):
     compiler, runners, packages = RUNNERS[folder]
-    skip_without(platforms, folder)
+    if not (platforms / "binaries" / folder).exists():
+        pytest.skip(f"there is no binary for {folder}")
     runner = next((command for command in runners if shutil.which(command[0])), None)
     if not shutil.which(compiler[0]) or runner is None:
         pytest.skip(f"what runs {folder} is missing: on Debian, `apt install {packages}`")

@@ -9,6 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import fmpy
+import newtons_cradle as nc
 import numpy as np
 import pytest
 from conftest import SCRIPTS, ended
@@ -27,12 +28,8 @@ def test_parameter_sets_give_the_reference_results(cradle, fmu_path, balls):
         assert source.exists(), source
         for label in related.findall("Label"):
             files.setdefault(label.get("name"), {})[related.get("role")] = source
-    names = {
-        1: {"start"},
-        5: {"start", "textbook", "figure5", "figure6", "steel", "desk", "rigid"},
-        13: {"start", "figure3"},
-    }
-    assert set(files) == {f"cradle:{name}" for name in names[balls]}
+    presets = [name for name in nc.presets() if list(nc.preset(name))[-1] == f"v_start[{balls}]"]
+    assert set(files) == {f"cradle:{name}" for name in ["start", *presets]}
     for name, roles in files.items():
         expected = np.genfromtxt(roles["result"], delimiter=",", names=True, deletechars="")
         set_up = read_ssv(str(roles["parameter"])).parameters

@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use newtons_cradle::variables::{
-    DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Settings, Shape, StartValue,
-};
+use newtons_cradle::variables::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Shape, StartValue};
 use toml::{Table, Value};
 
 use super::names;
@@ -44,11 +42,11 @@ impl Preset {
         })
     }
 
-    /// Its start values.
-    pub fn settings(&self) -> Result<Settings, Error> {
+    /// Its cradle.
+    pub fn recipe(&self) -> Result<Recipe, Error> {
         let mut choice = Choice::default();
         choice.preset(self)?;
-        Ok(choice.recipe()?.settings()?)
+        choice.recipe()
     }
 }
 
@@ -117,15 +115,11 @@ impl Choice {
                 Value::Array(values) => values,
                 value => vec![value],
             };
-            let start = |value: Value| match value {
-                Value::Float(number) => Ok(StartValue::Number(number)),
-                // Integers in a parameter file are reals.
-                Value::Integer(number) => Ok(StartValue::Number(number as f64)),
-                Value::String(item) => Ok(StartValue::Item(item)),
-                other => Err(Error::Usage(format!(
-                    "{origin}: {name} is of type {}; allowed: a number, the name of an item, or a list of numbers",
-                    other.type_str()
-                ))),
+            // Integers become reals.
+            let start = |value: Value| {
+                let (kind, allowed) = (value.type_str(), "a number, the name of an item, or a list of numbers");
+                let refused = |_| Error::Usage(format!("{origin}: {name} is of type {kind}; allowed: {allowed}"));
+                value.try_into::<StartValue>().map_err(refused)
             };
             let values = values.into_iter().map(start).collect::<Result<_, _>>()?;
             self.assignments.push((origin.to_owned(), name, values));
@@ -203,8 +197,6 @@ mod tests {
 
     #[test]
     fn every_file_is_a_preset() {
-        let listed: Vec<&str> = include_str!("../../presets/order.txt").lines().collect();
-        assert_eq!(PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>(), listed);
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
         assert_eq!(fs::read_dir(folder).unwrap().count(), PRESETS.len() + 1);
     }
@@ -212,9 +204,7 @@ mod tests {
     #[test]
     fn a_preset_states_every_parameter_that_has_an_effect() {
         for preset in PRESETS {
-            let mut choice = Choice::default();
-            choice.preset(preset).unwrap();
-            let recipe = choice.recipe().unwrap();
+            let recipe = preset.recipe().unwrap();
             let parameters = recipe.settings().unwrap().parameters;
             let stated = |name: &str| recipe.start.contains_key(name);
             // The solver is not part of a cradle.

@@ -2,9 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-
-use serde_json::Value;
+use std::process::Command;
 
 use crate::error::Error;
 use crate::platform::Platform;
@@ -19,23 +17,16 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// The workspace of the current folder.
-    pub fn find() -> Result<Self, Error> {
-        let output = cargo()
-            .args(["metadata", "--format-version", "1", "--no-deps"])
-            .stderr(Stdio::inherit())
-            .output()
-            .map_err(|error| Error::Failure(format!("cannot run cargo: {error}; --from and --binary do without it")))?;
-        if !output.status.success() {
-            let reason =
-                "to compile, run this in the folder of the sources, or use --from or --binary: cargo metadata failed";
-            return Err(Error::Failure(reason.to_owned()));
-        }
-        let metadata: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-        let [target, root] =
-            ["target_directory", "workspace_root"].map(|key| metadata[key].as_str().map(PathBuf::from));
-        let missing = || Error::Failure("cargo metadata names no target_directory and workspace_root".to_owned());
-        target.zip(root).map(|(target, root)| Self { target, root }).ok_or_else(missing)
+    /// Those of the sources in which the current folder lies.
+    pub fn find() -> Option<Self> {
+        let here = std::env::current_dir().ok()?;
+        let is_ours = |folder: &&Path| {
+            let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
+            manifest.lines().any(|line| line == format!("name = \"{PACKAGE}\""))
+        };
+        let root = here.ancestors().find(is_ours)?.to_owned();
+        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |named| here.join(named));
+        Some(Self { target, root })
     }
 
     /// Builds the shared library for this machine, or for each of the target triples. Returns the paths, in the same
@@ -64,20 +55,14 @@ impl Workspace {
         if targets.is_empty() {
             return Ok(());
         }
-        let mut command = cargo();
+        let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.args([build, "--package", PACKAGE, "--lib"]).arg("--manifest-path").arg(self.root.join("Cargo.toml"));
+        command.arg("--target-dir").arg(&self.target);
         // The target is always named, even if it is this machine's, so that the flags do not apply to build scripts,
         // which can be shared with this program's.
         command.args(targets.iter().flat_map(|target| ["--target", target]));
         command.args(release.then_some("--release"));
         command.env("CARGO_ENCODED_RUSTFLAGS", self.flags()?);
-        // cargo-zigbuild, and the Python that has zig, may be in the .venv of the sources.
-        let programs = self.root.join(".venv/bin");
-        if build == "zigbuild" && programs.join("cargo-zigbuild").is_file() {
-            let path = std::env::var_os("PATH").unwrap_or_default();
-            let all = std::iter::once(programs).chain(std::env::split_paths(&path));
-            command.env("PATH", std::env::join_paths(all).unwrap_or(path));
-        }
         if command.status().map_err(|error| Error::Failure(format!("cannot run cargo: {error}")))?.success() {
             return Ok(());
         }
@@ -92,12 +77,8 @@ impl Workspace {
 
     /// The user's compiler flags, and those that keep this machine's paths out of the binary.
     fn flags(&self) -> Result<OsString, Error> {
-        let mut flags: Vec<OsString> = Vec::new();
-        if let Some(encoded) = std::env::var_os("CARGO_ENCODED_RUSTFLAGS") {
-            flags.push(encoded);
-        } else if let Ok(text) = std::env::var("RUSTFLAGS") {
-            flags.extend(text.split_whitespace().map(OsString::from));
-        }
+        let given = std::env::var("RUSTFLAGS").unwrap_or_default();
+        let mut flags: Vec<OsString> = given.split_whitespace().map(OsString::from).collect();
         let mut remap = |from: &Path, to: &str| {
             flags.extend([OsString::from("--remap-path-prefix"), [from.as_os_str(), to.as_ref()].join("=".as_ref())]);
         };
@@ -117,16 +98,12 @@ impl Workspace {
     }
 }
 
-fn cargo() -> Command {
-    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-}
-
 /// What `rustc --print` says.
 fn rustc(what: &str) -> Result<String, Error> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc)
         .args(["--print", what])
         .output()
-        .map_err(|error| Error::Failure(format!("cannot run rustc: {error}")))?;
+        .map_err(|error| Error::Failure(format!("cannot run rustc: {error}; --from and --binary do without it")))?;
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }

@@ -13,4 +13,4 @@ mod source;
 pub use choice::{Choice, PRESETS, Preset};
 pub use compile::Workspace;
 pub use contents::{Binary, entries};
-pub use source::{Ready, in_checkout, replaced};
+pub use source::{Ready, replaced};

@@ -19,10 +19,8 @@ pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -
 /// The row of a variable with a start value in a cradle of `balls` balls; otherwise why there is none, and what can be
 /// set.
 pub fn settable(name: &str, balls: usize) -> Result<&'static Row, String> {
-    let (family, index) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
-        Some((family, index)) => (family, Some(index)),
-        None => (name, None),
-    };
+    let indexed = name.strip_suffix(']').and_then(|name| name.split_once('['));
+    let (family, index) = indexed.map_or((name, None), |(family, index)| (family, Some(index)));
     let Some(row) = TABLE.iter().find(|row| row.name == family) else {
         let settable = || TABLE.iter().filter(|row| row.settable());
         let mut hint = did_you_mean(family, settable().map(|row| row.name));

@@ -17,11 +17,12 @@ const SCENE: &str = include_str!("../../assets/scene.svg");
 /// `<!--scalars-->` or `<!--clocks-->` and `<!--end-->`.
 fn template(description: &Description) -> String {
     let Description { fmi3, clocks, scalars, .. } = *description;
-    let parts =
-        [("2", !fmi3), ("3", fmi3), ("clocks", clocks), ("arrays", !scalars), ("scalars", scalars), ("end", true)];
-    let marked = format!("end-->{TEMPLATE}"); // as if a mark stood before its beginning, too
-    let pieces = marked.split("<!--").filter_map(|piece| piece.split_once("-->"));
-    pieces.filter(|(mark, _)| parts.contains(&(*mark, true))).map(|(_, text)| text).collect()
+    let marks = [("2", !fmi3), ("3", fmi3), ("clocks", clocks), ("arrays", !scalars), ("scalars", scalars)];
+    let shown = |piece: &'static str| match piece.split_once("-->") {
+        Some((mark, text)) => (mark == "end" || marks.contains(&(mark, true))).then_some(text),
+        None => Some(piece),
+    };
+    TEMPLATE.split("<!--").filter_map(shown).collect()
 }
 
 /// The page of the FMU with this description.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use newtons_cradle::variables::{Description, MODEL_IDENTIFIER};
+use newtons_cradle::variables::MODEL_IDENTIFIER;
 
 use super::choice::PRESETS;
 use super::contents::Binary;
@@ -27,13 +27,10 @@ impl Ready {
         let refused = |reason: &str| Error::Usage(format!("--from {} is refused: {reason}", path.display()));
         let (mut entries, model, mut report) = check::open(&check::read(path)?, MAX_BYTES);
         if let Some(model) = &model {
-            let (name, tool) = (&model.name, if model.tool.is_empty() { "an unknown tool" } else { &model.tool });
-            if !model.is_own() {
+            if !model.is_own() || model.tool != TOOL {
+                let (name, tool) = (&model.name, if model.tool.is_empty() { "an unknown tool" } else { &model.tool });
                 let reason = format!("it is \"{name}\", written by {tool}; allowed: {MODEL_IDENTIFIER} of {TOOL}");
                 return Err(refused(&reason));
-            }
-            if tool != TOOL {
-                return Err(refused(&format!("it was written by {tool}; allowed: {TOOL}")));
             }
             check::contents(&entries, model, &mut report);
         }
@@ -67,15 +64,6 @@ impl Ready {
     }
 }
 
-/// Whether this folder lies in that of the sources.
-pub fn in_checkout() -> bool {
-    let is_ours = |folder: &Path| {
-        let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
-        manifest.lines().any(|line| line == "name = \"newtons-cradle\"")
-    };
-    std::env::current_dir().is_ok_and(|here| here.ancestors().any(is_ours))
-}
-
 /// The contents of a file that the FMU `new` with this GUID would replace, in words; none if there is no file, or the
 /// same one.
 pub fn replaced(path: &Path, new: &[u8], guid: &str) -> Option<String> {
@@ -86,13 +74,11 @@ pub fn replaced(path: &Path, new: &[u8], guid: &str) -> Option<String> {
     if was.guid == guid {
         return Some("the same cradle, with other binaries or documents".to_owned());
     }
-    let preset = PRESETS.iter().find(|preset| {
-        let has_guid = |settings| Description::all(&settings, was.is_fmi3()).iter().any(|own| own.guid() == was.guid);
-        preset.settings().is_ok_and(has_guid)
-    });
-    let what = match preset {
-        Some(preset) => format!("preset {}", preset.name),
-        None if was.is_own() => format!("n = {}", check::recipe(&entries).unwrap_or_default().balls),
+    let what = match check::recipe(&entries).filter(|_| was.is_own()) {
+        Some(own) => match PRESETS.iter().find(|preset| preset.recipe().is_ok_and(|recipe| recipe == own)) {
+            Some(preset) => format!("preset {}", preset.name),
+            None => format!("n = {}", own.balls),
+        },
         None => format!("\"{}\"", was.name),
     };
     Some(format!("{what}, GUID {}; now GUID {guid}", was.guid))

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use object::read::elf::{ElfFile, FileHeader};
-use object::read::macho::{LoadCommandVariant, MachHeader, MachOFile};
+use object::read::macho::{LoadCommandVariant, MachOFile64};
 use object::{Architecture, File, Object, ReadRef, elf, macho};
 
 use super::report::Report;
@@ -88,17 +88,13 @@ impl Library {
         match &file {
             File::Elf32(file) => library.elf(file)?,
             File::Elf64(file) => library.elf(file)?,
-            File::MachO32(file) => library.mach_o(file)?,
             File::MachO64(file) => library.mach_o(file)?,
             _ => library.libraries = file.imports()?.iter().map(|import| text(import.library())).collect(),
         }
         Ok(library)
     }
 
-    fn mach_o<'data, Mach: MachHeader, R: ReadRef<'data>>(
-        &mut self,
-        file: &MachOFile<'data, Mach, R>,
-    ) -> object::Result<()> {
+    fn mach_o(&mut self, file: &MachOFile64) -> object::Result<()> {
         // Symbols of macOS begin with an underscore.
         let plain = |name: &String| name.strip_prefix('_').unwrap_or(name).to_owned();
         self.exports = self.exports.iter().map(plain).collect();

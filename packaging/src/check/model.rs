@@ -1,12 +1,9 @@
 //! The parts of a modelDescription.xml that this program needs.
 //!
-//! The text is untrusted. It is read as a stream, element by element, without recursion.
-
-use std::error::Error;
+//! The text is untrusted. roxmltree reads it without recursion, and refuses a DTD.
 
 use newtons_cradle::variables::MODEL_IDENTIFIER;
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::{Reader, XmlVersion};
+use roxmltree::{Document, Node};
 
 use super::report::Report;
 use crate::archive::Entries;
@@ -18,7 +15,6 @@ pub const FILE: &str = "modelDescription.xml";
 pub const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
 
 /// A description, with empty texts for absent parts.
-#[derive(Default)]
 pub struct Model {
     pub fmi_version: String,
     pub name: String,
@@ -38,9 +34,8 @@ impl Model {
     /// Reads the description of an FMU; none if it is not XML, or not of FMI 2.0 or 3.0.
     pub fn of(entries: &Entries, report: &mut Report) -> Option<Self> {
         let text = report.accept(format_args!("{FILE}: not in UTF-8"), std::str::from_utf8(entries.get(FILE)?))?;
-        let mut model = Self::default();
-        let filled = model.fill(text.trim_start_matches('\u{feff}'));
-        report.accept(format_args!("{FILE}: not well-formed XML"), filled)?;
+        let document = report.accept(format_args!("{FILE}: not well-formed XML"), Document::parse(text))?;
+        let model = Self::read(document.root_element());
         let version = &model.fmi_version;
         let known = model.is_fmi3() || version == "2.0";
         report.require(known, format_args!("{FILE}: fmiVersion = \"{version}\"; only 2.0 and 3.0 can be read"));
@@ -57,59 +52,25 @@ impl Model {
         self.name == MODEL_IDENTIFIER && self.tool.starts_with("newtons-cradle ")
     }
 
-    fn fill(&mut self, text: &str) -> Result<(), Box<dyn Error>> {
-        let mut reader = Reader::from_str(text);
-        reader.config_mut().expand_empty_elements = true;
-        let mut outer: Vec<String> = Vec::new();
-        loop {
-            match reader.read_event()? {
-                Event::Start(element) => {
-                    let name = element.name().as_ref().to_owned();
-                    self.take(&outer, &name, &element)?;
-                    outer.push(name);
-                }
-                Event::End(_) => _ = outer.pop(),
-                Event::Eof if outer.is_empty() => return Ok(()),
-                Event::Eof => return Err("it ends within an element".into()),
-                _ => {}
-            }
+    fn read(root: Node) -> Self {
+        let attribute = |node: Node, name| node.attribute(name).unwrap_or_default().to_owned();
+        let child = |name| root.children().find(|child| child.has_tag_name(name));
+        let interface = |child: Node| {
+            let kind = child.tag_name().name();
+            let known = matches!(kind, "CoSimulation" | "ModelExchange" | "ScheduledExecution");
+            known.then(|| [kind.to_owned(), attribute(child, "modelIdentifier")])
+        };
+        let experiment = |name| child("DefaultExperiment").map(|child| attribute(child, name)).unwrap_or_default();
+        let variables = child("ModelVariables").into_iter().flat_map(|list| list.children());
+        Self {
+            fmi_version: attribute(root, "fmiVersion"),
+            name: attribute(root, "modelName"),
+            guid: attribute(root, "guid") + &attribute(root, "instantiationToken"),
+            tool: attribute(root, "generationTool"),
+            date: attribute(root, "generationDateAndTime"),
+            interfaces: root.children().filter_map(interface).collect(),
+            experiment: ["startTime", "stopTime", "stepSize"].map(experiment),
+            causalities: variables.filter(Node::is_element).map(|variable| attribute(variable, "causality")).collect(),
         }
     }
-
-    /// Takes what is needed from an element within others.
-    fn take(&mut self, outer: &[String], name: &str, element: &BytesStart) -> Result<(), Box<dyn Error>> {
-        match (outer, name) {
-            ([], "fmiModelDescription") => {
-                let token;
-                [self.fmi_version, self.name, self.tool, self.date, self.guid, token] = attributes(element, ROOT)?;
-                self.guid += &token;
-            }
-            ([_], "CoSimulation" | "ModelExchange" | "ScheduledExecution") => {
-                let [identifier] = attributes(element, ["modelIdentifier"])?;
-                self.interfaces.push([name.to_owned(), identifier]);
-            }
-            ([_], "DefaultExperiment") => {
-                self.experiment = attributes(element, ["startTime", "stopTime", "stepSize"])?;
-            }
-            ([_, list], _) if list == "ModelVariables" => {
-                self.causalities.extend(attributes(element, ["causality"])?);
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-}
-
-const ROOT: [&str; 6] =
-    ["fmiVersion", "modelName", "generationTool", "generationDateAndTime", "guid", "instantiationToken"];
-
-/// The values of attributes, empty where the element has none of a name.
-fn attributes<const N: usize>(element: &BytesStart, names: [&str; N]) -> Result<[String; N], Box<dyn Error>> {
-    let mut values = names.map(|_| String::new());
-    for (value, name) in values.iter_mut().zip(names) {
-        if let Some(found) = element.try_get_attribute(name)? {
-            *value = found.normalized_value(XmlVersion::Implicit1_0)?.into_owned();
-        }
-    }
-    Ok(values)
 }

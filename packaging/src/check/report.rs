@@ -2,8 +2,8 @@
 
 use std::fmt::{Display, Formatter};
 
-/// Most findings of one kind in a report; each of many thousand entries may have one.
-const MAX_FINDINGS: usize = 100;
+/// Most findings of one kind that are shown; each of many thousand entries may have one.
+const SHOWN: usize = 100;
 
 /// What was found.
 #[derive(Default)]
@@ -12,16 +12,15 @@ pub struct Report {
     pub problems: Vec<String>,
     /// Allowed, but known to break some importers.
     pub remarks: Vec<String>,
-    omitted: usize,
 }
 
 impl Report {
     pub(crate) fn problem(&mut self, text: impl Display) {
-        Self::add(&mut self.problems, &mut self.omitted, text);
+        self.problems.push(line(text));
     }
 
     pub(crate) fn remark(&mut self, text: impl Display) {
-        Self::add(&mut self.remarks, &mut self.omitted, text);
+        self.remarks.push(line(text));
     }
 
     /// A problem unless this `holds`.
@@ -35,24 +34,21 @@ impl Report {
     pub(crate) fn accept<T, E: Display>(&mut self, what: impl Display, result: Result<T, E>) -> Option<T> {
         result.inspect_err(|error| self.problem(format_args!("{what}: {error}"))).ok()
     }
+}
 
-    fn add(list: &mut Vec<String>, omitted: &mut usize, text: impl Display) {
-        if list.len() < MAX_FINDINGS {
-            // Foreign names may contain line breaks; a finding stays one line.
-            list.push(text.to_string().replace(char::is_control, "?"));
-        } else {
-            *omitted += 1;
-        }
-    }
+/// Foreign names may contain line breaks; a finding stays one line.
+fn line(text: impl Display) -> String {
+    text.to_string().replace(char::is_control, "?")
 }
 
 /// One line for each finding, and a summary.
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
-        self.problems.iter().try_for_each(|problem| writeln!(f, "problem: {problem}"))?;
-        self.remarks.iter().try_for_each(|remark| writeln!(f, "remark: {remark}"))?;
-        if self.omitted > 0 {
-            writeln!(f, "and {} more", self.omitted)?;
+        for (kind, found) in [("problem", &self.problems), ("remark", &self.remarks)] {
+            found.iter().take(SHOWN).try_for_each(|text| writeln!(f, "{kind}: {text}"))?;
+            if let more @ 1.. = found.len().saturating_sub(SHOWN) {
+                writeln!(f, "and {more} more")?;
+            }
         }
         writeln!(f, "{} problem(s), {} remark(s)", self.problems.len(), self.remarks.len())
     }

@@ -40,7 +40,8 @@ pub fn cases(own: &Settings) -> Vec<Case> {
             .collect();
         Case { name, title, settings, parameters }
     };
-    let presets = PRESETS.iter().filter_map(|preset| Some((preset.name, preset.title(), preset.settings().ok()?)));
+    let presets =
+        PRESETS.iter().filter_map(|preset| Some((preset.name, preset.title(), preset.recipe().ok()?.settings().ok()?)));
     let all = once((START, "The start values of this FMU.", own.clone())).chain(presets);
     all.filter(|(.., settings)| settings.balls() == own.balls()).map(case).collect()
 }

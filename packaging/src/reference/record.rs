@@ -2,7 +2,7 @@
 //! binary may crash or hang.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio, abort};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{env, fs, io, thread};
@@ -26,7 +26,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The FMU's binary for this machine, or an error. An FMU of FMI 3.0 has the same one elsewhere.
 pub fn own_binary(entries: &Entries) -> Result<&[u8], String> {
-    let platform = Platform::host().map_err(|error| error.to_string())?;
+    let unknown = || format!("FMI 2.0 has no name for this platform, {}", host_tuple());
+    let platform = Platform::host().ok_or_else(unknown)?;
     let folders = [platform.folder, &host_tuple()];
     let binary = folders.iter().find_map(|folder| entries.get(&platform.path(folder, MODEL_IDENTIFIER)));
     binary.map(Vec::as_slice).ok_or_else(|| format!("the FMU has no binary for this machine, {}", platform.folder))
@@ -61,16 +62,11 @@ fn in_child(folder: &Path, name: &str) -> Result<String, String> {
     });
     let ended = started.map_err(|error| format!("cannot start this program again: {error}"))?;
     if ended.status.success() {
-        return fs::read_to_string(results(folder, name)).map_err(|error| error.to_string());
+        return fs::read_to_string(folder.join(name).with_extension("csv")).map_err(|error| error.to_string());
     }
     let problems = String::from_utf8_lossy(&ended.stderr);
     let problem = problems.lines().find_map(|line| line.strip_prefix("error: "));
     Err(problem.map_or_else(|| format!("its binary crashed ({})", ended.status), str::to_owned))
-}
-
-/// The file for the child's results.
-fn results(folder: &Path, name: &str) -> PathBuf {
-    folder.join(format!("{name}.csv"))
 }
 
 /// The child: runs the binary in `folder` for the case of this name, and writes its results there as CSV.
@@ -81,8 +77,9 @@ pub fn run(folder: &Path, name: &str) -> Result<(), Error> {
         let _ = io::stderr().write_all(b"error: its run takes more than a minute\n");
         abort();
     });
-    let written = csv(folder, name)
-        .and_then(|csv| fs::write(results(folder, name), csv).map_err(|error| format!("cannot write: {error}").into()));
+    let written = csv(folder, name).and_then(|csv| {
+        fs::write(folder.join(name).with_extension("csv"), csv).map_err(|error| format!("cannot write: {error}").into())
+    });
     written.map_err(|problem| Error::Failure(format!("{name}: {problem}")))
 }
 
