@@ -183,7 +183,7 @@ impl Instance {
         }
         match state {
             Some(place) => along.states[place] = change,
-            None => _ = variable.set_real(&mut along.settings, change),
+            None => _ = variable.set(&mut along.settings, change),
         }
         Ok(())
     }

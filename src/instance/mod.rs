@@ -27,4 +27,3 @@ pub use log::{Log, Severity, Sink};
 pub use run::Experiment;
 pub use saved::SavedState;
 pub use step::{Handled, StepEnd};
-pub use values::Value;

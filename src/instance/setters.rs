@@ -8,8 +8,28 @@ use crate::model::{Inputs, Tunables};
 use crate::variables::{Causality, Refusal, Settings, Shape, TABLE, Type, Variability, Variable};
 
 impl Instance {
+    /// Sets the variables behind `references`, all of this type, to `values`, element after element: all, or none if any
+    /// is refused.
+    pub fn set<T: Copy>(
+        &mut self,
+        asked: Type,
+        references: &[u32],
+        values: &[T],
+        convert: impl Fn(T) -> f64,
+    ) -> Result<(), Refusal> {
+        let elements = self.elements(asked, references, values, convert)?;
+        elements.iter().try_for_each(|(variable, value)| self.check(*variable, *value))?;
+        self.set_checked(elements)
+    }
+
     /// The elements of the variables behind `references`, all of this type, each paired with one of the `values`.
-    fn elements<T: Copy>(&self, references: &[u32], asked: Type, values: &[T]) -> Result<Vec<(Variable, T)>, Refusal> {
+    fn elements<T: Copy>(
+        &self,
+        asked: Type,
+        references: &[u32],
+        values: &[T],
+        convert: impl Fn(T) -> f64,
+    ) -> Result<Vec<(Variable, f64)>, Refusal> {
         let balls = self.balls();
         let (mut elements, mut wanted) = (Vec::with_capacity(values.len()), 0);
         for reference in references {
@@ -18,7 +38,7 @@ impl Instance {
                 return Err(refuse_reference(variable, "in the middle of a step, inputs with intermediateUpdate"));
             }
             for index in 0..variable.len(balls) {
-                elements.extend(values.get(wanted).map(|value| (variable.element(index), *value)));
+                elements.extend(values.get(wanted).map(|value| (variable.element(index), convert(*value))));
                 wanted += 1;
             }
         }
@@ -32,91 +52,81 @@ impl Instance {
         Ok(elements)
     }
 
-    /// Sets the real variables behind `references` to `values`, element after element: all, or none if any is refused.
-    pub fn set_floats(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
-        let (balls, scalars) = (self.balls(), self.start.scalars);
-        let (mut set, mut unused, mut states) = (Vec::with_capacity(values.len()), Vec::new(), Vec::new());
+    /// Whether a variable can be set now, and to this value.
+    fn check(&self, variable: Variable, value: f64) -> Result<(), Refusal> {
+        let (phase, causality) = (self.run.phase, variable.row.causality);
+        if causality == Causality::StructuralParameter {
+            if phase != Phase::ConfigurationMode {
+                return Err(Refusal::new(format_args!("{variable} can only be set in Configuration Mode")));
+            }
+        } else if self.state_place(variable).is_none() {
+            variable.check_settable(phase > Phase::InitializationMode)?;
+            if phase == Phase::ContinuousTimeMode && causality != Causality::Input {
+                let text = "cannot be set in Continuous-Time Mode: only inputs can; tunable parameters in Event Mode";
+                return Err(Refusal::new(format_args!("{variable} {text}")));
+            }
+        }
+        variable.check(value)
+    }
+
+    /// The place of a variable among the states, if it can now be set as one.
+    #[inline]
+    fn state_place(&self, variable: Variable) -> Option<usize> {
         let by_states = self.run.phase == Phase::ContinuousTimeMode && self.run.purpose.fmi3;
-        for (variable, value) in self.elements(references, Type::Real, values)? {
-            if by_states && let Some(place) = variable.state_place(balls, scalars) {
-                variable.check_real(value)?;
+        if by_states { variable.state_place(self.balls(), self.start.scalars) } else { None }
+    }
+
+    /// Sets elements to checked values. They take effect with the next step, in Initialization Mode and model exchange
+    /// at once. Setting the same value again is no change.
+    fn set_checked(&mut self, elements: Vec<(Variable, f64)>) -> Result<(), Refusal> {
+        let (balls, before) = (self.balls(), self.run.settings.parameters.tunables());
+        let (mut wanted, mut any, mut states) = (balls, false, Vec::new());
+        if self.run.phase == Phase::IntermediateUpdate {
+            self.keep_inputs_in_step()?;
+        }
+        for (variable, value) in elements {
+            if let Some(place) = self.state_place(variable) {
                 if states.is_empty() {
                     states = self.continuous_states()?;
                 }
                 states[place] = value;
-                continue;
+            } else if variable.row.causality == Causality::StructuralParameter {
+                wanted = value as usize;
+            } else if variable.index >= variable.row.shape.len(balls) {
+                self.run.padding.insert(variable.position, value);
+            } else if variable.set(&mut self.run.settings, value) && variable.position < TABLE.len() {
+                // The engine knows neither slopes nor `derivatives.of`, which only FMI 3.0 has: they are read when they
+                // are used.
+                self.changed(variable, before);
+                any = true;
             }
-            self.check_settable(variable)?;
-            variable.check_real(value)?;
-            match variable.index < variable.row.shape.len(balls) {
-                true => set.push((variable, value)),
-                false => unused.push((variable.position, value)),
-            }
-        }
-        if self.run.phase == Phase::IntermediateUpdate {
-            self.keep_inputs_in_step()?;
         }
         if !states.is_empty() {
             self.set_continuous_states(&states)?;
         }
-        self.set(set, Variable::set_real);
-        self.run.padding.extend(unused);
-        Ok(())
-    }
-
-    /// Selects items of the enumerations behind `references`: all of them, or none if any is refused.
-    pub fn set_items(&mut self, references: &[u32], values: &[i64]) -> Result<(), Refusal> {
-        let asked = if self.run.purpose.fmi3 { Type::Enumeration } else { Type::Integer };
-        let mut set = Vec::new();
-        for (variable, value) in self.elements(references, asked, values)? {
-            self.check_settable(variable)?;
-            variable.check_item(value)?;
-            set.push((variable, value as i32));
+        if any
+            && self.run.phase > Phase::InitializationMode
+            && let Some(exchange) = &mut self.run.exchange
+        {
+            let Settings { parameters, inputs, .. } = &self.run.settings;
+            exchange.set(parameters, inputs);
         }
-        self.set(set, Variable::set_item);
-        Ok(())
-    }
-
-    /// Sets the number of balls, in Configuration Mode. This resets arrays to their defaults and keeps scalars.
-    pub fn set_counts(&mut self, references: &[u32], values: &[u64]) -> Result<(), Refusal> {
-        let mut wanted = self.balls();
-        for (variable, value) in self.elements(references, Type::Integer, values)? {
-            if !variable.has_start() {
-                return Err(variable.row.not_settable(variable));
-            }
-            if self.run.phase != Phase::ConfigurationMode {
-                return Err(Refusal::new(format_args!("{variable} can only be set in Configuration Mode")));
-            }
-            if !variable.row.range.contains(value as f64) {
-                return Err(Refusal::value(variable, value, variable.row.range));
-            }
-            wanted = value as usize;
-        }
-        if wanted != self.balls() {
+        if wanted != balls {
             self.resize(wanted);
         }
         Ok(())
     }
 
+    /// Changes the number of balls. This resets arrays to their defaults and keeps scalars.
     fn resize(&mut self, balls: usize) {
         let before = &self.run.settings;
         let mut settings = Settings::default_for(balls);
         for scalar in Variable::arrays().filter(|array| array.row.shape == Shape::Scalar) {
-            match (scalar.real(before), scalar.item(before)) {
-                (Some(value), _) => _ = scalar.set_real(&mut settings, value),
-                (_, Some(item)) => _ = scalar.set_item(&mut settings, item),
-                _ => {}
+            if let Some(value) = scalar.value(before) {
+                scalar.set(&mut settings, value);
             }
         }
         self.run = Run { phase: self.run.phase, ..Run::new(self.run.purpose, &settings) };
-    }
-
-    /// The refusal to set variables of a type that has no settable ones.
-    pub fn refuse_to_set(&self, references: &[u32], asked: Type) -> Result<(), Refusal> {
-        references.iter().try_for_each(|reference| {
-            let variable = self.variable(*reference, asked)?;
-            Err(variable.row.not_settable(variable))
-        })
     }
 
     /// Sets time derivatives of inputs, of `orders` from 1 on, for the next step: all, or none if any is refused. After
@@ -137,39 +147,6 @@ impl Instance {
         while derivatives.pop_if(|derivative| *derivative == Inputs::zero(balls)).is_some() {}
         run.inputs_changed |= !derivatives.is_empty();
         run.input_derivatives = derivatives;
-        Ok(())
-    }
-
-    /// Sets variables to checked values. They take effect with the next step, in Initialization Mode and model exchange
-    /// at once. Setting the same value again is no change.
-    fn set<T>(&mut self, values: Vec<(Variable, T)>, set: impl Fn(&Variable, &mut Settings, T) -> bool) {
-        let before = self.run.settings.parameters.tunables();
-        let mut any = false;
-        for (variable, value) in values {
-            // The engine knows neither slopes nor `derivatives.of`, which only FMI 3.0 has: they are read when they are
-            // used.
-            if set(&variable, &mut self.run.settings, value) && variable.position < TABLE.len() {
-                self.changed(variable, before);
-                any = true;
-            }
-        }
-        if any
-            && self.run.phase > Phase::InitializationMode
-            && let Some(exchange) = &mut self.run.exchange
-        {
-            let Settings { parameters, inputs, .. } = &self.run.settings;
-            exchange.set(parameters, inputs);
-        }
-    }
-
-    /// Whether a variable can be set now.
-    fn check_settable(&self, variable: Variable) -> Result<(), Refusal> {
-        let phase = self.run.phase;
-        variable.check_settable(phase > Phase::InitializationMode)?;
-        if phase == Phase::ContinuousTimeMode && variable.row.causality != Causality::Input {
-            let text = "cannot be set in Continuous-Time Mode: only inputs can; tunable parameters in Event Mode";
-            return Err(Refusal::new(format_args!("{variable} {text}")));
-        }
         Ok(())
     }
 

@@ -7,15 +7,6 @@ use super::lifecycle::{Instance, Start};
 use crate::engine::{NEVER, Pulse};
 use crate::variables::{Access, Extra, Number, Refusal, Type, Variable, padding};
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value {
-    Float(f64),
-    Count(u64),
-    Item(i64),
-    /// Of a truth value or a clock.
-    Flag(bool),
-}
-
 impl Start {
     /// The variable behind a value reference in a cradle of `balls` balls: an array or, where variables are scalars,
     /// one of them.
@@ -71,13 +62,14 @@ impl Instance {
         Err(refuse_reference(variable, "before initialization, those with a start value"))
     }
 
-    /// Reads the elements of the variables behind `references`, all of this type, into as many `places`.
+    /// Reads the elements of the variables behind `references`, all of this type, into as many `places`. A truth value
+    /// is 1 or 0, an item its integer.
     pub fn get<T>(
         &mut self,
         asked: Type,
         references: &[u32],
         places: &mut [MaybeUninit<T>],
-        convert: impl Fn(Value) -> T,
+        convert: impl Fn(f64) -> T,
     ) -> Result<(), Refusal> {
         self.recompute()?;
         let (balls, phase, mut found) = (self.balls(), self.run.phase, 0);
@@ -108,7 +100,7 @@ impl Instance {
 
     /// The value of a scalar or an element.
     #[inline]
-    fn value(&mut self, variable: Variable) -> Result<Value, Refusal> {
+    fn value(&mut self, variable: Variable) -> Result<f64, Refusal> {
         let Variable { row, index, .. } = variable;
         if let Access::Instance(_, extra) = row.access {
             return self.extra(variable, extra);
@@ -129,46 +121,45 @@ impl Instance {
                 if value.is_nan() && self.run.phase != Phase::Error {
                     return Err(no_number(variable, self.time()));
                 }
-                Value::Float(value)
+                value
             }
-            Access::Count(get) => Value::Count(get(self.results()?, index)),
-            Access::Flag(get) => Value::Flag(get(self.results()?, index)),
-            Access::Enumeration(enumeration) => Value::Item((enumeration.get)(&self.run.settings).into()),
-            _ => Value::Float(variable.real(&self.run.settings).unwrap_or_default()),
+            Access::Count(get) => get(self.results()?, index) as f64,
+            Access::Flag(get) => get(self.results()?, index).into(),
+            _ => variable.value(&self.run.settings).unwrap_or_default(),
         })
     }
 
     /// The value after the last tick of a variable that changes in Event Mode only.
-    fn after_tick(&self, variable: Variable) -> Option<Value> {
+    fn after_tick(&self, variable: Variable) -> Option<f64> {
         let (discrete, work) = (self.run.clocks.discrete.get(variable.index), self.run.clocks.work);
         Some(match variable.row.name {
-            "t_onset" => Value::Float(discrete?.onset),
-            "t_release" => Value::Float(discrete?.release),
-            "pulses" => Value::Count(discrete?.pulses),
-            "inContact" => Value::Flag(discrete?.closed),
-            "solver.steps" => Value::Count(work.steps),
-            "solver.evaluations" => Value::Count(work.evaluations),
-            "solver.events" => Value::Count(work.events),
+            "t_onset" => discrete?.onset,
+            "t_release" => discrete?.release,
+            "pulses" => discrete?.pulses as f64,
+            "inContact" => discrete?.closed.into(),
+            "solver.steps" => work.steps as f64,
+            "solver.evaluations" => work.evaluations as f64,
+            "solver.events" => work.events as f64,
             _ => return None,
         })
     }
 
-    fn extra(&mut self, variable: Variable, extra: Extra) -> Result<Value, Refusal> {
+    fn extra(&mut self, variable: Variable, extra: Extra) -> Result<f64, Refusal> {
         let (clocks, contact) = (&self.run.clocks, variable.index);
-        let ended = |of: fn(Pulse) -> f64| Value::Float(clocks.ended(contact).map_or(0.0, of));
+        let ended = |of: fn(Pulse) -> f64| clocks.ended(contact).map_or(0.0, of);
         Ok(match extra {
-            Extra::Time | Extra::Pulses => Value::Float(self.time()),
-            Extra::Balls => Value::Count(self.balls() as u64),
-            Extra::Clock(edge) => Value::Flag(self.run.phase == Phase::EventMode && clocks.active[edge as usize]),
-            Extra::TickTime(edge) => Value::Float(clocks.time(edge)),
-            Extra::TickOf(edge) => Value::Flag(clocks.is_part(edge, contact)),
+            Extra::Time | Extra::Pulses => self.time(),
+            Extra::Balls => self.balls() as f64,
+            Extra::Clock(edge) => (self.run.phase == Phase::EventMode && clocks.active[edge as usize]).into(),
+            Extra::TickTime(edge) => clocks.time(edge),
+            Extra::TickOf(edge) => clocks.is_part(edge, contact).into(),
             Extra::EndedImpulse => ended(|pulse| pulse.impulse),
             Extra::EndedPeak => ended(|pulse| pulse.peak),
             Extra::EndedDuration => ended(|pulse| pulse.release - pulse.onset),
             Extra::Joined(..) => {
-                return variable.of_fmi2(self.balls()).map_or(Ok(Value::Float(0.0)), |of| self.value(of));
+                return variable.of_fmi2(self.balls()).map_or(Ok(0.0), |of| self.value(of));
             }
-            Extra::ContactIndicator | Extra::ClipIndicator => Value::Float(self.indicator(extra, contact)?),
+            Extra::ContactIndicator | Extra::ClipIndicator => self.indicator(extra, contact)?,
         })
     }
 
@@ -182,13 +173,11 @@ impl Instance {
     }
 
     /// The value of an element that belongs to no contact; for a parameter, the value last set.
-    fn of_no_contact(&self, variable: Variable) -> Value {
-        match (variable.row.access, self.run.padding.get(&variable.position), variable.row.name) {
-            (Access::Count(_), ..) => Value::Count(0),
-            (Access::Flag(_), ..) => Value::Flag(false),
-            (_, Some(value), _) => Value::Float(*value),
-            (_, None, "overlap" | "t_onset" | "t_release") => Value::Float(-NEVER),
-            _ => Value::Float(padding(variable.row)),
+    fn of_no_contact(&self, variable: Variable) -> f64 {
+        match (self.run.padding.get(&variable.position), variable.row.name) {
+            (Some(value), _) => *value,
+            (None, "overlap" | "t_onset" | "t_release") => -NEVER,
+            _ => padding(variable.row),
         }
     }
 }

@@ -86,21 +86,19 @@ impl Recipe {
 
 fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Result<(), Refusal> {
     variable.check_settable(false)?;
-    match (value, variable.row.access) {
+    let value = match (value, variable.row.access) {
         (StartValue::Number(value), Access::Enumeration(enumeration)) => {
             return Err(Refusal::value(variable, Number(*value), enumeration));
         }
-        (StartValue::Number(value), _) => {
-            variable.check_real(*value)?;
-            variable.set_real(settings, *value);
-        }
+        (StartValue::Number(value), _) => *value,
         (StartValue::Item(name), Access::Enumeration(enumeration)) => {
             let item = enumeration.items.iter().find(|item| item.name == name);
-            let item = item.ok_or_else(|| Refusal::value(variable, name, enumeration))?;
-            variable.set_item(settings, item.value);
+            item.ok_or_else(|| Refusal::value(variable, name, enumeration))?.value.into()
         }
         (StartValue::Item(text), _) => return Err(Refusal::value(variable, format_args!("{text:?}"), "a number")),
-    }
+    };
+    variable.check(value)?;
+    variable.set(settings, value);
     Ok(())
 }
 

@@ -1,7 +1,5 @@
 //! Reading, checking and changing settings by variable.
 
-use std::fmt::Display;
-
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::table::range::ANY;
@@ -15,7 +13,7 @@ impl Settings {
     pub fn zero(balls: usize) -> Self {
         let mut zero = Self::default_for(balls);
         for variable in variables(balls) {
-            variable.set_real(&mut zero, 0.0);
+            variable.set(&mut zero, 0.0); // No item of an enumeration is 0.
         }
         zero
     }
@@ -26,7 +24,7 @@ impl Settings {
             Access::Setting { get, .. } => get(self).len() == array.row.shape.len(balls),
             _ => true,
         };
-        let allowed = |variable: Variable| variable.real(self).is_none_or(|value| variable.check_real(value).is_ok());
+        let allowed = |variable: Variable| variable.value(self).is_none_or(|value| variable.check(value).is_ok());
         let mut settable = Variable::arrays().filter(|array| array.row.settable());
         settable.all(|array| fits(&array) && array.scalars(balls).all(allowed))
     }
@@ -45,13 +43,16 @@ impl Variable {
         Ok(())
     }
 
-    /// Whether `value` is finite and in range.
-    pub fn check_real(&self, value: f64) -> Result<(), Refusal> {
-        if self.row.range.contains(value) {
-            return Ok(());
+    /// Whether `value` is finite and in range, of an enumeration whether it is the integer of an item.
+    pub fn check(&self, value: f64) -> Result<(), Refusal> {
+        let row = self.row;
+        match row.access {
+            Access::Enumeration(enumeration) if enumeration.item(value).is_some() => Ok(()),
+            Access::Enumeration(enumeration) => Err(Refusal::value(self, value, enumeration)),
+            _ if row.range.contains(value) => Ok(()),
+            _ if row.access.data_type() == Type::Integer => Err(Refusal::value(self, value, row.range)),
+            _ => Err(Refusal::value(self, row.quantified(Number(value)), row.quantified(row.range))),
         }
-        let quantified = |value: &dyn Display| self.row.quantified(value);
-        Err(Refusal::value(self, quantified(&Number(value)), quantified(&self.row.range)))
     }
 
     /// Checks that it is an input whose time derivative of this order (1/s^order times its unit) may be `value`.
@@ -76,53 +77,45 @@ impl Variable {
         Refusal::value(format_args!("order of the derivative of {self}"), order, format_args!("1 to {most}"))
     }
 
-    /// Whether `value` is the integer of an item.
-    pub fn check_item(&self, value: i64) -> Result<(), Refusal> {
-        let item = i32::try_from(value).ok();
-        match self.row.access {
-            Access::Enumeration(enumeration) if item.and_then(|item| enumeration.item(item)).is_none() => {
-                Err(Refusal::value(self, value, enumeration))
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// The error for a getter or setter of the wrong type.
     pub fn wrong_type(&self, asked: Type) -> Refusal {
         let actual = self.row.access.data_type();
         Refusal::new(format_args!("{self} is of type {actual:?}, not {asked:?}"))
     }
 
-    /// The value of a real parameter, input, slope or calculated parameter; otherwise none.
+    /// The value of a parameter, input or slope, of an enumeration the integer of its item; otherwise none.
     #[inline]
-    pub fn real(&self, settings: &Settings) -> Option<f64> {
+    pub fn value(&self, settings: &Settings) -> Option<f64> {
         match self.row.access {
             Access::Setting { get, .. } => get(settings).get(self.index).copied(),
             Access::Calculated(get) => Some(get(&settings.parameters)),
-            _ => None,
-        }
-    }
-
-    /// The integer of an enumeration; otherwise none.
-    pub fn item(&self, settings: &Settings) -> Option<i32> {
-        match self.row.access {
-            Access::Enumeration(enumeration) => Some((enumeration.get)(settings)),
+            Access::Enumeration(enumeration) => Some((enumeration.get)(settings).into()),
             _ => None,
         }
     }
 
     /// The value of a setting without its unit, an item by its name; otherwise none.
     pub fn text(&self, settings: &Settings) -> Option<String> {
+        let value = self.value(settings)?;
         match self.row.access {
-            Access::Enumeration(of) => of.item((of.get)(settings)).map(|item| item.name.to_owned()),
-            _ => self.real(settings).map(|value| Number(value).to_string()),
+            Access::Enumeration(of) => of.item(value).map(|item| item.name.to_owned()),
+            _ => Some(Number(value).to_string()),
         }
     }
 
-    /// Sets a real parameter, input or slope to a checked value. Returns whether it changed.
-    pub fn set_real(&self, settings: &mut Settings, value: f64) -> bool {
-        let Access::Setting { set, .. } = self.row.access else { return false };
-        set(settings).get_mut(self.index).is_some_and(|slot| std::mem::replace(slot, value) != value)
+    /// Sets a parameter, input or slope to a checked value. Returns whether it changed.
+    pub fn set(&self, settings: &mut Settings, value: f64) -> bool {
+        match self.row.access {
+            Access::Setting { set, .. } => {
+                set(settings).get_mut(self.index).is_some_and(|slot| std::mem::replace(slot, value) != value)
+            }
+            Access::Enumeration(enumeration) => {
+                let before = (enumeration.get)(settings);
+                (enumeration.set)(settings, value as i32);
+                before != (enumeration.get)(settings)
+            }
+            _ => false,
+        }
     }
 
     /// Sets the derivative of an input, of the order that `inputs` holds, to a checked value.
@@ -131,13 +124,5 @@ impl Variable {
             Shape::Scalar => inputs.support_acceleration = value,
             _ => inputs.force[self.index] = value,
         }
-    }
-
-    /// Selects a checked item. Returns whether it changed.
-    pub fn set_item(&self, settings: &mut Settings, value: i32) -> bool {
-        let Access::Enumeration(enumeration) = self.row.access else { return false };
-        let before = (enumeration.get)(settings);
-        (enumeration.set)(settings, value);
-        before != (enumeration.get)(settings)
     }
 }

@@ -2,28 +2,20 @@
 
 use crate::ffi::{array, array_mut, write};
 use crate::fmi2::types::*;
-use crate::instance::Value;
 use crate::variables::Type;
 
 export! {
     /// Reads real variables.
     fn fmi2GetReal(vr: *const fmi2ValueReference, nvr: usize, value: *mut f64) as Get |instance| {
-        let real = |value| if let Value::Float(value) = value { value } else { 0.0 };
-        instance.get(Type::Real, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, real)
+        instance.get(Type::Real, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, |value| value)
     };
     /// Reads integers and enumerations; counts that do not fit are the largest integer.
     fn fmi2GetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Integer) as Get |instance| {
-        let integer = |value| match value {
-            Value::Count(count) => fmi2Integer::try_from(count).unwrap_or(fmi2Integer::MAX),
-            Value::Item(item) => item as fmi2Integer,
-            Value::Float(_) | Value::Flag(_) => 0, // no integer has these
-        };
-        instance.get(Type::Integer, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, integer)
+        instance.get(Type::Integer, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, |value| value as fmi2Integer)
     };
     /// Reads booleans.
     fn fmi2GetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Boolean) as Get |instance| {
-        let is_true = |value| (value == Value::Flag(true)).into();
-        instance.get(Type::Boolean, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, is_true)
+        instance.get(Type::Boolean, array("vr", vr, nvr)?, array_mut("value", value, nvr)?, |value| value as fmi2Boolean)
     };
     /// There are no strings: legal for an empty list only.
     fn fmi2GetString(vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2String) as Get |instance| {
@@ -31,22 +23,19 @@ export! {
     };
     /// Sets real parameters and inputs: all, or none if any is refused.
     fn fmi2SetReal(vr: *const fmi2ValueReference, nvr: usize, value: *const f64) as Set |instance| {
-        instance.set_floats(array("vr", vr, nvr)?, array("value", value, nvr)?)
+        instance.set(Type::Real, array("vr", vr, nvr)?, array("value", value, nvr)?, |value| value)
     };
     /// Sets enumerations: all, or none if any is refused.
     fn fmi2SetInteger(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Integer) as SetDiscrete |instance| {
-        let values: Vec<i64> = array("value", value, nvr)?.iter().copied().map(i64::from).collect();
-        instance.set_items(array("vr", vr, nvr)?, &values)
+        instance.set(Type::Integer, array("vr", vr, nvr)?, array("value", value, nvr)?, f64::from)
     };
     /// No boolean can be set: legal for an empty list only.
     fn fmi2SetBoolean(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Boolean) as SetDiscrete |instance| {
-        array("value", value, nvr)?;
-        instance.refuse_to_set(array("vr", vr, nvr)?, Type::Boolean)
+        instance.set(Type::Boolean, array("vr", vr, nvr)?, array("value", value, nvr)?, f64::from)
     };
     /// There are no strings: legal for an empty list only.
     fn fmi2SetString(vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2String) as SetDiscrete |instance| {
-        array("value", value, nvr)?;
-        instance.refuse_to_set(array("vr", vr, nvr)?, Type::String)
+        instance.set(Type::String, array("vr", vr, nvr)?, array("value", value, nvr)?, |_| f64::NAN)
     };
     /// Sets time derivatives of real inputs, of order 1 to 3, for the next fmi2DoStep: all, or none if any is refused.
     /// After that step the inputs keep the values they reached.

@@ -2,7 +2,6 @@
 
 use crate::ffi::{array, array_mut};
 use crate::fmi3::types::*;
-use crate::instance::{Instance, Value};
 use crate::variables::{Refusal, Type};
 
 /// Error for a type that no variable has, if any is asked for.
@@ -14,25 +13,23 @@ fn refuse_type(asked: usize) -> Result<(), Refusal> {
 macro_rules! values {
     ($(
         $(#[$got:meta])* $get:ident
-        $(#[$is_set:meta])* $set:ident($type:ty = $asked:ident, $value:ident) as $call:ident $by:expr;
+        $(#[$is_set:meta])* $set:ident($type:ty = $asked:ident) as $call:ident;
     )*) => {
         export! {$(
             $(#[$got])*
             fn $get(
                 valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut $type, nValues: usize,
             ) as GetArrays |instance| {
-                let convert = |value| if let Value::$value(value) = value { value.into() } else { Default::default() };
                 let references = array("valueReferences", valueReferences, nValueReferences)?;
-                instance.get(Type::$asked, references, array_mut("values", values, nValues)?, convert)
+                instance.get(Type::$asked, references, array_mut("values", values, nValues)?, |value| value as $type)
             };
             $(#[$is_set])*
             fn $set(
                 valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const $type,
                 nValues: usize,
             ) as $call |instance| {
-                let set: fn(&mut Instance, &[u32], &[$type]) -> Result<(), Refusal> = $by;
                 let references = array("valueReferences", valueReferences, nValueReferences)?;
-                set(instance, references, array("values", values, nValues)?)
+                instance.set(Type::$asked, references, array("values", values, nValues)?, |value| value as f64)
             };
         )*}
     };
@@ -42,21 +39,19 @@ values! {
     /// Reads real variables.
     fmi3GetFloat64
     /// Sets real parameters, inputs and slopes: all, or none if any is refused.
-    fmi3SetFloat64(f64 = Real, Float) as Set Instance::set_floats;
+    fmi3SetFloat64(f64 = Real) as Set;
     /// Reads counts, and `n`.
     fmi3GetUInt64
     /// Sets `n`, in Configuration Mode.
-    fmi3SetUInt64(u64 = Integer, Count) as SetCounts Instance::set_counts;
+    fmi3SetUInt64(u64 = Integer) as SetCounts;
     /// Reads enumerations.
     fmi3GetInt64
     /// Sets enumerations: all, or none if any is refused.
-    fmi3SetInt64(i64 = Enumeration, Item) as SetDiscrete Instance::set_items;
+    fmi3SetInt64(i64 = Enumeration) as SetDiscrete;
     /// Reads truth values.
     fmi3GetBoolean
     /// No truth value can be set.
-    fmi3SetBoolean(fmi3Boolean = Boolean, Flag) as SetDiscrete |instance, references, _| {
-        instance.refuse_to_set(references, Type::Boolean)
-    };
+    fmi3SetBoolean(fmi3Boolean = Boolean) as SetDiscrete;
 }
 
 export! {
@@ -65,14 +60,15 @@ export! {
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Clock,
     ) as GetArrays |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
-        let is_active = |value| (value == Value::Flag(true)).into();
-        instance.get(Type::Clock, references, array_mut("values", values, nValueReferences)?, is_active)
+        let places = array_mut("values", values, nValueReferences)?;
+        instance.get(Type::Clock, references, places, |value| value as fmi3Clock)
     };
     /// No clock can be set: all are outputs.
     fn fmi3SetClock(
-        valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *const fmi3Clock,
+        valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const fmi3Clock,
     ) as SetDiscrete |instance| {
-        instance.refuse_to_set(array("valueReferences", valueReferences, nValueReferences)?, Type::Clock)
+        let references = array("valueReferences", valueReferences, nValueReferences)?;
+        instance.set(Type::Clock, references, array("values", values, nValueReferences)?, f64::from)
     };
     /// Reads `log.pulses`. The bytes stay valid until the next call.
     fn fmi3GetBinary(
@@ -92,9 +88,10 @@ export! {
     /// No bytes can be set.
     fn fmi3SetBinary(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, _valueSizes: *const usize,
-        _values: *const fmi3Binary, _nValues: usize,
+        values: *const fmi3Binary, nValues: usize,
     ) as SetDiscrete |instance| {
-        instance.refuse_to_set(array("valueReferences", valueReferences, nValueReferences)?, Type::Binary)
+        let references = array("valueReferences", valueReferences, nValueReferences)?;
+        instance.set(Type::Binary, references, array("values", values, nValues)?, |_| f64::NAN)
     };
 }
 

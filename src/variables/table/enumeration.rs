@@ -17,8 +17,8 @@ pub struct Enumeration {
 
 impl Enumeration {
     /// The item with this integer.
-    pub fn item(&self, value: i32) -> Option<&'static Item> {
-        self.items.iter().find(|item| item.value == value)
+    pub fn item(&self, value: f64) -> Option<&'static Item> {
+        self.items.iter().find(|item| f64::from(item.value) == value)
     }
 }
 
