@@ -55,7 +55,7 @@ mod tests {
     /// Resets the component, with `body` as the body of that call.
     fn reset(c: *mut c_void, mut body: impl FnMut(&mut Instance)) -> fmi2Status {
         unsafe {
-            call::<Fmi2>(c, "fmi2Reset", Call::Reset, &mut |instance| {
+            call::<Fmi2>(c, "fmi2Reset", Call::RESET, &mut |instance| {
                 body(instance);
                 instance.reset();
                 Ok(())

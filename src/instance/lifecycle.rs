@@ -40,14 +40,14 @@ impl Instance {
     /// Refuses a call that is not legal in the current phase. To be asked before every call.
     #[inline]
     pub fn require(&self, call: Call) -> Result<(), Refusal> {
-        let of_kind = call.kind().is_none_or(|own| own == self.run.purpose.kind);
-        if of_kind && call.is_legal_in(self.run.phase) { Ok(()) } else { Err(self.illegal(call)) }
+        let Run { phase, purpose, .. } = self.run;
+        if call.is_of(purpose.kind) && call.is_legal_in(phase) { Ok(()) } else { Err(self.illegal(call)) }
     }
 
     #[cold]
     fn illegal(&self, call: Call) -> Refusal {
         let Run { phase, purpose, ended_by, .. } = &self.run;
-        if call.kind().is_some_and(|other| other != purpose.kind) {
+        if !call.is_of(purpose.kind) {
             return Refusal::new(format_args!("not allowed in {}, which the instance was created for", purpose.kind));
         }
         if let Some(function) = ended_by {

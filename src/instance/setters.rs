@@ -8,8 +8,8 @@ use crate::model::{Inputs, Tunables};
 use crate::variables::{Causality, Refusal, Settings, Shape, TABLE, Type, Variability, Variable};
 
 impl Instance {
-    /// Sets the variables behind `references`, all of this type, to `values`, element after element: all, or none if any
-    /// is refused.
+    /// Sets the variables behind `references`, all of this type, to `values`, element after element: all, or none if
+    /// any is refused.
     pub fn set<T: Copy>(
         &mut self,
         asked: Type,

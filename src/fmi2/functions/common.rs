@@ -86,7 +86,7 @@ export! {
     /// Switches logging on for the categories listed only, for all if none is listed, or off. An unknown category is an
     /// error and changes nothing.
     fn fmi2SetDebugLogging(loggingOn: fmi2Boolean, nCategories: usize, categories: *const fmi2String)
-    as SetDebugLogging |instance| {
+    as SET_DEBUG_LOGGING |instance| {
         let categories = ffi::categories(array("categories", categories, nCategories)?)?;
         instance.log.switch(false, &[]);
         instance.log.switch(loggingOn != fmi2False, &categories);
@@ -96,19 +96,19 @@ export! {
     /// non-finite values are ignored.
     fn fmi2SetupExperiment(
         toleranceDefined: fmi2Boolean, tolerance: f64, startTime: f64, stopTimeDefined: fmi2Boolean, stopTime: f64
-    ) as SetupExperiment |instance| {
+    ) as SETUP_EXPERIMENT |instance| {
         let stop = (stopTimeDefined != fmi2False).then_some(stopTime);
         let tolerance = (toleranceDefined != fmi2False).then_some(tolerance);
         instance.set_up(Experiment { start: startTime, stop, tolerance })
     };
     /// Enters Initialization Mode; fmi2SetupExperiment comes first.
-    fn fmi2EnterInitializationMode() as EnterInitializationMode |instance| instance.enter_initialization();
+    fn fmi2EnterInitializationMode() as ENTER_INITIALIZATION_MODE |instance| instance.enter_initialization();
     /// Starts the run.
-    fn fmi2ExitInitializationMode() as ExitInitializationMode |instance| instance.exit_initialization();
+    fn fmi2ExitInitializationMode() as EXIT_INITIALIZATION_MODE |instance| instance.exit_initialization();
     /// Ends the run; its last values can still be read.
-    fn fmi2Terminate() as Terminate |instance| instance.enter(Phase::Terminated);
+    fn fmi2Terminate() as TERMINATE |instance| instance.enter(Phase::Terminated);
     /// Returns to the state after fmi2Instantiate.
-    fn fmi2Reset() as Reset |instance| { instance.reset(); Ok(()) };
+    fn fmi2Reset() as RESET |instance| { instance.reset(); Ok(()) };
 }
 
 ffi::export_states! {

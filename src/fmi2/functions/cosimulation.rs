@@ -9,32 +9,32 @@ export! {
     /// fmi2Warning, at which hosts loop or stop.
     fn fmi2DoStep(
         currentCommunicationPoint: f64, communicationStepSize: f64, _noSetFMUStatePriorToCurrentPoint: fmi2Boolean
-    ) as DoStep |instance| {
+    ) as DO_STEP |instance| {
         instance.step(currentCommunicationPoint, communicationStepSize, false).map(|_| ())
     };
     /// Steps are synchronous: there is never one to cancel.
-    fn fmi2CancelStep() as CancelStep |_| Ok(());
+    fn fmi2CancelStep() as CANCEL_STEP |_| Ok(());
     /// fmi2DoStepStatus: steps are synchronous, and a failed one leaves the error state in which this cannot be asked.
-    fn fmi2GetStatus(s: fmi2StatusKind, value: *mut fmi2Status) as Status |_| {
+    fn fmi2GetStatus(s: fmi2StatusKind, value: *mut fmi2Status) as STATUS |_| {
         check(s, fmi2DoStepStatus, "fmi2DoStepStatus")?;
         answer("value", value, fmi2Status::fmi2OK)
     };
     /// fmi2LastSuccessfulTime: the time that the last step reached, s.
-    fn fmi2GetRealStatus(s: fmi2StatusKind, value: *mut f64) as Status |instance| {
+    fn fmi2GetRealStatus(s: fmi2StatusKind, value: *mut f64) as STATUS |instance| {
         check(s, fmi2LastSuccessfulTime, "fmi2LastSuccessfulTime")?;
         answer("value", value, instance.time())
     };
     /// The standard defines no status that is an integer.
-    fn fmi2GetIntegerStatus(_s: fmi2StatusKind, _value: *mut fmi2Integer) as Status |_| {
+    fn fmi2GetIntegerStatus(_s: fmi2StatusKind, _value: *mut fmi2Integer) as STATUS |_| {
         Err(Refusal::new("no status is an integer"))
     };
     /// fmi2Terminated: the FMU never ends a run by itself.
-    fn fmi2GetBooleanStatus(s: fmi2StatusKind, value: *mut fmi2Boolean) as Status |_| {
+    fn fmi2GetBooleanStatus(s: fmi2StatusKind, value: *mut fmi2Boolean) as STATUS |_| {
         check(s, fmi2Terminated, "fmi2Terminated")?;
         answer("value", value, fmi2False)
     };
     /// fmi2PendingStatus: nothing is ever pending.
-    fn fmi2GetStringStatus(s: fmi2StatusKind, value: *mut fmi2String) as Status |_| {
+    fn fmi2GetStringStatus(s: fmi2StatusKind, value: *mut fmi2String) as STATUS |_| {
         check(s, fmi2PendingStatus, "fmi2PendingStatus")?;
         answer("value", value, c"".as_ptr())
     };

@@ -10,7 +10,7 @@ macro_rules! intervals {
             /// There are no clocks with intervals.
             fn $name(
                 _valueReferences: *const fmi3ValueReference, nValueReferences: usize, $($argument: $type),*
-            ) as Intervals |_| match nValueReferences {
+            ) as INTERVALS |_| match nValueReferences {
                 0 => Ok(()),
                 _ => Err(Refusal::new("no clock has an interval: they tick when contacts close and open")),
             };
@@ -34,9 +34,9 @@ intervals! {
 export! {
     /// Not offered.
     fn fmi3ActivateModelPartition(_clockReference: fmi3ValueReference, _activationTime: f64)
-    as NotOffered |_| Err(no_scheduled_execution());
+    as NOT_OFFERED |_| Err(no_scheduled_execution());
     /// Does nothing, as the standard requires where `providesEvaluateDiscreteStates` is false.
-    fn fmi3EvaluateDiscreteStates() as NextEvent |_| Ok(());
+    fn fmi3EvaluateDiscreteStates() as NEXT_EVENT |_| Ok(());
 }
 
 pub(super) fn no_scheduled_execution() -> Refusal {

@@ -8,7 +8,7 @@ use crate::variables::Refusal;
 
 export! {
     /// Returns from Event Mode to Step Mode.
-    fn fmi3EnterStepMode() as EnterStepMode |instance| instance.enter(Phase::StepMode);
+    fn fmi3EnterStepMode() as ENTER_STEP_MODE |instance| instance.enter(Phase::StepMode);
 }
 
 /// Steps from `currentCommunicationPoint` by `communicationStepSize` > 0, in s. With event mode and early return, the
@@ -46,10 +46,10 @@ pub unsafe extern "C" fn fmi3DoStep(
     let calls = unsafe { Component::call_host(instance, |callbacks: &Fmi3| callbacks.update.is_some()) };
     let calls = calls.unwrap_or(false);
     let (mut status, mut interrupted) =
-        part(Call::DoStep, &|instance| instance.step(currentCommunicationPoint, communicationStepSize, calls));
+        part(Call::DO_STEP, &|instance| instance.step(currentCommunicationPoint, communicationStepSize, calls));
     while let (fmi3Status::fmi3OK, Some(StepEnd { time, .. })) = (status, interrupted) {
         let end = unsafe { Component::call_host(instance, |callbacks| update(callbacks, time)) }.flatten();
-        (status, interrupted) = part(Call::ContinueStep, &|instance| instance.continue_step(end));
+        (status, interrupted) = part(Call::CONTINUE_STEP, &|instance| instance.continue_step(end));
     }
     status
 }

@@ -11,7 +11,7 @@ export! {
     fn fmi3GetDirectionalDerivative(
         unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference, nKnowns: usize,
         seed: *const f64, nSeed: usize, sensitivity: *mut f64, nSensitivity: usize,
-    ) as DirectionalDerivative |instance| {
+    ) as DIRECTIONAL_DERIVATIVE |instance| {
         let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
         let found = instance.directional(unknowns, knowns, array("seed", seed, nSeed)?)?;
         write("sensitivity", sensitivity, ("nSensitivity", nSensitivity), found)
@@ -20,7 +20,7 @@ export! {
     fn fmi3GetAdjointDerivative(
         unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference, nKnowns: usize,
         seed: *const f64, nSeed: usize, sensitivity: *mut f64, nSensitivity: usize,
-    ) as DirectionalDerivative |instance| {
+    ) as DIRECTIONAL_DERIVATIVE |instance| {
         let (unknowns, knowns) = (array("unknowns", unknowns, nUnknowns)?, array("knowns", knowns, nKnowns)?);
         let found = instance.adjoint(unknowns, knowns, array("seed", seed, nSeed)?)?;
         write("sensitivity", sensitivity, ("nSensitivity", nSensitivity), found)
@@ -30,19 +30,19 @@ export! {
     fn fmi3GetOutputDerivatives(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, orders: *const i32, values: *mut f64,
         nValues: usize,
-    ) as GetOutputDerivatives |instance| {
+    ) as GET_OUTPUT_DERIVATIVES |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let found = instance.output_derivatives(references, array("orders", orders, nValueReferences)?)?;
         write("values", values, ("nValues", nValues), found)
     };
     /// Not offered.
     fn fmi3GetNumberOfVariableDependencies(_valueReference: fmi3ValueReference, _nDependencies: *mut usize)
-    as NotOffered |_| no_dependencies();
+    as NOT_OFFERED |_| no_dependencies();
     /// Not offered.
     fn fmi3GetVariableDependencies(
         _dependent: fmi3ValueReference, _elementIndicesOfDependent: *mut usize, _independents: *mut fmi3ValueReference,
         _elementIndicesOfIndependents: *mut usize, _dependencyKinds: *mut fmi3DependencyKind, _nDependencies: usize,
-    ) as NotOffered |_| no_dependencies();
+    ) as NOT_OFFERED |_| no_dependencies();
 }
 
 fn no_dependencies() -> Result<(), Refusal> {

@@ -19,7 +19,7 @@ macro_rules! values {
             $(#[$got])*
             fn $get(
                 valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut $type, nValues: usize,
-            ) as GetArrays |instance| {
+            ) as GET_ARRAYS |instance| {
                 let references = array("valueReferences", valueReferences, nValueReferences)?;
                 instance.get(Type::$asked, references, array_mut("values", values, nValues)?, |value| value as $type)
             };
@@ -39,26 +39,26 @@ values! {
     /// Reads real variables.
     fmi3GetFloat64
     /// Sets real parameters, inputs and slopes: all, or none if any is refused.
-    fmi3SetFloat64(f64 = Real) as Set;
+    fmi3SetFloat64(f64 = Real) as SET;
     /// Reads counts, and `n`.
     fmi3GetUInt64
     /// Sets `n`, in Configuration Mode.
-    fmi3SetUInt64(u64 = Integer) as SetCounts;
+    fmi3SetUInt64(u64 = Integer) as SET_COUNTS;
     /// Reads enumerations.
     fmi3GetInt64
     /// Sets enumerations: all, or none if any is refused.
-    fmi3SetInt64(i64 = Enumeration) as SetDiscrete;
+    fmi3SetInt64(i64 = Enumeration) as SET_DISCRETE;
     /// Reads truth values.
     fmi3GetBoolean
     /// No truth value can be set.
-    fmi3SetBoolean(fmi3Boolean = Boolean) as SetDiscrete;
+    fmi3SetBoolean(fmi3Boolean = Boolean) as SET_DISCRETE;
 }
 
 export! {
     /// Reads whether clocks are active.
     fn fmi3GetClock(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *mut fmi3Clock,
-    ) as GetArrays |instance| {
+    ) as GET_ARRAYS |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let places = array_mut("values", values, nValueReferences)?;
         instance.get(Type::Clock, references, places, |value| value as fmi3Clock)
@@ -66,7 +66,7 @@ export! {
     /// No clock can be set: all are outputs.
     fn fmi3SetClock(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, values: *const fmi3Clock,
-    ) as SetDiscrete |instance| {
+    ) as SET_DISCRETE |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         instance.set(Type::Clock, references, array("values", values, nValueReferences)?, f64::from)
     };
@@ -74,7 +74,7 @@ export! {
     fn fmi3GetBinary(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, valueSizes: *mut usize,
         values: *mut fmi3Binary, nValues: usize,
-    ) as GetArrays |instance| {
+    ) as GET_ARRAYS |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         let (sizes, places) = (array_mut("valueSizes", valueSizes, nValues)?, array_mut("values", values, nValues)?);
         Refusal::unless_count("nValues", nValues, references.len())?;
@@ -89,7 +89,7 @@ export! {
     fn fmi3SetBinary(
         valueReferences: *const fmi3ValueReference, nValueReferences: usize, _valueSizes: *const usize,
         values: *const fmi3Binary, nValues: usize,
-    ) as SetDiscrete |instance| {
+    ) as SET_DISCRETE |instance| {
         let references = array("valueReferences", valueReferences, nValueReferences)?;
         instance.set(Type::Binary, references, array("values", values, nValues)?, |_| f64::NAN)
     };
@@ -103,12 +103,12 @@ macro_rules! no_such_type {
             fn $get(
                 _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *mut $type,
                 _nValues: usize,
-            ) as GetArrays |_| refuse_type(nValueReferences);
+            ) as GET_ARRAYS |_| refuse_type(nValueReferences);
             /// There are no variables of this type.
             fn $set(
                 _valueReferences: *const fmi3ValueReference, nValueReferences: usize, _values: *const $type,
                 _nValues: usize,
-            ) as SetDiscrete |_| refuse_type(nValueReferences);
+            ) as SET_DISCRETE |_| refuse_type(nValueReferences);
         )*}
     };
 }
