@@ -4,10 +4,8 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use super::legality::Purpose;
 use super::pulses::Pulses;
-use super::report::Reporter;
-use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
+use crate::engine::{NEVER, Pulse, Results, WorkCounters};
 use crate::variables::Edge;
 
 /// The contacts that close and the pulses that end at one instant. A contact closes and opens at most once in a tick,
@@ -86,12 +84,12 @@ impl Clocks {
         &mut self.pending[last]
     }
 
-    fn close(&mut self, contact: usize, time: f64) {
+    pub fn close(&mut self, contact: usize, time: f64) {
         let takes = |tick: &Tick| !tick.has_closed(contact) && tick.ended(contact).is_none();
         self.pending_at(time, takes).closed.push(contact);
     }
 
-    fn end(&mut self, pulse: Pulse) {
+    pub fn end(&mut self, pulse: Pulse) {
         self.pending_at(pulse.release, |tick| tick.ended(pulse.contact).is_none()).ended.push(pulse);
     }
 
@@ -169,51 +167,5 @@ impl Clocks {
     /// The pulse of a contact that ended at the last tick, if one did.
     pub fn ended(&self, contact: usize) -> Option<Pulse> {
         self.last[Edge::Release as usize].as_ref()?.ended(contact)
-    }
-}
-
-/// Passes the onsets and releases of a step to the clocks; if asked, ends the step at the first.
-pub(super) struct Recorder<'a> {
-    pub reporter: Reporter<'a>,
-    pub clocks: &'a mut Clocks,
-    /// What the instance is for: whether it has clocks or their log.
-    pub purpose: Purpose,
-    pub stops: bool,
-    /// Time of the first onset or release, s.
-    pub stopped: Option<f64>,
-}
-
-impl Recorder<'_> {
-    fn stop(&mut self, time: f64) {
-        if self.stops {
-            self.stopped.get_or_insert(time);
-        }
-    }
-}
-
-impl Observer for Recorder<'_> {
-    fn pulse(&mut self, pulse: Pulse) {
-        self.reporter.pulse(pulse);
-        self.stop(pulse.release);
-        if self.purpose.events {
-            self.clocks.end(pulse);
-        } else if self.purpose.fmi3 {
-            self.clocks.log.enter(pulse);
-        }
-    }
-
-    fn onset(&mut self, contact: usize, time: f64) {
-        self.stop(time);
-        if self.purpose.events {
-            self.clocks.close(contact, time);
-        }
-    }
-
-    fn progress(&mut self, progress: Progress) {
-        self.reporter.progress(progress);
-    }
-
-    fn stop(&self) -> Option<f64> {
-        self.stopped
     }
 }

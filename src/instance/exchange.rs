@@ -5,9 +5,8 @@
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
-use super::report::Reporter;
 use super::step::Handled;
-use crate::engine::{Observer, state_count};
+use crate::engine::state_count;
 use crate::variables::{Extra, Refusal};
 
 impl Instance {
@@ -124,9 +123,9 @@ impl Instance {
     fn handle_events(&mut self) -> Result<Option<f64>, Refusal> {
         self.exchange()?;
         let Some(exchange) = &mut self.run.exchange else { return Err(Refusal::new("nothing is calculated yet")) };
-        let (mut pulses, mut reporter) = (Vec::new(), Reporter::new(&self.log, exchange.time()));
+        let mut pulses = Vec::new();
         let updated = exchange.update(&mut pulses);
-        pulses.iter().for_each(|pulse| reporter.pulse(*pulse));
+        pulses.iter().for_each(|pulse| self.log.pulse(*pulse));
         let update = updated.map_err(|error| self.fail(error))?;
         self.run.states_changed |= update.changed;
         if let Some(exchange) = self.run.exchange.as_ref().filter(|_| self.run.purpose.events) {

@@ -2,6 +2,7 @@
 
 use std::fmt::Arguments;
 
+use crate::engine::Pulse;
 use crate::variables::LogCategory;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -62,6 +63,15 @@ impl Log {
 
     pub fn solver(&self, text: Arguments<'_>) {
         self.write(Severity::Ok, LogCategory::Solver, text);
+    }
+
+    /// Writes a line of 17 digits, so that they read back as the same doubles.
+    pub fn pulse(&self, Pulse { contact, onset, release, peak, impulse }: Pulse) {
+        let contact = contact + 1;
+        let text = format_args!(
+            "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"
+        );
+        self.write(Severity::Ok, LogCategory::Events, text);
     }
 
     pub fn error(&self, text: Arguments<'_>) {

@@ -1,9 +1,8 @@
 //! Communication steps, which may end or be interrupted at onsets and releases, and events.
 
-use super::clocks::Recorder;
 use super::legality::{Kind, Phase, Purpose};
 use super::lifecycle::Instance;
-use super::report::Reporter;
+use super::report::Recorder;
 use super::run::StepUnderWay;
 use crate::engine::{EngineError, Results};
 use crate::model::{ContactModel, Inputs};
@@ -106,8 +105,7 @@ impl Instance {
         self.run.history.forget_tape();
         let (end, purpose) = (step.end, self.run.purpose);
         let stops = interruptible || self.may_end_early();
-        let clocks = &mut self.run.clocks;
-        let mut recorder = Recorder { reporter: Reporter::new(&self.log, end), clocks, purpose, stops, stopped: None };
+        let mut recorder = Recorder::new(&self.log, &mut self.run.clocks, purpose, end, stops);
         let moved = match &mut self.run.simulation {
             Some(simulation) if begins => simulation.advance(end, &mut recorder),
             Some(simulation) => simulation.continue_step(end, &mut recorder),
