@@ -3,8 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
+    #[default]
     CoSimulation,
     ModelExchange,
 }
@@ -19,7 +20,7 @@ impl std::fmt::Display for Kind {
 }
 
 /// What a host has created an instance for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Purpose {
     pub kind: Kind,
     /// Whether the host uses FMI 3.0; otherwise FMI 2.0.
@@ -32,7 +33,7 @@ pub struct Purpose {
 impl Purpose {
     /// That of a host of FMI 2.0.
     pub fn fmi2(kind: Kind) -> Self {
-        Self { kind, fmi3: false, events: false, early_return: false }
+        Self { kind, ..Self::default() }
     }
 
     pub(super) fn has_event_mode(self) -> bool {
@@ -42,7 +43,7 @@ impl Purpose {
 
 macro_rules! phases {
     ($($(#[$doc:meta])* $phase:ident $name:literal $exists:expr;)*) => {
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         pub enum Phase {
             $($(#[$doc])* $phase),*
         }
@@ -67,6 +68,7 @@ macro_rules! phases {
 // Each with its name in messages, and the instances that have it.
 phases! {
     /// Start values can be set, nothing is calculated.
+    #[default]
     Instantiated "the instantiated state" |_| true;
     ConfigurationMode "Configuration Mode" |of| of.fmi3;
     /// A refused call ended the run before anything was calculated.

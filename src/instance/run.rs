@@ -45,7 +45,7 @@ impl Experiment {
 }
 
 /// Everything that changes while an instance runs: all that a saved state has to hold.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct Run {
     pub(super) purpose: Purpose,
     pub(super) phase: Phase,
@@ -64,8 +64,6 @@ pub(super) struct Run {
     pub(super) inputs_changed: bool,
     /// The tunable parameters in the simulation, if newer ones have been set.
     pub(super) tuned_from: Option<Tunables>,
-    /// Whether a step past the host's stop time has been logged.
-    pub(super) past_stop_logged: bool,
     /// The history of inputs for derivatives of the run, in FMI 3.0.
     pub(super) history: History,
     /// Values of the last elements of arrays over contacts, by the row's position. They have no effect.
@@ -99,27 +97,8 @@ pub(super) struct StepUnderWay {
 
 impl Run {
     pub(super) fn new(purpose: Purpose, start: &Settings) -> Self {
-        Self {
-            purpose,
-            phase: Phase::Instantiated,
-            settings: start.clone(),
-            experiment: None,
-            simulation: None,
-            exchange: None,
-            input_derivatives: Vec::new(),
-            inputs_changed: false,
-            tuned_from: None,
-            past_stop_logged: false,
-            history: History::default(),
-            padding: BTreeMap::new(),
-            clocks: Clocks::new(Self::contacts_with_clocks(purpose, start.balls())),
-            states_changed: false,
-            last_event: None,
-            read_logged: false,
-            ended_by: None,
-            csv: String::new(),
-            under_way: None,
-        }
+        let clocks = Clocks::new(Self::contacts_with_clocks(purpose, start.balls()));
+        Self { purpose, settings: start.clone(), clocks, ..Self::default() }
     }
 
     fn contacts_with_clocks(purpose: Purpose, balls: usize) -> usize {

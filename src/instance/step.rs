@@ -68,10 +68,8 @@ impl Instance {
         }
         self.update_simulation()?;
         if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
-            && end > stop
-            && !self.run.past_stop_logged
+            && (own..end).contains(&stop)
         {
-            self.run.past_stop_logged = true;
             let text = format_args!("the step to t = {end} s passes stopTime = {stop} s; it is computed as usual");
             self.log.solver(text);
         }
