@@ -1,6 +1,5 @@
 //! Creating and freeing instances.
 
-use super::clocks::no_scheduled_execution;
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
@@ -138,4 +137,8 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives.
         unsafe { logger(environment, Fmi3::status(severity), category.as_ptr(), message.as_ptr()) }
     }))
+}
+
+pub(super) fn no_scheduled_execution() -> Refusal {
+    Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange")
 }
