@@ -57,14 +57,12 @@ impl Instance {
                     continue;
                 };
                 check_differentiable(&variable, &[Causality::Output], OUTPUTS)?;
-                let wanted = usize::try_from(*order).unwrap_or_default();
-                let Some(slot) = wanted.checked_sub(1).and_then(|place| known.get_mut(place)) else {
-                    return Err(variable.no_such_order(*order, MAX_OUTPUT_DERIVATIVE));
-                };
-                if slot.is_none() {
-                    *slot = Some(self.simulation()?.time_derivative(wanted));
+                let order = variable.check_order(*order, MAX_OUTPUT_DERIVATIVE)?;
+                let of_order = &mut known[order - 1];
+                if of_order.is_none() {
+                    *of_order = Some(self.simulation()?.time_derivative(order));
                 }
-                found.push(self.finite(variable, value(slot.as_ref(), &variable))?);
+                found.push(self.finite(variable, value(of_order.as_ref(), &variable))?);
             }
         }
         Ok(found)

@@ -39,10 +39,11 @@ impl Instance {
         if self.is_of(variable, asked) {
             return Ok(variable);
         }
+        let of = variable.row.access.data_type();
         if !self.run.purpose.fmi3 {
-            return Err(variable.wrong_type(asked));
+            return Err(Refusal::new(format_args!("{variable} is of type {of:?}, not {asked:?}")));
         }
-        let (asked, of) = (asked.fmi3(), variable.row.access.data_type().fmi3());
+        let (asked, of) = (asked.fmi3(), of.fmi3());
         Err(refuse_reference(variable, format_args!("variables of type {asked}; this one is of type {of}")))
     }
 

@@ -12,7 +12,6 @@ mod refusal;
 mod settings;
 mod table;
 mod text;
-mod values;
 mod variable;
 
 pub use description::{Description, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding};

@@ -4,7 +4,6 @@ use super::enumeration::Enumeration;
 use super::range::{ANY, NOT_NEGATIVE, Range};
 use super::unit::Quantity;
 use crate::model::{Differential, Parameters, Results};
-use crate::variables::refusal::Refusal;
 use crate::variables::settings::Settings;
 
 /// How many variables a row stands for.
@@ -219,13 +218,6 @@ impl Row {
     /// Whether the host may set it.
     pub const fn settable(&self) -> bool {
         matches!(self.causality, Causality::Parameter | Causality::Input)
-    }
-
-    /// The error for a setter of `variable`, which is of this row.
-    pub(crate) fn not_settable(&self, variable: impl std::fmt::Display) -> Refusal {
-        let causality = self.causality;
-        let text = format_args!("cannot be set: only parameters and inputs can, and its causality is {causality:?}");
-        Refusal::new(format_args!("{variable} {text}"))
     }
 
     /// The row of which it is the time derivative, by its name `der(...)`.
