@@ -121,10 +121,8 @@ impl Instance {
 
     /// Handles what is due now. Returns when the next event is. On failure the instance enters the error state.
     fn handle_events(&mut self) -> Result<Option<f64>, Refusal> {
-        self.exchange()?;
-        let Some(exchange) = &mut self.run.exchange else { return Err(Refusal::new("nothing is calculated yet")) };
         let mut pulses = Vec::new();
-        let updated = exchange.update(&mut pulses);
+        let updated = self.exchange()?.update(&mut pulses);
         pulses.iter().for_each(|pulse| self.log.pulse(*pulse));
         let update = updated.map_err(|error| self.fail(error))?;
         self.run.states_changed |= update.changed;

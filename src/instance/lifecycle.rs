@@ -113,7 +113,7 @@ impl Instance {
             if self.run.purpose.has_event_mode() {
                 // The first events: contacts closed at the start.
                 self.run.phase = Phase::EventMode;
-                self.catch_up()?;
+                self.catch_up();
                 self.tick();
             }
         }

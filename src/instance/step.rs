@@ -73,7 +73,7 @@ impl Instance {
             let text = format_args!("the step to t = {end} s passes stopTime = {stop} s; it is computed as usual");
             self.log.solver(text);
         }
-        self.catch_up_rigid()?;
+        self.catch_up_rigid();
         self.advance(StepUnderWay { asked: end, end, since: own }, interruptible, true)
     }
 
@@ -87,7 +87,7 @@ impl Instance {
             self.apply_slopes();
             step.since = now;
             self.update_simulation()?;
-            self.catch_up_rigid()?;
+            self.catch_up_rigid();
         }
         if let Some(end) = end {
             step.end = step.end.min(end.max(now));
@@ -215,7 +215,7 @@ impl Instance {
         }
         self.run.phase = Phase::EventMode;
         self.update_simulation()?;
-        self.catch_up_rigid()?;
+        self.catch_up_rigid();
         // An event within rounding of the host's clock is due.
         let (own, margin) = (self.time(), CLOCK_TOLERANCE * self.time().abs().max(1.0));
         let next = self.simulation()?.next_event().filter(|next| *next - own <= margin);
@@ -232,24 +232,23 @@ impl Instance {
             return self.next_event_of_exchange();
         }
         self.update_simulation()?;
-        self.catch_up()?;
+        self.catch_up();
         let again = self.tick();
         let next = if again { None } else { self.simulation()?.next_event() };
         Ok(Handled { again, changed: false, next })
     }
 
     /// Inputs that press rigid balls together close contacts at once: the clocks tick where they take effect.
-    fn catch_up_rigid(&mut self) -> Result<(), Refusal> {
-        let rigid = self.run.settings.parameters.contact_model == ContactModel::Rigid;
-        if rigid && self.run.purpose.has_event_mode() { self.catch_up() } else { Ok(()) }
+    fn catch_up_rigid(&mut self) {
+        if self.run.settings.parameters.contact_model == ContactModel::Rigid && self.run.purpose.has_event_mode() {
+            self.catch_up();
+        }
     }
 
-    pub(super) fn catch_up(&mut self) -> Result<(), Refusal> {
-        self.simulation()?;
+    pub(super) fn catch_up(&mut self) {
         if let Some(simulation) = &self.run.simulation {
             self.run.clocks.catch_up(&[], &**simulation);
         }
-        Ok(())
     }
 
     pub(super) fn tick(&mut self) -> bool {
