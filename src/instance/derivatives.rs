@@ -4,8 +4,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::legality::{Kind, Phase};
-use super::lifecycle::Instance;
-use super::run::Run;
+use super::lifecycle::{Instance, Run};
 use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
 use crate::variables::{Access, Causality, DerivativesOf, Extra, Refusal, Settings, Type, Variable};
 

@@ -5,8 +5,7 @@ use std::fmt::Display;
 use uuid::Uuid;
 
 use super::legality::{Kind, Phase, Purpose};
-use super::lifecycle::Instance;
-use super::run::Run;
+use super::lifecycle::{Instance, Run};
 use crate::engine::{Exchange, Simulation, SimulationSnapshot, Unsound, require};
 use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal};
 

@@ -1,9 +1,8 @@
 //! Communication steps, which may end or be interrupted at onsets and releases, and events.
 
 use super::legality::{Kind, Phase, Purpose};
-use super::lifecycle::Instance;
+use super::lifecycle::{Instance, StepUnderWay};
 use super::report::Recorder;
-use super::run::StepUnderWay;
 use crate::engine::{EngineError, Results};
 use crate::model::{ContactModel, Inputs};
 use crate::variables::Refusal;

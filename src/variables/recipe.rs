@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::refusal::Refusal;
 use super::settings::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Settings};
 use super::table::row::Access;
-use super::text::Number;
+use super::text::{Number, Refusal};
 use super::variable::Variable;
 
 /// Name of the file in `resources/`.

@@ -7,14 +7,12 @@
 //! dimension: the last element belongs to no contact. For hosts without arrays, each element is a scalar with the name
 //! and the value reference of FMI 2.0.
 
-use super::refusal::Refusal;
 use super::settings::{MAX_BALLS, Settings};
 use super::table::TABLE;
-use super::table::enumeration::Enumeration;
 use super::table::extra::{BEFORE, EXTRA, INTERMEDIATE, STATES};
-use super::table::range::ANY;
-use super::table::row::{Access, Causality, Extra, Row, Shape, Type, Variability};
-use super::text::Number;
+use super::table::row::{ANY, Access, Causality, Extra, Row, Shape, Type, Variability};
+use super::table::types::Enumeration;
+use super::text::{Number, Refusal};
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
 
 const INDEX_BITS: u32 = 14;

@@ -8,7 +8,7 @@ use crate::model::Item;
 use crate::variables::settings::Settings;
 use crate::variables::table::extra::MAX_LOG;
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
-use crate::variables::table::unit::{QUANTITIES, Quantity};
+use crate::variables::table::types::{QUANTITIES, Quantity};
 use crate::variables::text::{Number, camel, escaped};
 use crate::variables::variable::{Variable, enumerations};
 
