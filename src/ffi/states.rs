@@ -98,10 +98,9 @@ macro_rules! export_states {
             #[doc = concat!("[`", stringify!($serialized_size), "`].")]
             fn $serialize(FMUstate: $state, serializedState: *mut $byte, size: usize) as STATE |_| {
                 let bytes = crate::ffi::saved(FMUstate)?.to_bytes()?;
-                if size != bytes.len() {
-                    let allowed = format_args!("{}, as {} says", bytes.len(), stringify!($serialized_size));
-                    return Err(crate::variables::Refusal::argument("size", size, allowed));
-                }
+                let allowed = format_args!("{}, as {} says", bytes.len(), stringify!($serialized_size));
+                let refusal = || crate::variables::Refusal::argument("size", size, allowed);
+                crate::variables::ensure(size == bytes.len(), refusal)?;
                 crate::ffi::fill(crate::ffi::array_mut("serializedState", serializedState.cast(), size)?, bytes);
                 Ok(())
             };

@@ -8,7 +8,7 @@ use crate::ffi::{self, Component, Version, answer, array, array_mut, fill, log_l
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
 use crate::instance::{Experiment, Handled, Kind, Log, Phase, Purpose, Sink};
-use crate::variables::{Refusal, Type};
+use crate::variables::{Refusal, Type, ensure};
 
 macro_rules! export {
     ($($functions:tt)*) => {
@@ -52,9 +52,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
     let log = Log::new(sink(functions, name), loggingOn != fmi2False);
     let start = |_: &Log| {
-        if name.is_empty() {
-            return Err(Refusal::new("instanceName is missing or empty; allowed: any other text"));
-        }
+        ensure(!name.is_empty(), || Refusal::new("instanceName is missing or empty; allowed: any other text"))?;
         let kind = match fmuType {
             fmi2ModelExchange => Kind::ModelExchange,
             fmi2CoSimulation => Kind::CoSimulation,
@@ -231,10 +229,7 @@ export! {
 
 /// Refuses any other question about the last step than the `allowed` one, of this name in the standard.
 fn check(asked: fmi2StatusKind, allowed: fmi2StatusKind, name: &str) -> Result<(), Refusal> {
-    if asked == allowed {
-        return Ok(());
-    }
-    Err(Refusal::argument("fmi2StatusKind", asked, format_args!("{name} ({allowed})")))
+    ensure(asked == allowed, || Refusal::argument("fmi2StatusKind", asked, format_args!("{name} ({allowed})")))
 }
 
 // Model exchange: events, and what a host needs to integrate.

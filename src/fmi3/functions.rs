@@ -5,7 +5,7 @@ use crate::fmi3::Fmi3;
 use crate::fmi3::instantiate::no_scheduled_execution;
 use crate::fmi3::types::*;
 use crate::instance::{Call, Experiment, Handled, Instance, Phase, StepEnd};
-use crate::variables::{Refusal, Type};
+use crate::variables::{Refusal, Type, ensure};
 
 macro_rules! export {
     ($($functions:tt)*) => {
@@ -70,7 +70,7 @@ ffi::export_states! {
 // Values: all elements of the arrays asked for, one after the other.
 /// Error for a type that no variable has, if any is asked for.
 fn refuse_type(asked: usize) -> Result<(), Refusal> {
-    if asked == 0 { Ok(()) } else { Err(Refusal::new("no variable is of this type")) }
+    ensure(asked == 0, || Refusal::new("no variable is of this type"))
 }
 
 /// Exports getter and setter of a type that variables have.

@@ -4,7 +4,7 @@ use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
 use crate::instance::{Kind, Log, Purpose, Sink};
-use crate::variables::{Refusal, Variable};
+use crate::variables::{Refusal, Variable, ensure};
 
 /// Version of the standard: `3.0`.
 #[unsafe(no_mangle)]
@@ -82,9 +82,8 @@ unsafe fn create(
     let [name, token, path] = names.map(|given| unsafe { text(given) });
     let log = Log::on_demand(sink(logger, callbacks.environment), on != fmi3False);
     let start = |log: &Log| {
-        if name.to_string_lossy().trim().is_empty() {
-            return Err(Refusal::new("instanceName is missing or blank; allowed: any other text"));
-        }
+        let is_blank = name.to_string_lossy().trim().is_empty();
+        ensure(!is_blank, || Refusal::new("instanceName is missing or blank; allowed: any other text"))?;
         let start = ffi::start(purpose, ffi::at_path(path.to_bytes()), ("instantiationToken", token))?;
         for reference in read {
             let variable = start.variable(*reference, start.settings.balls());

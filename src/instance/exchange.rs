@@ -7,7 +7,7 @@ use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
 use super::step::Handled;
 use crate::engine::state_count;
-use crate::variables::{Extra, Refusal};
+use crate::variables::{Extra, Refusal, ensure};
 
 impl Instance {
     pub fn count_states(&self) -> usize {
@@ -36,10 +36,8 @@ impl Instance {
             return Err(Refusal::number("time", time, "s", allowed));
         }
         let start = self.run.start_time();
-        if !(time.is_finite() && time >= start) {
-            let allowed = format_args!("finite and at least startTime = {start} s");
-            return Err(Refusal::number("time", time, "s", allowed));
-        }
+        let allowed = format_args!("finite and at least startTime = {start} s");
+        ensure(time.is_finite() && time >= start, || Refusal::number("time", time, "s", allowed))?;
         self.exchange()?.set_time(time);
         Ok(())
     }

@@ -9,7 +9,7 @@ use super::legality::{Call, Kind, PHASES, Phase, Purpose};
 use super::log::{Log, Severity};
 use crate::engine::{EngineError, Exchange, History, MAX_INPUT_DERIVATIVE, Results, Simulation, Unsound, require};
 use crate::model::{Inputs, Parameters, SolverMethod, Tunables};
-use crate::variables::{DerivativesOf, LogCategory, Refusal, Settings, Variable, variables};
+use crate::variables::{DerivativesOf, LogCategory, Refusal, Settings, Variable, ensure, variables};
 
 const MIN_TOLERANCE: f64 = 1e-14;
 
@@ -25,15 +25,11 @@ pub struct Experiment {
 
 impl Experiment {
     pub(super) fn check(&self) -> Result<(), Refusal> {
-        if !self.start.is_finite() {
-            return Err(Refusal::number("startTime", self.start, "s", "any finite value"));
-        }
-        match self.stop {
-            Some(stop) if stop.is_nan() || stop < self.start => {
-                Err(Refusal::number("stopTime", stop, "s", format_args!("not before startTime = {} s", self.start)))
-            }
-            _ => Ok(()),
-        }
+        let Self { start, stop, .. } = *self;
+        ensure(start.is_finite(), || Refusal::number("startTime", start, "s", "any finite value"))?;
+        let stop = stop.unwrap_or(start);
+        let allowed = format_args!("not before startTime = {start} s");
+        ensure(stop >= start, || Refusal::number("stopTime", stop, "s", allowed))
     }
 
     /// `own`, the tolerance parameter, tightened to the host's where that is smaller, but not below 1e-14.
@@ -235,18 +231,17 @@ impl Instance {
         experiment.check()?;
         // Only in FMI 3.0 a run may end where it starts.
         let start = experiment.start;
-        if !self.run.purpose.fmi3 && experiment.stop == Some(start) {
-            return Err(Refusal::number("stopTime", start, "s", format_args!("later than startTime = {start} s")));
-        }
+        let lasts = self.run.purpose.fmi3 || experiment.stop != Some(start);
+        let allowed = format_args!("later than startTime = {start} s");
+        ensure(lasts, || Refusal::number("stopTime", start, "s", allowed))?;
         self.run.experiment = Some(experiment);
         self.run.exchange = None;
         Ok(())
     }
 
     pub fn enter_initialization(&mut self) -> Result<(), Refusal> {
-        if self.run.experiment.is_none() {
-            return Err(Refusal::new("the experiment must be set up first, so that the start time is known"));
-        }
+        let unknown = "the experiment must be set up first, so that the start time is known";
+        ensure(self.run.experiment.is_some(), || Refusal::new(unknown))?;
         self.run.phase = Phase::InitializationMode;
         Ok(())
     }

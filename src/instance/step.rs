@@ -5,7 +5,7 @@ use super::lifecycle::{Instance, StepUnderWay};
 use super::report::Recorder;
 use crate::engine::{EngineError, Results};
 use crate::model::{ContactModel, Inputs};
-use crate::variables::Refusal;
+use crate::variables::{Refusal, ensure};
 
 /// Allowed difference between the host's time and ours, relative to the larger of 1 s and the time.
 const CLOCK_TOLERANCE: f64 = 1e-12;
@@ -55,9 +55,7 @@ impl Instance {
         // Comparisons that are false for NaN, so that NaN is refused.
         let in_time = (current - own).abs() <= CLOCK_TOLERANCE * own.abs().max(1.0);
         let end = current + step;
-        if !(in_time && step > 0.0 && end.is_finite()) {
-            return Err(refuse_times(own, current, step));
-        }
+        ensure(in_time && step > 0.0 && end.is_finite(), || refuse_times(own, current, step))?;
         let reached = self.inputs_reached(end - own)?;
         if end <= own {
             // A step below the resolution of doubles, by a host whose clock lags by some ulps: the end is reached
@@ -158,12 +156,9 @@ impl Instance {
         }
         let length = length.max(0.0); // A host's clock may lag by some ulps.
         let reached = self.run.settings.inputs.continued(&self.run.input_derivatives, length);
-        if reached.is_finite() {
-            Ok(Some(reached))
-        } else {
-            let allowed = "a step over which the inputs, with their given derivatives, stay finite";
-            Err(Refusal::number("communicationStepSize", length, "s", allowed))
-        }
+        let allowed = "a step over which the inputs, with their given derivatives, stay finite";
+        ensure(reached.is_finite(), || Refusal::number("communicationStepSize", length, "s", allowed))?;
+        Ok(Some(reached))
     }
 
     /// After a step with input derivatives the inputs stay at what they reached.
@@ -209,9 +204,7 @@ impl Instance {
         if kind == Kind::ModelExchange {
             return self.enter_events_of_exchange();
         }
-        if !events {
-            return Err(Refusal::new("the instance was created without event mode"));
-        }
+        ensure(events, || Refusal::new("the instance was created without event mode"))?;
         self.run.phase = Phase::EventMode;
         self.update_simulation()?;
         self.catch_up_rigid();

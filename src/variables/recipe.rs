@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::settings::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Settings};
 use super::table::row::Access;
-use super::text::{Number, Refusal};
+use super::text::{Number, Refusal, ensure};
 use super::variable::Variable;
 
 /// Name of the file in `resources/`.
@@ -53,10 +53,9 @@ impl Recipe {
     pub fn from_json(text: &[u8]) -> Result<Self, Refusal> {
         let recipe: Self =
             serde_json::from_slice(text).map_err(|error| Refusal::new(format_args!("not readable: {error}")))?;
-        match recipe.format {
-            FORMAT => Ok(recipe),
-            format => Err(Refusal::new(format_args!("format {format} is unknown; known: {FORMAT}"))),
-        }
+        let format = recipe.format;
+        ensure(format == FORMAT, || Refusal::new(format_args!("format {format} is unknown; known: {FORMAT}")))?;
+        Ok(recipe)
     }
 
     /// The text of the file.
@@ -69,10 +68,9 @@ impl Recipe {
 
     /// The start values, checked as by setters.
     pub fn settings(&self) -> Result<Settings, Refusal> {
-        if !(MIN_BALLS..=MAX_BALLS).contains(&self.balls) {
-            let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");
-            return Err(Refusal::argument("balls", self.balls, allowed));
-        }
+        let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");
+        let known = (MIN_BALLS..=MAX_BALLS).contains(&self.balls);
+        ensure(known, || Refusal::argument("balls", self.balls, allowed))?;
         let mut settings = Settings::default_for(self.balls);
         for (name, value) in &self.start {
             let variable = Variable::named(name, self.balls);

@@ -27,7 +27,7 @@ impl Refusal {
     /// Refuses a number of values, argument `name`, other than `wanted`.
     #[cfg(feature = "engine")]
     pub(crate) fn unless_count(name: &str, given: usize, wanted: usize) -> Result<(), Self> {
-        if given == wanted { Ok(()) } else { Err(Self::argument(name, given, wanted)) }
+        ensure(given == wanted, || Self::argument(name, given, wanted))
     }
 
     /// An argument that is a number.
@@ -49,6 +49,12 @@ impl Refusal {
     pub fn unknown(key: impl Display, balls: usize) -> Self {
         Self::new(format_args!("no variable has the {key} in this FMU of {balls} ball(s)"))
     }
+}
+
+/// Refuses unless something `holds`.
+#[inline]
+pub fn ensure(holds: bool, refusal: impl FnOnce() -> Refusal) -> Result<(), Refusal> {
+    if holds { Ok(()) } else { Err(refusal()) }
 }
 
 impl Display for Refusal {

@@ -12,7 +12,7 @@ use super::table::TABLE;
 use super::table::extra::{BEFORE, EXTRA, INTERMEDIATE, STATES};
 use super::table::row::{ANY, Access, Causality, Extra, Row, Shape, Type, Variability};
 use super::table::types::Enumeration;
-use super::text::{Number, Refusal};
+use super::text::{Number, Refusal, ensure};
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
 
 const INDEX_BITS: u32 = 14;
@@ -199,15 +199,12 @@ impl Variable {
 
     /// Checks that a host may set it; `between_steps` after initialization.
     pub fn check_settable(&self, between_steps: bool) -> Result<(), Refusal> {
-        if !self.row.settable() {
-            let text = "cannot be set: only parameters and inputs can, and its causality is";
-            return Err(Refusal::new(format_args!("{self} {text} {:?}", self.row.causality)));
-        }
-        if between_steps && self.row.causality != Causality::Input && self.row.variability != Variability::Tunable {
-            let text = "cannot be set after initialization: only inputs and tunable parameters can";
-            return Err(Refusal::new(format_args!("{self} {text}")));
-        }
-        Ok(())
+        let (row, causality) = (self.row, self.row.causality);
+        let text = format_args!("cannot be set: only parameters and inputs can, and its causality is {causality:?}");
+        ensure(row.settable(), || Refusal::new(format_args!("{self} {text}")))?;
+        let can_change = causality == Causality::Input || row.variability == Variability::Tunable;
+        let text = "cannot be set after initialization: only inputs and tunable parameters can";
+        ensure(can_change || !between_steps, || Refusal::new(format_args!("{self} {text}")))
     }
 
     /// Whether `value` is finite and in range, of an enumeration whether it is the integer of an item.
@@ -225,16 +222,12 @@ impl Variable {
     /// Checks that it is an input whose time derivative of this order (1/s^order times its unit) may be `value`.
     /// Returns the order.
     pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<usize, Refusal> {
-        if self.row.causality != Causality::Input {
-            return Err(Refusal::new(format_args!(
-                "no derivative of {self} can be set: only those of inputs can, and its causality is {:?}",
-                self.row.causality
-            )));
-        }
+        let causality = self.row.causality;
+        let text = format_args!("can be set: only those of inputs can, and its causality is {causality:?}");
+        ensure(causality == Causality::Input, || Refusal::new(format_args!("no derivative of {self} {text}")))?;
         let order = self.check_order(order, MAX_INPUT_DERIVATIVE)?;
-        if !value.is_finite() {
-            return Err(Refusal::value(format_args!("derivative {order} of {self}"), Number(value), ANY));
-        }
+        let what = format_args!("derivative {order} of {self}");
+        ensure(value.is_finite(), || Refusal::value(what, Number(value), ANY))?;
         Ok(order)
     }
 

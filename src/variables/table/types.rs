@@ -1,4 +1,5 @@
-//! What variables are declared with: physical quantities with their units, and enumerations, whose integers never change.
+//! What variables are declared with: physical quantities with their units, and enumerations, whose integers never
+//! change.
 
 use crate::model::Item;
 use crate::variables::settings::Settings;
