@@ -50,7 +50,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let functions = unsafe { *functions };
     // SAFETY: the host promises null-terminated texts, or NULL.
     let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
-    let log = Log::new(sink(functions, name), loggingOn != fmi2False);
+    let log = Log::new(sink(functions, name), loggingOn != fmi2False, true);
     let start = |_: &Log| {
         ensure(!name.is_empty(), || Refusal::new("instanceName is missing or empty; allowed: any other text"))?;
         let kind = match fmuType {

@@ -80,7 +80,7 @@ unsafe fn create(
 ) -> fmi3Instance {
     // SAFETY: as the caller promises.
     let [name, token, path] = names.map(|given| unsafe { text(given) });
-    let log = Log::on_demand(sink(logger, callbacks.environment), on != fmi3False);
+    let log = Log::new(sink(logger, callbacks.environment), on != fmi3False, false);
     let start = |log: &Log| {
         let is_blank = name.to_string_lossy().trim().is_empty();
         ensure(!is_blank, || Refusal::new("instanceName is missing or blank; allowed: any other text"))?;
@@ -113,7 +113,7 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lockPreemption: Option<unsafe extern "C" fn()>,
     _unlockPreemption: Option<unsafe extern "C" fn()>,
 ) -> fmi3Instance {
-    let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
+    let log = Log::new(sink(logMessage, instanceEnvironment), loggingOn != fmi3False, false);
     let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
     ffi::create("fmi3InstantiateScheduledExecution", log, callbacks, |_| Err(no_scheduled_execution()))
 }

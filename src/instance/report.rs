@@ -108,7 +108,7 @@ mod tests {
         let lines = Rc::new(RefCell::new(Vec::new()));
         let kept = lines.clone();
         let sink = move |severity, category, text: &str| kept.borrow_mut().push((severity, category, text.to_owned()));
-        let log = Log::new(Some(Box::new(sink)), false);
+        let log = Log::new(Some(Box::new(sink)), false, true);
         let (mut clocks, purpose) = (Clocks::default(), Purpose::fmi2(Kind::CoSimulation));
         let mut recorder = Recorder::new(&log, &mut clocks, purpose, 7.0, false);
         let progress = |contact: usize| Progress { time: 0.25, events: 1000, contact: Some(contact) };
