@@ -20,6 +20,5 @@ pub use table::TABLE;
 pub use table::extra::MAX_LOG;
 pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Range, Row, Shape, Type, Variability};
 pub use table::types::{Enumeration, QUANTITIES, Quantity};
-pub(crate) use text::ensure;
-pub use text::{Number, Refusal, escaped};
+pub use text::{Number, Refusal, ensure, escaped};
 pub use variable::{Variable, enumerations, states, variables};
