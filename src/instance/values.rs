@@ -24,31 +24,36 @@ impl Start {
 }
 
 impl Instance {
-    /// The variable behind a value reference.
     #[inline]
-    pub(super) fn known(&self, reference: u32) -> Result<Variable, Refusal> {
+    fn is_of(&self, variable: Variable, asked: Type) -> bool {
+        let of = variable.row.access.data_type();
+        of == asked || !self.run.purpose.fmi3 && (of, asked) == (Type::Enumeration, Type::Integer)
+    }
+
+    /// The variable behind a value reference.
+    fn known(&self, reference: u32) -> Result<Variable, Refusal> {
         let unknown = || Refusal::unknown(format_args!("value reference {reference}"), self.balls());
         self.start.variable(reference, self.balls()).ok_or_else(unknown)
     }
 
     /// The same, if it is one of this type.
-    #[inline]
     pub(super) fn variable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
-        let (variable, fmi3) = (self.known(reference)?, self.run.purpose.fmi3);
-        let of = variable.row.access.data_type();
-        if of == asked || !fmi3 && (of, asked) == (Type::Enumeration, Type::Integer) {
+        let variable = self.known(reference)?;
+        if self.is_of(variable, asked) {
             return Ok(variable);
         }
-        if !fmi3 {
+        let of = variable.row.access.data_type();
+        if !self.run.purpose.fmi3 {
             return Err(Refusal::new(format_args!("{variable} is of type {of:?}, not {asked:?}")));
         }
         let (asked, of) = (asked.fmi3(), of.fmi3());
         Err(refuse_reference(variable, format_args!("variables of type {asked}; this one is of type {of}")))
     }
 
-    /// Whether its value is known; before initialization only start values are.
+    /// The same, if its value is known; before initialization only start values are.
     #[cold]
-    fn check_readable(&mut self, variable: Variable) -> Result<(), Refusal> {
+    fn readable(&mut self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
+        let variable = self.variable(reference, asked)?;
         if self.run.phase == Phase::IntermediateUpdate && !self.run.read_logged && !variable.is_intermediate() {
             self.run.read_logged = true;
             let text =
@@ -56,7 +61,7 @@ impl Instance {
             self.log.solver(format_args!("{variable} {text}")); // Some hosts read others, again and again.
         }
         if self.run.phase >= Phase::InitializationMode || variable.has_start() {
-            return Ok(());
+            return Ok(variable);
         }
         Err(refuse_reference(variable, "before initialization, those with a start value"))
     }
@@ -75,10 +80,10 @@ impl Instance {
         // In these phases any variable of the type may be read.
         let any = phase >= Phase::InitializationMode && phase != Phase::IntermediateUpdate;
         for reference in references {
-            let variable = self.variable(*reference, asked)?;
-            if !any {
-                self.check_readable(variable)?;
-            }
+            let variable = match self.start.variable(*reference, balls) {
+                Some(variable) if any && self.is_of(variable, asked) => variable,
+                _ => self.readable(*reference, asked)?,
+            };
             for index in 0..variable.len(balls) {
                 let value = self.value(variable.element(index))?;
                 if let Some(place) = places.get_mut(found) {
@@ -165,7 +170,7 @@ impl Instance {
     /// The text of `log.pulses`, the only binary variable. It stays valid until the next call.
     pub fn binary(&mut self, references: &[u32]) -> Result<&str, Refusal> {
         for reference in references {
-            self.check_readable(self.variable(*reference, Type::Binary)?)?;
+            self.readable(*reference, Type::Binary)?;
         }
         self.run.csv = self.run.clocks.log.csv();
         Ok(&self.run.csv)
