@@ -134,7 +134,7 @@ fn gradient(run: &Simulation, parameters: &Parameters) -> Vec<f64> {
     let real = |variable: &Variable| variable.row.settable() && variable.row.access.data_type() == Type::Real;
     let by = |known: Variable| {
         let mut along = Settings::zero(5);
-        known.set_real(&mut along, 1.0);
+        known.set(&mut along, 1.0);
         gradient.along(&along.parameters, &along.inputs)
     };
     variables(5).filter(real).map(by).collect()

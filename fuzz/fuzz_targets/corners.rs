@@ -111,7 +111,7 @@ impl Corner {
 
     /// An allowed value of a real variable.
     fn value(self, variable: &Variable, defaults: &Settings) -> f64 {
-        let (start, range) = (variable.real(defaults).unwrap_or_default(), variable.row.range);
+        let (start, range) = (variable.value(defaults).unwrap_or_default(), variable.row.range);
         let scale = if start == 0.0 { 1.0 } else { start.abs() };
         let value = match self {
             Self::Least if range.above_min => f64::MIN_POSITIVE,

@@ -170,7 +170,7 @@ impl Driver<'_> {
                     let array = ITEMS[usize::from(*which) % ITEMS.len()];
                     let value = i64::from(*value);
                     let status = fmi3SetInt64(c, &array.reference(), 1, &value, 1);
-                    let (legal, valid) = (self.picture.may_set(array), array.element(0).check_item(value).is_ok());
+                    let (legal, valid) = (self.picture.may_set(array), array.element(0).check(value as f64).is_ok());
                     self.take_of_setter(format_args!("{operation:?} of {array}"), legal, valid, status);
                 }
                 Operation::Get { which, excess } => {

@@ -3,7 +3,7 @@
 use std::ffi::{CStr, CString, c_char};
 use std::mem::MaybeUninit;
 
-use crate::variables::{LogCategory, Refusal};
+use crate::variables::{LogCategory, Refusal, ensure};
 
 /// The array of `count` values at `pointer`.
 ///
@@ -37,7 +37,7 @@ pub(crate) unsafe fn array_mut<'a, T>(
 
 fn check<T>(name: &'static str, pointer: *const T, count: usize) -> Result<(), Refusal> {
     let fits = count.checked_mul(size_of::<T>()).is_some_and(|bytes| isize::try_from(bytes).is_ok());
-    if !pointer.is_null() && pointer.is_aligned() && fits { Ok(()) } else { Err(no_array(name, pointer.cast(), count)) }
+    ensure(!pointer.is_null() && pointer.is_aligned() && fits, || no_array(name, pointer.cast(), count))
 }
 
 #[cold]

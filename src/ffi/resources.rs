@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::{fs, io};
 
 use crate::instance::{Purpose, Start};
-use crate::variables::{Description, FILE_NAME, Recipe, Refusal};
+use crate::variables::{Description, FILE_NAME, Recipe, Refusal, ensure};
 
 /// Largest file that is read: n = 10000 with every value changed has 3 MB.
 const MAX_BYTES: u64 = 32 << 20;
@@ -51,9 +51,7 @@ fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, Refusal> {
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
             Err(error) => return Err(failed(&error)),
         };
-        if length > MAX_BYTES {
-            return Err(failed(&format_args!("{length} bytes; allowed: at most {MAX_BYTES}")));
-        }
+        ensure(length <= MAX_BYTES, || failed(&format_args!("{length} bytes; allowed: at most {MAX_BYTES}")))?;
         let text = fs::read(&file).map_err(|error| failed(&error))?;
         return Recipe::from_json(&text).map_err(|error| failed(&error));
     }
@@ -65,9 +63,8 @@ fn folders(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, Refusal> {
     let scheme = location.split_at_checked(5).filter(|(scheme, _)| scheme.eq_ignore_ascii_case(b"file:"));
     let Some((_, rest)) = scheme else {
         let text = String::from_utf8_lossy(location);
-        if text.contains("://") {
-            return Err(Refusal::argument("fmuResourceLocation", text, "a location that starts with file:"));
-        }
+        let allowed = "a location that starts with file:";
+        ensure(!text.contains("://"), || Refusal::argument("fmuResourceLocation", text, allowed))?;
         return Ok(vec![location.to_vec()]); // A plain path, from a host that does not know better.
     };
     let decoded = decode(rest);

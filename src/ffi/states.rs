@@ -85,30 +85,29 @@ macro_rules! export_states {
     ) => {
         export! {
             /// Saves the state. If `*FMUstate` is not NULL, it must be a saved state, whose memory is reused.
-            fn $get(FMUstate: *mut $state) as State |instance| crate::ffi::store(FMUstate, || Ok(instance.state()));
+            fn $get(FMUstate: *mut $state) as STATE |instance| crate::ffi::store(FMUstate, || Ok(instance.state()));
             /// Restores a state saved by an instance of the same FMU. The state can be restored again.
-            fn $set(FMUstate: $state) as State |instance| instance.set_state(crate::ffi::saved(FMUstate)?);
+            fn $set(FMUstate: $state) as STATE |instance| instance.set_state(crate::ffi::saved(FMUstate)?);
             /// Frees a state and sets the host's pointer to NULL; NULL is ignored.
-            fn $free(FMUstate: *mut $state) as State |_| crate::ffi::free(FMUstate);
+            fn $free(FMUstate: *mut $state) as STATE |_| crate::ffi::free(FMUstate);
             #[doc = concat!("Number of bytes that [`", stringify!($serialize), "`] writes for this state.")]
-            fn $serialized_size(FMUstate: $state, size: *mut usize) as State |_| {
+            fn $serialized_size(FMUstate: $state, size: *mut usize) as STATE |_| {
                 crate::ffi::answer("size", size, crate::ffi::saved(FMUstate)?.to_bytes()?.len())
             };
             /// Writes a state as bytes that any process with this FMU can read. `size` must be that of
             #[doc = concat!("[`", stringify!($serialized_size), "`].")]
-            fn $serialize(FMUstate: $state, serializedState: *mut $byte, size: usize) as State |_| {
+            fn $serialize(FMUstate: $state, serializedState: *mut $byte, size: usize) as STATE |_| {
                 let bytes = crate::ffi::saved(FMUstate)?.to_bytes()?;
-                if size != bytes.len() {
-                    let allowed = format_args!("{}, as {} says", bytes.len(), stringify!($serialized_size));
-                    return Err(crate::variables::Refusal::argument("size", size, allowed));
-                }
+                let allowed = format_args!("{}, as {} says", bytes.len(), stringify!($serialized_size));
+                let refusal = || crate::variables::Refusal::argument("size", size, allowed);
+                crate::variables::ensure(size == bytes.len(), refusal)?;
                 crate::ffi::fill(crate::ffi::array_mut("serializedState", serializedState.cast(), size)?, bytes);
                 Ok(())
             };
             #[doc = concat!("Makes a state of the bytes that [`", stringify!($serialize), "`] wrote, also in another")]
             /// process. Damaged, foreign and newer bytes are refused, and `*FMUstate` is unchanged; if it is not NULL,
             /// its memory is reused.
-            fn $deserialize(serializedState: *const $byte, size: usize, FMUstate: *mut $state) as State |instance| {
+            fn $deserialize(serializedState: *const $byte, size: usize, FMUstate: *mut $state) as STATE |instance| {
                 let bytes = crate::ffi::array("serializedState", serializedState.cast(), size)?;
                 crate::ffi::store(FMUstate, || instance.read_state(bytes))
             };

@@ -55,7 +55,7 @@ mod tests {
     /// Resets the component, with `body` as the body of that call.
     fn reset(c: *mut c_void, mut body: impl FnMut(&mut Instance)) -> fmi2Status {
         unsafe {
-            call::<Fmi2>(c, "fmi2Reset", Call::Reset, &mut |instance| {
+            call::<Fmi2>(c, "fmi2Reset", Call::RESET, &mut |instance| {
                 body(instance);
                 instance.reset();
                 Ok(())
@@ -68,7 +68,7 @@ mod tests {
         let lines = Rc::new(RefCell::new(Vec::new()));
         let kept = lines.clone();
         let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
-        let c = component(Log::new(Some(Box::new(sink)), false));
+        let c = component(Log::new(Some(Box::new(sink)), false, true));
         assert_eq!(reset(c, |_| panic!("by test")), fmi2Status::fmi2Fatal);
         let (severity, text) = lines.borrow()[0].clone();
         assert!(severity == Severity::Fatal && text.contains("fmi2Reset: internal error") && text.contains("by test"));
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_call_from_within_a_call_is_refused() {
-        let c = component(Log::new(None, false));
+        let c = component(Log::new(None, false, true));
         let mut inner = fmi2Status::fmi2OK;
         let outer = reset(c, |_| {
             inner = reset(c, |_| {});

@@ -11,9 +11,11 @@
 #![allow(unsafe_code, non_camel_case_types, non_upper_case_globals, non_snake_case)]
 
 mod functions;
+mod instantiate;
 mod types;
 
 pub use functions::*;
+pub use instantiate::*;
 pub use types::*;
 
 use crate::ffi::Version;

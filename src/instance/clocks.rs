@@ -1,14 +1,13 @@
-//! The clocks: onsets and releases instant by instant, and which of them have ticked.
+//! The clocks: onsets and releases instant by instant, which of them have ticked, and the last pulses as text:
+//! `log.pulses`.
 
 use std::collections::VecDeque;
+use std::fmt::Write;
 
 use serde::{Deserialize, Serialize};
 
-use super::legality::Purpose;
-use super::pulses::Pulses;
-use super::report::Reporter;
-use crate::engine::{NEVER, Observer, Progress, Pulse, Results, WorkCounters};
-use crate::variables::Edge;
+use crate::engine::{NEVER, Pulse, Results, WorkCounters};
+use crate::variables::{Edge, MAX_LOG};
 
 /// The contacts that close and the pulses that end at one instant. A contact closes and opens at most once in a tick,
 /// in this order; the next time is another tick.
@@ -86,12 +85,12 @@ impl Clocks {
         &mut self.pending[last]
     }
 
-    fn close(&mut self, contact: usize, time: f64) {
+    pub fn close(&mut self, contact: usize, time: f64) {
         let takes = |tick: &Tick| !tick.has_closed(contact) && tick.ended(contact).is_none();
         self.pending_at(time, takes).closed.push(contact);
     }
 
-    fn end(&mut self, pulse: Pulse) {
+    pub fn end(&mut self, pulse: Pulse) {
         self.pending_at(pulse.release, |tick| tick.ended(pulse.contact).is_none()).ended.push(pulse);
     }
 
@@ -172,48 +171,54 @@ impl Clocks {
     }
 }
 
-/// Passes the onsets and releases of a step to the clocks; if asked, ends the step at the first.
-pub(super) struct Recorder<'a> {
-    pub reporter: Reporter<'a>,
-    pub clocks: &'a mut Clocks,
-    /// What the instance is for: whether it has clocks or their log.
-    pub purpose: Purpose,
-    pub stops: bool,
-    /// Time of the first onset or release, s.
-    pub stopped: Option<f64>,
+const HEADER: &str = "contact,onset,release,peak,impulse\n";
+/// Most bytes of a line: five digits, four numbers of up to 24 bytes, separators.
+const LINE: usize = 5 + 4 * 24 + 5;
+const KEPT: usize = (MAX_LOG - HEADER.len()) / LINE;
+
+/// The last pulses, in the order in which they ended.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Pulses(VecDeque<Pulse>);
+
+impl Pulses {
+    pub fn enter(&mut self, pulse: Pulse) {
+        if self.0.len() == KEPT {
+            self.0.pop_front();
+        }
+        self.0.push_back(pulse);
+    }
+
+    /// CSV with the units of the variables; contacts are counted from 1, and numbers read back as the same doubles.
+    pub fn csv(&self) -> String {
+        let mut text = HEADER.to_owned();
+        for Pulse { contact, onset, release, peak, impulse } in &self.0 {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{},{onset:e},{release:e},{peak:e},{impulse:e}", contact + 1);
+        }
+        text
+    }
+
+    pub fn are_sound(&self, contacts: usize) -> bool {
+        self.0.len() <= KEPT && self.0.iter().all(|pulse| pulse.is_sound(contacts))
+    }
 }
 
-impl Recorder<'_> {
-    fn stop(&mut self, time: f64) {
-        if self.stops {
-            self.stopped.get_or_insert(time);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_text_is_bounded_and_has_the_last_pulses() {
+        let mut pulses = Pulses::default();
+        let value = -1.234_567_890_123_456_7e-300;
+        for contact in 0..10_000 {
+            pulses.enter(Pulse { contact, onset: value, release: value, peak: value, impulse: value });
         }
-    }
-}
-
-impl Observer for Recorder<'_> {
-    fn pulse(&mut self, pulse: Pulse) {
-        self.reporter.pulse(pulse);
-        self.stop(pulse.release);
-        if self.purpose.events {
-            self.clocks.end(pulse);
-        } else if self.purpose.fmi3 {
-            self.clocks.log.enter(pulse);
-        }
-    }
-
-    fn onset(&mut self, contact: usize, time: f64) {
-        self.stop(time);
-        if self.purpose.events {
-            self.clocks.close(contact, time);
-        }
-    }
-
-    fn progress(&mut self, progress: Progress) {
-        self.reporter.progress(progress);
-    }
-
-    fn stop(&self) -> Option<f64> {
-        self.stopped
+        let csv = pulses.csv();
+        assert!(csv.len() <= MAX_LOG && csv.starts_with(HEADER) && csv.lines().count() == KEPT + 1);
+        let last = csv.lines().last().unwrap();
+        assert!(last.starts_with("10000,") && last.len() < LINE);
+        assert_eq!(last.rsplit(',').next().unwrap().parse::<f64>().unwrap(), value);
+        assert!(pulses.are_sound(10_000) && !pulses.are_sound(9_999));
     }
 }

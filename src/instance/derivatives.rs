@@ -4,10 +4,9 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::legality::{Kind, Phase};
-use super::lifecycle::Instance;
-use super::run::Run;
+use super::lifecycle::{Instance, Run};
 use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
-use crate::variables::{Access, Causality, DerivativesOf, Extra, Refusal, Settings, Type, Variable};
+use crate::variables::{Access, Causality, DerivativesOf, Extra, Refusal, Settings, Type, Variable, ensure};
 
 /// In messages: the variables that have derivatives, by time and along a direction.
 const OUTPUTS: &str = "real outputs";
@@ -57,14 +56,12 @@ impl Instance {
                     continue;
                 };
                 check_differentiable(&variable, &[Causality::Output], OUTPUTS)?;
-                let wanted = usize::try_from(*order).unwrap_or_default();
-                let Some(slot) = wanted.checked_sub(1).and_then(|place| known.get_mut(place)) else {
-                    return Err(variable.no_such_order(*order, MAX_OUTPUT_DERIVATIVE));
-                };
-                if slot.is_none() {
-                    *slot = Some(self.simulation()?.time_derivative(wanted));
+                let order = variable.check_order(*order, MAX_OUTPUT_DERIVATIVE)?;
+                let of_order = &mut known[order - 1];
+                if of_order.is_none() {
+                    *of_order = Some(self.simulation()?.time_derivative(order));
                 }
-                found.push(self.finite(variable, value(slot.as_ref(), &variable))?);
+                found.push(self.finite(variable, value(of_order.as_ref(), &variable))?);
             }
         }
         Ok(found)
@@ -118,11 +115,8 @@ impl Instance {
             let derivatives = self.derivatives_along(&unknowns, &along, false)?;
             let of_followed = derivatives.iter().zip(&weights).map(|(derivative, weight)| derivative * weight);
             let found = found.unwrap_or(0.0) + of_followed.sum::<f64>();
-            if !found.is_finite() && self.run.phase != Phase::Error {
-                return Err(no_derivative(format_args!("the sum of the unknowns by {variable}")));
-            }
             self.turn(&mut along, *known, 0.0)?;
-            Ok(found)
+            self.finite(format_args!("the sum of the unknowns by {variable}"), found)
         };
         knowns.iter().map(derivative).collect()
     }
@@ -175,15 +169,13 @@ impl Instance {
         let input = variable.row.causality == Causality::Input;
         let parameter = variable.row.settable() && variable.row.access.data_type() == Type::Real;
         let by_parameters = matches!(self.derived(), Derived::Start | Derived::Run);
-        if !(input || by_parameters && parameter || state.is_some()) {
-            return Err(not_differentiable(format_args!("a direction along {variable}"), INPUTS));
-        }
-        if !change.is_finite() {
-            return Err(Refusal::number("dvKnown", change, variable.row.unit(), "any finite value"));
-        }
+        let known = input || by_parameters && parameter || state.is_some();
+        ensure(known, || not_differentiable(format_args!("a direction along {variable}"), INPUTS))?;
+        let unit = variable.row.unit();
+        ensure(change.is_finite(), || Refusal::number("dvKnown", change, unit, "any finite value"))?;
         match state {
             Some(place) => along.states[place] = change,
-            None => _ = variable.set_real(&mut along.settings, change),
+            None => _ = variable.set(&mut along.settings, change),
         }
         Ok(())
     }
@@ -203,9 +195,7 @@ impl Instance {
     /// The run so far, its complete history of inputs, and the time of its start (s).
     fn so_far(&self) -> Result<(&Simulation, &History, f64), Refusal> {
         let Run { history, simulation, .. } = &self.run;
-        if !history.is_complete() {
-            return Err(Refusal::no_value(NO_HISTORY));
-        }
+        ensure(history.is_complete(), || Refusal::no_value(NO_HISTORY))?;
         let simulation = simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
         Ok((simulation, history, self.run.start_time()))
     }
@@ -216,9 +206,9 @@ impl Instance {
     }
 
     /// The derivative of `variable`, if it is finite; after a failed step any value passes.
-    fn finite(&self, variable: Variable, derivative: f64) -> Result<f64, Refusal> {
-        let given = derivative.is_finite() || self.run.phase == Phase::Error;
-        given.then_some(derivative).ok_or_else(|| no_derivative(variable))
+    fn finite(&self, variable: impl Display, derivative: f64) -> Result<f64, Refusal> {
+        ensure(derivative.is_finite() || self.run.phase == Phase::Error, || no_derivative(variable))?;
+        Ok(derivative)
     }
 
     /// The elements of the real variables behind `references`. Slopes `without_effect` count as elements of no contact.
@@ -231,9 +221,7 @@ impl Instance {
                 Access::Instance(_, extra) => matches!(extra, Extra::Joined(..)),
                 _ => without_effect || variable.row.causality != Causality::Input || variable.row.rate_of().is_none(),
             };
-            if !known {
-                return Err(no_derivative(variable));
-            }
+            ensure(known, || no_derivative(variable))?;
             elements.extend((0..variable.len(balls)).map(|index| variable.element(index).of_fmi2(balls)));
         }
         Ok(elements)
@@ -250,7 +238,7 @@ impl Instance {
 /// Whether a real variable has derivatives and one of these causalities.
 fn check_differentiable(variable: &Variable, causalities: &[Causality], allowed: &str) -> Result<(), Refusal> {
     let known = variable.row.derivative.is_some() && causalities.contains(&variable.row.causality);
-    if known { Ok(()) } else { Err(not_differentiable(variable, allowed)) }
+    ensure(known, || not_differentiable(variable, allowed))
 }
 
 /// The derivative of `variable`; NaN if there is none.

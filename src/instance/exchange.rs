@@ -5,10 +5,9 @@
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
-use super::report::Reporter;
 use super::step::Handled;
-use crate::engine::{Observer, state_count};
-use crate::variables::{Extra, Refusal};
+use crate::engine::state_count;
+use crate::variables::{Extra, Refusal, ensure};
 
 impl Instance {
     pub fn count_states(&self) -> usize {
@@ -37,10 +36,8 @@ impl Instance {
             return Err(Refusal::number("time", time, "s", allowed));
         }
         let start = self.run.start_time();
-        if !(time.is_finite() && time >= start) {
-            let allowed = format_args!("finite and at least startTime = {start} s");
-            return Err(Refusal::number("time", time, "s", allowed));
-        }
+        let allowed = format_args!("finite and at least startTime = {start} s");
+        ensure(time.is_finite() && time >= start, || Refusal::number("time", time, "s", allowed))?;
         self.exchange()?.time = time;
         Ok(())
     }
@@ -122,11 +119,9 @@ impl Instance {
 
     /// Handles what is due now. Returns when the next event is. On failure the instance enters the error state.
     fn handle_events(&mut self) -> Result<Option<f64>, Refusal> {
-        self.exchange()?;
-        let Some(exchange) = &mut self.run.exchange else { return Err(Refusal::new("nothing is calculated yet")) };
-        let (mut pulses, mut reporter) = (Vec::new(), Reporter::new(&self.log, exchange.time));
-        let updated = exchange.update(&mut pulses);
-        pulses.iter().for_each(|pulse| reporter.pulse(*pulse));
+        let mut pulses = Vec::new();
+        let updated = self.exchange()?.update(&mut pulses);
+        pulses.iter().for_each(|pulse| self.log.pulse(*pulse));
         let update = updated.map_err(|error| self.fail(error))?;
         self.run.states_changed |= update.changed;
         if let Some(exchange) = self.run.exchange.as_ref().filter(|_| self.run.purpose.events) {

@@ -3,8 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
+    #[default]
     CoSimulation,
     ModelExchange,
 }
@@ -19,7 +20,7 @@ impl std::fmt::Display for Kind {
 }
 
 /// What a host has created an instance for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Purpose {
     pub kind: Kind,
     /// Whether the host uses FMI 3.0; otherwise FMI 2.0.
@@ -32,7 +33,7 @@ pub struct Purpose {
 impl Purpose {
     /// That of a host of FMI 2.0.
     pub fn fmi2(kind: Kind) -> Self {
-        Self { kind, fmi3: false, events: false, early_return: false }
+        Self { kind, ..Self::default() }
     }
 
     pub(super) fn has_event_mode(self) -> bool {
@@ -42,7 +43,7 @@ impl Purpose {
 
 macro_rules! phases {
     ($($(#[$doc:meta])* $phase:ident $name:literal $exists:expr;)*) => {
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         pub enum Phase {
             $($(#[$doc])* $phase),*
         }
@@ -67,6 +68,7 @@ macro_rules! phases {
 // Each with its name in messages, and the instances that have it.
 phases! {
     /// Start values can be set, nothing is calculated.
+    #[default]
     Instantiated "the instantiated state" |_| true;
     ConfigurationMode "Configuration Mode" |of| of.fmi3;
     /// A refused call ended the run before anything was calculated.
@@ -88,83 +90,69 @@ const BOTH: Option<Kind> = None;
 const STEPS: Option<Kind> = Some(Kind::CoSimulation);
 const EXCHANGE: Option<Kind> = Some(Kind::ModelExchange);
 
-macro_rules! calls {
-    ($($(#[$doc:meta])* $call:ident $kind:ident $phases:literal;)*) => {
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum Call {
-            $($(#[$doc])* $call),*
-        }
-
-        impl Call {
-            /// The kind of instance that it is for, if it is not for both.
-            pub fn kind(self) -> Option<Kind> {
-                match self { $(Self::$call => $kind),* }
-            }
-
-            /// A letter for each phase in which the call is legal, a dot for the others.
-            #[inline]
-            fn phases(self) -> &'static [u8; PHASES.len()] {
-                match self { $(Self::$call => $phases),* }
-            }
-        }
-    };
-}
+/// Which kind of instance a call is for, if it is not for both, and a letter for each phase in which it is legal, a dot
+/// for the others.
+#[derive(Clone, Copy)]
+pub struct Call(Option<Kind>, &'static [u8; PHASES.len()]);
 
 // Steps are synchronous, so "step in progress" and "canceled" do not occur and nothing can be cancelled. The letters
 // are those of: Instantiated, Configuration Mode, Abandoned, initializatioN Mode, Step mode, Event Mode,
 // continuous-Time Mode, intermediate Update, enDed, Failed.
-calls! {
-    SetDebugLogging BOTH b"ICANSETUDF";
-    SetupExperiment BOTH b"I.........";
-    EnterInitializationMode BOTH b"I.........";
-    ExitInitializationMode BOTH b"...N......";
-    Terminate BOTH b"....SET...";
-    Reset BOTH b"ICANSET.DF";
-    /// Reading values of any type.
-    Get BOTH b"...NSETUDF";
-    /// The same in FMI 3.0, where start values can be read before initialization.
-    GetArrays BOTH b"I..NSETUDF";
-    /// Setting real values; the table of variables says which.
-    Set BOTH b"I..NSETU..";
-    /// Setting values of any other type.
-    SetDiscrete BOTH b"I..NSE....";
-    State BOTH b"ICANSET.DF";
-    DirectionalDerivative BOTH b"...NSET.DF";
-    SetInputDerivatives STEPS b"I..NS.....";
-    GetOutputDerivatives STEPS b"....S..UDF";
-    DoStep STEPS b"....S.....";
-    /// Cancelling an asynchronous step; there are none.
-    CancelStep STEPS b"..........";
-    Status STEPS b"....S...D.";
-    EnterConfigurationMode BOTH b"I.........";
-    ExitConfigurationMode BOTH b".C........";
-    /// Setting counts: the number of balls is one.
-    SetCounts BOTH b"IC.NSE....";
-    /// Asking about the intervals of clocks; no clock has one.
-    Intervals BOTH b"...N.E....";
-    EnterEvents BOTH b"....S.T...";
-    NextEvent BOTH b".....E....";
-    EnterStepMode STEPS b".....E....";
-    ContinueStep STEPS b".......U..";
-    EnterEventMode EXCHANGE b".....ET...";
-    NewDiscreteStates EXCHANGE b".....E....";
-    EnterContinuousTimeMode EXCHANGE b".....E....";
-    CompletedIntegratorStep EXCHANGE b"......T...";
-    SetTime EXCHANGE b".....ET...";
-    /// [`Self::SetTime`] in FMI 3.0.
-    SetTimeOfExchange EXCHANGE b"......T...";
-    SetContinuousStates EXCHANGE b"......T...";
-    /// Reading the derivatives of the states, the event indicators or the states.
-    GetContinuous EXCHANGE b"...N.ET.DF";
-    GetNominals EXCHANGE b"I..N.ET.DF";
-    CountContinuous EXCHANGE b"ICANSET.DF";
-    /// A function that is not offered: refused in every phase, with its own reason.
-    NotOffered BOTH b"ICANSETUDF";
-}
-
 impl Call {
+    pub const SET_DEBUG_LOGGING: Self = Self(BOTH, b"ICANSETUDF");
+    pub const SETUP_EXPERIMENT: Self = Self(BOTH, b"I.........");
+    pub const ENTER_INITIALIZATION_MODE: Self = Self(BOTH, b"I.........");
+    pub const EXIT_INITIALIZATION_MODE: Self = Self(BOTH, b"...N......");
+    pub const TERMINATE: Self = Self(BOTH, b"....SET...");
+    pub const RESET: Self = Self(BOTH, b"ICANSET.DF");
+    /// Reading values of any type.
+    pub const GET: Self = Self(BOTH, b"...NSETUDF");
+    /// The same in FMI 3.0, where start values can be read before initialization.
+    pub const GET_ARRAYS: Self = Self(BOTH, b"I..NSETUDF");
+    /// Setting real values; the table of variables says which.
+    pub const SET: Self = Self(BOTH, b"I..NSETU..");
+    /// Setting values of any other type.
+    pub const SET_DISCRETE: Self = Self(BOTH, b"I..NSE....");
+    pub const STATE: Self = Self(BOTH, b"ICANSET.DF");
+    pub const DIRECTIONAL_DERIVATIVE: Self = Self(BOTH, b"...NSET.DF");
+    pub const SET_INPUT_DERIVATIVES: Self = Self(STEPS, b"I..NS.....");
+    pub const GET_OUTPUT_DERIVATIVES: Self = Self(STEPS, b"....S..UDF");
+    pub const DO_STEP: Self = Self(STEPS, b"....S.....");
+    /// Cancelling an asynchronous step; there are none.
+    pub const CANCEL_STEP: Self = Self(STEPS, b"..........");
+    pub const STATUS: Self = Self(STEPS, b"....S...D.");
+    pub const ENTER_CONFIGURATION_MODE: Self = Self(BOTH, b"I.........");
+    pub const EXIT_CONFIGURATION_MODE: Self = Self(BOTH, b".C........");
+    /// Setting counts: the number of balls is one.
+    pub const SET_COUNTS: Self = Self(BOTH, b"IC.NSE....");
+    /// Asking about the intervals of clocks; no clock has one.
+    pub const INTERVALS: Self = Self(BOTH, b"...N.E....");
+    pub const ENTER_EVENTS: Self = Self(BOTH, b"....S.T...");
+    pub const NEXT_EVENT: Self = Self(BOTH, b".....E....");
+    pub const ENTER_STEP_MODE: Self = Self(STEPS, b".....E....");
+    pub const CONTINUE_STEP: Self = Self(STEPS, b".......U..");
+    pub const ENTER_EVENT_MODE: Self = Self(EXCHANGE, b".....ET...");
+    pub const NEW_DISCRETE_STATES: Self = Self(EXCHANGE, b".....E....");
+    pub const ENTER_CONTINUOUS_TIME_MODE: Self = Self(EXCHANGE, b".....E....");
+    pub const COMPLETED_INTEGRATOR_STEP: Self = Self(EXCHANGE, b"......T...");
+    pub const SET_TIME: Self = Self(EXCHANGE, b".....ET...");
+    /// [`Self::SET_TIME`] in FMI 3.0.
+    pub const SET_TIME_OF_EXCHANGE: Self = Self(EXCHANGE, b"......T...");
+    pub const SET_CONTINUOUS_STATES: Self = Self(EXCHANGE, b"......T...");
+    /// Reading the derivatives of the states, the event indicators or the states.
+    pub const GET_CONTINUOUS: Self = Self(EXCHANGE, b"...N.ET.DF");
+    pub const GET_NOMINALS: Self = Self(EXCHANGE, b"I..N.ET.DF");
+    pub const COUNT_CONTINUOUS: Self = Self(EXCHANGE, b"ICANSET.DF");
+    /// A function that is not offered: refused in every phase, with its own reason.
+    pub const NOT_OFFERED: Self = Self(BOTH, b"ICANSETUDF");
+
+    #[inline]
+    pub fn is_of(self, kind: Kind) -> bool {
+        self.0.is_none_or(|own| own == kind)
+    }
+
     #[inline]
     pub fn is_legal_in(self, phase: Phase) -> bool {
-        self.phases()[phase as usize] != b'.'
+        self.1[phase as usize] != b'.'
     }
 }

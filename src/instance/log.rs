@@ -2,6 +2,7 @@
 
 use std::fmt::Arguments;
 
+use crate::engine::Pulse;
 use crate::variables::LogCategory;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,24 +20,19 @@ pub enum Severity {
 
 pub type Sink = Box<dyn Fn(Severity, LogCategory, &str)>;
 
-/// The log of one instance: lines of the categories that the host has switched on and, unless it is on demand, all
-/// warnings and errors.
+/// The log of one instance: lines of the categories that the host has switched on and, if it insists, all warnings and
+/// errors.
 pub struct Log {
     sink: Option<Sink>,
     enabled: [bool; LogCategory::ITEMS.len()],
-    /// Whether warnings and errors are always written.
     insists: bool,
 }
 
 impl Log {
-    /// A log to `sink`, or to nowhere; `on` switches all categories.
-    pub fn new(sink: Option<Sink>, on: bool) -> Self {
-        Self { sink, enabled: [on; LogCategory::ITEMS.len()], insists: true }
-    }
-
-    /// The same, but warnings and errors are written only if switched on, too.
-    pub fn on_demand(sink: Option<Sink>, on: bool) -> Self {
-        Self { insists: false, ..Self::new(sink, on) }
+    /// A log to `sink`, or to nowhere; `on` switches all categories. One that `insists` always writes warnings and
+    /// errors.
+    pub fn new(sink: Option<Sink>, on: bool, insists: bool) -> Self {
+        Self { sink, enabled: [on; LogCategory::ITEMS.len()], insists }
     }
 
     /// Switches `categories` on or off, all of them if there are none; the others stay as they are.
@@ -62,6 +58,15 @@ impl Log {
 
     pub fn solver(&self, text: Arguments<'_>) {
         self.write(Severity::Ok, LogCategory::Solver, text);
+    }
+
+    /// Writes a line of 17 digits, so that they read back as the same doubles.
+    pub fn pulse(&self, Pulse { contact, onset, release, peak, impulse }: Pulse) {
+        let contact = contact + 1;
+        let text = format_args!(
+            "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"
+        );
+        self.write(Severity::Ok, LogCategory::Events, text);
     }
 
     pub fn error(&self, text: Arguments<'_>) {

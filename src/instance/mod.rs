@@ -4,7 +4,7 @@
 //! [`Instance::require`] whether it is legal in the current phase. An instance calculates with a
 //! [`Simulation`](crate::engine::Simulation) and reads and sets [`Variable`](crate::variables::Variable)s.
 //!
-//! Values are read (`values`) and set (`setters`) as arrays, whose elements are FMI 2.0's scalars. FMI 3.0 adds steps
+//! Values are read and set (`values`) as arrays, whose elements are FMI 2.0's scalars. FMI 3.0 adds steps
 //! that end or pause at an onset or a release (`step`), and clocks that tick once for each such instant (`clocks`).
 
 mod clocks;
@@ -13,18 +13,13 @@ mod exchange;
 mod legality;
 mod lifecycle;
 mod log;
-mod pulses;
 mod report;
-mod run;
 mod saved;
-mod setters;
 mod step;
 mod values;
 
 pub use legality::{Call, Kind, Phase, Purpose};
-pub use lifecycle::{Instance, Start};
+pub use lifecycle::{Experiment, Instance, Start};
 pub use log::{Log, Severity, Sink};
-pub use run::Experiment;
 pub use saved::SavedState;
 pub use step::{Handled, StepEnd};
-pub use values::Value;

@@ -1,8 +1,10 @@
-//! Log lines during a communication step.
+//! What an instance does with the events of a communication step: log lines, and ticks of the clocks.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use super::clocks::Clocks;
+use super::legality::Purpose;
 use super::log::{Log, Severity};
 use crate::engine::{Observer, Progress, Pulse};
 use crate::variables::LogCategory;
@@ -11,10 +13,17 @@ use crate::variables::LogCategory;
 const FIRST: Duration = Duration::from_secs(2);
 const EVERY: Duration = Duration::from_secs(10);
 
-/// Writes each pulse to the log as it finishes, and how far the step has come if it takes long.
-pub(super) struct Reporter<'a> {
+/// Logs each pulse as it finishes, and how far the step has come if it takes long. Passes onsets and releases to the
+/// clocks; if asked, ends the step at the first.
+pub(super) struct Recorder<'a> {
     log: &'a Log,
+    clocks: &'a mut Clocks,
+    /// What the instance is for: whether it has clocks or their log.
+    purpose: Purpose,
     until: f64,
+    stops: bool,
+    /// Time of the first onset or release, s, if the step stops there.
+    pub stopped: Option<f64>,
     /// Time of the first progress callback; most steps have none.
     since: Option<Instant>,
     /// When the next line is due, after that.
@@ -23,25 +32,41 @@ pub(super) struct Reporter<'a> {
     seen: BTreeMap<usize, u64>,
 }
 
-impl<'a> Reporter<'a> {
+impl<'a> Recorder<'a> {
     /// For a step to the time `until` (s).
     #[inline]
-    pub fn new(log: &'a Log, until: f64) -> Self {
-        Self { log, until, since: None, due: FIRST, seen: BTreeMap::new() }
+    pub fn new(log: &'a Log, clocks: &'a mut Clocks, purpose: Purpose, until: f64, stops: bool) -> Self {
+        let seen = BTreeMap::new();
+        Self { log, clocks, purpose, until, stops, stopped: None, since: None, due: FIRST, seen }
+    }
+
+    fn stop_at(&mut self, time: f64) {
+        if self.stops {
+            self.stopped.get_or_insert(time);
+        }
     }
 }
 
-impl Observer for Reporter<'_> {
-    /// 17 digits, so that they read back as the same doubles.
-    fn pulse(&mut self, Pulse { contact, onset, release, peak, impulse }: Pulse) {
-        let contact = contact + 1;
-        self.log.write(
-            Severity::Ok,
-            LogCategory::Events,
-            format_args!(
-                "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"
-            ),
-        );
+impl Observer for Recorder<'_> {
+    fn pulse(&mut self, pulse: Pulse) {
+        self.log.pulse(pulse);
+        self.stop_at(pulse.release);
+        if self.purpose.events {
+            self.clocks.end(pulse);
+        } else if self.purpose.fmi3 {
+            self.clocks.log.enter(pulse);
+        }
+    }
+
+    fn onset(&mut self, contact: usize, time: f64) {
+        self.stop_at(time);
+        if self.purpose.events {
+            self.clocks.close(contact, time);
+        }
+    }
+
+    fn stop(&self) -> Option<f64> {
+        self.stopped
     }
 
     #[cold]
@@ -76,20 +101,22 @@ mod tests {
     use std::rc::Rc;
 
     use super::*;
+    use crate::instance::Kind;
 
     #[test]
     fn a_step_that_takes_long_is_logged_and_not_too_often() {
         let lines = Rc::new(RefCell::new(Vec::new()));
         let kept = lines.clone();
         let sink = move |severity, category, text: &str| kept.borrow_mut().push((severity, category, text.to_owned()));
-        let log = Log::new(Some(Box::new(sink)), false);
-        let mut reporter = Reporter::new(&log, 7.0);
+        let log = Log::new(Some(Box::new(sink)), false, true);
+        let (mut clocks, purpose) = (Clocks::default(), Purpose::fmi2(Kind::CoSimulation));
+        let mut recorder = Recorder::new(&log, &mut clocks, purpose, 7.0, false);
         let progress = |contact: usize| Progress { time: 0.25, events: 1000, contact: Some(contact) };
-        reporter.progress(progress(3));
+        recorder.progress(progress(3));
         assert!(lines.borrow().is_empty());
         for seconds in [3, 9, 14] {
-            reporter.since = Instant::now().checked_sub(Duration::from_secs(seconds));
-            reporter.progress(progress(2));
+            recorder.since = Instant::now().checked_sub(Duration::from_secs(seconds));
+            recorder.progress(progress(2));
         }
         // At first both contacts have been seen once.
         let expected = [(3, 4), (14, 3)].map(|(seconds, contact)| {

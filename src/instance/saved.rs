@@ -5,10 +5,9 @@ use std::fmt::Display;
 use uuid::Uuid;
 
 use super::legality::{Kind, Phase, Purpose};
-use super::lifecycle::Instance;
-use super::run::Run;
+use super::lifecycle::{Instance, Run};
 use crate::engine::{Exchange, Simulation, SimulationSnapshot, Unsound, require};
-use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal};
+use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal, ensure};
 
 /// A saved state. The log is no part of it.
 pub struct SavedState {
@@ -53,8 +52,10 @@ fn refused(reason: impl Display) -> Refusal {
 }
 
 /// No instance can have been in this state.
-fn unsound(Unsound(reason): Unsound) -> Refusal {
-    refused(format_args!("it is inconsistent: {reason}"))
+impl From<Unsound> for Refusal {
+    fn from(Unsound(reason): Unsound) -> Self {
+        refused(format_args!("it is inconsistent: {reason}"))
+    }
 }
 
 /// The content of the bytes of a state, or why they are none.
@@ -63,13 +64,13 @@ fn content(bytes: &[u8]) -> Result<&[u8], Refusal> {
     let rest = bytes.strip_prefix(&MAGIC).ok_or_else(foreign)?;
     let (format, rest) = rest.split_first_chunk().ok_or_else(foreign)?;
     let format = u32::from_le_bytes(*format);
-    if format != FORMAT {
-        let version = if format < FORMAT { "an earlier" } else { "a later" };
-        return Err(refused(format_args!("its format, {format}, is that of {version} version; allowed: {FORMAT}")));
-    }
+    let version = if format < FORMAT { "an earlier" } else { "a later" };
+    let of_another = || refused(format_args!("its format, {format}, is that of {version} version; allowed: {FORMAT}"));
+    ensure(format == FORMAT, of_another)?;
     let (content, _) = rest.split_last_chunk::<DIGEST>().ok_or_else(foreign)?;
     let (before, end) = bytes.split_at(HEADER + content.len());
-    if end == digest(before) { Ok(content) } else { Err(refused("the bytes are damaged")) }
+    ensure(end == digest(before), || refused("the bytes are damaged"))?;
+    Ok(content)
 }
 
 impl Instance {
@@ -89,58 +90,43 @@ impl Instance {
     }
 
     fn check_purpose(&self, Purpose { kind, events, .. }: Purpose) -> Result<(), Refusal> {
-        let own = self.run.purpose;
-        if kind != own.kind {
-            let own = own.kind;
-            let text =
-                format_args!("it is one of {kind}; allowed: states of {own}, which the instance was created for");
-            return Err(refused(text));
-        }
-        if events != own.events {
-            return Err(refused("it is one of an instance that was created with another eventModeUsed"));
-        }
-        Ok(())
+        let own = self.run.purpose.kind;
+        ensure(kind == own, || {
+            refused(format_args!("it is one of {kind}; allowed: states of {own}, which the instance was created for"))
+        })?;
+        let of_another = || refused("it is one of an instance that was created with another eventModeUsed");
+        ensure(events == self.run.purpose.events, of_another)
     }
 
     fn check_owner(&self, guid: &str, balls: usize) -> Result<(), Refusal> {
         let own = &self.start.guid;
-        if guid == own {
-            return Ok(());
-        }
         let fmu = |guid, balls| format!("the FMU of {balls} ball(s) with the GUID {guid}");
-        Err(refused(format_args!("it belongs to {}; allowed: states of {}", fmu(guid, balls), fmu(own, self.balls()))))
+        ensure(guid == own, || {
+            refused(format_args!("it belongs to {}; allowed: states of {}", fmu(guid, balls), fmu(own, self.balls())))
+        })
     }
 
     /// Reads what [`SavedState::to_bytes`] wrote, in this or another process.
     pub fn read_state(&self, bytes: &[u8]) -> Result<SavedState, Refusal> {
-        let unreadable = |_| unsound(Unsound("it cannot be read"));
+        let unreadable = |_| Unsound("it cannot be read");
         let ((guid, owner_balls), rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
         self.check_owner(&guid, owner_balls)?;
         let ((mut run, snapshot, exchange), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
-        if !rest.is_empty() {
-            return Err(unsound(Unsound("there are more bytes than those of the state")));
-        }
+        require(rest.is_empty(), "there are more bytes than those of the state")?;
         // Only FMI 3.0 hosts with arrays can change the number of balls.
         let Purpose { kind, fmi3, .. } = self.run.purpose;
         let balls = if self.start.scalars { self.balls() } else { owner_balls.clamp(MIN_BALLS, MAX_BALLS) };
-        require(run.purpose.fmi3 == fmi3, "it is one of another version of the standard").map_err(unsound)?;
-        run.check(balls).map_err(unsound)?;
+        require(run.purpose.fmi3 == fmi3, "it is one of another version of the standard")?;
+        run.check(balls)?;
         self.check_purpose(run.purpose)?;
         let calculated = run.phase > Phase::InitializationMode;
-        let exchanges = kind == Kind::ModelExchange;
-        if (calculated && !exchanges) != snapshot.is_some() || (calculated && exchanges) != exchange.is_some() {
-            return Err(unsound(Unsound("its phase does not match its contents")));
-        }
-        let start = run.start_time();
-        let failed = run.phase == Phase::Error;
-        if let Some(exchange) = exchange {
-            let restored = exchange.restored(&run.effective_parameters(), start, failed);
-            run.exchange = Some(restored.map_err(unsound)?);
-        }
-        if let Some(snapshot) = snapshot {
-            let restored = Simulation::restore(&run.effective_parameters(), start, snapshot, failed);
-            run.simulation = Some(restored.map_err(unsound)?);
-        }
+        let [steps, exchanges] = [Kind::CoSimulation, Kind::ModelExchange].map(|of| calculated && kind == of);
+        let matches = steps == snapshot.is_some() && exchanges == exchange.is_some();
+        require(matches, "its phase does not match its contents")?;
+        let (parameters, start, failed) = (run.effective_parameters(), run.start_time(), run.phase == Phase::Error);
+        run.exchange = exchange.map(|exchange| exchange.restored(&parameters, start, failed)).transpose()?;
+        run.simulation =
+            snapshot.map(|snapshot| Simulation::restore(&parameters, start, snapshot, failed)).transpose()?;
         Ok(SavedState { guid: self.start.guid.clone(), run })
     }
 }

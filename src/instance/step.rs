@@ -1,13 +1,11 @@
 //! Communication steps, which may end or be interrupted at onsets and releases, and events.
 
-use super::clocks::Recorder;
 use super::legality::{Kind, Phase, Purpose};
-use super::lifecycle::Instance;
-use super::report::Reporter;
-use super::run::StepUnderWay;
+use super::lifecycle::{Instance, StepUnderWay};
+use super::report::Recorder;
 use crate::engine::{EngineError, Results};
 use crate::model::{ContactModel, Inputs};
-use crate::variables::Refusal;
+use crate::variables::{Refusal, ensure};
 
 /// Allowed difference between the host's time and ours, relative to the larger of 1 s and the time.
 const CLOCK_TOLERANCE: f64 = 1e-12;
@@ -57,9 +55,7 @@ impl Instance {
         // Comparisons that are false for NaN, so that NaN is refused.
         let in_time = (current - own).abs() <= CLOCK_TOLERANCE * own.abs().max(1.0);
         let end = current + step;
-        if !(in_time && step > 0.0 && end.is_finite()) {
-            return Err(refuse_times(own, current, step));
-        }
+        ensure(in_time && step > 0.0 && end.is_finite(), || refuse_times(own, current, step))?;
         let reached = self.inputs_reached(end - own)?;
         if end <= own {
             // A step below the resolution of doubles, by a host whose clock lags by some ulps: the end is reached
@@ -69,14 +65,12 @@ impl Instance {
         }
         self.update_simulation()?;
         if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
-            && end > stop
-            && !self.run.past_stop_logged
+            && (own..end).contains(&stop)
         {
-            self.run.past_stop_logged = true;
             let text = format_args!("the step to t = {end} s passes stopTime = {stop} s; it is computed as usual");
             self.log.solver(text);
         }
-        self.catch_up_rigid()?;
+        self.catch_up_rigid();
         self.advance(StepUnderWay { asked: end, end, since: own }, interruptible, true)
     }
 
@@ -90,7 +84,7 @@ impl Instance {
             self.apply_slopes();
             step.since = now;
             self.update_simulation()?;
-            self.catch_up_rigid()?;
+            self.catch_up_rigid();
         }
         if let Some(end) = end {
             step.end = step.end.min(end.max(now));
@@ -106,8 +100,7 @@ impl Instance {
         self.run.history.forget_tape();
         let (end, purpose) = (step.end, self.run.purpose);
         let stops = interruptible || self.may_end_early();
-        let clocks = &mut self.run.clocks;
-        let mut recorder = Recorder { reporter: Reporter::new(&self.log, end), clocks, purpose, stops, stopped: None };
+        let mut recorder = Recorder::new(&self.log, &mut self.run.clocks, purpose, end, stops);
         let moved = match &mut self.run.simulation {
             Some(simulation) if begins => simulation.advance(end, &mut recorder),
             Some(simulation) => simulation.continue_step(end, &mut recorder),
@@ -163,12 +156,9 @@ impl Instance {
         }
         let length = length.max(0.0); // A host's clock may lag by some ulps.
         let reached = self.run.settings.inputs.continued(&self.run.input_derivatives, length);
-        if reached.is_finite() {
-            Ok(Some(reached))
-        } else {
-            let allowed = "a step over which the inputs, with their given derivatives, stay finite";
-            Err(Refusal::number("communicationStepSize", length, "s", allowed))
-        }
+        let allowed = "a step over which the inputs, with their given derivatives, stay finite";
+        ensure(reached.is_finite(), || Refusal::number("communicationStepSize", length, "s", allowed))?;
+        Ok(Some(reached))
     }
 
     /// After a step with input derivatives the inputs stay at what they reached.
@@ -214,12 +204,10 @@ impl Instance {
         if kind == Kind::ModelExchange {
             return self.enter_events_of_exchange();
         }
-        if !events {
-            return Err(Refusal::new("the instance was created without event mode"));
-        }
+        ensure(events, || Refusal::new("the instance was created without event mode"))?;
         self.run.phase = Phase::EventMode;
         self.update_simulation()?;
-        self.catch_up_rigid()?;
+        self.catch_up_rigid();
         // An event within rounding of the host's clock is due.
         let (own, margin) = (self.time(), CLOCK_TOLERANCE * self.time().abs().max(1.0));
         let next = self.simulation()?.next_event().filter(|next| *next - own <= margin);
@@ -236,24 +224,23 @@ impl Instance {
             return self.next_event_of_exchange();
         }
         self.update_simulation()?;
-        self.catch_up()?;
+        self.catch_up();
         let again = self.tick();
         let next = if again { None } else { self.simulation()?.next_event() };
         Ok(Handled { again, changed: false, next })
     }
 
     /// Inputs that press rigid balls together close contacts at once: the clocks tick where they take effect.
-    fn catch_up_rigid(&mut self) -> Result<(), Refusal> {
-        let rigid = self.run.settings.parameters.contact_model == ContactModel::Rigid;
-        if rigid && self.run.purpose.has_event_mode() { self.catch_up() } else { Ok(()) }
+    fn catch_up_rigid(&mut self) {
+        if self.run.settings.parameters.contact_model == ContactModel::Rigid && self.run.purpose.has_event_mode() {
+            self.catch_up();
+        }
     }
 
-    pub(super) fn catch_up(&mut self) -> Result<(), Refusal> {
-        self.simulation()?;
+    pub(super) fn catch_up(&mut self) {
         if let Some(simulation) = &self.run.simulation {
             self.run.clocks.catch_up(&[], &**simulation);
         }
-        Ok(())
     }
 
     pub(super) fn tick(&mut self) -> bool {

@@ -1,20 +1,14 @@
-//! Reading by value reference: whole arrays or, in FMI 2.0 and where variables are scalars, one element.
+//! Reading and setting by value reference: whole arrays or, in FMI 2.0 and where variables are scalars, one element.
 
 use std::mem::MaybeUninit;
 
-use super::legality::Phase;
-use super::lifecycle::{Instance, Start};
+use super::legality::{Kind, Phase};
+use super::lifecycle::{Instance, Run, Start};
 use crate::engine::{NEVER, Pulse};
-use crate::variables::{Access, Extra, Number, Refusal, Type, Variable, padding};
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value {
-    Float(f64),
-    Count(u64),
-    Item(i64),
-    /// Of a truth value or a clock.
-    Flag(bool),
-}
+use crate::model::{Inputs, Tunables};
+use crate::variables::{
+    Access, Causality, Extra, Number, Refusal, Settings, Shape, TABLE, Type, Variability, Variable, padding,
+};
 
 impl Start {
     /// The variable behind a value reference in a cradle of `balls` balls: an array or, where variables are scalars,
@@ -37,7 +31,7 @@ impl Instance {
     }
 
     /// The variable behind a value reference.
-    pub(super) fn known(&self, reference: u32) -> Result<Variable, Refusal> {
+    fn known(&self, reference: u32) -> Result<Variable, Refusal> {
         let unknown = || Refusal::unknown(format_args!("value reference {reference}"), self.balls());
         self.start.variable(reference, self.balls()).ok_or_else(unknown)
     }
@@ -48,10 +42,11 @@ impl Instance {
         if self.is_of(variable, asked) {
             return Ok(variable);
         }
+        let of = variable.row.access.data_type();
         if !self.run.purpose.fmi3 {
-            return Err(variable.wrong_type(asked));
+            return Err(Refusal::new(format_args!("{variable} is of type {of:?}, not {asked:?}")));
         }
-        let (asked, of) = (asked.fmi3(), variable.row.access.data_type().fmi3());
+        let (asked, of) = (asked.fmi3(), of.fmi3());
         Err(refuse_reference(variable, format_args!("variables of type {asked}; this one is of type {of}")))
     }
 
@@ -71,13 +66,14 @@ impl Instance {
         Err(refuse_reference(variable, "before initialization, those with a start value"))
     }
 
-    /// Reads the elements of the variables behind `references`, all of this type, into as many `places`.
+    /// Reads the elements of the variables behind `references`, all of this type, into as many `places`. A truth value
+    /// is 1 or 0, an item its integer.
     pub fn get<T>(
         &mut self,
         asked: Type,
         references: &[u32],
         places: &mut [MaybeUninit<T>],
-        convert: impl Fn(Value) -> T,
+        convert: impl Fn(f64) -> T,
     ) -> Result<(), Refusal> {
         self.recompute()?;
         let (balls, phase, mut found) = (self.balls(), self.run.phase, 0);
@@ -108,7 +104,7 @@ impl Instance {
 
     /// The value of a scalar or an element.
     #[inline]
-    fn value(&mut self, variable: Variable) -> Result<Value, Refusal> {
+    fn value(&mut self, variable: Variable) -> Result<f64, Refusal> {
         let Variable { row, index, .. } = variable;
         if let Access::Instance(_, extra) = row.access {
             return self.extra(variable, extra);
@@ -129,46 +125,45 @@ impl Instance {
                 if value.is_nan() && self.run.phase != Phase::Error {
                     return Err(no_number(variable, self.time()));
                 }
-                Value::Float(value)
+                value
             }
-            Access::Count(get) => Value::Count(get(self.results()?, index)),
-            Access::Flag(get) => Value::Flag(get(self.results()?, index)),
-            Access::Enumeration(enumeration) => Value::Item((enumeration.get)(&self.run.settings).into()),
-            _ => Value::Float(variable.real(&self.run.settings).unwrap_or_default()),
+            Access::Count(get) => get(self.results()?, index) as f64,
+            Access::Flag(get) => get(self.results()?, index).into(),
+            _ => variable.value(&self.run.settings).unwrap_or_default(),
         })
     }
 
     /// The value after the last tick of a variable that changes in Event Mode only.
-    fn after_tick(&self, variable: Variable) -> Option<Value> {
+    fn after_tick(&self, variable: Variable) -> Option<f64> {
         let (discrete, work) = (self.run.clocks.discrete.get(variable.index), self.run.clocks.work);
         Some(match variable.row.name {
-            "t_onset" => Value::Float(discrete?.onset),
-            "t_release" => Value::Float(discrete?.release),
-            "pulses" => Value::Count(discrete?.pulses),
-            "inContact" => Value::Flag(discrete?.closed),
-            "solver.steps" => Value::Count(work.steps),
-            "solver.evaluations" => Value::Count(work.evaluations),
-            "solver.events" => Value::Count(work.events),
+            "t_onset" => discrete?.onset,
+            "t_release" => discrete?.release,
+            "pulses" => discrete?.pulses as f64,
+            "inContact" => discrete?.closed.into(),
+            "solver.steps" => work.steps as f64,
+            "solver.evaluations" => work.evaluations as f64,
+            "solver.events" => work.events as f64,
             _ => return None,
         })
     }
 
-    fn extra(&mut self, variable: Variable, extra: Extra) -> Result<Value, Refusal> {
+    fn extra(&mut self, variable: Variable, extra: Extra) -> Result<f64, Refusal> {
         let (clocks, contact) = (&self.run.clocks, variable.index);
-        let ended = |of: fn(Pulse) -> f64| Value::Float(clocks.ended(contact).map_or(0.0, of));
+        let ended = |of: fn(Pulse) -> f64| clocks.ended(contact).map_or(0.0, of);
         Ok(match extra {
-            Extra::Time | Extra::Pulses => Value::Float(self.time()),
-            Extra::Balls => Value::Count(self.balls() as u64),
-            Extra::Clock(edge) => Value::Flag(self.run.phase == Phase::EventMode && clocks.active[edge as usize]),
-            Extra::TickTime(edge) => Value::Float(clocks.time(edge)),
-            Extra::TickOf(edge) => Value::Flag(clocks.is_part(edge, contact)),
+            Extra::Time | Extra::Pulses => self.time(),
+            Extra::Balls => self.balls() as f64,
+            Extra::Clock(edge) => (self.run.phase == Phase::EventMode && clocks.active[edge as usize]).into(),
+            Extra::TickTime(edge) => clocks.time(edge),
+            Extra::TickOf(edge) => clocks.is_part(edge, contact).into(),
             Extra::EndedImpulse => ended(|pulse| pulse.impulse),
             Extra::EndedPeak => ended(|pulse| pulse.peak),
             Extra::EndedDuration => ended(|pulse| pulse.release - pulse.onset),
             Extra::Joined(..) => {
-                return variable.of_fmi2(self.balls()).map_or(Ok(Value::Float(0.0)), |of| self.value(of));
+                return variable.of_fmi2(self.balls()).map_or(Ok(0.0), |of| self.value(of));
             }
-            Extra::ContactIndicator | Extra::ClipIndicator => Value::Float(self.indicator(extra, contact)?),
+            Extra::ContactIndicator | Extra::ClipIndicator => self.indicator(extra, contact)?,
         })
     }
 
@@ -182,18 +177,171 @@ impl Instance {
     }
 
     /// The value of an element that belongs to no contact; for a parameter, the value last set.
-    fn of_no_contact(&self, variable: Variable) -> Value {
-        match (variable.row.access, self.run.padding.get(&variable.position), variable.row.name) {
-            (Access::Count(_), ..) => Value::Count(0),
-            (Access::Flag(_), ..) => Value::Flag(false),
-            (_, Some(value), _) => Value::Float(*value),
-            (_, None, "overlap" | "t_onset" | "t_release") => Value::Float(-NEVER),
-            _ => Value::Float(padding(variable.row)),
+    fn of_no_contact(&self, variable: Variable) -> f64 {
+        match (self.run.padding.get(&variable.position), variable.row.name) {
+            (Some(value), _) => *value,
+            (None, "overlap" | "t_onset" | "t_release") => -NEVER,
+            _ => padding(variable.row),
+        }
+    }
+
+    /// Sets the variables behind `references`, all of this type, to `values`, element after element: all, or none if
+    /// any is refused.
+    pub fn set<T: Copy>(
+        &mut self,
+        asked: Type,
+        references: &[u32],
+        values: &[T],
+        convert: impl Fn(T) -> f64,
+    ) -> Result<(), Refusal> {
+        let elements = self.elements(asked, references, values, convert)?;
+        elements.iter().try_for_each(|(variable, value)| self.check(*variable, *value))?;
+        self.set_checked(elements)
+    }
+
+    /// The elements of the variables behind `references`, all of this type, each paired with one of the `values`.
+    fn elements<T: Copy>(
+        &self,
+        asked: Type,
+        references: &[u32],
+        values: &[T],
+        convert: impl Fn(T) -> f64,
+    ) -> Result<Vec<(Variable, f64)>, Refusal> {
+        let balls = self.balls();
+        let (mut elements, mut wanted) = (Vec::with_capacity(values.len()), 0);
+        for reference in references {
+            let variable = self.variable(*reference, asked)?;
+            if self.run.phase == Phase::IntermediateUpdate && !variable.is_intermediate() {
+                return Err(refuse_reference(variable, "in the middle of a step, inputs with intermediateUpdate"));
+            }
+            for index in 0..variable.len(balls) {
+                elements.extend(values.get(wanted).map(|value| (variable.element(index), convert(*value))));
+                wanted += 1;
+            }
+        }
+        if wanted != values.len() {
+            let first = references.first().and_then(|first| self.start.variable(*first, balls));
+            let first = first.map(|variable| variable.to_string()).unwrap_or_default();
+            let more = if references.len() > 1 { " and others" } else { "" };
+            let allowed = format_args!("{wanted}, the elements of {first}{more} with n = {balls}");
+            return Err(Refusal::argument("nValues", values.len(), allowed));
+        }
+        Ok(elements)
+    }
+
+    /// Whether a variable can be set now, and to this value.
+    fn check(&self, variable: Variable, value: f64) -> Result<(), Refusal> {
+        let (phase, causality) = (self.run.phase, variable.row.causality);
+        if causality == Causality::StructuralParameter {
+            if phase != Phase::ConfigurationMode {
+                return Err(Refusal::new(format_args!("{variable} can only be set in Configuration Mode")));
+            }
+        } else if self.state_place(variable).is_none() {
+            variable.check_settable(phase > Phase::InitializationMode)?;
+            if phase == Phase::ContinuousTimeMode && causality != Causality::Input {
+                let text = "cannot be set in Continuous-Time Mode: only inputs can; tunable parameters in Event Mode";
+                return Err(Refusal::new(format_args!("{variable} {text}")));
+            }
+        }
+        variable.check(value)
+    }
+
+    /// The place of a variable among the states, if it can now be set as one.
+    #[inline]
+    fn state_place(&self, variable: Variable) -> Option<usize> {
+        let by_states = self.run.phase == Phase::ContinuousTimeMode && self.run.purpose.fmi3;
+        if by_states { variable.state_place(self.balls(), self.start.scalars) } else { None }
+    }
+
+    /// Sets elements to checked values. They take effect with the next step, in Initialization Mode and model exchange
+    /// at once. Setting the same value again is no change.
+    fn set_checked(&mut self, elements: Vec<(Variable, f64)>) -> Result<(), Refusal> {
+        let (balls, before) = (self.balls(), self.run.settings.parameters.tunables());
+        let (mut wanted, mut any, mut states) = (balls, false, Vec::new());
+        if self.run.phase == Phase::IntermediateUpdate {
+            self.keep_inputs_in_step()?;
+        }
+        for (variable, value) in elements {
+            if let Some(place) = self.state_place(variable) {
+                if states.is_empty() {
+                    states = self.continuous_states()?;
+                }
+                states[place] = value;
+            } else if variable.row.causality == Causality::StructuralParameter {
+                wanted = value as usize;
+            } else if variable.index >= variable.row.shape.len(balls) {
+                self.run.padding.insert(variable.position, value);
+            } else if variable.set(&mut self.run.settings, value) && variable.position < TABLE.len() {
+                // The engine knows neither slopes nor `derivatives.of`, which only FMI 3.0 has: they are read when they
+                // are used.
+                self.changed(variable, before);
+                any = true;
+            }
+        }
+        if !states.is_empty() {
+            self.set_continuous_states(&states)?;
+        }
+        if any
+            && self.run.phase > Phase::InitializationMode
+            && let Some(exchange) = &mut self.run.exchange
+        {
+            let Settings { parameters, inputs, .. } = &self.run.settings;
+            exchange.set(parameters, inputs);
+        }
+        if wanted != balls {
+            self.resize(wanted);
+        }
+        Ok(())
+    }
+
+    /// Changes the number of balls. This resets arrays to their defaults and keeps scalars.
+    fn resize(&mut self, balls: usize) {
+        let before = &self.run.settings;
+        let mut settings = Settings::default_for(balls);
+        for scalar in Variable::arrays().filter(|array| array.row.shape == Shape::Scalar) {
+            if let Some(value) = scalar.value(before) {
+                scalar.set(&mut settings, value);
+            }
+        }
+        self.run = Run { phase: self.run.phase, ..Run::new(self.run.purpose, &settings) };
+    }
+
+    /// Sets time derivatives of inputs, of `orders` from 1 on, for the next step: all, or none if any is refused. After
+    /// that step the inputs keep the value they reached.
+    pub fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Result<(), Refusal> {
+        let each = |((reference, order), value): ((&u32, &i32), &f64)| {
+            let variable = self.known(*reference)?;
+            Ok((variable, variable.check_input_derivative(*order, *value)?, *value))
+        };
+        let checked = references.iter().zip(orders).zip(values).map(each).collect::<Result<Vec<_>, Refusal>>()?;
+        let run = &mut self.run;
+        let balls = run.settings.balls();
+        let mut derivatives = std::mem::take(&mut run.input_derivatives);
+        for (variable, order, value) in checked {
+            derivatives.resize_with(order.max(derivatives.len()), || Inputs::zero(balls));
+            variable.set_input(&mut derivatives[order - 1], value);
+        }
+        while derivatives.pop_if(|derivative| *derivative == Inputs::zero(balls)).is_some() {}
+        run.inputs_changed |= !derivatives.is_empty();
+        run.input_derivatives = derivatives;
+        Ok(())
+    }
+
+    /// Marks a setting to be passed to the simulation; `before` are the tunable parameters before the call.
+    fn changed(&mut self, variable: Variable, before: Tunables) {
+        if self.run.phase <= Phase::InitializationMode {
+            (self.run.simulation, self.run.exchange) = (None, None);
+        } else if self.run.purpose.kind == Kind::ModelExchange {
+            // There it acts at once.
+        } else if variable.row.variability == Variability::Tunable {
+            self.run.tuned_from.get_or_insert(before);
+        } else {
+            self.run.inputs_changed = true;
         }
     }
 }
 
-pub(super) fn refuse_reference(variable: Variable, allowed: impl std::fmt::Display) -> Refusal {
+fn refuse_reference(variable: Variable, allowed: impl std::fmt::Display) -> Refusal {
     Refusal::argument("valueReference", variable, allowed)
 }
 

@@ -8,22 +8,17 @@
 mod description;
 mod doubts;
 mod recipe;
-mod refusal;
 mod settings;
 mod table;
 mod text;
-mod values;
 mod variable;
 
 pub use description::{Description, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding};
 pub use recipe::{FILE_NAME, Recipe, StartValue};
-pub use refusal::Refusal;
 pub use settings::{DEFAULT_BALLS, DerivativesOf, MAX_BALLS, MIN_BALLS, Settings};
 pub use table::TABLE;
-pub use table::enumeration::Enumeration;
 pub use table::extra::MAX_LOG;
-pub use table::range::Range;
-pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Row, Shape, Type, Variability};
-pub use table::unit::{QUANTITIES, Quantity};
-pub use text::{Number, escaped};
+pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Range, Row, Shape, Type, Variability};
+pub use table::types::{Enumeration, QUANTITIES, Quantity};
+pub use text::{Number, Refusal, ensure, escaped};
 pub use variable::{Variable, enumerations, states, variables};

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::refusal::Refusal;
 use super::settings::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Settings};
 use super::table::row::Access;
-use super::text::Number;
+use super::text::{Number, Refusal, ensure};
 use super::variable::Variable;
 
 /// Name of the file in `resources/`.
@@ -54,10 +53,9 @@ impl Recipe {
     pub fn from_json(text: &[u8]) -> Result<Self, Refusal> {
         let recipe: Self =
             serde_json::from_slice(text).map_err(|error| Refusal::new(format_args!("not readable: {error}")))?;
-        match recipe.format {
-            FORMAT => Ok(recipe),
-            format => Err(Refusal::new(format_args!("format {format} is unknown; known: {FORMAT}"))),
-        }
+        let format = recipe.format;
+        ensure(format == FORMAT, || Refusal::new(format_args!("format {format} is unknown; known: {FORMAT}")))?;
+        Ok(recipe)
     }
 
     /// The text of the file.
@@ -70,10 +68,9 @@ impl Recipe {
 
     /// The start values, checked as by setters.
     pub fn settings(&self) -> Result<Settings, Refusal> {
-        if !(MIN_BALLS..=MAX_BALLS).contains(&self.balls) {
-            let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");
-            return Err(Refusal::argument("balls", self.balls, allowed));
-        }
+        let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");
+        let known = (MIN_BALLS..=MAX_BALLS).contains(&self.balls);
+        ensure(known, || Refusal::argument("balls", self.balls, allowed))?;
         let mut settings = Settings::default_for(self.balls);
         for (name, value) in &self.start {
             let variable = Variable::named(name, self.balls);
@@ -86,21 +83,19 @@ impl Recipe {
 
 fn start(variable: Variable, value: &StartValue, settings: &mut Settings) -> Result<(), Refusal> {
     variable.check_settable(false)?;
-    match (value, variable.row.access) {
+    let value = match (value, variable.row.access) {
         (StartValue::Number(value), Access::Enumeration(enumeration)) => {
             return Err(Refusal::value(variable, Number(*value), enumeration));
         }
-        (StartValue::Number(value), _) => {
-            variable.check_real(*value)?;
-            variable.set_real(settings, *value);
-        }
+        (StartValue::Number(value), _) => *value,
         (StartValue::Item(name), Access::Enumeration(enumeration)) => {
             let item = enumeration.items.iter().find(|item| item.name == name);
-            let item = item.ok_or_else(|| Refusal::value(variable, name, enumeration))?;
-            variable.set_item(settings, item.value);
+            item.ok_or_else(|| Refusal::value(variable, name, enumeration))?.value.into()
         }
         (StartValue::Item(text), _) => return Err(Refusal::value(variable, format_args!("{text:?}"), "a number")),
-    }
+    };
+    variable.check(value)?;
+    variable.set(settings, value);
     Ok(())
 }
 

@@ -33,6 +33,12 @@ enumerations! {
     }
 }
 
+impl Default for Settings {
+    fn default() -> Self {
+        Self::default_for(DEFAULT_BALLS)
+    }
+}
+
 impl Settings {
     /// The defaults for `balls` balls.
     pub fn default_for(balls: usize) -> Self {

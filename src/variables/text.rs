@@ -1,6 +1,69 @@
-//! Text for hosts and readers: numbers that read back as the same double, and XML escapes.
+//! Text for hosts and readers: refusals, numbers that read back as the same double, and XML escapes.
 
 use std::fmt::{self, Display, Formatter};
+
+/// Why a variable, a value or a call is refused: what was wrong, and what is allowed. Unless it says otherwise, nothing
+/// has changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    text: String,
+    /// Whether only the value is at fault: the run can go on, and FMI 3.0 returns fmi3Discard.
+    pub(crate) of_value: bool,
+}
+
+impl Refusal {
+    /// A refusal with this text.
+    #[cold]
+    pub fn new(text: impl Display) -> Self {
+        Self { text: text.to_string(), of_value: false }
+    }
+
+    /// An argument whose `value` is not among those `allowed`.
+    #[cold]
+    pub fn argument(name: impl Display, value: impl Display, allowed: impl Display) -> Self {
+        Self::new(format_args!("{name} = {value} is refused; allowed: {allowed}"))
+    }
+
+    /// Refuses a number of values, argument `name`, other than `wanted`.
+    #[cfg(feature = "engine")]
+    pub(crate) fn unless_count(name: &str, given: usize, wanted: usize) -> Result<(), Self> {
+        ensure(given == wanted, || Self::argument(name, given, wanted))
+    }
+
+    /// An argument that is a number.
+    pub fn number(name: &str, value: f64, unit: &str, allowed: impl Display) -> Self {
+        Self::argument(name, format_args!("{} {unit}", Number(value)), allowed)
+    }
+
+    /// A value of a variable that is not among those `allowed`.
+    pub fn value(variable: impl Display, value: impl Display, allowed: impl Display) -> Self {
+        Self { of_value: true, ..Self::argument(variable, value, allowed) }
+    }
+
+    /// A value that does not exist, with this text.
+    pub fn no_value(text: impl Display) -> Self {
+        Self { of_value: true, ..Self::new(text) }
+    }
+
+    /// No variable has this `key`, a name or a value reference, in a cradle of `balls` balls.
+    pub fn unknown(key: impl Display, balls: usize) -> Self {
+        Self::new(format_args!("no variable has the {key} in this FMU of {balls} ball(s)"))
+    }
+}
+
+/// Refuses unless something `holds`.
+#[inline]
+pub fn ensure(holds: bool, refusal: impl FnOnce() -> Refusal) -> Result<(), Refusal> {
+    if holds { Ok(()) } else { Err(refusal()) }
+}
+
+impl Display for Refusal {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl std::error::Error for Refusal {}
 
 /// A number in the shortest form that reads back as the same double: `0.1`, `2.6e-6`, `1e10`.
 pub struct Number(pub f64);

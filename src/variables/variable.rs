@@ -1,4 +1,5 @@
-//! A variable of the interface: found by name or value reference, and listed in the order of the description.
+//! A variable of the interface: found by name or value reference, listed in the order of the description, and its value
+//! among the settings read, checked and changed.
 //!
 //! The value reference of a scalar is the row's position times 16384 plus the zero-based index, so that it does not
 //! depend on n and a getter finds its row by one array access. FMI 3.0 has an array for each row that has an index,
@@ -6,11 +7,13 @@
 //! dimension: the last element belongs to no contact. For hosts without arrays, each element is a scalar with the name
 //! and the value reference of FMI 2.0.
 
-use super::settings::MAX_BALLS;
+use super::settings::{MAX_BALLS, Settings};
 use super::table::TABLE;
-use super::table::enumeration::Enumeration;
 use super::table::extra::{BEFORE, EXTRA, INTERMEDIATE, STATES};
-use super::table::row::{Access, Causality, Extra, Row, Shape, Type, Variability};
+use super::table::row::{ANY, Access, Causality, Extra, Row, Shape, Type, Variability};
+use super::table::types::Enumeration;
+use super::text::{Number, Refusal, ensure};
+use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
 
 const INDEX_BITS: u32 = 14;
 const INDEX_MASK: u32 = (1 << INDEX_BITS) - 1;
@@ -192,6 +195,112 @@ impl Variable {
     /// Whether a host may read or set it in the middle of a step.
     pub fn is_intermediate(&self) -> bool {
         INTERMEDIATE.contains(&self.row.name)
+    }
+
+    /// Checks that a host may set it; `between_steps` after initialization.
+    pub fn check_settable(&self, between_steps: bool) -> Result<(), Refusal> {
+        let (row, causality) = (self.row, self.row.causality);
+        let text = format_args!("cannot be set: only parameters and inputs can, and its causality is {causality:?}");
+        ensure(row.settable(), || Refusal::new(format_args!("{self} {text}")))?;
+        let can_change = causality == Causality::Input || row.variability == Variability::Tunable;
+        let text = "cannot be set after initialization: only inputs and tunable parameters can";
+        ensure(can_change || !between_steps, || Refusal::new(format_args!("{self} {text}")))
+    }
+
+    /// Whether `value` is finite and in range, of an enumeration whether it is the integer of an item.
+    pub fn check(&self, value: f64) -> Result<(), Refusal> {
+        let row = self.row;
+        match row.access {
+            Access::Enumeration(enumeration) if enumeration.item(value).is_some() => Ok(()),
+            Access::Enumeration(enumeration) => Err(Refusal::value(self, value, enumeration)),
+            _ if row.range.contains(value) => Ok(()),
+            _ if row.access.data_type() == Type::Integer => Err(Refusal::value(self, value, row.range)),
+            _ => Err(Refusal::value(self, row.quantified(Number(value)), row.quantified(row.range))),
+        }
+    }
+
+    /// Checks that it is an input whose time derivative of this order (1/s^order times its unit) may be `value`.
+    /// Returns the order.
+    pub fn check_input_derivative(&self, order: i32, value: f64) -> Result<usize, Refusal> {
+        let causality = self.row.causality;
+        let text = format_args!("can be set: only those of inputs can, and its causality is {causality:?}");
+        ensure(causality == Causality::Input, || Refusal::new(format_args!("no derivative of {self} {text}")))?;
+        let order = self.check_order(order, MAX_INPUT_DERIVATIVE)?;
+        let what = format_args!("derivative {order} of {self}");
+        ensure(value.is_finite(), || Refusal::value(what, Number(value), ANY))?;
+        Ok(order)
+    }
+
+    /// Checks that a derivative of it is of an `order` from 1 to `most`, which it returns.
+    pub fn check_order(&self, order: i32, most: usize) -> Result<usize, Refusal> {
+        let (what, allowed) = (format_args!("order of the derivative of {self}"), format_args!("1 to {most}"));
+        let known = usize::try_from(order).ok().filter(|order| (1..=most).contains(order));
+        known.ok_or_else(|| Refusal::value(what, order, allowed))
+    }
+
+    /// The value of a parameter, input or slope, of an enumeration the integer of its item; otherwise none.
+    #[inline]
+    pub fn value(&self, settings: &Settings) -> Option<f64> {
+        match self.row.access {
+            Access::Setting { get, .. } => get(settings).get(self.index).copied(),
+            Access::Calculated(get) => Some(get(&settings.parameters)),
+            Access::Enumeration(enumeration) => Some((enumeration.get)(settings).into()),
+            _ => None,
+        }
+    }
+
+    /// The value of a setting without its unit, an item by its name; otherwise none.
+    pub fn text(&self, settings: &Settings) -> Option<String> {
+        let value = self.value(settings)?;
+        match self.row.access {
+            Access::Enumeration(of) => of.item(value).map(|item| item.name.to_owned()),
+            _ => Some(Number(value).to_string()),
+        }
+    }
+
+    /// Sets a parameter, input or slope to a checked value. Returns whether it changed.
+    pub fn set(&self, settings: &mut Settings, value: f64) -> bool {
+        match self.row.access {
+            Access::Setting { set, .. } => {
+                set(settings).get_mut(self.index).is_some_and(|slot| std::mem::replace(slot, value) != value)
+            }
+            Access::Enumeration(enumeration) => {
+                let before = (enumeration.get)(settings);
+                (enumeration.set)(settings, value as i32);
+                before != (enumeration.get)(settings)
+            }
+            _ => false,
+        }
+    }
+
+    /// Sets the derivative of an input, of the order that `inputs` holds, to a checked value.
+    pub fn set_input(&self, inputs: &mut Inputs, value: f64) {
+        match self.row.shape {
+            Shape::Scalar => inputs.support_acceleration = value,
+            _ => inputs.force[self.index] = value,
+        }
+    }
+}
+
+impl Settings {
+    /// The zero direction: every real setting is zero.
+    pub fn zero(balls: usize) -> Self {
+        let mut zero = Self::default_for(balls);
+        for variable in variables(balls) {
+            variable.set(&mut zero, 0.0); // No item of an enumeration is 0.
+        }
+        zero
+    }
+
+    /// Whether they are settings of `balls` balls with allowed values only.
+    pub fn are_sound(&self, balls: usize) -> bool {
+        let fits = |array: &Variable| match array.row.access {
+            Access::Setting { get, .. } => get(self).len() == array.row.shape.len(balls),
+            _ => true,
+        };
+        let allowed = |variable: Variable| variable.value(self).is_none_or(|value| variable.check(value).is_ok());
+        let mut settable = Variable::arrays().filter(|array| array.row.settable());
+        settable.all(|array| fits(&array) && array.scalars(balls).all(allowed))
     }
 }
 

@@ -66,7 +66,7 @@ impl Course {
 /// A unit of one of the [`knowns`].
 fn unit(known: newtons_cradle::variables::Variable, balls: usize) -> Settings {
     let mut along = Settings::zero(balls);
-    known.set_real(&mut along, 1.0);
+    known.set(&mut along, 1.0);
     along
 }
 
@@ -151,16 +151,16 @@ fn they_agree_with_differences_and_both_directions_with_each_other() {
             both_ways(name, tape, 3);
         }
         for known in knowns(3) {
-            let (value, along) = (known.real(&settings).unwrap(), unit(known, 3));
+            let (value, along) = (known.value(&settings).unwrap(), unit(known, 3));
             let by_tape = tape.as_ref().map(|tape| derivatives(&tape.along(&along.parameters, &along.inputs)));
             // Where contacts are closed all the time the run is only followed by its tape.
             let repeated = course.along(&along).map(|found| derivatives(&found));
             assert!(repeated.is_some() || has_tape, "{name}: {known} is not followed");
             let h = step(known, value);
-            let one_sided = value == 0.0 && known.check_real(-1.0).is_err();
+            let one_sided = value == 0.0 && known.check(-1.0).is_err();
             let (differences, rounding) = by_differences(h, one_sided, |change| {
                 let mut changed = settings.clone();
-                known.set_real(&mut changed, value + change);
+                known.set(&mut changed, value + change);
                 Course::new(&changed, end, has_tape).outputs()
             });
             for (taped, found) in [(true, by_tape), (false, repeated)] {
@@ -222,9 +222,9 @@ fn both_ways(name: &str, tape: &Tape, balls: usize) {
         let mut adjoint = 0.0;
         let few = |k: usize| seed < 4 || k % 4 == seed % 4;
         for (_, (known, change)) in knowns(balls).zip(spread(seed + 1)).enumerate().filter(|(k, _)| few(*k)) {
-            known.set_real(&mut all, change);
+            known.set(&mut all, change);
             let mut along = Settings::zero(balls);
-            known.set_real(&mut along, change);
+            known.set(&mut along, change);
             adjoint += gradient.along(&along.parameters, &along.inputs);
         }
         let directional = sum(&weights, &tape.along(&all.parameters, &all.inputs));

@@ -32,8 +32,9 @@ pub struct Case {
 pub fn cases(own: &Settings) -> Vec<Case> {
     let default = Settings::default_for(own.balls());
     let case = |(name, title, settings): (_, _, Settings)| {
-        let differs =
-            |variable: &Variable| [&default, own].iter().any(|other| variable.real(other) != variable.real(&settings));
+        let differs = |variable: &Variable| {
+            [&default, own].iter().any(|other| variable.value(other) != variable.value(&settings))
+        };
         let parameters = variables(own.balls())
             .filter(|variable| variable.row.causality == Causality::Parameter)
             .filter(|variable| variable.row.shape == Shape::Scalar || differs(variable))
@@ -110,7 +111,7 @@ impl Case {
 
     /// All elements of a variable's array, as many as there are balls.
     fn elements(&self, variable: &Variable) -> String {
-        let element = |index| Variable { index, ..*variable }.real(&self.settings);
+        let element = |index| Variable { index, ..*variable }.value(&self.settings);
         let values = (0..self.settings.balls()).map(|index| element(index).unwrap_or_else(|| padding(variable.row)));
         values.map(|value| Number(value).to_string()).collect::<Vec<_>>().join(" ")
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::ptr::null;
 
 use libloading::{Library, Symbol};
-use newtons_cradle::variables::Variable;
+use newtons_cradle::variables::{Type, Variable};
 
 use super::cases::Case;
 
@@ -59,10 +59,11 @@ pub fn run(
     }
     for variable in &case.parameters {
         let reference = variable.reference();
-        if let Some(value) = variable.real(&case.settings) {
+        let value = variable.value(&case.settings).unwrap_or_default();
+        if variable.row.access.data_type() == Type::Real {
             call!("fmi2SetReal", &reference => *const u32, 1 => usize, &value => *const f64);
-        } else if let Some(item) = variable.item(&case.settings) {
-            call!("fmi2SetInteger", &reference => *const u32, 1 => usize, &item => *const i32);
+        } else {
+            call!("fmi2SetInteger", &reference => *const u32, 1 => usize, &(value as i32) => *const i32);
         }
     }
     call!("fmi2SetupExperiment", 0 => c_int, 0.0 => f64, 0.0 => f64, 0 => c_int, 0.0 => f64);

@@ -8,7 +8,7 @@ use crate::model::Item;
 use crate::variables::settings::Settings;
 use crate::variables::table::extra::MAX_LOG;
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
-use crate::variables::table::unit::{QUANTITIES, Quantity};
+use crate::variables::table::types::{QUANTITIES, Quantity};
 use crate::variables::text::{Number, camel, escaped};
 use crate::variables::variable::{Variable, enumerations};
 
@@ -102,7 +102,8 @@ pub(super) fn write_variables(
         } else if row.settable() {
             for index in 0..variable.len(start.balls()) {
                 let before = if index == 0 { " start=\"" } else { " " };
-                write!(out, "{before}{}", start_value(variable.element(index), start))?;
+                let value = variable.element(index).value(start);
+                write!(out, "{before}{}", Number(value.unwrap_or_else(|| padding(row))))?;
             }
             out.write_str("\"")?;
         }
@@ -185,15 +186,6 @@ fn write_text(out: &mut String, row: &Row, i: impl Display, j: impl Display) -> 
         out.write_str("; 0 itself is refused")?;
     }
     Ok(())
-}
-
-/// The start value of the settings, or the default for an element that belongs to no contact.
-fn start_value(variable: Variable, start: &Settings) -> String {
-    match (variable.real(start), variable.item(start)) {
-        (Some(value), _) => Number(value).to_string(),
-        (_, Some(value)) => value.to_string(),
-        _ => Number(padding(variable.row)).to_string(),
-    }
 }
 
 /// The default of a parameter over contacts, for the element that belongs to none.

@@ -2,13 +2,11 @@
 
 use std::slice::{from_mut, from_ref};
 
-use super::enumeration::item;
-use super::range::between;
 use super::row::Causality::{Independent, Input, Local, Output, StructuralParameter};
 use super::row::Shape::{Balls, Contacts, Scalar};
 use super::row::Type::{Binary, Boolean, Clock, Integer, Real};
-use super::row::{Access, Edge, Extra, Row, enumeration, extra, row};
-use super::unit::{FORCE_KN, IMPULSE, LENGTH, TIME, TIME_US, VELOCITY};
+use super::row::{Access, Edge, Extra, Row, between, enumeration, extra, row};
+use super::types::{FORCE_KN, IMPULSE, LENGTH, TIME, TIME_US, VELOCITY, item};
 use crate::variables::settings::{DerivativesOf, MAX_BALLS, MIN_BALLS};
 
 /// Largest size of `log.pulses`, bytes.

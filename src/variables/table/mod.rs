@@ -2,25 +2,21 @@
 //!
 //! Start values are those of [`Parameters::default_for`], read through the row's own accessor.
 
-pub(super) mod enumeration;
 pub(super) mod extra;
-pub(super) mod range;
 pub(super) mod row;
-pub(super) mod unit;
+pub(super) mod types;
 
 use std::slice::{from_mut, from_ref};
 
 use crate::model::{ContactModel, DampingLaw, ExchangedContacts, Parameters, PendulumModel, SolverMethod};
 use crate::next::NEVER;
-use enumeration::item;
-use range::{ANY, NOT_NEGATIVE, POSITIVE, between};
 use row::Causality::{CalculatedParameter, Input, Local, Output};
 use row::Shape::{Balls, Contacts, Scalar};
-use row::{Access, Row};
-use row::{count, enumeration, parameter, real, row};
-use unit::{
+use row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row};
+use row::{between, count, enumeration, parameter, real, row};
+use types::{
     ACCELERATION, ANGLE_DEG, DAMPING, DRAG, ELASTIC_MODULUS_GPA, ENERGY, FORCE, FORCE_KN, IMPULSE, LENGTH, LENGTH_MM,
-    LENGTH_UM, MASS, MOMENTUM, POWER, RATIO, SLOWNESS, STIFFNESS_N_UM, TIME, TIME_US, VELOCITY,
+    LENGTH_UM, MASS, MOMENTUM, POWER, RATIO, SLOWNESS, STIFFNESS_N_UM, TIME, TIME_US, VELOCITY, item,
 };
 
 /// A parameter that is one number of [`Parameters`].

@@ -1,11 +1,9 @@
 //! A row of the table: all about a family of variables.
 
-use super::enumeration::Enumeration;
-use super::range::{ANY, NOT_NEGATIVE, Range};
-use super::unit::Quantity;
+use super::types::{Enumeration, Quantity};
 use crate::model::{Differential, Parameters, Results};
-use crate::variables::refusal::Refusal;
 use crate::variables::settings::Settings;
+use crate::variables::text::Number;
 
 /// How many variables a row stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,6 +175,48 @@ impl Access {
     }
 }
 
+/// Values a real variable may take, all of them finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Smallest value, if there is one.
+    pub min: Option<f64>,
+    /// Largest value, if there is one.
+    pub max: Option<f64>,
+    /// Whether `min` itself is refused.
+    pub above_min: bool,
+}
+
+/// Any finite value.
+pub const ANY: Range = Range { min: None, max: None, above_min: false };
+/// Zero or more.
+pub const NOT_NEGATIVE: Range = Range { min: Some(0.0), max: None, above_min: false };
+/// More than zero. The description can only say `min="0"`; its text adds that 0 itself is refused.
+pub const POSITIVE: Range = Range { min: Some(0.0), max: None, above_min: true };
+
+/// `min` to `max`, both included.
+pub const fn between(min: f64, max: f64) -> Range {
+    Range { min: Some(min), max: Some(max), above_min: false }
+}
+
+impl Range {
+    /// Whether `value` is finite and inside.
+    pub fn contains(&self, value: f64) -> bool {
+        let above = self.min.is_none_or(|min| value > min || value == min && !self.above_min);
+        value.is_finite() && above && self.max.is_none_or(|max| value <= max)
+    }
+}
+
+impl std::fmt::Display for Range {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.min, self.max) {
+            (Some(min), Some(max)) => write!(f, "{} to {}", Number(min), Number(max)),
+            (Some(min), None) if self.above_min => write!(f, "finite and > {}", Number(min)),
+            (Some(min), None) => write!(f, "finite and >= {}", Number(min)),
+            (None, _) => write!(f, "any finite value"),
+        }
+    }
+}
+
 /// On which rows (or on which variable of a row, given as `name[i]`) a value depends: on the scalars as such, on arrays
 /// at the same ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a
 /// scalar. With an asterisk behind the name, on arrays over balls at the balls next to this one as well. `position` are
@@ -219,13 +259,6 @@ impl Row {
     /// Whether the host may set it.
     pub const fn settable(&self) -> bool {
         matches!(self.causality, Causality::Parameter | Causality::Input)
-    }
-
-    /// The error for a setter of `variable`, which is of this row.
-    pub(crate) fn not_settable(&self, variable: impl std::fmt::Display) -> Refusal {
-        let causality = self.causality;
-        let text = format_args!("cannot be set: only parameters and inputs can, and its causality is {causality:?}");
-        Refusal::new(format_args!("{variable} {text}"))
     }
 
     /// The row of which it is the time derivative, by its name `der(...)`.

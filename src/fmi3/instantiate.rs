@@ -1,11 +1,10 @@
 //! Creating and freeing instances.
 
-use super::clocks::no_scheduled_execution;
 use crate::ffi::{self, Component, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
 use crate::instance::{Kind, Log, Purpose, Sink};
-use crate::variables::{Refusal, Variable};
+use crate::variables::{Refusal, Variable, ensure};
 
 /// Version of the standard: `3.0`.
 #[unsafe(no_mangle)]
@@ -81,11 +80,10 @@ unsafe fn create(
 ) -> fmi3Instance {
     // SAFETY: as the caller promises.
     let [name, token, path] = names.map(|given| unsafe { text(given) });
-    let log = Log::on_demand(sink(logger, callbacks.environment), on != fmi3False);
+    let log = Log::new(sink(logger, callbacks.environment), on != fmi3False, false);
     let start = |log: &Log| {
-        if name.to_string_lossy().trim().is_empty() {
-            return Err(Refusal::new("instanceName is missing or blank; allowed: any other text"));
-        }
+        let is_blank = name.to_string_lossy().trim().is_empty();
+        ensure(!is_blank, || Refusal::new("instanceName is missing or blank; allowed: any other text"))?;
         let start = ffi::start(purpose, ffi::at_path(path.to_bytes()), ("instantiationToken", token))?;
         for reference in read {
             let variable = start.variable(*reference, start.settings.balls());
@@ -115,7 +113,7 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lockPreemption: Option<unsafe extern "C" fn()>,
     _unlockPreemption: Option<unsafe extern "C" fn()>,
 ) -> fmi3Instance {
-    let log = Log::on_demand(sink(logMessage, instanceEnvironment), loggingOn != fmi3False);
+    let log = Log::new(sink(logMessage, instanceEnvironment), loggingOn != fmi3False, false);
     let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
     ffi::create("fmi3InstantiateScheduledExecution", log, callbacks, |_| Err(no_scheduled_execution()))
 }
@@ -138,4 +136,8 @@ fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) ->
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives.
         unsafe { logger(environment, Fmi3::status(severity), category.as_ptr(), message.as_ptr()) }
     }))
+}
+
+pub(super) fn no_scheduled_execution() -> Refusal {
+    Refusal::new("scheduled execution is not offered; allowed: co-simulation or model exchange")
 }
