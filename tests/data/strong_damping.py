@@ -9,9 +9,9 @@ eigenvalues, whatever the damping. The first switching is looked for on a grid t
 """
 
 import json
-from functools import cache, partial
+from functools import cache
 
-from mpmath import eig, exp, inverse, lu_solve, matrix, mp, mpf, nstr, re, zeros
+from mpmath import diag, eig, exp, eye, fdot, inverse, linspace, matrix, mp, mpf, nstr, re, zeros
 
 mp.dps = 40
 # What is not more is rounding: balls side by side do not approach.
@@ -44,87 +44,68 @@ CASES = [
 ]
 
 
-class Motion:
-    """Everything linear while the contacts of `pressing` act."""
-
-    def __init__(self, masses, springs, c, dead_band, press, pressing):
-        n = len(masses)
-        a, f = zeros(2 * n), zeros(2 * n, 1)
-        for i in range(n):
-            a[i, n + i] = 1
-            a[n + i, i] = -GRAVITY / LENGTH
-        f[n] += press / masses[0]
-        f[2 * n - 1] -= press / masses[-1]
-        for j in (j for j in range(n - 1) if pressing[j]):
-            for ball, side in ((n + j, -1 / masses[j]), (n + j + 1, 1 / masses[j + 1])):
-                k = springs[j]
-                a[ball, j] += side * k
-                a[ball, j + 1] -= side * k
-                a[ball, n + j] += side * c
-                a[ball, n + j + 1] -= side * c
-                f[ball] -= side * k * dead_band
-        self.rates, self.vectors = eig(a)
-        self.backwards, self.equilibrium = inverse(self.vectors), lu_solve(a, -f)
-
-    def course(self, state, row, more=0):
-        """`row` times the state, and `more`, as a function of time."""
-        amplitudes = self.backwards * (state - self.equilibrium)
-        size = range(len(self.rates))
-        weights = [amplitudes[m] * sum(row[i] * self.vectors[i, m] for i in row) for m in size]
-        rest = sum(row[i] * self.equilibrium[i] for i in row) + more
-        return lambda t: re(sum(weights[m] * exp(self.rates[m] * t) for m in size)) + rest
-
-    def state(self, state, t):
-        size = len(self.rates)
-        return matrix([self.course(state, {i: 1})(t) for i in range(size)])
-
-
 def first_positive(function, until):
-    """The first time at which `function` becomes positive."""
-    grid = [mpf("1e-14") * mpf(2) ** (mpf(i) / 2) for i in range(110)]
-    grid = [t for t in grid if t < until / 300] + [until * i / mpf(300) for i in range(1, 301)]
-    before = mpf(0)
-    for t in grid:
+    """The first time at which `function` becomes positive, `until` if it does not before."""
+    before, coarse = mpf(0), linspace(until / 300, until, 300)
+    fine = [mpf("1e-14") * mpf(2) ** (mpf(i) / 2) for i in range(110)]
+    for t in [*(t for t in fine if t < coarse[0]), *coarse]:
         if function(t) > NOISE:
             while t - before > mpf(10) ** -36 * t:
                 middle = (before + t) / 2
                 before, t = (before, middle) if function(middle) > NOISE else (middle, t)
             return t
         before = t
-    return None
+    return until
 
 
 def run(start, masses, springs, c, dead_band, press, pull, end):
-    """Positions, velocities and the number of switchings up to `end`."""
-    n, c, dead_band, press, end = len(masses), mpf(c), mpf(dead_band), mpf(press), mpf(end)
-    state = matrix([mpf(x) for x in start] + [mpf(0)] * n)
-    overlaps = [state[j] - state[j + 1] - dead_band for j in range(n - 1)]
-    modes = ["pressing" if overlap > 0 else "open" for overlap in overlaps]
+    """Positions, velocities and the number of switchings up to `end`. The state is x, v and 1; overlaps and forces are
+    rows times it."""
+    n, unit = len(masses), eye(2 * len(masses) + 1)
+    x, v, one = [unit[i, :] for i in range(n)], [unit[n + i, :] for i in range(n)], unit[2 * n, :]
+    overlap = [x[j] - x[j + 1] - dead_band * one for j in range(n - 1)]
+    force = [springs[j] * overlap[j] + c * (v[j] - v[j + 1]) for j in range(n - 1)]
+
+    @cache
+    def motion(*modes):
+        """Eigenvalues and eigenvectors of the equations, and the inverse of these."""
+        a = zeros(2 * n + 1)
+        for i in range(n):
+            a[i, :], a[n + i, :] = v[i], -GRAVITY / LENGTH * x[i]
+        pushes = [(force[j], j, j + 1) for j, mode in enumerate(modes) if mode == "pressing"]
+        for push, left, right in [*pushes, (press * one, n - 1, 0)]:
+            a[n + left, :] -= push / masses[left]
+            a[n + right, :] += push / masses[right]
+        rates, vectors = eig(a)
+        return rates, vectors, inverse(vectors)
+
+    state = matrix([*start, *[0] * n, 1])
+    modes = ["pressing" if (row * state)[0] > 0 else "open" for row in overlap]
     time, switchings = mpf(0), modes.count("pressing")
-    motion_of = cache(partial(Motion, masses, springs, c, dead_band, press))
     while time < end:
-        motion = motion_of(tuple(mode == "pressing" for mode in modes))
+        rates, vectors, backwards = motion(*modes)
+        amplitudes = diag(backwards * state)
+
+        def course(row, rates=rates, of_state=vectors * amplitudes):
+            weights = row * of_state
+            return lambda t: re(fdot(weights, (exp(rate * t) for rate in rates)))
+
         until, switch = end - time, None
         for j, mode in enumerate(modes):
-            k = springs[j]
-            overlap = {j: 1, j + 1: -1}, -dead_band
-            force = {j: k, j + 1: -k, n + j: c, n + j + 1: -c}, -k * dead_band
-            candidates = {
-                "open": [(overlap, 1, "pressing")],
-                "pressing": [(overlap, -1, "open")] + ([] if pull else [(force, -1, "clipped")]),
-                "clipped": [(overlap, -1, "open"), (force, 1, "pressing")],
-            }[mode]
-            for (row, more), sign, following in candidates:
-                course = motion.course(state, {i: sign * value for i, value in row.items()}, sign * more)
-                t = first_positive(course, until)
-                if t is not None and t < until:
+            switches = {
+                "open": [(overlap[j], "pressing")],
+                "pressing": [(-overlap[j], "open")] + ([] if pull else [(-force[j], "clipped")]),
+                "clipped": [(-overlap[j], "open"), (force[j], "pressing")],
+            }
+            for row, following in switches[mode]:
+                if (t := first_positive(course(row), until)) < until:
                     until, switch = t, (j, following)
-        state = motion.state(state, until)
+        state = matrix([course(row)(until) for row in [*x, *v, one]])
         time += until
         if switch:
             modes[switch[0]] = switch[1]
             switchings += 1
-    return list(state[:n]), list(state[n:]), switchings
+    return state[:n], state[n : 2 * n], switchings
 
 
 def main():
@@ -135,8 +116,6 @@ def main():
         # Pressed balls start closer than the forces hold them, and ring.
         overlaps = [1.2 * press / (stiffness * ratio) for ratio in ratios]
         start = [-0.1 if i < lifted else 0.0 - sum(overlaps[:i]) for i in range(n)]
-        springs = [mpf(stiffness * ratio) for ratio in ratios]
-        x, v, switchings = run(start, [mpf(m) for m in masses], springs, damping, dead_band, press, pull, end)
         case = {
             "balls": n,
             "start": start,
@@ -144,10 +123,11 @@ def main():
             "damping": damping,
             "dead_band": dead_band,
         }
-        if unequal:
-            case |= {"masses": masses, "springs": ratios, "press": press}
-        digits = {"x": [nstr(value, 20) for value in x], "v": [nstr(value, 20) for value in v]}
-        results.append({**case, "pull": pull, "time": end, "switchings": switchings, **digits})
+        case |= {"masses": masses, "springs": ratios, "press": press} if unequal else {}
+        springs = [mpf(stiffness * ratio) for ratio in ratios]
+        x, v, switchings = run(start, masses, springs, mpf(damping), mpf(dead_band), press, pull, mpf(end))
+        case |= {"pull": pull, "time": end, "switchings": switchings}
+        results.append(case | {"x": [nstr(value, 20) for value in x], "v": [nstr(value, 20) for value in v]})
     print(json.dumps(results, indent=1))
 
 
