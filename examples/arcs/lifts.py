@@ -75,7 +75,7 @@ def main() -> None:
             with contextlib.suppress(nc.FmuError):
                 rows.append(one_run(fmu, *case))
     table, picture = options.out / "lifts.csv", options.out / "lifts.png"
-    write_rows(table, [list(rows[0]), *(row.values() for row in rows)])
+    write_rows(table, rows)
     draw(rows, picture)
     print(f"{len(rows)} runs: {table}, {picture}")
 

@@ -17,7 +17,7 @@ from fmpy.simulation import instantiate_fmu
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from plots import diagrams
-from support import command_line, nc, parsed, write_rows
+from support import command_line, nc, parsed, print_rows, write_rows
 
 TOLERANCES = {  # by way: exchange.contacts of model exchange, or co-simulation
     "resolved": [10.0**-k for k in range(4, 13)],
@@ -26,7 +26,6 @@ TOLERANCES = {  # by way: exchange.contacts of model exchange, or co-simulation
 }
 PULSES = [f"pulses[{i}]" for i in range(1, 5)]
 FIGURES = {"Figure 5": nc.figure5(), "Figure 6": nc.preset("figure6")}
-COLUMNS = ["figure", "way", "tolerance", "error", "evaluations", "seconds", "pulses"]
 
 
 def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> dict:
@@ -113,15 +112,8 @@ def main() -> None:
     parser.add_argument("--stop", type=float, default=10.0, help="s")
     options = parsed(parser)
     rows = compare(options.fmu, options.stop)
-    write_rows(options.out / "exchange.csv", [COLUMNS, *([row[name] for name in COLUMNS] for row in rows)])
-    print(f"{'':9} {'way':14} {'tolerance':>9} {'error':>8} {'evaluations':>11} {'s':>6}  pulses")
-    for row in rows:
-        pulses = " ".join(map(str, row["pulses"])) or "gave up"
-        mark = "" if row["right"] else "  wrong"
-        print(
-            f"{row['figure']:9} {row['way']:14} {row['tolerance']:9.0e} {row['error']:8.1e} {row['evaluations']:11d} "
-            f"{row['seconds']:6.2f}  {pulses}{mark}"
-        )
+    write_rows(options.out / "exchange.csv", rows)
+    print_rows(rows)
     save_plot(options.out / "exchange.png", rows)
 
 

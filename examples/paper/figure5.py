@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import Column, family
-from support import Fmus, Found, nc
+from support import Fmus, Found, nc, print_rows
 
 DEAD_BAND = 2.6e-7  # m
 SPEED = np.sqrt(5.0)  # m/s, amplitude 1 m times sqrt(g/L): speed of a lifted ball at x = 0
@@ -87,11 +87,12 @@ def table1(micro: nc.Result) -> list[tuple]:
 
 def save_table1(states: list[tuple], found: Found) -> None:
     """Table 1 as the paper prints it, to a CSV file and to the terminal."""
-    rows = [["state", *(f"ball {i}" for i in range(1, 6))]]
-    for i, state in enumerate(states):
-        name = "begin" if i == 0 else "end" if i == len(states) - 1 else f"intermediate {i}"
-        rows.append([name, *("moving" if moving else "stopped" for moving in state)])
+    names = ["begin", *(f"intermediate {i}" for i in range(1, len(states) - 1)), "end"]
+    rows = [
+        {"state": name}
+        | {f"ball {i}": "moving" if moves else "stopped" for i, moves in enumerate(state, start=1)}
+        for name, state in zip(names, states, strict=True)
+    ]
     found.save_rows("table1.csv", rows)
     print("  Table 1, from the samples of the first impact at which no contact is closed:")
-    for row in rows:
-        print("    " + "".join(cell.ljust(16 if i == 0 else 9) for i, cell in enumerate(row)).rstrip())
+    print_rows(rows)

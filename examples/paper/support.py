@@ -5,7 +5,7 @@ import csv
 import sys
 import warnings
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -85,7 +85,7 @@ class Found:
         np.savetxt(self.out / name, table, forms, ",", header=head, comments="", encoding="ascii")
         self._files.append(name)
 
-    def save_rows(self, name: str, rows) -> None:
+    def save_rows(self, name: str, rows: list[dict]) -> None:
         """Writes rows of texts and numbers as CSV. The next plot links it."""
         write_rows(self.out / name, rows)
         self._files.append(name)
@@ -100,21 +100,29 @@ class Found:
 
     def conclude(self) -> bool:
         """Prints the table of checks, and writes it as checks.csv; returns True if all pass."""
-        head, rows = ("figure", "what", "measured", "required"), list(map(astuple, self.checks))
-        table = [(*head, ""), *((*texts, "agrees" if holds else "DIFFERS") for *texts, holds in rows)]
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        table.insert(1, tuple("-" * width for width in widths))
-        for row in table:
-            line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-            print(f"  {line}".rstrip())
-        self.save_rows("checks.csv", [(*head, "holds"), *((*texts, int(holds)) for *texts, holds in rows)])
+        rows = [asdict(check) for check in self.checks]
+        print_rows([row | {"holds": "agrees" if row["holds"] else "DIFFERS"} for row in rows])
+        self.save_rows("checks.csv", [row | {"holds": int(row["holds"])} for row in rows])
         return all(check.holds for check in self.checks)
 
 
-def write_rows(path: Path, rows) -> None:
+def write_rows(path: Path, rows: list[dict]) -> None:
     """Writes rows of texts and numbers as CSV, with all digits; None stays empty."""
     with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows(rows)
+        table = csv.DictWriter(file, rows[0])
+        table.writeheader()
+        table.writerows(rows)
+
+
+def print_rows(rows: list[dict]) -> None:
+    """Prints rows of texts and numbers as a table, with three digits."""
+    table = [
+        [f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in row.values()] for row in rows
+    ]
+    widths = [max(map(len, column)) for column in zip(rows[0], *table, strict=True)]
+    for row in (rows[0], ["-" * width for width in widths], *table):
+        line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        print(f"  {line}".rstrip())
 
 
 def tracked(label: str, items, count: int | None = None):
