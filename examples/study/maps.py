@@ -4,6 +4,7 @@ import textwrap
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from plots import plt
 
 QUANTITIES = {  # column: (title, colour map)
@@ -13,39 +14,30 @@ QUANTITIES = {  # column: (title, colour map)
 }
 
 
-def save_maps(path: Path, rows: list[dict]) -> None:
+def save_maps(path: Path, rows: pd.DataFrame) -> None:
     """Draws the rows of a study; cells without a successful run stay grey."""
     plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.facecolor": "#d0d0d0"})
-    cases = sorted({(row["lifted"], row["damping"]) for row in rows})
+    cases = list(rows.groupby(["lifted", "damping"]))
     size = (1.4 + 2.3 * len(cases), 0.6 + 2.3 * len(QUANTITIES))
     shape = {"sharex": True, "sharey": True, "squeeze": False, "layout": "constrained", "figsize": size}
     figure, axes = plt.subplots(len(QUANTITIES), len(cases), **shape)
     for (name, (title, colours)), line in zip(QUANTITIES.items(), axes, strict=True):
-        largest = max(row[name] for row in rows)
-        for (lifted, damping), axis in zip(cases, line, strict=True):
-            chosen = [row for row in rows if (row["lifted"], row["damping"]) == (lifted, damping)]
-            shown = _draw(axis, chosen, name, cmap=colours, vmin=0.0, vmax=largest)
+        for (_, chosen), axis in zip(cases, line, strict=True):
+            cells = chosen.pivot(index="dead_band", columns="order", values=name)
+            scale = {"cmap": colours, "vmin": 0.0, "vmax": rows[name].max()}
+            shown = axis.pcolormesh(_edges(cells.columns), _edges(cells.index), cells, **scale)
         line[0].set_ylabel("dead band / µm")
         figure.colorbar(shown, ax=list(line), label=textwrap.fill(title, 28))
-    for (lifted, damping), top, bottom in zip(cases, axes[0], axes[-1], strict=True):
+    for ((lifted, damping), _), top, bottom in zip(cases, axes[0], axes[-1], strict=True):
         top.set_title(f"{lifted} lifted, damping {damping:g} s/m", fontsize=9)
         bottom.set_xlabel("order p")
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
 
-def _draw(axis, rows: list[dict], name: str, **colours):
-    """One map: the cells of a rectangular grid."""
-    orders, bands = (sorted({row[axis_name] for row in rows}) for axis_name in ("order", "dead_band"))
-    values = np.full((len(bands), len(orders)), np.nan)
-    for row in rows:
-        values[bands.index(row["dead_band"]), orders.index(row["order"])] = row[name]
-    return axis.pcolormesh(_edges(orders), _edges(bands), values, **colours)
-
-
-def _edges(centres: list[float]) -> np.ndarray:
+def _edges(centres: pd.Index) -> np.ndarray:
     """Edges of cells around rising centres; a single centre gets a cell of width 1."""
-    middles = 0.5 * (np.array(centres[1:]) + np.array(centres[:-1]))
-    first = 2 * centres[0] - middles[0] if len(middles) else centres[0] - 0.5
-    last = 2 * centres[-1] - middles[-1] if len(middles) else centres[-1] + 0.5
-    return np.array([first, *middles, last])
+    around = (
+        np.pad(centres, 1, "reflect", reflect_type="odd") if len(centres) > 1 else centres[0] + [-1, 0, 1]
+    )
+    return np.convolve(around, [0.5, 0.5], "valid")
