@@ -63,27 +63,27 @@ def test_a_fit_finds_stiffness_and_damping(fmu3_path, tmp_path):
     assert iterations <= 6 and runs <= iterations + 2
 
 
-def test_a_fit_uses_the_derivatives_of_the_run(fmu3_path, monkeypatch):
+def test_a_fit_uses_the_derivatives_of_the_run(fmu3, monkeypatch):
     """Its Jacobian is that of the positions, and without it there is no fit."""
     monkeypatch.syspath_prepend(FIT.parent)
     import contacts
 
-    camera = contacts.Camera(fmu3_path)
-    seen, jacobian = camera.film(contacts.TRUE)
+    seen, jacobian = contacts.film(fmu3, contacts.TRUE)
     for i, value in enumerate(contacts.TRUE):
         change = np.eye(2)[i] * 1e-5 * value
-        difference = (camera.film(contacts.TRUE + change)[0] - camera.film(contacts.TRUE - change)[0]) / 2e-5
+        more, less = (contacts.film(fmu3, contacts.TRUE + sign * change)[0] for sign in (1, -1))
+        difference = (more - less) / 2e-5
         assert np.abs(difference).max() > 5e-3  # m, for a parameter that changes by its own size
         assert np.abs(jacobian[:, :, i] * value - difference).max() < 1e-6 * np.abs(difference).max()
     true = FMU3Slave.getDirectionalDerivative
-    for wrong, message in [(-1.0, "no step along the derivatives"), (0.0, "tell these parameters apart")]:
-
-        def scaled(*arguments, wrong=wrong):
-            return [wrong * value for value in true(*arguments)]
-
-        monkeypatch.setattr(FMU3Slave, "getDirectionalDerivative", scaled)
-        with pytest.raises(RuntimeError, match=message):
-            contacts.fit(camera, seen, contacts.GUESS)
+    scale = -1.0
+    scaled = lambda *arguments: [scale * value for value in true(*arguments)]  # noqa: E731
+    monkeypatch.setattr(FMU3Slave, "getDirectionalDerivative", scaled)
+    course, *_ = contacts.fit(fmu3, seen, contacts.GUESS)
+    assert len(course) == 1
+    scale = 0.0
+    with pytest.raises(RuntimeError, match="tell these parameters apart"):
+        contacts.fit(fmu3, seen, contacts.GUESS)
 
 
 def test_c12_agrees_with_what_does_not_use_the_fmu(fmu_path, tmp_path):
@@ -117,12 +117,8 @@ def test_the_page_on_engines_shows_the_results(monkeypatch):
     [
         (PAPER, [], "has 5 balls where 13 are needed"),
         (COUPLED, ["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is needed"),
-        (
-            FIT,
-            [],
-            "is the model NewtonsCradle of FMI 2.0; needed: NewtonsCradle of FMI 3.0 for co-simulation",
-        ),
-        (FIT, ["--fmi", "3", "--balls", "1"], "has one ball, which touches no other; needed: two or more"),
+        (FIT, [], "is of FMI 2.0; needed: NewtonsCradle of FMI 3.0"),
+        (FIT, ["--fmi", "3", "--balls", "1"], "the positions do not tell these parameters apart"),
         (FIT, ROOT / "none.fmu", "none.fmu is missing: build it with `cargo pack build --release --fmi 3`"),
         (FIT, FIT, "contacts.py is not an FMU that FMPy can read"),
         (STUDY, ["--set", "contact.gap[2]=1e-6"], "contact.gap[2] = 1e-06 m where 0 m is needed"),
