@@ -46,17 +46,17 @@ def main() -> None:
     options = command_line(__doc__.splitlines()[0], "paper", fmu13="NewtonsCradle13.fmu").parse_args()
     docs, assets = ROOT / "docs", ROOT / "packaging/assets"
     with opened(options) as fmus:
-        svg(default_run(fmus.five), assets / "run.svg")
+        svg(default_run(fmus[5]), assets / "run.svg")
         photographs(fmus, options.out / "report.html", docs, assets / "scene.svg")
-    of_others = [
+    others = (
         "study/study",
         "mechatronics/coupling",
         "mechatronics/machine",
         "events/metronome",
         "fit/contacts",
-    ]
+    )
     pictures = [options.out / "figure3.png", options.out / "figure5.png"]
-    for path in [*pictures, *(ROOT / f"out/{name}.png" for name in of_others)]:
+    for path in [*pictures, *(ROOT / f"out/{name}.png" for name in others)]:
         small(Image.open(path), docs / path.name)
 
 
@@ -98,7 +98,7 @@ def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
     try:
         with tempfile.TemporaryDirectory() as folder:
             page = Path(folder) / "cradle.html"
-            save_page(page, from_fmu(fmus.five.path))
+            save_page(page, from_fmu(fmus[5].path))
             browser.get(page.as_uri())
             time.sleep(3)
             browser.execute_script(
@@ -169,9 +169,7 @@ def photograph(browser, path: Path, wait: float = 1.0, width: int = 1000) -> Non
 def small(picture: Image.Image, path: Path, width: int = 1000) -> None:
     """At most `width` pixels wide; a PNG with at most 256 colours, or a JPEG."""
     picture = picture.convert("RGB")
-    if picture.width > width:
-        size = (width, round(picture.height * width / picture.width))
-        picture = picture.resize(size, Image.Resampling.LANCZOS)
+    picture.thumbnail((width, picture.height), Image.Resampling.LANCZOS, reducing_gap=None)
     if path.suffix == ".png":
         picture = picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     picture.save(path, optimize=True, quality=88)

@@ -29,7 +29,7 @@ def main() -> int:
             print(f"[{number}/{len(options.only)}] {known[name].__doc__}")
             known[name].run(fmus, found)
         page = options.out / "cradle.html"
-        save_page(page, from_fmu(fmus.five.path, nc.figure5()))
+        save_page(page, from_fmu(fmus[5].path, nc.figure5()))
     save_report(options.out / "report.html", found.plots, found.checks, page)
     print("\nMeasured on this machine, through FMPy:\n")
     holds = found.conclude()

@@ -25,14 +25,6 @@ class Check:
     holds: bool
 
 
-@dataclass(frozen=True)
-class Fmus:
-    """The FMUs that the figures need: one of five balls, one of 13."""
-
-    five: nc.Fmu
-    thirteen: nc.Fmu
-
-
 class Found:
     """What experiments have found: checks of numbers, plots, and files with the numbers in the folder `out`."""
 
@@ -158,12 +150,14 @@ def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
 
 @contextmanager
 def opened(options: argparse.Namespace):
-    """The FMUs of the command line, unpacked. Ends the script if one is missing or has the wrong number of balls."""
+    """The FMUs of the command line by their numbers of balls, unpacked. Ends the script if one is missing or has
+    another number."""
     try:
         with nc.Fmu(options.fmu) as five, nc.Fmu(options.fmu13) as thirteen:
-            for fmu, balls in ((five, 5), (thirteen, 13)):
+            fmus = {5: five, 13: thirteen}
+            for balls, fmu in fmus.items():
                 fmu.require(balls=balls)
-            yield Fmus(five, thirteen)
+            yield fmus
     except nc.FmuError as problem:
         sys.exit(f"error: {problem}")
     except FileNotFoundError as problem:
