@@ -1,6 +1,6 @@
 """The paper in a host's own solver: Figures 5 and 6 in FMPy's CVODE, resolved and mapped, beside co-simulation.
 
-    python examples/exchange/compare.py [--fmu FILE] [--out FOLDER] [--stop SECONDS]
+    python examples/exchange/compare.py [--fmu FILE] [--out FOLDER]
 
 Prints a table and writes it, with a plot of the energy error over the cost, into the folder (out/exchange). The cost
 is counted in evaluations: of the derivatives, which the host asks for, or of the contact forces within the FMU.
@@ -28,7 +28,7 @@ PULSES = [f"pulses[{i}]" for i in range(1, 5)]
 FIGURES = {"Figure 5": nc.figure5(), "Figure 6": nc.preset("figure6")}
 
 
-def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> dict:
+def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float) -> dict:
     """One run: its relative energy error, its cost, and its pulses."""
     exchange = way != "co-simulation"
     kind = "ModelExchange" if exchange else "CoSimulation"
@@ -52,7 +52,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> d
             fmu_instance=instance,
             fmi_type=kind,
             start_values=fmu.settings(values | own),
-            stop_time=stop,
+            stop_time=10.0,
             output_interval=0.01,
             relative_tolerance=tolerance if exchange else None,
             output=["E_total", "E_residual", *PULSES, "solver.evaluations"],
@@ -71,7 +71,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> d
     }
 
 
-def compare(path: Path, stop: float) -> list[dict]:
+def compare(path: Path) -> list[dict]:
     """All runs, as rows of the table; `right`: whether the pulses are those of co-simulation."""
     fmu, rows = nc.Fmu(path), []
     ways = [(way, tolerance) for way, tolerances in TOLERANCES.items() for tolerance in tolerances]
@@ -79,7 +79,7 @@ def compare(path: Path, stop: float) -> list[dict]:
         of_figure = []
         for way, tolerance in ways:
             row = {"figure": figure, "way": way, "tolerance": tolerance}
-            of_figure.append(row | run(fmu, way, values, tolerance, stop))
+            of_figure.append(row | run(fmu, way, values, tolerance))
         rows += [row | {"right": row["pulses"] == of_figure[-1]["pulses"]} for row in of_figure]
     return rows
 
@@ -108,10 +108,8 @@ def draw(axis, rows: list[dict], style: str, colour: str, **options) -> None:
 
 def main() -> None:
     """Runs all of it."""
-    parser = command_line(__doc__.splitlines()[0], "exchange")
-    parser.add_argument("--stop", type=float, default=10.0, help="s")
-    options = parsed(parser)
-    rows = compare(options.fmu, options.stop)
+    options = parsed(command_line(__doc__.splitlines()[0], "exchange"))
+    rows = compare(options.fmu)
     write_rows(options.out / "exchange.csv", rows)
     print_rows(rows)
     save_plot(options.out / "exchange.png", rows)

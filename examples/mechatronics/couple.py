@@ -153,13 +153,10 @@ def compare(fmus: Fmus, path: Path, steps: list[float]) -> dict[str, list[float]
 
 def error(fmus: Fmus, method: str, h: float, exact: np.ndarray, at_impacts: bool) -> float:
     """Of one run by the master."""
-    worst = 0.0
     with fmus.started(method) as master:
-        for time in master.steps(STOP, h, at_impacts=at_impacts):
-            number = round(time / COMMON)
-            if abs(time - number * COMMON) < 1e-12:
-                worst = max(worst, np.abs(positions(master) - exact[number]).max())
-    return worst
+        numbers = (time / COMMON for time in master.steps(STOP, h, at_impacts=at_impacts))
+        common = (round(number) for number in numbers if abs(number - round(number)) < 1e-11)
+        return max(np.abs(positions(master) - exact[number]).max() for number in common)
 
 
 def ssp_error(path: Path, h: float, exact: np.ndarray) -> float:
