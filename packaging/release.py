@@ -19,7 +19,7 @@ import tomllib
 import zipfile
 from pathlib import Path
 
-from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, host_target, make_venv, run, say
+from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_build, host_target, make_venv, run, say
 from make_wheel import PROGRAM
 from platforms import PLATFORMS
 
@@ -37,8 +37,8 @@ def fmus(options) -> None:
     run(["cargo", "build", "--package", "cradle-packaging"])
     given = options.fmu
     if given is None:
-        commands, environment = fmu_builds(PRODUCER)
-        run(commands[0], env=environment)
+        command, environment = fmu_build(PRODUCER)
+        run(command, env=environment)
         run([sys.executable, "packaging/platforms.py", PRODUCER, FMU], env=environment)
         given = ROOT / "target/fmu/platforms" / FMU.name
         # The binaries that `cradle.py test --all` runs are hardly optimised.

@@ -20,7 +20,7 @@ from checkout import (
     PYTHON,
     ROOT,
     TESTS,
-    fmu_builds,
+    fmu_build,
     host_target,
     make_venv,
     old_linux,
@@ -208,9 +208,9 @@ def apart(results: Results, background: ThreadPoolExecutor) -> None:
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
     compile_tests = ["cargo", "test", "--workspace", "--test=*", "--no-run"]
     results.step("Tests compiled", compile_tests, env=linting())
-    commands, environment = fmu_builds(PRODUCER)
-    commands.append([PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3])
-    if all(results.step("FMU", command, env=environment) for command in commands):
+    build, environment = fmu_build(PRODUCER)
+    of_fmi3 = [PRODUCER, "build", "--from", FMU, "--fmi", "3", "--out", FMU3]
+    if all(results.step("FMU", command, env=environment) for command in (build, of_fmi3)):
         results.platforms = background.submit(results.in_lane, "platforms", all_platforms)
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]

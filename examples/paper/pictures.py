@@ -22,7 +22,7 @@ from newtons_cradle.views import from_fmu
 from PIL import Image
 from plots import Column, Plot, Strip, Trace, family, save_picture
 from selenium.webdriver.support.wait import WebDriverWait
-from support import ROOT, command_line, nc, opened, shorter
+from support import ROOT, command_line, nc, opened, parsed, shorter
 
 sys.path.append(str(ROOT / "tests/hosts"))
 
@@ -43,7 +43,7 @@ SEEK = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + ar
 
 def main() -> None:
     """Makes all pictures."""
-    options = command_line(__doc__.splitlines()[0], "paper", fmu13="NewtonsCradle13.fmu").parse_args()
+    options = parsed(command_line(__doc__.splitlines()[0], "paper"))
     docs, assets = ROOT / "docs", ROOT / "packaging/assets"
     with opened(options) as fmus:
         svg(default_run(fmus[5]), assets / "run.svg")

@@ -12,17 +12,17 @@ import stiffness
 from newtons_cradle.page import save_page
 from newtons_cradle.views import from_fmu
 from report import save_report
-from support import Found, command_line, nc, opened, shorter
+from support import Found, command_line, nc, opened, parsed, shorter
 
 EXPERIMENTS = [figure3, figure4, figure5, figure6, dead_band, stiffness, hertz]
 
 
 def main() -> int:
     """Runs the experiments; returns 0 if every check passes, else 1."""
-    parser = command_line(__doc__, "paper", fmu13="NewtonsCradle13.fmu")
+    parser = command_line(__doc__, "paper")
     known = {experiment.__name__: experiment for experiment in EXPERIMENTS}
     parser.add_argument("--only", nargs="+", choices=known, default=list(known), help="some experiments")
-    options = parser.parse_args()
+    options = parsed(parser)
     found = Found(options.out)
     with opened(options) as fmus:
         for number, name in enumerate(options.only, start=1):

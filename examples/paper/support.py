@@ -126,14 +126,12 @@ def tracked(label: str, items, count: int | None = None):
         progress(number / (count or len(items)))
 
 
-def command_line(description: str, out: str, **fmus: str) -> argparse.ArgumentParser:
-    """The options that all examples have: `--fmu` and others for these FMUs of target/fmu, and `--out`, a folder in
-    out/ unless given."""
-    form = argparse.RawDescriptionHelpFormatter
+def command_line(description: str, out: str, fmu: str = "NewtonsCradle.fmu") -> argparse.ArgumentParser:
+    """The options that all examples have: `--fmu`, this FMU of target/fmu unless given, and `--out`, a folder in out/
+    unless given."""
+    form, place = argparse.RawDescriptionHelpFormatter, f"target/fmu/{fmu}"
     parser = argparse.ArgumentParser(description=description, formatter_class=form)
-    for name, file in ({"fmu": "NewtonsCradle.fmu"} | fmus).items():
-        place = f"target/fmu/{file}"
-        parser.add_argument(f"--{name}", type=Path, default=ROOT / place, help=f"FMU [default: {place}]")
+    parser.add_argument("--fmu", type=Path, default=ROOT / place, help=f"FMU [default: {place}]")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / out, help="folder for CSV and pictures")
     return parser
 
@@ -150,20 +148,15 @@ def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
 
 @contextmanager
 def opened(options: argparse.Namespace):
-    """The FMUs of the command line by their numbers of balls, unpacked. Ends the script if one is missing or has
-    another number."""
+    """The FMU of the command line, and one of 13 balls with its binaries, by the number of balls. Ends the script if it
+    is refused."""
     try:
-        with nc.Fmu(options.fmu) as five, nc.Fmu(options.fmu13) as thirteen:
-            fmus = {5: five, 13: thirteen}
-            for balls, fmu in fmus.items():
-                fmu.require(balls=balls)
-            yield fmus
-    except nc.FmuError as problem:
+        with nc.Fmu(options.fmu) as five:
+            five.require(balls=5)
+            with nc.build(balls=13, binaries=options.fmu) as thirteen:
+                yield {5: five, 13: thirteen}
+    except nc.CradleError as problem:
         sys.exit(f"error: {problem}")
-    except FileNotFoundError as problem:
-        sys.exit(
-            f"error: {problem} (13 balls: `cargo pack build --release --balls 13 --out target/fmu/NewtonsCradle13.fmu`)"
-        )
 
 
 def shorter(path: Path) -> Path:
