@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from plots import diagrams
-from support import command_line, nc, parsed, print_rows, write_rows
+from support import command_line, ended, nc, parsed, print_rows, write_rows
 
 LINEAR = {"contact.model": "powerLaw", "contact.dampingLaw": "kelvinVoigt", "contact.exponent": 1.0}
 UNITS = {"contact.stiffness": "N/m", "contact.damping": "N.s/m"}
@@ -51,7 +51,7 @@ def film(fmu: nc.Fmu, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def fit(fmu: nc.Fmu, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.ndarray], np.ndarray, int]:
-    """The parameters after each iteration, their relative standard errors, and the number of runs. Raises RuntimeError.
+    """The parameters after each iteration, their relative standard errors, and the number of runs. Raises FmuError.
 
     SciPy varies the logarithms of the parameters, which keeps these positive.
     """
@@ -65,7 +65,7 @@ def fit(fmu: nc.Fmu, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.nda
     )
     if np.linalg.matrix_rank(found.jac) < len(guess):
         why = "the positions do not tell these parameters apart: no contact has closed, or none is damped"
-        raise RuntimeError(f"{fmu.path}: {why}")
+        raise nc.FmuError(f"{fmu.path}: {why}")
     variance = 2 * found.cost / (filmed.size - len(guess))
     errors = np.sqrt(variance * np.diag(np.linalg.inv(found.jac.T @ found.jac)))
     return course, errors, seen.cache_info().misses
@@ -95,25 +95,16 @@ def save_plot(path: Path, fmu: nc.Fmu, filmed: np.ndarray, course: list, errors:
 def main() -> None:
     """Films, fits and shows."""
     options = parsed(command_line(__doc__.splitlines()[0], "fit", fmu="NewtonsCradle.fmi3.fmu"))
-    try:
-        fmu = nc.Fmu(options.fmu)
-        if (version := fmu.description.fmiVersion) == "2.0":
-            raise RuntimeError(f"{fmu.path} is of FMI {version}; needed: NewtonsCradle of FMI 3.0")
-        exact, _ = film(fmu, TRUE)
-        filmed = exact + np.random.default_rng(SEED).normal(0.0, NOISE, exact.shape)
-        course, relative, runs = fit(fmu, filmed, GUESS)
-    except RuntimeError as reason:
-        sys.exit(str(reason))
+    fmu = nc.Fmu(options.fmu)
+    if (version := fmu.description.fmiVersion) == "2.0":
+        raise nc.FmuError(f"{fmu.path} is of FMI {version}; needed: NewtonsCradle of FMI 3.0")
+    exact, _ = film(fmu, TRUE)
+    filmed = exact + np.random.default_rng(SEED).normal(0.0, NOISE, exact.shape)
+    course, relative, runs = fit(fmu, filmed, GUESS)
     print(f"{filmed.size} positions, {len(course) - 1} iterations, {runs} runs")
-    columns = {
-        "parameter": FITTED,
-        "unit": UNITS.values(),
-        "true": TRUE,
-        "guess": GUESS,
-        "fitted": course[-1],
-    }
-    columns["standard_error"] = relative * course[-1]
-    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    head = ("parameter", "unit", "true", "guess", "fitted", "standard_error")
+    columns = (UNITS, UNITS.values(), TRUE, GUESS, course[-1], relative * course[-1])
+    rows = [dict(zip(head, row, strict=True)) for row in zip(*columns, strict=True)]
     write_rows(options.out / "contacts.csv", rows)
     print_rows(rows, digits=6)
     save_plot(options.out / "contacts.png", fmu, filmed, course, relative)
@@ -121,4 +112,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    ended(main)

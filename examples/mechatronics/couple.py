@@ -7,16 +7,15 @@ with FMPy, and leaves machine.ssp, presets.ssp, pictures and CSV files in out/me
 """
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import ssp
-from machine import CRADLE, FREE, PARAMETERS, STOP, Fmus, nc, opened, positions
+from machine import CRADLE, FREE, PARAMETERS, STOP, Fmus, opened, positions
 from master import METHODS, REPEATING
 from plots import COLOURS, Column, Strip, Trace
 from reference import reference
-from support import Found, command_line, print_rows, tracked
+from support import Found, command_line, ended, print_rows, tracked
 
 COMMON = 0.2  # s, between the times at which runs are compared
 STEPS = [0.1, 0.05, 0.025, 0.0125]  # s, of the comparison
@@ -45,14 +44,11 @@ def main() -> int:
     )
     options = parser.parse_args()
     found = Found(options.out)
-    try:
-        with opened(options.fmu, options.out, options.plant) as fmus:
-            run(fmus, found, STEPS[: options.steps])
-            about = fmus.cradle.provenance() | {"cradle": CRADLE, "plant": PARAMETERS}
-            about["plant guid"] = fmus.plant.description.guid
-            (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
-    except (FileNotFoundError, nc.FmuError) as problem:
-        sys.exit(f"error: {problem}")
+    with opened(options.fmu, options.out, options.plant) as fmus:
+        run(fmus, found, STEPS[: options.steps])
+        about = fmus.cradle.provenance() | {"cradle": CRADLE, "plant": PARAMETERS}
+        about["plant guid"] = fmus.plant.description.guid
+        (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     return 0 if found.conclude() else 1
 
 
@@ -242,4 +238,4 @@ def plot_coupling(found: Found, steps: list[float], errors: dict, shown: np.ndar
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    ended(main)

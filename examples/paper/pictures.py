@@ -22,7 +22,7 @@ from newtons_cradle.views import from_fmu
 from PIL import Image
 from plots import Column, Plot, Strip, Trace, family, save_picture
 from selenium.webdriver.support.wait import WebDriverWait
-from support import ROOT, command_line, nc, opened, parsed, shorter
+from support import ROOT, command_line, ended, nc, opened, parsed, shorter
 
 sys.path.append(str(ROOT / "tests/hosts"))
 
@@ -177,4 +177,4 @@ def small(picture: Image.Image, path: Path, width: int = 1000) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    ended(main)

@@ -1,7 +1,5 @@
 """All experiments of the paper in one go: pictures, CSV, an interactive report, a page that plays a run, checks."""
 
-import sys
-
 import dead_band
 import figure3
 import figure4
@@ -12,7 +10,7 @@ import stiffness
 from newtons_cradle.page import save_page
 from newtons_cradle.views import from_fmu
 from report import save_report
-from support import Found, command_line, nc, opened, parsed, shorter
+from support import Found, command_line, ended, nc, opened, parsed, shorter
 
 EXPERIMENTS = [figure3, figure4, figure5, figure6, dead_band, stiffness, hertz]
 
@@ -40,4 +38,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    ended(main)

@@ -4,6 +4,7 @@ import argparse
 import csv
 import sys
 import warnings
+from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -136,6 +137,14 @@ def command_line(description: str, out: str, fmu: str = "NewtonsCradle.fmu") -> 
     return parser
 
 
+def ended(main: Callable[[], int | None]) -> None:
+    """Runs a script's main function and ends the script, with one sentence where an FMU or a file is refused."""
+    try:
+        sys.exit(main())
+    except (OSError, nc.CradleError) as problem:
+        sys.exit(f"error: {problem}")
+
+
 def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
     """The options of the command line, with the folder made. Ends the script if there is no such FMU."""
     options = parser.parse_args()
@@ -148,15 +157,11 @@ def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
 
 @contextmanager
 def opened(options: argparse.Namespace):
-    """The FMU of the command line, and one of 13 balls with its binaries, by the number of balls. Ends the script if it
-    is refused."""
-    try:
-        with nc.Fmu(options.fmu) as five:
-            five.require(balls=5)
-            with nc.build(balls=13, binaries=options.fmu) as thirteen:
-                yield {5: five, 13: thirteen}
-    except nc.CradleError as problem:
-        sys.exit(f"error: {problem}")
+    """The FMU of the command line, and one of 13 balls with its binaries, by the number of balls."""
+    with nc.Fmu(options.fmu) as five:
+        five.require(balls=5)
+        with nc.build(balls=13, binaries=options.fmu) as thirteen:
+            yield {5: five, 13: thirteen}
 
 
 def shorter(path: Path) -> Path:

@@ -43,14 +43,10 @@ def main() -> int:
     )
     cases = [dict(zip(AXES, values, strict=True)) for values in itertools.product(*axes.values())]
     begin = time.perf_counter()
-    try:
-        about = checked(options.fmu)
-        with connected(options.scheduler, options.workers) as client:
-            print(f"{len(cases)} runs on {client.scheduler.address}")
-            rows = pd.DataFrame(outcomes(client, options.fmu, cases), columns=COLUMNS).sort_values(AXES)
-    except (OSError, nc.FmuError) as problem:  # no FMU, another cradle's, no scheduler
-        print(f"error: {problem}", file=sys.stderr)
-        return 2
+    about = checked(options.fmu)
+    with connected(options.scheduler, options.workers) as client:
+        print(f"{len(cases)} runs on {client.scheduler.address}")
+        rows = pd.DataFrame(outcomes(client, options.fmu, cases), columns=COLUMNS).sort_values(AXES)
     seconds = time.perf_counter() - begin
     options.out.mkdir(parents=True, exist_ok=True)
     rows.astype({"pulses": "Int64"}).to_csv(options.out / "runs.csv", index=False)
@@ -143,4 +139,4 @@ def report(rows: pd.DataFrame, seconds: float) -> pd.DataFrame:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    support.ended(main)

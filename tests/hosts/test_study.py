@@ -54,7 +54,7 @@ def test_a_study_with_failures(fmu_path, tmp_path):
 
 
 def test_a_study_that_cannot_start_says_why(fmu_path, tmp_path):
-    done = study(fmu_path, tmp_path, "--scheduler", "tcp://127.0.0.1:9", code=2)
+    done = study(fmu_path, tmp_path, "--scheduler", "tcp://127.0.0.1:9", code=1)
     assert done.stderr.splitlines()[-1].startswith("error: ") and "tcp://127.0.0.1:9" in done.stderr
 
 
