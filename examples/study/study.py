@@ -35,12 +35,10 @@ MEASURED = ["overlap", "last_ball", "middle_ball", "energy_left", "pulses"]
 COLUMNS = [*AXES, *MEASURED, "energy_error", "error", "seconds"]
 
 
-def main() -> int:
-    """Runs the study of the command line; returns 0 when at least one run succeeded."""
+def main() -> None:
+    """Runs the study of the command line. Raises OSError or CradleError."""
     options = command_line()
-    axes = dict(
-        zip(AXES, (options.orders, options.dead_bands, options.dampings, options.lifted), strict=True)
-    )
+    axes = {name: getattr(options, name) for name in AXES}
     cases = [dict(zip(AXES, values, strict=True)) for values in itertools.product(*axes.values())]
     begin = time.perf_counter()
     about = checked(options.fmu)
@@ -53,27 +51,25 @@ def main() -> int:
     about |= {"axes": axes, "dask": dask.__version__}
     (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     good = report(rows, seconds)
-    idle = without_effect(good)
-    for name in idle:
-        print(f"error: the axis {name} has no effect in any run", file=sys.stderr)
-    if idle:
-        return 1
-    if len(good):
-        save_maps(options.out / "study.png", good)
+    if good.empty:
+        raise nc.CradleError("no run has succeeded")
+    if idle := without_effect(good):
+        raise nc.CradleError(f"the axis {', '.join(idle)} has no effect in any run")
+    save_maps(options.out / "study.png", good)
     print(f"wrote {options.out}")
-    return 0 if len(good) else 1
 
 
 def command_line() -> argparse.Namespace:
     """The study's axes, and where it runs."""
     parser = support.command_line(__doc__, "study")
     axis = {"nargs": "+", "metavar": "X"}
-    parser.add_argument("--orders", type=float, default=np.linspace(1, 5, 17).tolist(), **axis)
+    parser.add_argument("--orders", dest="order", type=float, default=np.linspace(1, 5, 17).tolist(), **axis)
     parser.add_argument(
-        "--dead-bands", type=float, default=np.linspace(0, 1.6, 17).round(1).tolist(), **axis,
+        "--dead-bands", dest="dead_band", type=float, default=np.linspace(0, 1.6, 17).round(1).tolist(), **axis,
         help="in units of the largest overlap, 1 µm",
     )  # fmt: skip
-    parser.add_argument("--dampings", type=float, default=[0.0, 0.2], help="Hunt-Crossley, s/m", **axis)
+    damping = {"dest": "damping", "type": float, "default": [0.0, 0.2]}
+    parser.add_argument("--dampings", **damping, help="Hunt-Crossley, s/m", **axis)
     parser.add_argument("--lifted", type=int, default=[1, 2], help="balls lifted by 0.1 m", **axis)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="address of a dask scheduler, tcp://host:8786")
     parser.add_argument(
