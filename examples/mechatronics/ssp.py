@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
-from fmpy.ssp.ssd import ParameterSet, read_ssv
+from fmpy.ssp.ssd import read_ssv
 from lxml import etree
 from lxml.builder import ElementMaker
 from machine import CRADLE, STOP, Fmus, nc
@@ -39,16 +39,15 @@ PRESETS |= {name: nc.preset(name) for name in ("textbook", "figure5", "figure6")
 
 def save_machine(path: Path, fmus: Fmus) -> None:
     """The cradle and its plant, connected."""
-    cradle = [connector(fmus.cradle, name) for name in [*TO_PLANT, *TO_CRADLE.values(), *SHOWN]]
-    plant = [connector(fmus.plant, name) for name in [*TO_PLANT.values(), *TO_CRADLE, *SHOWN_PLANT]]
-    elements = [component("cradle", fmus.cradle, cradle, "start"), component("plant", fmus.plant, plant)]
+    cradle = component("cradle", fmus.cradle, [*TO_PLANT, *TO_CRADLE.values(), *SHOWN], "start")
+    plant = component("plant", fmus.plant, [*TO_PLANT.values(), *TO_CRADLE, *SHOWN_PLANT])
     lines = [
         SSD.Connection(startElement=of, startConnector=start, endElement=to, endConnector=end)
         for of, to, names in (("cradle", "plant", TO_PLANT), ("plant", "cradle", TO_CRADLE))
         for start, end in names.items()
     ]
     connections = SSD.Connections(*lines)
-    files = {"SystemStructure.ssd": system("Machine", fmus, elements, "start", STOP, connections)}
+    files = {"SystemStructure.ssd": system("Machine", fmus, [cradle, plant], "start", STOP, connections)}
     files |= parameter_sets("start", CRADLE, fmus.cradle)
     write(path, files, [fmus.cradle.path, fmus.plant.path])
 
@@ -60,8 +59,7 @@ def save_presets(path: Path, fmus: Fmus) -> None:
     """
     files = {}
     for preset, values in PRESETS.items():
-        connectors = [connector(fmus.cradle, name) for name in fmus.cradle.outputs]
-        elements = [component("cradle", fmus.cradle, connectors, preset)]
+        elements = [component("cradle", fmus.cradle, fmus.cradle.outputs, preset)]
         name = "SystemStructure" if preset == "default" else preset
         files[f"{name}.ssd"] = system(preset, fmus, elements, preset, 10.0)
         files |= parameter_sets(preset, values, fmus.cradle)
@@ -74,18 +72,13 @@ def run(path: Path, h: float, values: dict | None = None) -> np.ndarray:
     `values`: start values in addition to those of the SSP, such as {"plant.damping": 0.0}.
     """
     start = read_ssv(path, "resources/start.ssv")
-    more = ParameterSet(name="more")
-    added = [SimpleNamespace(name=name, value=value) for name, value in (values or {}).items()]
-    more.parameters = [*start.parameters, *added]  # of which FMPy's runner reads no more than name and value
-    result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=more)
+    for name, value in (values or {}).items():
+        start.parameters.append(
+            SimpleNamespace(name=name, value=value)
+        )  # FMPy's runner reads no more than these
+    result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=start)
     result["time"] = h * np.arange(1, len(result) + 1)  # FMPy writes the start of the step
     return result
-
-
-def connector(fmu: nc.Fmu, name: str):
-    """A connector of a component."""
-    variable = fmu.variables[name]
-    return SSD.Connector(SSC(variable.type, **unit_of(variable)), name=name, kind=variable.causality)
 
 
 def unit_of(variable) -> dict:
@@ -93,9 +86,14 @@ def unit_of(variable) -> dict:
     return {"unit": variable.unit} if variable.unit else {}
 
 
-def component(name: str, fmu: nc.Fmu, connectors: list, parameter_set: str | None = None):
-    """A component, its FMU in the folder resources; its own part of the parameter set has its name."""
+def component(name: str, fmu: nc.Fmu, shown: list[str], parameter_set: str | None = None):
+    """A component with connectors of these variables, its FMU in the folder resources; its own part of the parameter
+    set has its name."""
     source = {"type": "application/x-fmu-sharedlibrary", "source": f"resources/{fmu.path.name}"}
+    connectors = [
+        SSD.Connector(SSC(one.type, **unit_of(one)), name=one.name, kind=one.causality)
+        for one in map(fmu.variables.get, shown)
+    ]
     parts = [SSD.Connectors(*connectors)]
     if parameter_set:
         parts.append(bindings(f"{parameter_set}_{name}"))
