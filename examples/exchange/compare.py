@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import fmpy
+import numpy as np
 from fmpy.simulation import instantiate_fmu
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
@@ -90,20 +91,18 @@ def save_plot(path: Path, rows: list[dict]) -> None:
         for name, axis in zip(FIGURES, axes, strict=True):
             for way, colour in zip(TOLERANCES, ("#c04000", "#0060a0", "#208030"), strict=True):
                 shown = [row for row in rows if (row["figure"], row["way"]) == (name, way) and row["pulses"]]
-                draw(axis, shown, "-", colour)
-                draw(axis, [row for row in shown if row["right"]], "o", colour, label=way)
-                wrong = [row for row in shown if not row["right"]]
-                draw(axis, wrong, "o", colour, markerfacecolor="white", label=f"{way}, wrong pulses")
+                cost, error, right = (
+                    np.array([row[of] for row in shown]) for of in ("evaluations", "error", "right")
+                )
+                error = np.maximum(error, 1e-16)
+                axis.loglog(cost, error, "-", color=colour, linewidth=1)
+                axis.loglog(cost[right], error[right], "o", color=colour, label=way)
+                if not right.all():
+                    wrong = {"markerfacecolor": "white", "label": f"{way}, wrong pulses"}
+                    axis.loglog(cost[~right], error[~right], "o", color=colour, **wrong)
             axis.set(title=name, xlabel="evaluations in 10 s")
         axes[0].set_ylabel("energy error / energy")
         axes[1].legend(fontsize=8)
-
-
-def draw(axis, rows: list[dict], style: str, colour: str, **options) -> None:
-    """The errors of these rows, if there are any."""
-    if rows:
-        cost, error = zip(*((row["evaluations"], max(row["error"], 1e-16)) for row in rows), strict=True)
-        axis.loglog(cost, error, style, color=colour, linewidth=1, **options)
 
 
 def main() -> None:
