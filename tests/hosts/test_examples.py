@@ -58,7 +58,7 @@ def test_a_fit_finds_stiffness_and_damping(fmu3_path, tmp_path):
         true, guess, fitted, error = map(float, row[2:])
         assert 0.0 < error < 0.01 * true
         assert abs(fitted - true) < 3 * error < abs(guess - true) / 10
-    # With an exact Jacobian the method of Gauss and Newton converges fast: differences would take three runs for each iteration.
+    # With an exact Jacobian the fit converges fast: differences would take three runs for each iteration.
     iterations, runs = (int(done.stdout.split(word)[0].split()[-1]) for word in (" iterations", " runs"))
     assert iterations <= 6 and runs <= iterations + 2
 
