@@ -37,7 +37,7 @@ def given(n: int) -> dict:
 
 @cache
 def opened(fmu: str) -> nc.Fmu:
-    """The FMU in a file that the worker has got, unpacked once: each study sends this module anew, and opens its own."""
+    """The FMU in a file that the worker has got, unpacked once: a study sends this module anew and opens its own."""
     path = Path(get_worker().local_directory, fmu)
     return nc.Fmu(path, path.with_suffix(""))
 
