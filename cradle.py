@@ -19,7 +19,7 @@ if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an
     sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
 sys.path[:0] = [str(Path(__file__).resolve().parent / folder) for folder in ("packaging", "tests")]
 
-from checkout import ENGINE, PYTHON, SOME, Stop, check_machine, fmu_builds, make_venv, run, say, stage  # noqa: E402
+from checkout import ENGINE, PYTHON, SOME, Stop, check_machine, fmu_build, make_venv, run, say, stage  # noqa: E402
 from make_wheel import make_wheel  # noqa: E402
 from suite import test  # noqa: E402
 
@@ -30,9 +30,8 @@ def paper(_options) -> int:
     with stage("1/3 Python packages"):
         make_venv(SOME)
     with stage("2/3 FMU (the first time, compiling takes a minute)"):
-        commands, environment = fmu_builds("cargo", "pack")
-        for command in commands:
-            run(command, env=environment)
+        command, environment = fmu_build("cargo", "pack")
+        run(command, env=environment)
     with stage("3/3 the paper's experiments"):
         code = run([PYTHON, "examples/paper/run_all.py"], check=False)
     if ENGINE.exists():  # as a part of a page: the live one goes beside the report

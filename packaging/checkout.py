@@ -20,7 +20,6 @@ PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cr
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
 ENGINE = LIVE.with_name("engine.html")  # for browsers, as a part of a page
-FMU13 = FMU.with_stem("NewtonsCradle13")  # of 13 balls, for the paper's Figure 3
 # Packages for the paper, for the short test, and for everything; each file includes those before it.
 REQUIREMENTS = SOME, TESTS, ALL = [
     ROOT / name for name in ("requirements.txt", "requirements-test.txt", "requirements-all.txt")
@@ -115,13 +114,11 @@ def make_venv(requirements: Path) -> None:
     stamp.write_text(f"{digest} {wanted.name}")
 
 
-def fmu_builds(*producer) -> tuple[list, dict]:
-    """The commands that build the FMUs of five and 13 balls in target/fmu with cradle-fmu, and their environment."""
+def fmu_build(*producer) -> tuple[list, dict]:
+    """The command that builds the FMU in target/fmu with cradle-fmu, and its environment."""
     options, environment = old_linux()
     FMU.parent.mkdir(parents=True, exist_ok=True)
-    build = [*producer, "build", "--release", *options]
-    commands = [[*build, "--balls", balls, "--out", path] for balls, path in ((5, FMU), (13, FMU13))]
-    return commands, environment
+    return [*producer, "build", "--release", *options, "--out", FMU], environment
 
 
 def old_linux() -> tuple[list, dict]:

@@ -18,7 +18,7 @@ import time
 import tomllib
 import zipfile
 
-from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_builds, make_venv, run, rustc, say
+from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_build, make_venv, run, rustc, say
 from make_wheel import FOLDER, PRODUCER, SCRIPTS
 from platforms import PLATFORMS
 
@@ -33,8 +33,8 @@ def fmus() -> None:
     make_venv(ALL)
     run([sys.executable, "web/build.py", "--out", DIST / LIVE.name])
     run(["cargo", "build", "--package", "cradle-packaging"])
-    commands, environment = fmu_builds(PRODUCER)
-    run(commands[0], env=environment)
+    command, environment = fmu_build(PRODUCER)
+    run(command, env=environment)
     run([sys.executable, "packaging/platforms.py"], env=environment)
     given = ROOT / "target/fmu/platforms" / FMU.name
     # The binaries that `cradle.py test --all` runs are hardly optimised.

@@ -16,13 +16,12 @@ from pathlib import Path
 from checkout import (
     ALL,
     FMU,
-    FMU13,
     LANE,
     PRODUCER,
     PYTHON,
     ROOT,
     TESTS,
-    fmu_builds,
+    fmu_build,
     make_venv,
     old_linux,
     run,
@@ -152,8 +151,7 @@ def what_a_change_needs(results: Results) -> None:
 def everything(results: Results) -> None:
     """All tests of all kinds. The binaries for other platforms are compiled in the background, mostly by cores that are
     idle, from when there is an FMU."""
-    for path in (FMU, FMU13):
-        path.unlink(missing_ok=True)
+    FMU.unlink(missing_ok=True)
     with ThreadPoolExecutor(1) as background:
         # The Python packages are there long before the FMU is linked by one of them.
         results.in_parallel(
@@ -161,7 +159,7 @@ def everything(results: Results) -> None:
             fuzz=fuzz_and_hosts,
             others=lambda lane: apart(lane, background),
         )
-        if not FMU13.exists():
+        if not FMU.exists():
             return results.fail("hosts: without the FMU they cannot run")
         results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         # With it, all Python hosts but those of other platforms.
@@ -195,17 +193,16 @@ def all_platforms(results: Results) -> None:
 def apart(results: Results, background: ThreadPoolExecutor) -> None:
     """Python's packages and style, and packages of Debian; the page's engine; what looks at others' packages; once the
     tests are compiled, and the producer with them, the FMU; in the background, that for all platforms; benches."""
-    wanted = {
-        name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()
-    }  # by .ci/run
+    # Those that .ci/run asks for.
+    wanted = {name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()}
     results.in_parallel(python=lambda part: python_style(part, ALL), **wanted)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
     compile_tests = ["cargo", "test", "--workspace", "--test=*", "--no-run"]
     results.step("Tests compiled", compile_tests, env=LINTING)
-    commands, environment = fmu_builds(PRODUCER)
-    if all(results.step("FMU", command, env=environment) for command in commands):
+    build, environment = fmu_build(PRODUCER)
+    if results.step("FMU", build, env=environment):
         results.platforms = background.submit(results.in_lane, "platforms", all_platforms)
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]

@@ -8,6 +8,7 @@ has no row.
 """
 
 import contextlib
+import itertools
 import math
 import sys
 from pathlib import Path
@@ -64,18 +65,14 @@ def draw(rows: list[dict], path: Path) -> None:
 
 
 def main() -> None:
-    parser = command_line("Linear pendulums beside arcs, over the lift.", "arcs")
-    parser.add_argument("--step", type=float, default=2.0, help="between lifts, degrees (default: 2)")
-    options = parsed(parser)
-    lifts = [options.step * (i + 1) for i in range(int(80 / options.step))]
-    cases = [(k, lift, model) for k in (1, 2, 3) for model in ("linear", "circular") for lift in lifts]
+    options = parsed(command_line("Linear pendulums beside arcs, over the lift.", "arcs"))
     rows = []
     with nc.Fmu(options.fmu) as fmu:
-        for case in cases:
+        for case in itertools.product((1, 2, 3), range(2, 81, 2), ("linear", "circular")):
             with contextlib.suppress(nc.FmuError):
                 rows.append(one_run(fmu, *case))
     table, picture = options.out / "lifts.csv", options.out / "lifts.png"
-    write_rows(table, [list(rows[0]), *(row.values() for row in rows)])
+    write_rows(table, rows)
     draw(rows, picture)
     print(f"{len(rows)} runs: {table}, {picture}")
 

@@ -21,7 +21,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from plots import diagrams
-from support import command_line, nc, parsed, write_rows
+from support import command_line, nc, parsed, print_rows, write_rows
 
 BALLS = 5
 MASS, GRAVITY, LENGTH = 1.0, 9.81, 1.962  # kg, m/s2, m
@@ -37,7 +37,6 @@ VALUES = {
     "x_start": [-AMPLITUDE, 0.0, 0.0, 0.0, 0.0],
     "F_ext[1]": FORCE,  # which drives ball 1 back from the start
 }
-COLUMNS = ["way", "step", "calls", "seconds", "clicks", "energy_error", "time_error"]
 
 
 def control(run: nc.Run) -> None:
@@ -53,36 +52,34 @@ def by_events(run: nc.Run, stop: float) -> tuple[list[float], int]:
     the number of calls of fmi3DoStep and fmi3UpdateDiscreteStates."""
     cradle, clicks, calls, now = run.slave, [], 0, 0.0
     event = True  # initialization ends in event mode
-    while event or now < stop:
-        if event:
-            again = True
-            while again:
-                if cradle.get("onset.clock") and clicks[-1:] != [now]:
-                    clicks.append(now)
-                again, *_ = cradle.updateDiscreteStates()
-                calls += 1
-            if clicks:
-                control(run)
-                cradle.updateDiscreteStates()
-                calls += 1
-            cradle.enterStepMode()
-            event = False
-        else:
+    while event:
+        again = True
+        while again:
+            if cradle.get("onset.clock") and clicks[-1:] != [now]:
+                clicks.append(now)
+            again, *_ = cradle.updateDiscreteStates()
+            calls += 1
+        if clicks:
+            control(run)
+            cradle.updateDiscreteStates()
+            calls += 1
+        cradle.enterStepMode()
+        event = False
+        while now < stop and not event:
             event, _, _, now = cradle.doStep(now, stop - now)
             calls += 1
-            if event:
-                cradle.enterEventMode()
+        if event:
+            cradle.enterEventMode()
     return clicks, calls
 
 
 def by_grid(run: nc.Run, stop: float, step: float) -> tuple[list[float], int]:
     """A master with steps of one length: it sees at the end of a step that there was a click, and acts from then on."""
-    clicks, seen, steps, pulses = [], 0, round(stop / step), run.slave.references("pulses")
-    for i in range(steps):
-        now = (i + 1) * step
-        run.slave.doStep(i * step, now - i * step)
-        if (count := sum(run.slave.getUInt64(pulses, BALLS))) > seen:
-            clicks.append(now)
+    clicks, seen, steps = [], 0, round(stop / step)
+    for i in range(1, steps + 1):
+        run.step_to(i * step)
+        if (count := run["pulses"].sum()) > seen:
+            clicks.append(run.time)
             seen = count
             control(run)
     return clicks, steps
@@ -99,10 +96,10 @@ def exact() -> tuple[float, float, float]:
     return half, 2 * half, MASS * speed**2 / 2
 
 
-def compare(path: Path, stop: float) -> list[dict]:
-    """All runs, each with its energy error and how far off each click is."""
+def compare(path: Path, stop: float) -> tuple[list[dict], list[np.ndarray]]:
+    """All runs, and how late each of their clicks is, s."""
     first, period, energy = exact()
-    rows = []
+    rows, lates = [], []
     with nc.Fmu(path) as fmu:
         for step in [None, *STEPS]:
             options = {"eventModeUsed": True, "earlyReturnAllowed": True} if step is None else {}
@@ -113,28 +110,24 @@ def compare(path: Path, stop: float) -> list[dict]:
                 # All that moves beside the force is one ball: its energy in a click is the total less what it has
                 # stored against the force.
                 total = run["E_total"] + FORCE * abs(sum(run["x"]))
-            late = [told - (first + i * period) for i, told in enumerate(clicks)]
+            lates.append(np.array(clicks) - (first + period * np.arange(len(clicks))))
             row = {
                 "way": "event mode" if step is None else f"grid of {step:g} s",
                 "step": step,
                 "calls": calls,
-                "seconds": seconds,
-                "clicks": len(clicks),
-                "energy_error": abs(total / energy - 1),
-                "time_error": max(map(abs, late)),
-                "late": late,
             }
-            rows.append(row)
-    return rows
+            row |= {"seconds": seconds, "clicks": len(clicks), "energy_error": abs(total / energy - 1)}
+            rows.append(row | {"time_error": np.abs(lates[-1]).max()})
+    return rows, lates
 
 
-def save_plot(path: Path, rows: list[dict]) -> None:
+def save_plot(path: Path, rows: list[dict], lates: list[np.ndarray]) -> None:
     """The energy error over the cost, and how far off each click is."""
     with diagrams(path, 3.6) as (left, right):
-        for row, colour in zip(rows, ("#208030", "#c04000", "#0060a0", "#805080"), strict=True):
+        for row, late, colour in zip(rows, lates, ("#208030", "#c04000", "#0060a0", "#805080"), strict=True):
             left.loglog(row["calls"], max(row["energy_error"], 1e-16), "o", color=colour, label=row["way"])
-            numbers = range(1, len(row["late"]) + 1)
-            right.semilogy(numbers, np.maximum(np.abs(row["late"]), 1e-16), ".-", color=colour, linewidth=1)
+            numbers = range(1, len(late) + 1)
+            right.semilogy(numbers, np.maximum(np.abs(late), 1e-16), ".-", color=colour, linewidth=1)
         left.set(xlabel="steps and iterations of events", ylabel="energy error / energy")
         right.set(xlabel="click", ylabel="time error, s")
         left.legend(fontsize=8)
@@ -145,15 +138,10 @@ def main() -> None:
     parser = command_line(__doc__.splitlines()[0], "events", fmu="NewtonsCradle.fmi3.fmu")
     parser.add_argument("--stop", type=float, default=10.0, help="s")
     options = parsed(parser)
-    rows = compare(options.fmu, options.stop)
-    write_rows(options.out / "metronome.csv", [COLUMNS, *([row[name] for name in COLUMNS] for row in rows)])
-    print(f"{'way':18} {'calls':>7} {'s':>6} {'clicks':>6} {'energy error':>12} {'time error, s':>13}")
-    for row in rows:
-        print(
-            f"{row['way']:18} {row['calls']:7d} {row['seconds']:6.2f} {row['clicks']:6d} "
-            f"{row['energy_error']:12.1e} {row['time_error']:13.1e}"
-        )
-    save_plot(options.out / "metronome.png", rows)
+    rows, lates = compare(options.fmu, options.stop)
+    write_rows(options.out / "metronome.csv", rows)
+    print_rows(rows)
+    save_plot(options.out / "metronome.png", rows, lates)
     print(f"wrote {options.out / 'metronome.png'}")
 
 

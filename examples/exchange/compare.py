@@ -1,6 +1,6 @@
 """The paper in a host's own solver: Figures 5 and 6 in FMPy's CVODE, resolved and mapped, beside co-simulation.
 
-    python examples/exchange/compare.py [--fmu FILE] [--out FOLDER] [--stop SECONDS]
+    python examples/exchange/compare.py [--fmu FILE] [--out FOLDER]
 
 Prints a table and writes it, with a plot of the energy error over the cost, into the folder (out/exchange). The cost
 is counted in evaluations: of the derivatives, which the host asks for, or of the contact forces within the FMU.
@@ -12,12 +12,13 @@ import time
 from pathlib import Path
 
 import fmpy
+import numpy as np
 from fmpy.simulation import instantiate_fmu
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from plots import diagrams
-from support import command_line, nc, parsed, write_rows
+from support import command_line, nc, parsed, print_rows, write_rows
 
 TOLERANCES = {  # by way: exchange.contacts of model exchange, or co-simulation
     "resolved": [10.0**-k for k in range(4, 13)],
@@ -26,10 +27,9 @@ TOLERANCES = {  # by way: exchange.contacts of model exchange, or co-simulation
 }
 PULSES = [f"pulses[{i}]" for i in range(1, 5)]
 FIGURES = {"Figure 5": nc.figure5(), "Figure 6": nc.preset("figure6")}
-COLUMNS = ["figure", "way", "tolerance", "error", "evaluations", "seconds", "pulses"]
 
 
-def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> dict:
+def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float) -> dict:
     """One run: its relative energy error, its cost, and its pulses."""
     exchange = way != "co-simulation"
     kind = "ModelExchange" if exchange else "CoSimulation"
@@ -53,7 +53,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> d
             fmu_instance=instance,
             fmi_type=kind,
             start_values=fmu.settings(values | own),
-            stop_time=stop,
+            stop_time=10.0,
             output_interval=0.01,
             relative_tolerance=tolerance if exchange else None,
             output=["E_total", "E_residual", *PULSES, "solver.evaluations"],
@@ -72,7 +72,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float, stop: float) -> d
     }
 
 
-def compare(path: Path, stop: float) -> list[dict]:
+def compare(path: Path) -> list[dict]:
     """All runs, as rows of the table; `right`: whether the pulses are those of co-simulation."""
     fmu, rows = nc.Fmu(path), []
     ways = [(way, tolerance) for way, tolerances in TOLERANCES.items() for tolerance in tolerances]
@@ -80,7 +80,7 @@ def compare(path: Path, stop: float) -> list[dict]:
         of_figure = []
         for way, tolerance in ways:
             row = {"figure": figure, "way": way, "tolerance": tolerance}
-            of_figure.append(row | run(fmu, way, values, tolerance, stop))
+            of_figure.append(row | run(fmu, way, values, tolerance))
         rows += [row | {"right": row["pulses"] == of_figure[-1]["pulses"]} for row in of_figure]
     return rows
 
@@ -91,37 +91,26 @@ def save_plot(path: Path, rows: list[dict]) -> None:
         for name, axis in zip(FIGURES, axes, strict=True):
             for way, colour in zip(TOLERANCES, ("#c04000", "#0060a0", "#208030"), strict=True):
                 shown = [row for row in rows if (row["figure"], row["way"]) == (name, way) and row["pulses"]]
-                draw(axis, shown, "-", colour)
-                draw(axis, [row for row in shown if row["right"]], "o", colour, label=way)
-                wrong = [row for row in shown if not row["right"]]
-                draw(axis, wrong, "o", colour, markerfacecolor="white", label=f"{way}, wrong pulses")
+                cost, error, right = (
+                    np.array([row[of] for row in shown]) for of in ("evaluations", "error", "right")
+                )
+                error = np.maximum(error, 1e-16)
+                axis.loglog(cost, error, "-", color=colour, linewidth=1)
+                axis.loglog(cost[right], error[right], "o", color=colour, label=way)
+                if not right.all():
+                    wrong = {"markerfacecolor": "white", "label": f"{way}, wrong pulses"}
+                    axis.loglog(cost[~right], error[~right], "o", color=colour, **wrong)
             axis.set(title=name, xlabel="evaluations in 10 s")
         axes[0].set_ylabel("energy error / energy")
         axes[1].legend(fontsize=8)
 
 
-def draw(axis, rows: list[dict], style: str, colour: str, **options) -> None:
-    """The errors of these rows, if there are any."""
-    if rows:
-        cost, error = zip(*((row["evaluations"], max(row["error"], 1e-16)) for row in rows), strict=True)
-        axis.loglog(cost, error, style, color=colour, linewidth=1, **options)
-
-
 def main() -> None:
     """Runs all of it."""
-    parser = command_line(__doc__.splitlines()[0], "exchange")
-    parser.add_argument("--stop", type=float, default=10.0, help="s")
-    options = parsed(parser)
-    rows = compare(options.fmu, options.stop)
-    write_rows(options.out / "exchange.csv", [COLUMNS, *([row[name] for name in COLUMNS] for row in rows)])
-    print(f"{'':9} {'way':14} {'tolerance':>9} {'error':>8} {'evaluations':>11} {'s':>6}  pulses")
-    for row in rows:
-        pulses = " ".join(map(str, row["pulses"])) or "gave up"
-        mark = "" if row["right"] else "  wrong"
-        print(
-            f"{row['figure']:9} {row['way']:14} {row['tolerance']:9.0e} {row['error']:8.1e} {row['evaluations']:11d} "
-            f"{row['seconds']:6.2f}  {pulses}{mark}"
-        )
+    options = parsed(command_line(__doc__.splitlines()[0], "exchange"))
+    rows = compare(options.fmu)
+    write_rows(options.out / "exchange.csv", rows)
+    print_rows(rows)
     save_plot(options.out / "exchange.png", rows)
 
 

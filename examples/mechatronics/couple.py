@@ -7,16 +7,17 @@ with FMPy, and leaves machine.ssp, presets.ssp, pictures and CSV files in out/me
 """
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import ssp
-from machine import COMMON, CRADLE, FREE, PARAMETERS, STOP, Fmus, nc, opened, positions, reference
+from machine import CRADLE, FREE, PARAMETERS, STOP, Fmus, opened, positions
 from master import METHODS, REPEATING
 from plots import COLOURS, Column, Strip, Trace
-from support import Found, command_line, tracked
+from reference import reference
+from support import Found, command_line, ended, print_rows, tracked
 
+COMMON = 0.2  # s, between the times at which runs are compared
 STEPS = [0.1, 0.05, 0.025, 0.0125]  # s, of the comparison
 ITERATED = 0.1  # s, at which the trials per step are counted
 COARSE = 0.01  # s, steps of the run that is shown
@@ -43,14 +44,11 @@ def main() -> int:
     )
     options = parser.parse_args()
     found = Found(options.out)
-    try:
-        with opened(options.fmu, options.out, options.plant) as fmus:
-            run(fmus, found, STEPS[: options.steps])
-            about = fmus.cradle.provenance() | {"cradle": CRADLE, "plant": PARAMETERS}
-            about["plant guid"] = fmus.plant.description.guid
-            (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
-    except (FileNotFoundError, nc.FmuError) as problem:
-        sys.exit(f"error: {problem}")
+    with opened(options.fmu, options.out, options.plant) as fmus:
+        run(fmus, found, STEPS[: options.steps])
+        about = fmus.cradle.provenance() | {"cradle": CRADLE, "plant": PARAMETERS}
+        about["plant guid"] = fmus.plant.description.guid
+        (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     return 0 if found.conclude() else 1
 
 
@@ -63,19 +61,19 @@ def run(fmus: Fmus, found: Found, steps: list[float]) -> None:
     found.save("machine.csv", shown)
     plot_machine(found, shown, free_momenta(fmus))
     errors = compare(fmus, path, steps)
-    kinds = [(name, "f8") for name in ("h", *errors)]
-    table = np.array(list(zip(steps, *errors.values(), strict=True)), dtype=kinds)
-    found.save("convergence.csv", table)
-    print_errors(table)
+    rows = [dict(zip(["h", *errors], row, strict=True)) for row in zip(steps, *errors.values(), strict=True)]
+    found.save_rows("convergence.csv", rows)
+    print("  coupling error in m, by communication step in s:")
+    print_rows(rows)
     for name, order in ORDERS.items():
         # Slope of the error over the step, both logarithmic.
-        found.at_least("order", name, np.polyfit(np.log(table["h"]), np.log(table[name]), 1)[0], order)
+        found.at_least("order", name, np.polyfit(np.log(steps), np.log(errors[name]), 1)[0], order)
     check_momentum(fmus, found, path)
     check_sensor(found, shown)
     check_trials(fmus, found)
     whole = shown["balls"] + shown["cart"] + shown["lost"] - shown["put in"]
     found.at_most("energy", "of the whole, smooth, steps of 10 ms", np.ptp(whole), 1e-5, "J")
-    plot_coupling(found, table, shown)
+    plot_coupling(found, steps, errors, shown)
 
 
 # ---------------------------------------------------------------- the machine at work
@@ -140,7 +138,7 @@ def plot_machine(found: Found, table: np.ndarray, momenta: np.ndarray) -> None:
 
 def compare(fmus: Fmus, path: Path, steps: list[float]) -> dict[str, list[float]]:
     """Largest deviation of a position from the reference, m, by way of coupling, for each step."""
-    exact = reference()
+    exact = reference(CRADLE, PARAMETERS, 5, COMMON * np.arange(round(STOP / COMMON) + 1))
     errors = {"FMPy": [ssp_error(path, h, exact) for h in steps]}
     ways = [(method, False) for method in METHODS] + [(method, True) for method in REPEATING]
     for method, at_impacts in tracked("Coupling error of four methods", ways):
@@ -151,13 +149,10 @@ def compare(fmus: Fmus, path: Path, steps: list[float]) -> dict[str, list[float]
 
 def error(fmus: Fmus, method: str, h: float, exact: np.ndarray, at_impacts: bool) -> float:
     """Of one run by the master."""
-    worst = 0.0
     with fmus.started(method) as master:
-        for time in master.steps(STOP, h, at_impacts=at_impacts):
-            number = round(time / COMMON)
-            if abs(time - number * COMMON) < 1e-12:
-                worst = max(worst, np.abs(positions(master) - exact[number]).max())
-    return worst
+        numbers = (time / COMMON for time in master.steps(STOP, h, at_impacts=at_impacts))
+        common = (round(number) for number in numbers if abs(number - round(number)) < 1e-11)
+        return max(np.abs(positions(master) - exact[number]).max() for number in common)
 
 
 def ssp_error(path: Path, h: float, exact: np.ndarray) -> float:
@@ -166,14 +161,6 @@ def ssp_error(path: Path, h: float, exact: np.ndarray) -> float:
     rows = ssp.run(path, h)[every - 1 :: every]
     names = [*(f"cradle.x[{i}]" for i in range(1, 6)), "plant.s"]
     return float(np.abs(np.column_stack([rows[name] for name in names]) - exact[1:]).max())
-
-
-def print_errors(table: np.ndarray) -> None:
-    """The table, errors in m."""
-    print("  coupling error in m, by communication step:")
-    print("  " + "".join(name.rjust(20) for name in ["step / s", *table.dtype.names[1:]]))
-    for row in table:
-        print("  " + f"{row[0]:20g}" + "".join(f"{value:20.1e}" for value in list(row)[1:]))
 
 
 # ---------------------------------------------------------------- what must hold exactly
@@ -219,13 +206,13 @@ def check_trials(fmus: Fmus, found: Found) -> None:
     found.at_most("repeat", f"{what}, directional derivatives", trials[1], 3)
 
 
-def plot_coupling(found: Found, table: np.ndarray, shown: np.ndarray) -> None:
+def plot_coupling(found: Found, steps: list[float], errors: dict, shown: np.ndarray) -> None:
     """The error over the step, and what a force sensor sees."""
-    steps, traces = np.log10(table["h"]), []
+    steps, traces = np.log10(steps), []
     names = {"FMPy": "SSP in FMPy"} | {method: TEXTS[method] for method in ("hold", "extrapolate")}
     names |= {f"{method}, at impacts": f"{TEXTS[method]}, t_next" for method in REPEATING}
     for (name, text), colour in zip(names.items(), COLOURS, strict=False):
-        logarithm = np.log10(table[name])
+        logarithm = np.log10(errors[name])
         traces += [Trace(steps, logarithm, colour, "line", text), Trace(steps, logarithm, colour, "points")]
     errors = Strip("log10 (error / m)", traces, limits=(-10.0, 1.5))
     time = shown["time"]
@@ -251,4 +238,4 @@ def plot_coupling(found: Found, table: np.ndarray, shown: np.ndarray) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    ended(main)

@@ -7,17 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from master import Master
 from pack import pack
-from reference import Machine
 from support import nc
 
 STOP = 5.0  # s
-COMMON = 0.2  # s, between the times at which runs are compared
 FREE = {"stiffness": 0.0, "damping": 0.0}  # no spring and damper to ground
 CRADLE = {  # all that the equations in reference.py take for granted
     "gravity": 9.81,
@@ -72,12 +68,6 @@ def plant(language: str, out: Path) -> Path:
     from pythonfmu.builder import FmuBuilder
 
     return FmuBuilder.build_FMU(DESCRIPTION.with_suffix(".py"), out, [DESCRIPTION])
-
-
-def reference() -> np.ndarray:
-    """Positions of the balls and of the cart (m) at multiples of COMMON, by the single set of equations."""
-    times = COMMON * np.arange(round(STOP / COMMON) + 1)
-    return Machine(CRADLE, PARAMETERS, 5).solve(times)[:, [0, 1, 2, 3, 4, 10]]
 
 
 def positions(master: Master) -> list[float]:

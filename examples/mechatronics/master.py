@@ -95,42 +95,36 @@ class Master:
 
     def step_to(self, end: float) -> None:
         """One communication step of both. Raises RuntimeError if a repeated one does not converge."""
-        h = end - self.time
-        if self.method in REPEATING:
-            share = self._repeat(self.time, end)
-        else:
-            share, rate = self.pending, np.zeros(4)
-            if self.method == "extrapolate":
-                share, rate = share + h * self.value + 0.5 * h**2 * self.rate, self.rate
-            self._try(end, h, share, rate)
-        self.delivered += share
-        self.sent = self._sent(h)
-        self.value, self.rate = self._look()
-
-    def _repeat(self, begin: float, end: float) -> np.ndarray:
-        """Steps both FMUs until each did what the other one was told; returns these shares."""
-        h = end - begin
-        share, rate = self.pending + h * self.value, np.zeros(4)
-        before = [run.slave.getFMUstate() for run in (self.cradle, self.plant)]
+        begin, h, repeating = self.time, end - self.time, self.method in REPEATING
+        share, rate = self.pending, np.zeros(4)
+        if self.method == "extrapolate":
+            share, rate = share + h * self.value + 0.5 * h**2 * self.rate, self.rate
+        elif repeating:
+            share = share + h * self.value
+        before = {run: run.slave.getFMUstate() for run in (self.cradle, self.plant)}
         limit = TOLERANCE * (1.0 + np.abs(self.sent))
         for _ in range(MOST_TRIALS):
             self._try(end, h, share, rate)
-            defect = self._sent(h) - self.delivered - share
-            if np.all(np.abs(defect) <= limit):
+            sent = self._sent(h)
+            defect = sent - self.delivered - share
+            if not repeating or np.all(np.abs(defect) <= limit):
                 break
             if self.method == "smooth":
                 rate = (self._look()[0] - self.value) / h
             if self.newton:
-                defect = np.linalg.solve(np.eye(4) - self._response(begin, end, before), defect)
+                defect = np.linalg.solve(np.eye(4) - self._response(begin, end, before[self.plant]), defect)
             share = share + defect
-            self._back(before, begin)
+            for run, state in before.items():
+                run.slave.setFMUstate(state)
+                run.time = begin
         else:
             raise RuntimeError(
                 f"the step to {end} s does not converge in {MOST_TRIALS} trials: try shorter steps"
             )
-        for run, state in zip((self.cradle, self.plant), before, strict=True):
+        for run, state in before.items():
             run.slave.freeFMUstate(state)
-        return share
+        self.delivered, self.sent = self.delivered + share, sent
+        self.value, self.rate = self._look()
 
     def _try(self, end: float, h: float, share: np.ndarray, rate: np.ndarray) -> None:
         """Steps both FMUs with these integrals over the step."""
@@ -148,12 +142,6 @@ class Master:
         self.cradle.step_to(end)
         self.plant.step_to(end)
 
-    def _back(self, states: list, time: float) -> None:
-        """Both FMUs as they were saved."""
-        for run, state in zip((self.cradle, self.plant), states, strict=True):
-            run.slave.setFMUstate(state)
-            run.time = time
-
     def _sent(self, h: float) -> np.ndarray:
         """Integrals that each side has sent, after a step of length h."""
         supported = self.sent[FORCE] + h * self.cradle.get("F_support_mean")
@@ -168,7 +156,7 @@ class Master:
         values = [self.cradle.get(name) for name in names]
         return np.array([*values, *plant[:2]]), np.array([*rates, *plant[2:]])
 
-    def _response(self, begin: float, end: float, before: list) -> np.ndarray:
+    def _response(self, begin: float, end: float, before) -> np.ndarray:
         """How the signals that both send change with those that they receive; the cradle's part by directional
         derivatives."""
         cradle, h, response = self.cradle, end - begin, np.zeros((4, 4))
@@ -180,14 +168,14 @@ class Master:
         response[2:, :2] = self._plant_response(begin, end, before)
         return response
 
-    def _plant_response(self, begin: float, end: float, before: list) -> np.ndarray:
+    def _plant_response(self, begin: float, end: float, before) -> np.ndarray:
         """The same for the plant, which is linear but gives no derivatives: a difference of trial steps, once for
         each length."""
         h = end - begin
         if h not in self._responses:
             plant, sent = self.plant, []
             for force, coil in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)):
-                plant.slave.setFMUstate(before[1])
+                plant.slave.setFMUstate(before)
                 plant.time = begin
                 inputs = {"F_support": force / h, "v_coil": coil / h}
                 plant.set(inputs | {"F_support_rate": 0.0, "v_coil_rate": 0.0})

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
-from fmpy.ssp.ssd import ParameterSet, read_ssv
+from fmpy.ssp.ssd import read_ssv
 from lxml import etree
 from lxml.builder import ElementMaker
 from machine import CRADLE, STOP, Fmus, nc
@@ -32,34 +32,22 @@ TO_PLANT = {  # cradle's output: plant's input
 TO_CRADLE = {"a_mean": "a_support", "F_coil_mean": "F_ext[1]"}  # plant's output: cradle's input
 SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # by the cradle, without being connected
 SHOWN_PLANT = ["s", "v", "sensed", "impacts"]
-
-
-def presets(fmu: nc.Fmu) -> dict[str, dict]:
-    """Start values by name: none, Figure 5 without its dead band, and the presets that need only numbers here."""
-    known = {name: nc.preset(name) for name in nc.presets()}
-    fitting = {name: values for name, values in known.items() if by_numbers(fmu, values)}
-    return {"default": {}, "figure5_overlapping": nc.figure5(0.0)} | fitting
-
-
-def by_numbers(fmu: nc.Fmu, values: dict) -> bool:
-    """Whether these start values are for as many balls, and their enumerations those that the FMU was built with."""
-    items = {name: value for name, value in values.items() if isinstance(value, str)}
-    balls = sum(name.startswith("x_start[") for name in values)
-    return balls == fmu.balls and all(fmu.number(*item) == fmu.built_with(item[0]) for item in items.items())
+PRESETS = {"default": {}, "figure5_overlapping": nc.figure5(0.0)}
+# Those whose enumerations are the ones that the FMU was built with.
+PRESETS |= {name: nc.preset(name) for name in ("textbook", "figure5", "figure6")}
 
 
 def save_machine(path: Path, fmus: Fmus) -> None:
     """The cradle and its plant, connected."""
-    cradle = [connector(fmus.cradle, name) for name in [*TO_PLANT, *TO_CRADLE.values(), *SHOWN]]
-    plant = [connector(fmus.plant, name) for name in [*TO_PLANT.values(), *TO_CRADLE, *SHOWN_PLANT]]
-    elements = [component("cradle", fmus.cradle, cradle, "start"), component("plant", fmus.plant, plant)]
+    cradle = component("cradle", fmus.cradle, [*TO_PLANT, *TO_CRADLE.values(), *SHOWN], "start")
+    plant = component("plant", fmus.plant, [*TO_PLANT.values(), *TO_CRADLE, *SHOWN_PLANT])
     lines = [
         SSD.Connection(startElement=of, startConnector=start, endElement=to, endConnector=end)
         for of, to, names in (("cradle", "plant", TO_PLANT), ("plant", "cradle", TO_CRADLE))
         for start, end in names.items()
     ]
     connections = SSD.Connections(*lines)
-    files = {"SystemStructure.ssd": system("Machine", fmus, elements, "start", STOP, connections)}
+    files = {"SystemStructure.ssd": system("Machine", fmus, [cradle, plant], "start", STOP, connections)}
     files |= parameter_sets("start", CRADLE, fmus.cradle)
     write(path, files, [fmus.cradle.path, fmus.plant.path])
 
@@ -70,9 +58,8 @@ def save_presets(path: Path, fmus: Fmus) -> None:
     It has no connectors of inputs, which stay 0: FMPy's runner wants them all connected.
     """
     files = {}
-    for preset, values in presets(fmus.cradle).items():
-        connectors = [connector(fmus.cradle, name) for name in fmus.cradle.outputs]
-        elements = [component("cradle", fmus.cradle, connectors, preset)]
+    for preset, values in PRESETS.items():
+        elements = [component("cradle", fmus.cradle, fmus.cradle.outputs, preset)]
         name = "SystemStructure" if preset == "default" else preset
         files[f"{name}.ssd"] = system(preset, fmus, elements, preset, 10.0)
         files |= parameter_sets(preset, values, fmus.cradle)
@@ -85,24 +72,28 @@ def run(path: Path, h: float, values: dict | None = None) -> np.ndarray:
     `values`: start values in addition to those of the SSP, such as {"plant.damping": 0.0}.
     """
     start = read_ssv(path, "resources/start.ssv")
-    more = ParameterSet(name="more")
-    added = [SimpleNamespace(name=name, value=value) for name, value in (values or {}).items()]
-    more.parameters = [*start.parameters, *added]  # of which FMPy's runner reads no more than name and value
-    result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=more)
+    for name, value in (values or {}).items():
+        start.parameters.append(
+            SimpleNamespace(name=name, value=value)
+        )  # FMPy's runner reads no more than these
+    result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=start)
     result["time"] = h * np.arange(1, len(result) + 1)  # FMPy writes the start of the step
     return result
 
 
-def connector(fmu: nc.Fmu, name: str):
-    """A connector of a component."""
-    variable = fmu.variables[name]
-    kind = SSC(variable.type, **({"unit": variable.unit} if variable.unit else {}))
-    return SSD.Connector(kind, name=name, kind=variable.causality)
+def unit_of(variable) -> dict:
+    """The attribute of a value, if it has one."""
+    return {"unit": variable.unit} if variable.unit else {}
 
 
-def component(name: str, fmu: nc.Fmu, connectors: list, parameter_set: str | None = None):
-    """A component, its FMU in the folder resources; its own part of the parameter set has its name."""
+def component(name: str, fmu: nc.Fmu, shown: list[str], parameter_set: str | None = None):
+    """A component with connectors of these variables, its FMU in the folder resources; its own part of the parameter
+    set has its name."""
     source = {"type": "application/x-fmu-sharedlibrary", "source": f"resources/{fmu.path.name}"}
+    connectors = [
+        SSD.Connector(SSC(one.type, **unit_of(one)), name=one.name, kind=one.causality)
+        for one in map(fmu.variables.get, shown)
+    ]
     parts = [SSD.Connectors(*connectors)]
     if parameter_set:
         parts.append(bindings(f"{parameter_set}_{name}"))
@@ -126,33 +117,27 @@ def system(name: str, fmus: Fmus, components: list, parameter_set: str, stop: fl
     )
 
 
-def parameter_sets(name: str, values: dict, cradle: nc.Fmu) -> dict:
+def parameter_sets(name: str, values: dict, fmu: nc.Fmu) -> dict:
     """Files with the cradle's start values: the parameter set of the system, and that of the component."""
-    return {
-        f"resources/{name}.ssv": parameters(name, values, cradle, "cradle."),
-        f"resources/{name}_cradle.ssv": parameters(name, values, cradle),
-    }
-
-
-def parameters(name: str, values: dict, fmu: nc.Fmu, prefix: str = ""):
-    """A parameter set."""
-    found = []
-    for of_fmu, value in fmu.settings(values).items():
-        variable = fmu.variables[of_fmu]
-        if variable.type != "Enumeration":
-            unit = {"unit": variable.unit} if variable.unit else {}
-            found.append(SSV.Parameter(SSV(variable.type, value=repr(value), **unit), name=prefix + of_fmu))
-    return SSV.ParameterSet(SSV.Parameters(*found), SSV.Units(*units(fmu)), version="1.0", name=name)
+    files = {}
+    for file, prefix in ((name, "cradle."), (f"{name}_cradle", "")):
+        found = []
+        for of_fmu, value in fmu.settings(values).items():
+            if (variable := fmu.variables[of_fmu]).type != "Enumeration":
+                number = SSV(variable.type, value=repr(value), **unit_of(variable))
+                found.append(SSV.Parameter(number, name=prefix + of_fmu))
+        parts = SSV.Parameters(*found), SSV.Units(*units(fmu))
+        files[f"resources/{file}.ssv"] = SSV.ParameterSet(*parts, version="1.0", name=name)
+    return files
 
 
 def units(fmu: nc.Fmu) -> list:
     """The FMU's units by their base units."""
-    bases, found = ("kg", "m", "s", "A", "K", "mol", "cd", "rad"), []
-    for unit in fmu.description.unitDefinitions:
-        powers = {name: int(getattr(unit.baseUnit, name, 0)) for name in bases}
-        base = SSC.BaseUnit(**{name: str(power) for name, power in powers.items() if power})
-        found.append(SSC.Unit(base, name=unit.name))
-    return found
+    described = etree.parse(Path(fmu.folder, "modelDescription.xml")).iterfind("UnitDefinitions/Unit")
+    return [
+        SSC.Unit(SSC.BaseUnit(dict(unit.find("BaseUnit").attrib)), name=unit.get("name"))
+        for unit in described
+    ]
 
 
 def write(path: Path, files: dict, fmus: list[Path]) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace
-from support import Fmus, Found, nc, tracked
+from support import Found, nc, tracked
 
 # deadBand / largest overlap at which neighbouring pulses part: I_p = B(1/(p+1), 1/2)/(p+1).
 THRESHOLD = {1.0: 1.5708, 1.5: 1.4716, 2.0: 1.4022, 3.0: 1.3110, 4.0: 1.2537, 5.0: 1.2143}
@@ -11,18 +11,18 @@ OVERLAP = {1.0: 0.536, 1.5: 0.357, 2.0: 0.234, 3.0: 0.108, 4.0: 0.0523, 5.0: 0.0
 RATIOS = np.linspace(0.0, 1.6, 17)
 
 
-def run(fmus: Fmus, found: Found) -> None:
+def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     """The overlap over the dead band for each order; the threshold by bisection, which does not depend on the number
     of balls."""
     orders = tracked("Dead band scan for orders 1 to 5", THRESHOLD)
-    curves = {p: np.array([overlap(fmus.five, p, ratio) for ratio in RATIOS]) for p in orders}
+    curves = {p: np.array([overlap(fmus[5], p, ratio) for ratio in RATIOS]) for p in orders}
     kinds = [("deadBand_over_overlap", "f8"), *((f"p={p:g}", "f8") for p in curves)]
     found.save("dead_band.csv", np.array(list(zip(RATIOS, *curves.values(), strict=True)), dtype=kinds))
     for p, wanted in OVERLAP.items():
         # An error of half a unit in the third digit is allowed.
         allowed = 0.5 * 10 ** (np.floor(np.log10(wanted)) - 2)
         found.within("overlap", f"p = {p:g}", curves[p][0], wanted, allowed)
-    for fmu in (fmus.five, fmus.thirteen):
+    for fmu in fmus.values():
         for p, wanted in THRESHOLD.items():
             found.within("dead band", f"p = {p:g}, {fmu.balls} balls", threshold(fmu, p), wanted, 6e-5)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 from plots import COLOURS, Column, Strip, Trace, family
-from support import Fmus, Found, nc
+from support import Found, nc
 
 OMEGA = np.sqrt(9.81)  # 1/s, sqrt(g/L)
 SPEED = OMEGA * 1.0  # m/s, of a ball lifted by 1 m when it is back at x = 0
@@ -12,10 +12,10 @@ STOP = 0.65  # s, after the impacts and before the next ones
 CLASSICAL = np.array([-1.0] * 2 + [0.0] * 8 + [1.0] * 3)  # speeds exchanged pair by pair: sorted
 
 
-def run(fmus: Fmus, found: Found) -> None:
+def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     """Both waves, each wave alone, and the classical model: instantaneous impacts, with waves that pass through each
     other."""
-    fmu = fmus.thirteen
+    fmu = fmus[13]
     both = simulate(fmu, nc.preset("figure3"), nc.Progress("Figure 3, 13 balls"))
     alone = [
         simulate(fmu, nc.preset("figure3") | nc.lifted(*side, n=13, amplitude=1.0))

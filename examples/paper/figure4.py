@@ -3,14 +3,14 @@
 import numpy as np
 from figure5 import SPEED, STOP
 from plots import Column, family
-from support import Fmus, Found, nc
+from support import Found, nc
 
 
-def run(fmus: Fmus, found: Found) -> None:
+def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     """Ten seconds as a host sees them, and once more with points in every pulse, from ten seconds down to one pulse."""
     values = nc.figure5()
-    result = fmus.five.simulate(values, stop=STOP, progress=nc.Progress("Figure 4, 10 s in steps of 10 ms"))
-    resolved = nc.resolved(fmus.five, values, stop=STOP, record=["F"], per_pulse=48)
+    result = fmus[5].simulate(values, stop=STOP, progress=nc.Progress("Figure 4, 10 s in steps of 10 ms"))
+    resolved = nc.resolved(fmus[5], values, stop=STOP, record=["F"], per_pulse=48)
     found.save("figure4.csv", result.samples)
     found.save("figure4_pulses.csv", result.pulses)
 

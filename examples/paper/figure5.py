@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import Column, family
-from support import Fmus, Found, nc
+from support import Found, nc, print_rows
 
 DEAD_BAND = 2.6e-7  # m
 SPEED = np.sqrt(5.0)  # m/s, amplitude 1 m times sqrt(g/L): speed of a lifted ball at x = 0
@@ -13,10 +13,10 @@ MIRRORED = [[3], [2, 4], [1, 3], [2]]  # the return stroke
 OVERLAPPING = [-0.170899748309, -0.049200786161, 0.382027214318, 0.660994995746, 1.177078324407]  # v / SPEED
 
 
-def run(fmus: Fmus, found: Found) -> None:
+def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     """Both cases: macro run, micro view, Table 1."""
     title = "without a dead band: the pulses overlap"
-    onset, macro, micro, overlapping = case(fmus.five, found, "without dead band", 0.0, title)
+    onset, macro, micro, overlapping = case(fmus[5], found, "without dead band", 0.0, title)
     figure, first = "5, none", micro.pulses
     worst = np.abs(micro.stack("v")[-1] / SPEED - OVERLAPPING).max()
     found.conserved(figure, macro, SPEED)
@@ -26,7 +26,7 @@ def run(fmus: Fmus, found: Found) -> None:
     found.at_most(figure, "final velocities / speed, worst error", worst, 1e-8)
 
     title = "with a dead band of 0.26 µm: one after the other"
-    onset, macro, micro, separate = case(fmus.five, found, "with dead band", DEAD_BAND, title)
+    onset, macro, micro, separate = case(fmus[5], found, "with dead band", DEAD_BAND, title)
     figure, (first, second) = "5, band", nc.impact_sequences(macro.pulses)[:2]
     states = table1(micro)
     found.conserved(figure, macro, SPEED)
@@ -87,11 +87,12 @@ def table1(micro: nc.Result) -> list[tuple]:
 
 def save_table1(states: list[tuple], found: Found) -> None:
     """Table 1 as the paper prints it, to a CSV file and to the terminal."""
-    rows = [["state", *(f"ball {i}" for i in range(1, 6))]]
-    for i, state in enumerate(states):
-        name = "begin" if i == 0 else "end" if i == len(states) - 1 else f"intermediate {i}"
-        rows.append([name, *("moving" if moving else "stopped" for moving in state)])
+    names = ["begin", *(f"intermediate {i}" for i in range(1, len(states) - 1)), "end"]
+    rows = [
+        {"state": name}
+        | {f"ball {i}": "moving" if moves else "stopped" for i, moves in enumerate(state, start=1)}
+        for name, state in zip(names, states, strict=True)
+    ]
     found.save_rows("table1.csv", rows)
     print("  Table 1, from the samples of the first impact at which no contact is closed:")
-    for row in rows:
-        print("    " + "".join(cell.ljust(16 if i == 0 else 9) for i, cell in enumerate(row)).rstrip())
+    print_rows(rows)

@@ -5,7 +5,7 @@ from time import perf_counter
 import numpy as np
 from figure5 import MIRRORED, ORDER
 from plots import COLOURS, Column, Strip, Trace, family
-from support import Fmus, Found, nc
+from support import Found, nc
 
 OMEGA = np.sqrt(5.0)  # 1/s, sqrt(g/L)
 AMPLITUDE = 1.0  # m
@@ -16,13 +16,13 @@ SHOWN, MENTIONED, STOP = 30.0, 240.0, 600.0  # s; the paper shows the first and 
 RECORD = ["x", "v", "E_total", "E_residual", "p_total", "F_support_mean"]
 
 
-def run(fmus: Fmus, found: Found) -> None:
+def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     """Ten minutes in steps of 25 ms, and in one step, which is timed: the paper's 1e-4 after 240 s, the law behind it,
     and all clicks in order until the end."""
     progress = nc.Progress(f"Figure 6, {STOP:g} s in steps of 25 ms")
     values = nc.preset("figure6")
-    result = fmus.five.simulate(values, stop=STOP, step=0.025, record=RECORD, progress=progress)
-    with fmus.five.start(values) as single:
+    result = fmus[5].simulate(values, stop=STOP, step=0.025, record=RECORD, progress=progress)
+    with fmus[5].start(values) as single:
         begin = perf_counter()
         single.step_to(STOP)
         seconds = perf_counter() - begin

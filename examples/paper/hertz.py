@@ -2,7 +2,7 @@
 
 import numpy as np
 from plots import Column, family
-from support import Fmus, Found, nc
+from support import Found, nc
 
 AMPLITUDE = 0.05  # m
 SPEED = AMPLITUDE * np.sqrt(5.0)  # m/s, amplitude times sqrt(g/L)
@@ -12,10 +12,10 @@ STOP = 8.0  # s
 DEAD_BAND = 2e-5  # m, more than the largest overlap of 6 µm times 1.4716
 
 
-def run(fmus: Fmus, found: Found) -> None:
+def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     """The struck chain by itself, then a cradle of steel balls, touching and with a dead band: a few swings, and the
     first impact in microsecond steps."""
-    with fmus.five.start(nc.chain(1.5, strikers=1)) as run:
+    with fmus[5].start(nc.chain(1.5, strikers=1)) as run:
         run.step_to(20.0)
         free = run["v"]
     outcomes, impacts, swings = [], [], []
@@ -24,8 +24,8 @@ def run(fmus: Fmus, found: Found) -> None:
         ("Hertz with a dead band", {"contact.deadBand": DEAD_BAND}, "dead band of 20 µm", "with the dead band"),
     ):  # fmt: skip
         values = nc.steel(amplitude=AMPLITUDE) | {"pendulum.length": 1.962} | dead_band
-        macro = fmus.five.simulate(values, stop=STOP, progress=nc.Progress(label))
-        with fmus.five.start(values) as run:
+        macro = fmus[5].simulate(values, stop=STOP, progress=nc.Progress(label))
+        with fmus[5].start(values) as run:
             onset, micro = run.zoom(span=1.7e-3, step=1e-6, record=["x", "v", "F"], before=5e-5)
             outcomes.append(run["v"] / SPEED)
         if not dead_band:

@@ -21,7 +21,7 @@ from newtons_cradle.page import save_page
 from newtons_cradle.views import from_fmu
 from PIL import Image
 from plots import Column, Plot, Strip, Trace, family, save_picture
-from support import ROOT, command_line, nc, opened, shorter
+from support import ROOT, command_line, ended, nc, opened, parsed, shorter
 
 sys.path.append(str(ROOT / "tests/hosts"))
 
@@ -42,20 +42,20 @@ SEEK = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + ar
 
 def main() -> None:
     """Makes all pictures."""
-    options = command_line(__doc__.splitlines()[0], "paper", fmu13="NewtonsCradle13.fmu").parse_args()
+    options = parsed(command_line(__doc__.splitlines()[0], "paper"))
     docs, assets = ROOT / "docs", ROOT / "packaging/assets"
     with opened(options) as fmus:
-        svg(default_run(fmus.five), assets / "run.svg")
+        svg(default_run(fmus[5]), assets / "run.svg")
         photographs(fmus, options.out / "report.html", docs, assets / "scene.svg")
-    of_others = [
+    others = (
         "study/study",
         "mechatronics/coupling",
         "mechatronics/machine",
         "events/metronome",
         "fit/contacts",
-    ]
+    )
     pictures = [options.out / "figure3.png", options.out / "figure5.png"]
-    for path in [*pictures, *(ROOT / f"out/{name}.png" for name in of_others)]:
+    for path in [*pictures, *(ROOT / f"out/{name}.png" for name in others)]:
         small(Image.open(path), docs / path.name)
 
 
@@ -95,7 +95,7 @@ def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
     """The cradle in a click, for `docs` and, without what is around it, as `scene`; the lesson; the report's top."""
     with Browser("hide-scrollbars") as browser, tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "cradle.html"
-        save_page(page, from_fmu(fmus.five.path))
+        save_page(page, from_fmu(fmus[5].path))
         browser.get(page.as_uri())
         time.sleep(3)
         browser.execute_script(
@@ -159,9 +159,7 @@ def photograph(browser, path: Path, wait: float = 1.0, width: int = 1000) -> Non
 def small(picture: Image.Image, path: Path, width: int = 1000) -> None:
     """At most `width` pixels wide; a PNG with at most 256 colours, or a JPEG."""
     picture = picture.convert("RGB")
-    if picture.width > width:
-        size = (width, round(picture.height * width / picture.width))
-        picture = picture.resize(size, Image.Resampling.LANCZOS)
+    picture.thumbnail((width, picture.height), Image.Resampling.LANCZOS, reducing_gap=None)
     if path.suffix == ".png":
         picture = picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     picture.save(path, optimize=True, quality=88)
@@ -169,4 +167,4 @@ def small(picture: Image.Image, path: Path, width: int = 1000) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    ended(main)

@@ -3,20 +3,20 @@
 import numpy as np
 from figure5 import DEAD_BAND, SPEED  # of the arriving balls, of 1 kg each
 from plots import COLOURS, Column, Strip, Trace
-from support import Fmus, Found, nc, tracked
+from support import Found, nc, tracked
 
 STIFFNESS = [1e10, 1e12, 1e13, 1e14]  # N/m
 SPAN, STEPS = 10.0, 1000  # how long to look after the onset, in sqrt(m/k), and in how many steps
 TIME = np.linspace(0.0, SPAN, STEPS + 1)
 
 
-def run(fmus: Fmus, found: Found) -> None:
+def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     """The first impact of Figure 5 at four stiffnesses, in units of the impact, without and with dead band: the same
     shape, apart from the effect of gravity (about omega^2 m/k) and rounding; not so with a fixed dead band."""
     cases = [(k, dead_band) for dead_band in (0.0, DEAD_BAND) for k in STIFFNESS]
     force, outcome, neighbours = {}, {}, {}
     for case in tracked("Stiffness from 1e10 to 1e14 N/m", cases):
-        force[case], outcome[case], neighbours[case] = impact(fmus.five, *case)
+        force[case], outcome[case], neighbours[case] = impact(fmus[5], *case)
     kinds = [("stiffness", "f8"), ("deadBand", "f8"), *((f"v[{i}]", "f8") for i in range(1, 6))]
     table = np.array([(*case, *velocities) for case, velocities in outcome.items()], dtype=kinds)
     found.save("stiffness.csv", table)

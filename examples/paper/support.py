@@ -4,8 +4,9 @@ import argparse
 import csv
 import sys
 import warnings
+from collections.abc import Callable
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,14 +24,6 @@ class Check:
     measured: str
     required: str
     holds: bool
-
-
-@dataclass(frozen=True)
-class Fmus:
-    """The FMUs that the figures need: one of five balls, one of 13."""
-
-    five: nc.Fmu
-    thirteen: nc.Fmu
 
 
 class Found:
@@ -85,7 +78,7 @@ class Found:
         np.savetxt(self.out / name, table, forms, ",", header=head, comments="", encoding="ascii")
         self._files.append(name)
 
-    def save_rows(self, name: str, rows) -> None:
+    def save_rows(self, name: str, rows: list[dict]) -> None:
         """Writes rows of texts and numbers as CSV. The next plot links it."""
         write_rows(self.out / name, rows)
         self._files.append(name)
@@ -100,21 +93,30 @@ class Found:
 
     def conclude(self) -> bool:
         """Prints the table of checks, and writes it as checks.csv; returns True if all pass."""
-        head, rows = ("figure", "what", "measured", "required"), list(map(astuple, self.checks))
-        table = [(*head, ""), *((*texts, "agrees" if holds else "DIFFERS") for *texts, holds in rows)]
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        table.insert(1, tuple("-" * width for width in widths))
-        for row in table:
-            line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-            print(f"  {line}".rstrip())
-        self.save_rows("checks.csv", [(*head, "holds"), *((*texts, int(holds)) for *texts, holds in rows)])
+        rows = [asdict(check) for check in self.checks]
+        print_rows([row | {"holds": "agrees" if row["holds"] else "DIFFERS"} for row in rows])
+        self.save_rows("checks.csv", [row | {"holds": int(row["holds"])} for row in rows])
         return all(check.holds for check in self.checks)
 
 
-def write_rows(path: Path, rows) -> None:
+def write_rows(path: Path, rows: list[dict]) -> None:
     """Writes rows of texts and numbers as CSV, with all digits; None stays empty."""
     with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows(rows)
+        table = csv.DictWriter(file, rows[0])
+        table.writeheader()
+        table.writerows(rows)
+
+
+def print_rows(rows: list[dict], digits: int = 3) -> None:
+    """Prints rows of texts and numbers as a table."""
+    table = [
+        [f"{cell:.{digits}g}" if isinstance(cell, float) else str(cell) for cell in row.values()]
+        for row in rows
+    ]
+    widths = [max(map(len, column)) for column in zip(rows[0], *table, strict=True)]
+    for row in (rows[0], ["-" * width for width in widths], *table):
+        line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        print(f"  {line}".rstrip())
 
 
 def tracked(label: str, items, count: int | None = None):
@@ -125,16 +127,22 @@ def tracked(label: str, items, count: int | None = None):
         progress(number / (count or len(items)))
 
 
-def command_line(description: str, out: str, **fmus: str) -> argparse.ArgumentParser:
-    """The options that all examples have: `--fmu` and others for these FMUs of target/fmu, and `--out`, a folder in
-    out/ unless given."""
-    form = argparse.RawDescriptionHelpFormatter
+def command_line(description: str, out: str, fmu: str = "NewtonsCradle.fmu") -> argparse.ArgumentParser:
+    """The options that all examples have: `--fmu`, this FMU of target/fmu unless given, and `--out`, a folder in out/
+    unless given."""
+    form, place = argparse.RawDescriptionHelpFormatter, f"target/fmu/{fmu}"
     parser = argparse.ArgumentParser(description=description, formatter_class=form)
-    for name, file in ({"fmu": "NewtonsCradle.fmu"} | fmus).items():
-        place = f"target/fmu/{file}"
-        parser.add_argument(f"--{name}", type=Path, default=ROOT / place, help=f"FMU [default: {place}]")
+    parser.add_argument("--fmu", type=Path, default=ROOT / place, help=f"FMU [default: {place}]")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / out, help="folder for CSV and pictures")
     return parser
+
+
+def ended(main: Callable[[], int | None]) -> None:
+    """Runs a script's main function and ends the script, with one sentence where an FMU or a file is refused."""
+    try:
+        sys.exit(main())
+    except (OSError, nc.CradleError) as problem:
+        sys.exit(f"error: {problem}")
 
 
 def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
@@ -149,18 +157,11 @@ def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
 
 @contextmanager
 def opened(options: argparse.Namespace):
-    """The FMUs of the command line, unpacked. Ends the script if one is missing or has the wrong number of balls."""
-    try:
-        with nc.Fmu(options.fmu) as five, nc.Fmu(options.fmu13) as thirteen:
-            for fmu, balls in ((five, 5), (thirteen, 13)):
-                fmu.require(balls=balls)
-            yield Fmus(five, thirteen)
-    except nc.FmuError as problem:
-        sys.exit(f"error: {problem}")
-    except FileNotFoundError as problem:
-        sys.exit(
-            f"error: {problem} (13 balls: `cargo pack build --release --balls 13 --out target/fmu/NewtonsCradle13.fmu`)"
-        )
+    """The FMU of the command line, and one of 13 balls with its binaries, by the number of balls."""
+    with nc.Fmu(options.fmu) as five:
+        five.require(balls=5)
+        with nc.build(balls=13, binaries=options.fmu) as thirteen:
+            yield {5: five, 13: thirteen}
 
 
 def shorter(path: Path) -> Path:

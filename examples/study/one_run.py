@@ -5,10 +5,11 @@
 """
 
 import time
+from functools import cache
 from pathlib import Path
 
 import newtons_cradle as nc
-from distributed import WorkerPlugin, get_worker
+from distributed import get_worker
 
 STOP, STEP = 10.0, 0.01  # s, of each run
 AMPLITUDE = 0.1  # m, by which the balls are lifted
@@ -34,23 +35,11 @@ def given(n: int) -> dict:
     }
 
 
-class OpenFmu(WorkerPlugin):
-    """Brings an FMU to a worker and unpacks it there, once, as `worker.fmu`."""
-
-    name = "newtons-cradle"
-
-    def __init__(self, path: Path):
-        self.data = path.read_bytes()
-
-    def setup(self, worker) -> None:
-        """Called in the worker, also in one that joins later or replaces another."""
-        folder = Path(worker.local_directory)
-        path = folder / "NewtonsCradle.fmu"
-        path.write_bytes(self.data)
-        worker.fmu = nc.Fmu(path, folder / "NewtonsCradle")
-
-    def teardown(self, worker) -> None:
-        worker.fmu.close()
+@cache
+def opened(fmu: str) -> nc.Fmu:
+    """The FMU in a file that the worker has got, unpacked once: a study sends this module anew and opens its own."""
+    path = Path(get_worker().local_directory, fmu)
+    return nc.Fmu(path, path.with_suffix(""))
 
 
 def start_values(order: float, dead_band: float, damping: float, lifted: int, n: int) -> dict:
@@ -71,11 +60,11 @@ def start_values(order: float, dead_band: float, damping: float, lifted: int, n:
     return given(n) | nc.lifted(lifted, n=n, amplitude=AMPLITUDE) | varied
 
 
-def outcome(case: dict) -> dict:
+def outcome(case: dict, fmu: str) -> dict:
     """The case and its results; `error` says why a run failed, and is empty if it did not."""
     begin = time.perf_counter()
     try:
-        found = measure(get_worker().fmu, case) | {"error": ""}
+        found = measure(opened(fmu), case) | {"error": ""}
     except Exception as problem:  # whatever it is: one run must not stop the others
         found = {"error": f"{type(problem).__name__}: {problem}"}
     return case | found | {"seconds": time.perf_counter() - begin}

@@ -12,8 +12,8 @@ the rows come from: FMU, start values and versions.
 import argparse
 import itertools
 import json
-import math
 import sys
+import textwrap
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,62 +21,61 @@ from pathlib import Path
 import dask
 import numpy as np
 import one_run
+import pandas as pd
 from dask.system import CPU_COUNT
 from distributed import Client, as_completed
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 import support
-from maps import save_maps
+from plots import plt
 from support import nc
 
-MEASURED = ["overlap", "last_ball", "middle_ball", "energy_left", "energy_error", "pulses"]
-COLUMNS = ["order", "dead_band", "damping", "lifted", *MEASURED, "error", "seconds"]
+AXES = ["order", "dead_band", "damping", "lifted"]
+MEASURED = ["overlap", "last_ball", "middle_ball", "energy_left", "pulses"]
+COLUMNS = [*AXES, *MEASURED, "energy_error", "error", "seconds"]
+QUANTITIES = {  # column: (title, colour map)
+    "overlap": ("impulse shared by neighbouring pulses", "viridis"),
+    "last_ball": ("energy in the last ball after the first click", "magma"),
+    "middle_ball": ("middle ball's swing / amplitude, after 10 s", "cividis"),
+}
 
 
-def main() -> int:
-    """Runs the study of the command line; returns 0 when at least one run succeeded."""
+def main() -> None:
+    """Runs the study of the command line. Raises OSError or CradleError."""
     options = command_line()
-    axes = (options.orders, options.dead_bands, options.dampings, options.lifted)
-    cases = [dict(zip(COLUMNS, values, strict=False)) for values in itertools.product(*axes)]
+    axes = {name: getattr(options, name) for name in AXES}
+    cases = [dict(zip(AXES, values, strict=True)) for values in itertools.product(*axes.values())]
     begin = time.perf_counter()
-    try:
-        about = checked(options.fmu)
-        with connected(options.scheduler, options.workers) as client:
-            print(f"{len(cases)} runs on {client.scheduler.address}")
-            rows = list(outcomes(client, options.fmu, cases))
-    except (OSError, nc.FmuError) as problem:  # no FMU, another cradle's, no scheduler
-        print(f"error: {problem}", file=sys.stderr)
-        return 2
+    about = checked(options.fmu)
+    with connected(options.scheduler, options.workers) as client:
+        print(f"{len(cases)} runs on {client.scheduler.address}")
+        rows = pd.DataFrame(outcomes(client, options.fmu, cases), columns=COLUMNS).sort_values(AXES)
     seconds = time.perf_counter() - begin
-    rows.sort(key=lambda row: [row[name] for name in COLUMNS[:4]])
     options.out.mkdir(parents=True, exist_ok=True)
-    lines = [[row.get(name) for name in COLUMNS] for row in rows]
-    support.write_rows(options.out / "runs.csv", [COLUMNS, *lines])
-    about |= {"axes": dict(zip(COLUMNS, axes, strict=False)), "dask": dask.__version__}
+    rows.astype({"pulses": "Int64"}).to_csv(options.out / "runs.csv", index=False)
+    about |= {"axes": axes, "dask": dask.__version__}
     (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     good = report(rows, seconds)
-    idle = without_effect(good)
-    for name in idle:
-        print(f"error: the axis {name} has no effect in any run", file=sys.stderr)
-    if idle:
-        return 1
-    if good:
-        save_maps(options.out / "study.png", good)
+    if good.empty:
+        raise nc.CradleError("no run has succeeded")
+    if idle := without_effect(good):
+        raise nc.CradleError(f"the axis {', '.join(idle)} has no effect in any run")
+    save_maps(options.out / "study.png", good)
     print(f"wrote {options.out}")
-    return 0 if good else 1
 
 
 def command_line() -> argparse.Namespace:
     """The study's axes, and where it runs."""
     parser = support.command_line(__doc__, "study")
     axis = {"nargs": "+", "metavar": "X"}
-    parser.add_argument("--orders", type=float, default=np.linspace(1, 5, 17).tolist(), **axis)
+    parser.add_argument("--orders", dest="order", type=float, default=np.linspace(1, 5, 17).tolist(), **axis)
     parser.add_argument(
-        "--dead-bands", type=float, default=np.linspace(0, 1.6, 17).round(1).tolist(), **axis,
+        "--dead-bands", dest="dead_band", type=float, default=np.linspace(0, 1.6, 17).round(1).tolist(), **axis,
         help="in units of the largest overlap, 1 µm",
     )  # fmt: skip
-    parser.add_argument("--dampings", type=float, default=[0.0, 0.2], help="Hunt-Crossley, s/m", **axis)
+    damping = {"dest": "damping", "type": float, "default": [0.0, 0.2]}
+    parser.add_argument("--dampings", **damping, help="Hunt-Crossley, s/m", **axis)
     parser.add_argument("--lifted", type=int, default=[1, 2], help="balls lifted by 0.1 m", **axis)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="address of a dask scheduler, tcp://host:8786")
     parser.add_argument(
@@ -93,27 +92,17 @@ def checked(path: Path) -> dict:
             raise nc.FmuError(f"{path} is refused: it has {fmu.balls} balls where 3 or more are needed")
         given = one_run.given(fmu.balls)
         fmu.require(starts=given)
-        run = {
-            "stop": one_run.STOP,
-            "step": one_run.STEP,
-            "amplitude": one_run.AMPLITUDE,
-            "largest overlap": one_run.LARGEST,
-        }
-        return fmu.provenance() | {"given": given, "run": run}
+        run = {"stop": one_run.STOP, "step": one_run.STEP, "amplitude": one_run.AMPLITUDE}
+        return fmu.provenance() | {"given": given, "run": run | {"largest overlap": one_run.LARGEST}}
 
 
-def without_effect(rows: list[dict]) -> list[str]:
+def without_effect(rows: pd.DataFrame) -> list[str]:
     """The axes that change nothing: runs that differ only along such an axis agree in all that was measured."""
-    axes, measured = COLUMNS[:4], [name for name in MEASURED if name != "energy_error"]
-
-    def agree(one: dict, other: dict) -> bool:
-        return all(math.isclose(one[name], other[name], rel_tol=1e-9, abs_tol=1e-12) for name in measured)
-
     idle = []
-    for axis in axes:
-        first: dict[tuple, dict] = {}  # of the runs that differ along this axis only
-        pairs = [(first.setdefault(tuple(row[n] for n in axes if n != axis), row), row) for row in rows]
-        if len(first) < len(rows) and all(agree(*pair) for pair in pairs):
+    for axis in AXES:
+        alike = rows.groupby([other for other in AXES if other != axis])[MEASURED]
+        same = np.isclose(rows[MEASURED], alike.transform("first"), rtol=1e-9, atol=1e-12).all()
+        if alike.ngroups < len(rows) and same:
             idle.append(axis)
     return idle
 
@@ -128,10 +117,9 @@ def connected(scheduler: str | None, workers: int) -> Client:
 
 def outcomes(client: Client, fmu: Path, cases: list[dict]) -> Iterator[dict]:
     """A row for each case, in the order in which they finish."""
-    opener = one_run.OpenFmu(fmu)
+    client.upload_file(str(fmu), load=False)
     client.upload_file(one_run.__file__)
-    client.register_plugin(opener)
-    futures = client.map(one_run.outcome, cases, pure=False)
+    futures = client.map(one_run.outcome, cases, fmu=fmu.name, pure=False)
     case_of = {future.key: case for future, case in zip(futures, cases, strict=True)}
     finished = as_completed(futures, with_results=True, raise_errors=False)
     for future, result in support.tracked("Study", finished, len(cases)):
@@ -140,19 +128,46 @@ def outcomes(client: Client, fmu: Path, cases: list[dict]) -> Iterator[dict]:
         yield result
 
 
-def report(rows: list[dict], seconds: float) -> list[dict]:
+def report(rows: pd.DataFrame, seconds: float) -> pd.DataFrame:
     """Says what failed and how long it took; returns the rows that succeeded."""
-    failed = [row for row in rows if row["error"]]
-    for row in failed[:20]:
-        case = ", ".join(f"{name} {row[name]:g}" for name in COLUMNS[:4])
-        print(f"FAILED  {case}: {row['error']}")
+    failed = rows[rows["error"] != ""]
+    for *case, error in failed[[*AXES, "error"]].head(20).itertuples(index=False):
+        print(f"FAILED  {', '.join(f'{name} {x:g}' for name, x in zip(AXES, case, strict=True))}: {error}")
     if len(failed) > 20:
         print(f"FAILED  {len(failed) - 20} more, see runs.csv")
-    working = sum(row["seconds"] for row in rows)
     print(f"{len(rows) - len(failed)} runs succeeded, {len(failed)} failed")
-    print(f"{seconds:.1f} s in total; the runs took {working:.1f} s, added up over all workers")
-    return [row for row in rows if not row["error"]]
+    print(f"{seconds:.1f} s in total; the runs took {rows['seconds'].sum():.1f} s, added up over all workers")
+    return rows[rows["error"] == ""]
+
+
+def save_maps(path: Path, rows: pd.DataFrame) -> None:
+    """Draws the rows of a study; cells without a successful run stay grey."""
+    plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.facecolor": "#d0d0d0"})
+    cases = list(rows.groupby(["lifted", "damping"]))
+    size = (1.4 + 2.3 * len(cases), 0.6 + 2.3 * len(QUANTITIES))
+    shape = {"sharex": True, "sharey": True, "squeeze": False, "layout": "constrained", "figsize": size}
+    figure, axes = plt.subplots(len(QUANTITIES), len(cases), **shape)
+    for (name, (title, colours)), line in zip(QUANTITIES.items(), axes, strict=True):
+        for (_, chosen), axis in zip(cases, line, strict=True):
+            cells = chosen.pivot(index="dead_band", columns="order", values=name)
+            scale = {"cmap": colours, "vmin": 0.0, "vmax": rows[name].max()}
+            shown = axis.pcolormesh(_edges(cells.columns), _edges(cells.index), cells, **scale)
+        line[0].set_ylabel("dead band / µm")
+        figure.colorbar(shown, ax=list(line), label=textwrap.fill(title, 28))
+    for ((lifted, damping), _), top, bottom in zip(cases, axes[0], axes[-1], strict=True):
+        top.set_title(f"{lifted} lifted, damping {damping:g} s/m", fontsize=9)
+        bottom.set_xlabel("order p")
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def _edges(centres: pd.Index) -> np.ndarray:
+    """Edges of cells around rising centres; a single centre gets a cell of width 1."""
+    around = (
+        np.pad(centres, 1, "reflect", reflect_type="odd") if len(centres) > 1 else centres[0] + [-1, 0, 1]
+    )
+    return np.convolve(around, [0.5, 0.5], "valid")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    support.ended(main)

@@ -164,8 +164,8 @@ def recorded_path(fmu_path, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def paper(fmu_path, fmu13_path, tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess]:
+def paper(fmu_path, producer, tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess]:
     """The paper's experiments, run as the main command runs them: their folder, and the finished process."""
     out = tmp_path_factory.mktemp("paper")
     script = ROOT / "examples/paper/run_all.py"
-    return out, ended(sys.executable, script, "--fmu", fmu_path, "--fmu13", fmu13_path, "--out", out)
+    return out, ended(sys.executable, script, "--fmu", fmu_path, "--out", out)

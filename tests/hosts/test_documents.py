@@ -49,8 +49,8 @@ def blocks(document: str) -> list:
 
 
 @pytest.fixture(scope="module")
-def checkout(tmp_path_factory, producer, fmu_path, fmu13_path) -> Path:
-    """A copy of the checkout with its FMUs, whose commands may leave what they like. It has the packages of others as
+def checkout(tmp_path_factory, fmu_path) -> Path:
+    """A copy of the checkout with its FMU, whose commands may leave what they like. It has the packages of others as
     they are compiled here, so that Cargo compiles what is in the copy and no more."""
     folder = tmp_path_factory.mktemp("documents") / "newtons-cradle"
     shutil.copytree(
@@ -62,9 +62,8 @@ def checkout(tmp_path_factory, producer, fmu_path, fmu13_path) -> Path:
     for compiled in (Path("target/release"), Path("target", rustc("host-tuple"), "release")):
         if (ROOT / compiled).exists():
             shutil.copytree(ROOT / compiled, folder / compiled, ignore=shutil.ignore_patterns("*cradle*"))
-    for path in (fmu_path, fmu13_path):
-        (folder / "target/fmu").mkdir(parents=True, exist_ok=True)
-        shutil.copy(path, folder / "target/fmu")
+    (folder / "target/fmu").mkdir()
+    shutil.copy(fmu_path, folder / "target/fmu")
     return folder
 
 

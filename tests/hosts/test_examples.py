@@ -58,32 +58,33 @@ def test_a_fit_finds_stiffness_and_damping(fmu3_path, tmp_path):
         true, guess, fitted, error = map(float, row[2:])
         assert 0.0 < error < 0.01 * true
         assert abs(fitted - true) < 3 * error < abs(guess - true) / 10
-    # Gauss and Newton converge fast with an exact Jacobian: differences would take three runs for each iteration.
+    # With an exact Jacobian the fit converges fast: differences would take three runs for each iteration.
     iterations, runs = (int(done.stdout.split(word)[0].split()[-1]) for word in (" iterations", " runs"))
     assert iterations <= 6 and runs <= iterations + 2
 
 
-def test_a_fit_uses_the_derivatives_of_the_run(fmu3_path, monkeypatch):
+def test_a_fit_uses_the_derivatives_of_the_run(fmu3, monkeypatch):
     """Its Jacobian is that of the positions, and without it there is no fit."""
     monkeypatch.syspath_prepend(FIT.parent)
     import contacts
 
-    camera = contacts.Camera(fmu3_path)
-    seen, jacobian = camera.film(contacts.TRUE)
+    seen, jacobian = contacts.film(fmu3, contacts.TRUE)
     for i, value in enumerate(contacts.TRUE):
         change = np.eye(2)[i] * 1e-5 * value
-        difference = (camera.film(contacts.TRUE + change)[0] - camera.film(contacts.TRUE - change)[0]) / 2e-5
+        more, less = (contacts.film(fmu3, contacts.TRUE + sign * change)[0] for sign in (1, -1))
+        difference = (more - less) / 2e-5
         assert np.abs(difference).max() > 5e-3  # m, for a parameter that changes by its own size
         assert np.abs(jacobian[:, :, i] * value - difference).max() < 1e-6 * np.abs(difference).max()
     true = FMU3Slave.getDirectionalDerivative
-    for wrong, message in [(-1.0, "no step along the derivatives"), (0.0, "tell these parameters apart")]:
-
-        def scaled(*arguments, wrong=wrong):
-            return [wrong * value for value in true(*arguments)]
-
-        monkeypatch.setattr(FMU3Slave, "getDirectionalDerivative", scaled)
-        with pytest.raises(RuntimeError, match=message):
-            contacts.fit(camera, seen, contacts.GUESS)
+    wrong = -1.0
+    monkeypatch.setattr(
+        FMU3Slave, "getDirectionalDerivative", lambda *given: [wrong * value for value in true(*given)]
+    )
+    course, *_ = contacts.fit(fmu3, seen, contacts.GUESS)
+    assert course[-1] == pytest.approx(contacts.GUESS)
+    wrong = 0.0
+    with pytest.raises(RuntimeError, match="tell these parameters apart"):
+        contacts.fit(fmu3, seen, contacts.GUESS)
 
 
 def test_c12_agrees_with_what_does_not_use_the_fmu(fmu_path, tmp_path):
@@ -115,14 +116,10 @@ def test_the_page_on_engines_shows_the_results(monkeypatch):
 @pytest.mark.parametrize(
     ("example", "given", "complaint"),
     [
-        (PAPER, [], "has 5 balls where 13 are needed"),
+        (PAPER, ["--balls", "4"], "has 4 balls where 5 are needed"),
         (COUPLED, ["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is needed"),
-        (
-            FIT,
-            [],
-            "is the model NewtonsCradle of FMI 2.0; needed: NewtonsCradle of FMI 3.0 for co-simulation",
-        ),
-        (FIT, ["--fmi", "3", "--balls", "1"], "has one ball, which touches no other; needed: two or more"),
+        (FIT, [], "is of FMI 2.0; needed: NewtonsCradle of FMI 3.0"),
+        (FIT, ["--fmi", "3", "--balls", "1"], "the positions do not tell these parameters apart"),
         (FIT, ROOT / "none.fmu", "none.fmu is missing: build it with `cargo pack build --release --fmi 3`"),
         (FIT, FIT, "contacts.py is not an FMU that FMPy can read"),
         (STUDY, ["--set", "contact.gap[2]=1e-6"], "contact.gap[2] = 1e-06 m where 0 m is needed"),
@@ -137,13 +134,13 @@ def test_another_fmu_is_refused(fmu_path, producer, tmp_path, example, given, co
         path = repacked(producer, fmu_path, tmp_path / "other.fmu", *given)
     else:
         path = FmuBuilder.build_FMU(given, tmp_path, [given.with_suffix(".xml")]) if given == PLANT else given
-    more = {PAPER: ["--fmu13", path], STUDY: ["--workers", "1", "--orders", "1", "2"]}.get(example, [])
+    more = ["--workers", "1", "--orders", "1", "2"] if example == STUDY else []
     out = tmp_path / "out"
     command = [sys.executable, example, "--fmu", path, "--out", out, *more]
-    done = ended(*command, code=2 if example == STUDY else 1)
+    done = ended(*command, code=1)
     *before, said = done.stderr.splitlines()
     assert complaint in said and "Traceback" not in done.stderr
-    assert said.startswith("error: ") or example != STUDY
+    assert said.startswith("error: ") or "is missing" in said
     assert (str(path) in said and not before) or example != FIT
     assert "DIFFERS" not in done.stdout and "runs" not in done.stdout
     assert not out.exists() or not list(out.iterdir())

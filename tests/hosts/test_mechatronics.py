@@ -43,12 +43,6 @@ def couple(fmu_path, tmp_path_factory):
     return run
 
 
-@pytest.fixture(scope="module")
-def coupled(couple):
-    """The same with the plant in C."""
-    return couple("c")
-
-
 LANGUAGES = pytest.mark.parametrize("language", ["c", "python"])
 
 
@@ -74,13 +68,8 @@ def test_the_plant_in_c_is_that_in_python(couple, producer):
     """The same variables with units, and the same machine; in C it needs nothing but the system."""
     paths = {"c": couple("c")[0] / "plant.fmu", "python": couple("python")[0] / "CartAndCoil.fmu"}
     assert [problem for path in paths.values() for problem in validate_fmu(str(path))] == []
-    ours, theirs = (
-        [
-            (v.name, v.valueReference, v.unit, v.start)
-            for v in read_model_description(str(path)).modelVariables
-        ]
-        for path in paths.values()
-    )
+    described = [read_model_description(str(path)).modelVariables for path in paths.values()]
+    ours, theirs = ([(v.name, v.valueReference, v.unit, v.start) for v in part] for part in described)
     assert ours == theirs and all(unit or name in ("pulses", "impacts") for name, _, unit, _ in ours)
     tables = [
         np.genfromtxt(couple(language)[0] / "machine.csv", delimiter=",", skip_header=1) for language in paths
@@ -91,9 +80,9 @@ def test_the_plant_in_c_is_that_in_python(couple, producer):
 
 
 @pytest.mark.parametrize(("name", "structures"), [("machine", 1), ("presets", len(PRESETS))])
-def test_system_structures_obey_their_schema(coupled, fmu, name, structures):
+def test_system_structures_obey_their_schema(couple, fmu, name, structures):
     """System and component bind the same numbers: tools read either, and some of them cannot set enumerations."""
-    path = coupled[0] / f"{name}.ssp"
+    path = couple("c")[0] / f"{name}.ssp"
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
         kept = [file for file in names if file.endswith((".ssd", ".ssv"))]
@@ -117,26 +106,34 @@ def test_system_structures_obey_their_schema(coupled, fmu, name, structures):
         assert {fmu.variables[variable].type for variable in part} <= {"Real"}
 
 
-def test_the_presets_are_those_of_the_package(coupled, fmu):
-    path = coupled[0] / "presets.ssp"
+def test_the_presets_are_those_of_the_package(couple, fmu):
+    path = couple("c")[0] / "presets.ssp"
     with zipfile.ZipFile(path) as archive:
         names = [name.removesuffix(".ssd") for name in archive.namelist() if name.endswith(".ssd")]
     assert names == ["SystemStructure", *list(PRESETS)[1:]]
     for name, values in PRESETS.items():
-        told = {
-            one.name: float(one.value) for one in read_ssv(path, f"resources/{name}_cradle.ssv").parameters
-        }
+        parameters = read_ssv(path, f"resources/{name}_cradle.ssv").parameters
         settings = fmu.settings(values).items()
-        assert told == {key: value for key, value in settings if fmu.variables[key].type == "Real"}
+        assert {one.name: float(one.value) for one in parameters} == {
+            key: value for key, value in settings if fmu.variables[key].type == "Real"
+        }
 
 
-def by_another_host(host, archive, structure, parameter_set, h, steps, names):
-    """Rows of the variables `names` at the ends of the steps, by `host` in a process of its own."""
-    folder = archive.with_name(f"{archive.stem}_{structure}_{host}_{steps}")
+def by_fmpy(archive, parameter_set, h, steps, names):
+    """Rows of the variables `names` at the ends of the steps, by FMPy's runner, which takes the first structure and any
+    parameter set."""
+    parameters = read_ssv(archive, f"resources/{parameter_set}.ssv")
+    result = simulate_ssp(archive, stop_time=(steps - 0.5) * h, step_size=h, parameter_set=parameters)
+    return np.column_stack([result[name] for name in names])
+
+
+def by_another_host(host, archive, parameter_set, h, steps, names):
+    """The same by `host` in a process of its own, with the structure of a preset."""
+    folder = archive.with_name(f"{archive.stem}_{parameter_set}_{host}_{steps}")
     with zipfile.ZipFile(archive) as opened:
         opened.extractall(folder)
-    if structure != "SystemStructure":  # the only one that these hosts read
-        shutil.copy(folder / f"{structure}.ssd", folder / "SystemStructure.ssd")
+    if parameter_set in PRESETS and parameter_set != "default":  # these hosts read this one only
+        shutil.copy(folder / f"{parameter_set}.ssd", folder / "SystemStructure.ssd")
     request = {"step": h, "count": steps, "names": names, "parameter_set": parameter_set}
     done = subprocess.run(command(host, folder, **request), capture_output=True, text=True)
     if done.returncode == 77:
@@ -145,25 +142,17 @@ def by_another_host(host, archive, structure, parameter_set, h, steps, names):
     return np.array(json.loads(done.stdout.splitlines()[-1]))[-steps:, 1:]
 
 
-def by_fmpy(archive, parameter_set, h, steps, names):
-    """The same by FMPy's runner, which takes the first structure and any parameter set."""
-    parameters = read_ssv(archive, f"resources/{parameter_set}.ssv")
-    result = simulate_ssp(archive, stop_time=(steps - 0.5) * h, step_size=h, parameter_set=parameters)
-    return np.column_stack([result[name] for name in names])
+BALLS = [f"cradle.x[{i}]" for i in range(1, 6)]
 
 
 @pytest.mark.parametrize("host", ["alone", "libcosim", "ecos"])
 @pytest.mark.parametrize("preset", PRESETS)
-def test_hosts_run_the_presets(coupled, fmu, host, preset):
+def test_hosts_run_the_presets(couple, fmu, host, preset):
     """As FMPy's SSP runner does, and the FMU on its own; the differences are those of their step arithmetic."""
-    archive = coupled[0] / "presets.ssp"
-    names = [f"cradle.x[{i}]" for i in range(1, 6)]
-    structure = "SystemStructure" if preset == "default" else preset
-    if host == "alone":
-        theirs = fmu.simulate(PRESETS[preset], stop=1.0, step=0.1).stack("x")[1:]
-    else:
-        theirs = by_another_host(host, archive, structure, preset, 0.1, 10, names)
-    ours = by_fmpy(archive, preset, 0.1, 10, names)
+    given = couple("c")[0] / "presets.ssp", preset, 0.1, 10, BALLS
+    alone = fmu.simulate(PRESETS[preset], stop=1.0, step=0.1, record=["x"])["x"][1:]
+    theirs = alone if host == "alone" else by_another_host(host, *given)
+    ours = by_fmpy(*given)
     assert np.abs(ours[-1]).max() > 1e-2
     assert theirs == pytest.approx(ours, abs=1e-12)
 
@@ -173,13 +162,10 @@ def test_hosts_run_the_presets(coupled, fmu, host, preset):
 @LANGUAGES
 def test_other_hosts_couple_the_machine(couple, language, host, h):
     """All of them hold what the last step gave: the error of that, 0.04 m and 0.02 m, is the same in all."""
-    archive = couple(language)[0] / "machine.ssp"
-    names = [*(f"cradle.x[{i}]" for i in range(1, 6)), "plant.s"]
-    steps = round(5.0 / h)
-    theirs = by_another_host(host, archive, "SystemStructure", "start", h, steps, names)
-    ours = by_fmpy(archive, "start", h, steps, names)
+    given = couple(language)[0] / "machine.ssp", "start", h, round(5.0 / h), [*BALLS, "plant.s"]
+    ours = by_fmpy(*given)
     assert np.abs(ours).max() > 0.15
-    assert theirs == pytest.approx(ours, abs=1e-10)
+    assert by_another_host(host, *given) == pytest.approx(ours, abs=1e-10)
 
 
 @pytest.fixture
