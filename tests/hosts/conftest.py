@@ -107,12 +107,6 @@ def make3(fmu3):
 
 
 @pytest.fixture(scope="session")
-def fmu13_path(fmu_path, producer, tmp_path_factory) -> Path:
-    """The FMU under test as one of 13 balls."""
-    return repacked(producer, fmu_path, tmp_path_factory.mktemp("13") / "NewtonsCradle13.fmu", "--balls", 13)
-
-
-@pytest.fixture(scope="session")
 def chromium():
     """Chromium, as browser.py starts it."""
     pytest.importorskip("selenium")
