@@ -237,7 +237,8 @@ def test_motion_is_reduced_where_that_is_wanted(browser, recorded_path):
 
 def test_thirteen_balls_for_a_minute_stay_small(browser, fmu_path, cradle, tmp_path):
     path = tmp_path / "thirteen.html"
-    assert save_page(path, from_fmu(cradle(balls=13, binaries=fmu_path).path, nc.preset("figure3"), stop=60.0)) < 5e6
+    views = from_fmu(cradle(balls=13, binaries=fmu_path).path, nc.preset("figure3"), stop=60.0)
+    assert save_page(path, views) < 5e6
     browser.open_cradle(path)
     _, x, v, F = state(browser, 0.5)
     assert len(x) == 13 and len(F) == 12
