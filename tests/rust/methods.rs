@@ -4,6 +4,8 @@ use newtons_cradle::engine::{EngineError, Next, Pulse, Results, Simulation};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 use newtons_cradle::variables::{Access, Row, Variable, variables};
 
+use crate::runs::cradle;
+
 /// Method, tolerance and step, and the allowed difference of the results after a second over their scale. It is far
 /// above the tolerance, because balls bounce dozens of times before they rest, and every bounce magnifies errors.
 pub const METHODS: [(SolverMethod, f64, f64, f64); 3] = [
@@ -16,16 +18,14 @@ pub const METHODS: [(SolverMethod, f64, f64, f64); 3] = [
 const TIME: f64 = 0.2;
 
 /// Four unequal balls with losses, drag and gaps, and contacts so soft that impacts last 2 ms.
-fn lossy(model: ContactModel, law: DampingLaw) -> Parameters {
-    let mut p = Parameters::default_for(4);
-    p.mass_ratio = vec![1.0, 0.8, 1.3, 0.9];
-    p.length_ratio = vec![1.0, 1.1, 0.95, 1.02];
-    p.stiffness_ratio = vec![1.0, 2.0, 0.5];
-    p.gap = vec![0.0, 1e-5, 2e-5];
-    p.drag = 0.05;
-    (p.contact_model, p.stiffness, p.young_modulus) = (model, 1e6, 2e8);
-    (p.damping_law, p.damping, p.hunt_crossley, p.relaxation_time) = (law, 50.0, 0.3, 5e-5);
-    p
+fn lossy(model: ContactModel, damping_law: DampingLaw) -> Parameters {
+    let p = cradle(
+        4,
+        "ball.massRatio=1,0.8,1.3,0.9 pendulum.lengthRatio=1,1.1,0.95,1.02 contact.stiffnessRatio=1,2,0.5 \
+         contact.gap=0,1e-5,2e-5 pendulum.drag=0.05 contact.stiffness=1e6 ball.youngModulus=2e8 contact.damping=50 \
+         contact.huntCrossley=0.3 contact.relaxationTime=5e-5",
+    );
+    Parameters { contact_model: model, damping_law, ..p }
 }
 
 fn inputs() -> Inputs {
@@ -198,8 +198,7 @@ fn the_next_onset_comes_when_it_was_told() {
 fn there_may_be_no_next_onset() {
     for (method, ..) in METHODS {
         // Free balls that part; a single ball.
-        let apart =
-            Parameters { gravity: 0.0, v_start: vec![-0.1, 0.1], x_start: vec![0.0; 2], ..Parameters::default_for(2) };
+        let apart = cradle(2, "gravity=0 v_start=-0.1,0.1 x_start=0");
         for p in [apart, Parameters::default_for(1)] {
             let mut run =
                 Simulation::new(&Parameters { method, fixed_step: 1e-3, ..p.clone() }, &Inputs::zero(p.balls()), 0.0)

@@ -3,15 +3,14 @@
 use newtons_cradle::engine::{Chain, Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
 
-use crate::runs::{assert_energy, run, touching};
+use crate::runs::{assert_energy, cradle, run, touching};
 
 /// The next contact of a wave overlaps by less than rounding, and its balls move by less than that: nothing tells when
 /// it closes.
 #[test]
 fn balls_at_rest_but_for_rounding_do_not_stall_a_wave() {
-    let (exponent, stiffness, mass) = (5.5, 1.70956e10, 0.25283);
-    let mut parameters = Parameters { exponent, stiffness, mass, ..touching(9) };
-    parameters.v_start[0] = 0.59288;
+    let parameters =
+        touching(9, "contact.exponent=5.5 contact.stiffness=1.70956e10 ball.mass=0.25283 v_start[1]=0.59288");
     let engine = run(&parameters, 1.73e-4);
     assert_energy(&engine, 2e-14, "a wave");
     assert!(engine.work().steps < 150, "{:?}", engine.work());
@@ -37,7 +36,7 @@ fn complete_under(parameters: &Parameters, forces: Vec<Vec<f64>>, time: f64, all
 
 /// Balls of 1 kg that touch without gravity.
 fn balls_that_touch(balls: usize, exponent: f64, stiffness: f64) -> Parameters {
-    Parameters { gravity: 0.0, exponent, stiffness, ..touching(balls) }
+    touching(balls, &format!("gravity=0 contact.exponent={exponent} contact.stiffness={stiffness}"))
 }
 
 /// Forces that only grow from 0 part balls at rest before a wave presses them, or press them: which of it, no
@@ -162,10 +161,11 @@ fn forces_press_balls_that_overlap_by_next_to_nothing() {
 /// Balls that overlap by next to nothing part by less than rounding: no step is planned to end where they do.
 #[test]
 fn no_release_is_planned_for_balls_at_rest_but_for_rounding() {
-    let mut parameters = Parameters { gravity: 9.81, dead_band: 0.0, ..Parameters::default_for(7) };
-    (parameters.mass, parameters.exponent, parameters.stiffness) = (0.18320617160920666, 2.5, 1000915.7391515343);
-    parameters.drag = 0.008168440798958728;
+    let mut parameters = cradle(
+        7,
+        "contact.deadBand=0 ball.mass=0.18320617160920666 contact.exponent=2.5 contact.stiffness=1000915.7391515343 \
+         pendulum.drag=0.008168440798958728 v_start=-0.025405157448488994,-0.07375915148600602,0,0,0,0,0",
+    );
     parameters.x_start = (0..7).map(|i| -(f64::from(i) * 2.4463804472887435e-21)).collect();
-    (parameters.v_start[0], parameters.v_start[1]) = (-0.025405157448488994, -0.07375915148600602);
     complete(&parameters, vec![0.0; 7], 1.2);
 }
