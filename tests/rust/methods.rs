@@ -70,6 +70,13 @@ fn everything(run: &Simulation, balls: usize) -> Vec<(String, f64, f64)> {
     all.chain(foreseen).collect()
 }
 
+/// Derivatives by time, and along forces on all balls that were held over the last step, with their scales.
+fn derivatives(run: &Simulation, balls: usize) -> impl Iterator<Item = (String, f64, f64)> {
+    let along = run.last_step().along_inputs(&Inputs { force: vec![1.0; balls], ..Inputs::zero(balls) }).unwrap();
+    let all = [run.time_derivative(1), along].map(|of| [of.x, of.v, of.impulse, vec![of.momentum, of.support_force]]);
+    all.concat().concat().into_iter().map(|value| ("a derivative".to_owned(), value, value.abs().max(1.0)))
+}
+
 fn pulse_numbers(pulse: &Pulse) -> [f64; 5] {
     let (onset, release) = (pulse.onset / TIME, pulse.release / TIME);
     [pulse.contact as f64 * 1e9, onset, release, 0.01 * pulse.peak, 5.0 * pulse.impulse]
@@ -93,7 +100,9 @@ fn compare(p: &Parameters) {
                 _ => {}
             }
             run.advance(*time, &mut pulses).unwrap();
-            everything(&run, 4)
+            // Later on they magnify what differs.
+            let of_early = if i < 20 { derivatives(&run, 4).collect() } else { Vec::new() };
+            [of_early, everything(&run, 4)].concat()
         });
         (seen.collect::<Vec<_>>(), pulses)
     };
@@ -113,36 +122,6 @@ fn compare(p: &Parameters) {
         for (pulse, truth) in pulses.iter().zip(&expected_pulses) {
             let off = pulse_numbers(pulse).into_iter().zip(pulse_numbers(truth)).map(|(a, b)| (a - b).abs());
             assert!(off.fold(0.0, f64::max) <= allowed, "{method:?}: {pulse:?}, not {truth:?}");
-        }
-    }
-}
-
-#[test]
-fn derivatives_are_those_of_the_engine() {
-    let law = lossy(ContactModel::PowerLaw, DampingLaw::KelvinVoigtNoPull);
-    let follow = |method: SolverMethod, tolerance: f64, fixed_step: f64| {
-        let p = Parameters { method, tolerance, fixed_step, ..law.clone() };
-        let mut run = Simulation::new(&p, &Inputs::zero(4), 0.0).unwrap();
-        let pushed = Inputs { force: vec![1.0; 4], support_acceleration: 0.0 };
-        let mut all = Vec::new();
-        for i in 1..=10 {
-            run.advance(0.05 * f64::from(i), &mut Vec::new()).unwrap();
-            let along = run.last_step().along_inputs(&pushed).unwrap();
-            for rates in [run.time_derivative(1), along] {
-                all.push([rates.x, rates.v, rates.impulse, vec![rates.momentum, rates.support_force]].concat());
-            }
-        }
-        all
-    };
-    let expected = follow(SolverMethod::EventDriven, 1e-12, 1e-6);
-    for (method, tolerance, step, allowed) in METHODS {
-        for (rates, truth) in follow(method, tolerance, step).iter().zip(&expected) {
-            for (rate, truth) in rates.iter().zip(truth) {
-                assert!(
-                    (rate - truth).abs() <= allowed * truth.abs().max(1.0),
-                    "{method:?}: {rates:?}, not {truth} in it"
-                );
-            }
         }
     }
 }
