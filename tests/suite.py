@@ -36,7 +36,7 @@ PRODUCER = ROOT / "target/debug" / PROGRAM
 FMU3 = FMU.with_suffix(".fmi3.fmu")
 FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
-FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
+FUZZ_RUNS = {"corners": 400, "events": 9_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
 CLIPPY = "clippy-driver"
 UNREACHABLE = "their database cannot be reached"  # accepted by `--strict`: installing something does not help
