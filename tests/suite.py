@@ -32,7 +32,7 @@ from checkout import (
 
 FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
-FUZZ_RUNS = {"corners": 400, "events": 6_000, "states": 5_000}
+FUZZ_RUNS = {"corners": 400, "events": 9_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
 CLIPPY = "clippy-driver"
 # In which clippy, where it is there, compiles the workspace, and a warning is an error: by itself it would look at all
@@ -293,8 +293,8 @@ def fuzz(results: Results) -> None:
     if not any(Path(rustc("sysroot")).glob("lib/rustlib/*/lib/librustc*_rt.asan.*")):
         return results.skip("Fuzzing", "this Rust comes without AddressSanitizer; that of rustup has it")
     target = rustc("host-tuple")  # a sanitizer needs one that is named
-    # Stable compilers know the sanitizer and its coverage, but only take their flags when told so. Rust gives a constant
-    # that several crates use a symbol in each.
+    # Stable compilers know the sanitizer and its coverage, but only take their flags when told so. Rust gives a
+    # constant that several crates use a symbol in each.
     environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} -Zsanitizer=address"}
     environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
     # Builds the fuzz targets as well. For them alone, packages with fewer features would be compiled, and then anew.

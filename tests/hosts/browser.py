@@ -121,7 +121,7 @@ class Browser(webdriver.Chrome):
         assert entries == []
 
     def serious(self) -> list:
-        """What axe-core, once its script has run in the page, finds serious or critical: rules, and what breaks them."""
+        """What axe-core, once its script has run in the page, finds serious or critical: rules and what breaks them."""
         options = {"resultTypes": ["violations"], "rules": {"label-content-name-mismatch": {"enabled": True}}}
         found = self.execute_async_script("axe.run(arguments[0]).then(arguments[1])", options)
         assert len(found["passes"]) > 10

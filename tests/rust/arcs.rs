@@ -75,37 +75,26 @@ fn balls_part_under_hardly_any_force() {
 
 #[test]
 fn heights_angles_and_forces_on_the_support() {
-    let mut p = lifted(2, 1, 60.0);
-    (p.v_start, p.gap) = (vec![0.3, -0.2], vec![0.1]);
-    let engine = run(&p, 1e-300);
-    let (angle, u) = (-60f64.to_radians(), 0.3 / 60f64.to_radians().cos());
-    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-14 * b.abs().max(1.0), "{a}, not {b}");
-    close(engine.angle(0), angle);
-    close(engine.y(0), 0.5 * p.length);
-    close(engine.kinetic_energy(0), 0.5 * u * u);
-    close(engine.gravity_energy(0), 0.5 * 9.81 * p.length);
-    let tension = 9.81 * angle.cos() + u * u / p.length;
-    let beside = 9.81 + 0.2 * 0.2 / p.length;
-    close(engine.support_force(), tension * angle.sin());
-    close(engine.support_force_vertical(), -tension * angle.cos() - beside);
-    close(engine.a(0), -9.81 * angle.sin() * angle.cos() - u * u / p.length * angle.sin());
-    let (width, height) = (0.1 + 2.0 * p.radius - p.length * angle.sin(), 0.5 * p.length);
-    close(engine.overlap(0), 2.0 * p.radius - p.dead_band - width.hypot(height));
-}
-
-#[test]
-fn an_overlap_beside_an_impact_follows_the_balls() {
-    let mut p = lifted(3, 2, 30.0);
-    (p.x_start[1], p.v_start) = (-0.3 * p.length, vec![2.0, 0.0, 0.0]);
-    let after = run(&p, 0.2);
-    let (onset, release) = (after.last_onset(0), after.last_release(0));
-    for part in [0.1, 0.5, 0.9] {
-        let engine = run(&p, onset + part * (release - onset));
-        assert!(engine.force(0) > 0.0 && engine.angle(1) < -0.2);
-        let width = p.gap[1] + 2.0 * p.radius + engine.x(2) - engine.x(1);
-        let overlap = 2.0 * p.radius - p.dead_band - width.hypot(engine.y(2) - engine.y(1));
-        assert!((engine.overlap(1) - overlap).abs() < 1e-15, "{} of {overlap}", engine.overlap(1) - overlap);
-    }
+    let (length, radius, angle, u) = (1.962, 0.0313, -60f64.to_radians(), 0.3 / 60f64.to_radians().cos());
+    let host = Host::with_balls(2);
+    let start = format!("x_start[1]={} v_start=0.3,-0.2", length * angle.sin());
+    host.give(&format!("pendulum.model=circular contact.gap=0.1 {start}"));
+    host.start();
+    let expect = |name: &str, expected: f64| {
+        let value = host.get(name);
+        assert!((value - expected).abs() < 1e-14 * expected.abs().max(1.0), "{name} is {value}, not {expected}");
+    };
+    expect("angle[1]", angle);
+    expect("y[1]", 0.5 * length);
+    expect("E_kinetic[1]", 0.5 * u * u);
+    expect("E_gravity[1]", 0.5 * 9.81 * length);
+    let tension = 9.81 * angle.cos() + u * u / length;
+    let beside = 9.81 + 0.2 * 0.2 / length;
+    expect("F_support", tension * angle.sin());
+    expect("F_support_vertical", -tension * angle.cos() - beside);
+    expect("a[1]", -9.81 * angle.sin() * angle.cos() - u * u / length * angle.sin());
+    let (width, height) = (0.1 + 2.0 * radius - length * angle.sin(), 0.5 * length);
+    expect("overlap[1]", 2.0 * radius - 2.6e-6 - width.hypot(height));
 }
 
 #[test]

@@ -3,14 +3,14 @@
 use std::f64::consts::PI;
 
 use newtons_cradle::engine::{Chain, Engine, Pulse, Results};
-use newtons_cradle::model::{ContactModel, Inputs, Parameters, PendulumModel};
+use newtons_cradle::model::{Inputs, Parameters, PendulumModel};
 
 use crate::arcs::period;
 use crate::runs::{assert_energy, started, state, touching};
 
-/// `n` rigid balls without dead band at rest in touch.
-fn rigid(n: usize, restitution: f64) -> Parameters {
-    Parameters { contact_model: ContactModel::Rigid, restitution, ..touching(n) }
+/// `n` rigid balls without dead band at rest in touch, with more settings.
+fn rigid(n: usize, settings: &str) -> Parameters {
+    touching(n, &format!("contact.model=rigid {settings}"))
 }
 
 /// As many balls leave on one side as were lifted on the other, click after click, on lines and on arcs, and those that
@@ -20,7 +20,7 @@ fn rigid(n: usize, restitution: f64) -> Parameters {
 fn as_many_balls_leave_as_were_lifted() {
     let rows = [(2, 1, 0), (5, 1, 0), (5, 2, 0), (5, 3, 0), (5, 4, 0), (13, 3, 0), (13, 3, 2)];
     for (arcs, (n, left, right)) in [false, true].into_iter().flat_map(|arcs| rows.map(|row| (arcs, row))) {
-        let mut p = rigid(n, 1.0);
+        let mut p = rigid(n, "");
         let (omega, angle) = ((p.gravity / p.length).sqrt(), 60f64.to_radians());
         let (mut amplitude, mut speed, mut half) = (0.1, 0.1 * omega, PI / omega);
         if arcs {
@@ -60,16 +60,14 @@ fn as_many_balls_leave_as_were_lifted() {
 #[test]
 fn in_the_end_all_swing_together() {
     for (restitution, dead_band) in [(0.9, 0.0), (0.9, 2.6e-6), (0.5, 0.0), (0.1, 2.6e-6), (0.0, 0.0), (0.0, 2.6e-6)] {
-        let mut p = rigid(5, restitution);
-        p.dead_band = dead_band;
-        p.x_start[0] = -0.1;
-        let mut engine = started(&p);
+        let settings = format!("contact.restitution={restitution} contact.deadBand={dead_band} x_start[1]=-0.1");
+        let mut engine = started(&rigid(5, &settings));
         engine.advance(590.0, &mut Vec::new()).unwrap();
         let events = engine.work().events;
         assert!(events < 100_000, "{restitution}: {events}");
         engine.advance(600.0, &mut Vec::new()).unwrap();
         // A fifth of the momentum each: a swing of a fifth of the amplitude.
-        let omega = (p.gravity / p.length).sqrt();
+        let omega = 5f64.sqrt();
         for i in 0..5 {
             let swing = engine.x(i).hypot(engine.v(i) / omega);
             assert!((swing - 0.02).abs() < 4.0 * dead_band + 1e-9, "{restitution} {dead_band}: {swing}");
@@ -84,8 +82,8 @@ fn in_the_end_all_swing_together() {
 #[test]
 fn chatter_comes_to_its_end() {
     for restitution in [0.2, 0.5, 0.9, 0.99] {
-        let mut p = rigid(2, restitution);
-        (p.gravity, p.mass_ratio, p.x_start) = (0.0, vec![1.0, 3.0], vec![-0.01, 0.0]);
+        let unequal = format!("contact.restitution={restitution} ball.massRatio[2]=3");
+        let p = rigid(2, &format!("gravity=0 x_start[1]=-0.01 {unequal}"));
         let inputs = Inputs { force: vec![2.0, 0.0], ..Inputs::zero(2) };
         let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
         let fall = (2.0f64 * 0.01 / 2.0).sqrt();
@@ -110,8 +108,7 @@ fn chatter_comes_to_its_end() {
 /// for ever.
 #[test]
 fn elastic_chatter_comes_to_its_end() {
-    let mut p = rigid(2, 1.0);
-    (p.gravity, p.drag, p.x_start) = (0.0, 2.0, vec![-0.01, 0.0]);
+    let p = rigid(2, "gravity=0 x_start[1]=-0.01 pendulum.drag=2");
     let inputs = Inputs { force: vec![2.0, 0.0], ..Inputs::zero(2) };
     let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
     engine.advance(10.0, &mut Vec::new()).unwrap();
@@ -123,14 +120,19 @@ fn elastic_chatter_comes_to_its_end() {
     assert_energy(&engine, 1e-13, "rigid");
 }
 
-/// Balls on pendulums of unequal lengths press each other on one half of the swing.
+/// Two balls on pendulums of unequal lengths, which press each other on one half of the swing.
+const UNEQUAL: &str = "ball.massRatio[1]=2 pendulum.lengthRatio=0.8,1.1";
+
+/// The squares of their frequencies (1/s2) alone, and the frequency (1/s) as a body.
+fn frequencies() -> ([f64; 2], f64) {
+    let [first, second] = [0.8, 1.1].map(|ratio| 9.81 / (1.962 * ratio));
+    ([first, second], ((2.0 * first + second) / 3.0).sqrt())
+}
+
 #[test]
 fn a_body_parts_where_its_contact_would_pull() {
-    let mut p = rigid(2, 0.3);
-    (p.mass_ratio, p.length_ratio, p.x_start) = (vec![2.0, 1.0], vec![0.8, 1.1], vec![-0.1, -0.1]);
-    let mut engine = started(&p);
-    let [first, second] = [0.8, 1.1].map(|ratio| p.gravity / (p.length * ratio));
-    let omega = ((2.0 * first + second) / 3.0).sqrt();
+    let mut engine = started(&rigid(2, &format!("contact.restitution=0.3 x_start=-0.1 {UNEQUAL}")));
+    let ([first, second], omega) = frequencies();
     let (quarter, mut pulses) = (0.5 * PI / omega, Vec::new());
     // m1 m2 / (m1 + m2) times the difference of the accelerations that the balls would have alone.
     let force = |t: f64| 2.0 / 3.0 * (first - second) * 0.1 * (omega * t).cos();
@@ -157,12 +159,8 @@ fn a_body_parts_where_its_contact_would_pull() {
 /// The largest constraint force lies within the step, where the body turns.
 #[test]
 fn the_largest_force_is_found_within_a_step() {
-    let mut p = rigid(2, 0.0);
-    (p.mass_ratio, p.length_ratio) = (vec![2.0, 1.0], vec![0.8, 1.1]);
-    p.v_start = vec![-0.2, -0.2];
-    let mut engine = started(&p);
-    let [first, second] = [0.8, 1.1].map(|ratio| p.gravity / (p.length * ratio));
-    let omega = ((2.0 * first + second) / 3.0).sqrt();
+    let mut engine = started(&rigid(2, &format!("contact.restitution=0 v_start=-0.2 {UNEQUAL}")));
+    let ([first, second], omega) = frequencies();
     let mut pulses = Vec::new();
     engine.advance(1.0, &mut pulses).unwrap();
     let peak = 2.0 / 3.0 * (first - second) * 0.2 / omega;
@@ -175,8 +173,7 @@ fn the_largest_force_is_found_within_a_step() {
 /// apart.
 #[test]
 fn inputs_press_and_part() {
-    let p = rigid(5, 0.5);
-    let mut engine = started(&p);
+    let mut engine = started(&rigid(5, "contact.restitution=0.5"));
     let mut pulses = Vec::new();
     let mut inputs = Inputs::zero(5);
     inputs.force[0] = 5.0;
@@ -200,10 +197,9 @@ fn inputs_press_and_part() {
 
 #[test]
 fn ties_that_share_a_ball_keep_the_symmetry() {
-    let mut p = rigid(3, 0.7);
-    (p.mass_ratio, p.x_start) = (vec![1.0, 3.0, 1.0], vec![-0.1, 0.0, 0.1]);
-    let mut engine = started(&p);
-    let click = 0.5 * PI / (p.gravity / p.length).sqrt();
+    let settings = "contact.restitution=0.7 ball.massRatio[2]=3 x_start[1]=-0.1 x_start[3]=0.1";
+    let mut engine = started(&rigid(3, settings));
+    let click = 0.5 * PI / 5f64.sqrt();
     engine.advance(1.5 * click, &mut Vec::new()).unwrap();
     let (_, v) = state(&engine, 3);
     assert!(v[2] > 0.01 && v[1].abs() < 1e-16 && (v[0] + v[2]).abs() < 1e-16, "{v:?}");
@@ -212,7 +208,7 @@ fn ties_that_share_a_ball_keep_the_symmetry() {
 
 #[test]
 fn long_chains_and_long_runs_have_an_end() {
-    let mut p = rigid(200, 0.9);
+    let mut p = rigid(200, "contact.restitution=0.9");
     p.x_start[..20].fill(-0.1);
     let mut engine = started(&p);
     engine.advance(600.0, &mut Vec::new()).unwrap();
@@ -225,10 +221,9 @@ fn long_chains_and_long_runs_have_an_end() {
 /// drag does to them.
 #[test]
 fn a_fading_push_lets_go() {
-    let mut p = rigid(4, 0.0);
-    (p.gravity, p.drag, p.mass_ratio) = (0.0, 0.00874297034530852, vec![4.04272261952834, 1.0, 1.0, 5.72064286882788]);
-    p.x_start[0] = -0.00040523104503505965;
-    let mut engine = started(&p);
+    let settings = "contact.restitution=0 gravity=0 pendulum.drag=0.00874297034530852 \
+                    x_start[1]=-0.00040523104503505965 ball.massRatio=4.04272261952834,1,1,5.72064286882788";
+    let mut engine = started(&rigid(4, settings));
     let (mut push, mut rate) = (Inputs::zero(4), Inputs::zero(4));
     (push.force[0], rate.force[0]) = (0.7589485026071179, -7.48781640342273);
     engine.hold(&push, &[rate.clone()]).unwrap();

@@ -2,10 +2,11 @@
 //! run, and of elastic contacts by its tape, in both directions.
 
 use newtons_cradle::engine::{Differential, History, Simulation, Tape, Unrecorded};
-use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
+use newtons_cradle::model::{ContactModel, Inputs, Parameters};
 use newtons_cradle::variables::Settings;
 
 use super::differences::{by_differences, knowns, step};
+use super::runs::{cradle, touching};
 
 const START: f64 = 0.25;
 
@@ -93,56 +94,35 @@ fn spread(seed: usize) -> impl Iterator<Item = f64> {
     (1000 * seed..).map(|k| (k as f64 * 0.618_033_988_749_895).fract() * 2.0 - 1.0)
 }
 
-/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses; each with whether
-/// it has a tape.
-fn runs() -> Vec<(&'static str, Parameters, f64, bool)> {
-    let (x_start, v_start) = (vec![-0.1, 0.0, 0.0011], vec![0.02, 0.0, 0.0]);
-    let p = Parameters { x_start, v_start, ..Parameters::default_for(3) };
-    let unequal = vec![1.0, 1.02, 1.0];
-    let hertz = Parameters { contact_model: ContactModel::Hertz, ..p.clone() };
-    let together = Parameters { x_start: vec![-0.10002, -0.1, 0.0], ..hertz.clone() };
-    let overlapping = Parameters { gap: vec![-1e-5, 0.0], dead_band: 0.0, stiffness: 1e4, ..p.clone() };
-    let damped = |damping_law, exponent| Parameters {
-        damping_law,
-        exponent,
-        damping: 1e4,
-        hunt_crossley: 0.1,
-        relaxation_time: 2e-7,
-        drag: 0.1,
-        ..p.clone()
-    };
-    let rigid = Parameters { contact_model: ContactModel::Rigid, restitution: 0.9, ..p.clone() };
-    let (pendulum, hertz_too, unequal_too) = (PendulumModel::Circular, hertz.clone(), unequal.clone());
-    vec![
-        ("linear", p.clone(), 2.7, true),
-        ("unequal lengths", Parameters { length_ratio: unequal, ..p.clone() }, 2.7, true),
-        ("drag", Parameters { drag: 0.1, ..p.clone() }, 2.7, true),
-        ("cubic", Parameters { exponent: 3.0, ..p.clone() }, 2.7, true),
-        ("not whole", Parameters { exponent: 2.3, ..p.clone() }, 2.7, true),
-        ("Hertz", hertz, 2.7, true),
-        ("three at once", together, 1.6, true),
-        ("closed at the start and the end", overlapping, 1.6, true),
-        ("dashpot", damped(DampingLaw::KelvinVoigt, 1.0), 2.7, false),
-        ("dashpot without pull", damped(DampingLaw::KelvinVoigtNoPull, 1.0), 2.7, false),
-        ("Hunt-Crossley", damped(DampingLaw::HuntCrossley, 1.5), 2.7, false),
-        ("viscoelastic", damped(DampingLaw::Viscoelastic, 2.0), 2.7, false),
-        ("rigid", rigid.clone(), 2.7, false),
-        ("rigid on arcs", Parameters { pendulum, length_ratio: unequal_too.clone(), ..rigid }, 2.7, false),
-        ("arcs", Parameters { pendulum, ..hertz_too.clone() }, 2.7, false),
-        (
-            "arcs, unequal lengths",
-            Parameters { pendulum, length_ratio: unequal_too, drag: 0.1, ..hertz_too },
-            2.7,
-            false,
-        ),
-        ("dashpots on arcs", Parameters { pendulum, ..damped(DampingLaw::KelvinVoigt, 1.0) }, 2.7, false),
-        ("bdf", Parameters { method: SolverMethod::Bdf, stiffness: 1e7, tolerance: 1e-14, ..p }, 2.7, false),
-    ]
-}
+/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses; their ends (s), and
+/// whether they have a tape.
+const RUNS: [(&str, f64, bool); 18] = [
+    ("", 2.7, true),
+    ("pendulum.lengthRatio[2]=1.02", 2.7, true),
+    ("pendulum.drag=0.1", 2.7, true),
+    ("contact.exponent=3", 2.7, true),
+    ("contact.exponent=2.3", 2.7, true),
+    ("contact.model=hertz", 2.7, true),
+    // Three at once.
+    ("contact.model=hertz x_start=-0.10002,-0.1,0", 1.6, true),
+    // Closed at the start and the end.
+    ("contact.gap[1]=-1e-5 contact.deadBand=0 contact.stiffness=1e4", 1.6, true),
+    ("contact.damping=1e4 pendulum.drag=0.1", 2.7, false),
+    ("contact.damping=1e4 pendulum.drag=0.1 contact.dampingLaw=kelvinVoigtNoPull", 2.7, false),
+    ("contact.dampingLaw=huntCrossley contact.huntCrossley=0.1 contact.exponent=1.5 pendulum.drag=0.1", 2.7, false),
+    ("contact.dampingLaw=viscoelastic contact.relaxationTime=2e-7 contact.exponent=2 pendulum.drag=0.1", 2.7, false),
+    ("contact.model=rigid contact.restitution=0.9", 2.7, false),
+    ("contact.model=rigid contact.restitution=0.9 pendulum.model=circular pendulum.lengthRatio[2]=1.02", 2.7, false),
+    ("pendulum.model=circular contact.model=hertz", 2.7, false),
+    ("pendulum.model=circular contact.model=hertz pendulum.lengthRatio[2]=1.02 pendulum.drag=0.1", 2.7, false),
+    ("pendulum.model=circular contact.damping=1e4 pendulum.drag=0.1", 2.7, false),
+    ("solver.method=bdf contact.stiffness=1e7 solver.tolerance=1e-14", 2.7, false),
+];
 
 #[test]
 fn they_agree_with_differences_and_both_directions_with_each_other() {
-    for (name, parameters, end, has_tape) in runs() {
+    for (name, end, has_tape) in RUNS {
+        let parameters = cradle(3, &format!("x_start=-0.1,0,0.0011 v_start[1]=0.02 {name}"));
         let settings = Settings { parameters, ..Settings::default_for(3) };
         let course = Course::new(&settings, end, has_tape);
         let (values, tape) = (course.outputs(), course.tape());
@@ -183,10 +163,9 @@ fn they_agree_with_differences_and_both_directions_with_each_other() {
 /// there. With damping, so that they do not come to rest at the same place again.
 #[test]
 fn contacts_that_close_from_rest() {
-    let mut p = Parameters { x_start: vec![0.0; 2], dead_band: 0.0, ..Parameters::default_for(2) };
-    (p.contact_model, p.young_modulus, p.relaxation_time, p.hunt_crossley) = (ContactModel::Hertz, 1e6, 1e-4, 0.1);
-    for damping_law in [DampingLaw::HuntCrossley, DampingLaw::Viscoelastic] {
-        p.damping_law = damping_law;
+    for law in ["huntCrossley", "viscoelastic"] {
+        let losses = "contact.relaxationTime=1e-4 contact.huntCrossley=0.1";
+        let p = touching(2, &format!("contact.model=hertz ball.youngModulus=1e6 {losses} contact.dampingLaw={law}"));
         let inputs = Inputs { force: vec![1.0, -1.5], ..Inputs::zero(2) };
         let run = |mass: f64| {
             let p = Parameters { mass, ..p.clone() };
@@ -196,17 +175,14 @@ fn contacts_that_close_from_rest() {
         };
         let along = Parameters { mass: 1.0, ..Settings::zero(2).parameters };
         let found = run(1.0).sensitivity_of_run(&p, 0.0, &History::default(), &along, &Inputs::zero(2));
-        let found = found.unwrap_or_else(|| panic!("{damping_law:?} is not followed"));
+        let found = found.unwrap_or_else(|| panic!("{law} is not followed"));
         let (differences, _) = by_differences(1e-6, false, |change| {
             let changed = run(1.0 + change);
             vec![changed.v(0), changed.impulse(0)]
         });
         let found = [("v[1]", found.v[0]), ("impulse[1]", found.impulse[0])];
         for ((output, found), difference) in found.into_iter().zip(differences) {
-            assert!(
-                (found - difference).abs() < 1e-6 * difference.abs(),
-                "{damping_law:?} {output}: {found} {difference}"
-            );
+            assert!((found - difference).abs() < 1e-6 * difference.abs(), "{law} {output}: {found} {difference}");
         }
     }
 }
@@ -236,23 +212,20 @@ fn both_ways(name: &str, tape: &Tape, balls: usize) {
 #[test]
 fn both_directions_agree_through_a_hundred_clicks() {
     // The derivatives grow with the run: for five balls of Hertz with small gaps to 1e13, for seven in touch to 1e25.
-    let (linear, hertz) = (ContactModel::PowerLaw, ContactModel::Hertz);
-    for (contact_model, balls, gap) in [
-        (linear, 5, None),
-        (hertz, 3, None),
-        (hertz, 4, Some(0.0)),
-        (hertz, 5, None),
-        (hertz, 5, Some(1e-6)),
-        (hertz, 7, Some(0.0)),
+    for (balls, settings) in [
+        (5, ""),
+        (3, "contact.model=hertz"),
+        (4, "contact.model=hertz"),
+        (5, "contact.model=hertz"),
+        (5, "contact.model=hertz contact.gap=1e-6"),
+        (7, "contact.model=hertz"),
     ] {
-        let default = Parameters::default_for(balls);
-        let gap = gap.map_or(default.gap.clone(), |gap| vec![gap; balls - 1]);
-        let parameters = Parameters { contact_model, gap, ..default };
+        let parameters = cradle(balls, settings);
         let mut simulation = Simulation::new(&parameters, &Inputs::zero(balls), 0.0).unwrap();
         for end in [1.0, 10.0, 142.0] {
             simulation.advance(end, &mut Unrecorded).unwrap();
             let tape = simulation.tape(&parameters, 0.0, &History::default()).unwrap();
-            both_ways(&format!("{contact_model:?}, {balls} balls, {end} s"), &tape, balls);
+            both_ways(&format!("{settings}, {balls} balls, {end} s"), &tape, balls);
         }
         assert!((0..balls - 1).map(|i| simulation.pulses(i)).min() >= Some(100));
     }
@@ -262,7 +235,7 @@ fn both_directions_agree_through_a_hundred_clicks() {
 /// third degree.
 #[test]
 fn long_flights_without_gravity() {
-    let p = Parameters { gravity: 0.0, x_start: vec![0.0], ..Parameters::default_for(1) };
+    let p = cradle(1, "gravity=0 x_start=0");
     let mut simulation = Simulation::new(&p, &Inputs::zero(1), 0.0).unwrap();
     let mut history = History::default();
     simulation.keep_history(true, p.tunables(), &mut history);

@@ -1,16 +1,28 @@
 //! Runs of the engine, and what many tests ask of them.
 
+use cradle_host::assignments;
 use newtons_cradle::engine::{Engine, Results, Unrecorded};
 use newtons_cradle::model::{Inputs, Parameters};
+use newtons_cradle::variables::Settings;
 
-/// `n` balls at rest side by side that just touch.
-pub fn touching(n: usize) -> Parameters {
-    Parameters { x_start: vec![0.0; n], dead_band: 0.0, ..Parameters::default_for(n) }
+/// A cradle with these parameters; see [`assignments`].
+pub fn cradle(balls: usize, text: &str) -> Parameters {
+    let mut settings = Settings::default_for(balls);
+    for (variable, value) in assignments(balls, text) {
+        assert!(variable.row.settable(), "{variable}");
+        variable.set(&mut settings, value);
+    }
+    settings.parameters
+}
+
+/// The same of balls at rest side by side that just touch.
+pub fn touching(balls: usize, text: &str) -> Parameters {
+    cradle(balls, &format!("x_start=0 contact.deadBand=0 {text}"))
 }
 
 /// Such balls without gravity, the first `strikers` of them at 1 m/s; F = overlap^p in SI units.
 pub fn struck_chain(n: usize, strikers: usize, exponent: f64) -> Parameters {
-    let mut p = Parameters { gravity: 0.0, stiffness: 1.0, overlap_ref: 1.0, exponent, ..touching(n) };
+    let mut p = Parameters { gravity: 0.0, stiffness: 1.0, overlap_ref: 1.0, exponent, ..touching(n, "") };
     p.v_start[..strikers].fill(1.0);
     p
 }

@@ -3,29 +3,22 @@
 use newtons_cradle::engine::{Chain, Engine, Results};
 use newtons_cradle::model::{DampingLaw, Inputs, Parameters};
 
-use crate::runs::{assert_energy, run, touching};
+use crate::runs::{assert_energy, cradle, run, touching};
 
 /// The next contact of a wave overlaps by less than rounding, and its balls move by less than that: nothing tells when
 /// it closes.
 #[test]
 fn balls_at_rest_but_for_rounding_do_not_stall_a_wave() {
-    let (exponent, stiffness, mass) = (5.5, 1.70956e10, 0.25283);
-    let mut parameters = Parameters { exponent, stiffness, mass, ..touching(9) };
-    parameters.v_start[0] = 0.59288;
+    let parameters =
+        touching(9, "contact.exponent=5.5 contact.stiffness=1.70956e10 ball.mass=0.25283 v_start[1]=0.59288");
     let engine = run(&parameters, 1.73e-4);
     assert_energy(&engine, 2e-14, "a wave");
     assert!(engine.work().steps < 150, "{:?}", engine.work());
 }
 
-/// Runs a cradle with these forces (N) on its balls for this time (s). Nothing but work counts and losses changes its
-/// energy.
-fn complete(parameters: &Parameters, force: Vec<f64>, time: f64) {
-    complete_under(parameters, vec![force], time, 1e-13);
-}
-
-/// The same with forces and their derivatives (N/s and so on) at the start, and with what the energy may be off by,
-/// relative.
-fn complete_under(parameters: &Parameters, forces: Vec<Vec<f64>>, time: f64, allowed: f64) -> Engine {
+/// Runs a cradle with these forces (N) on its balls and their derivatives (N/s and so on) at the start, for this time
+/// (s). Nothing but work and losses changes its energy, to what it may be off by, relative.
+fn complete(parameters: &Parameters, forces: Vec<Vec<f64>>, time: f64, allowed: f64) -> Engine {
     let zero = Inputs::zero(parameters.balls());
     let inputs: Vec<_> = forces.into_iter().map(|force| Inputs { force, ..zero.clone() }).collect();
     let mut engine = Engine::new(parameters, &inputs[0], 0.0).unwrap();
@@ -37,7 +30,7 @@ fn complete_under(parameters: &Parameters, forces: Vec<Vec<f64>>, time: f64, all
 
 /// Balls of 1 kg that touch without gravity.
 fn balls_that_touch(balls: usize, exponent: f64, stiffness: f64) -> Parameters {
-    Parameters { gravity: 0.0, exponent, stiffness, ..touching(balls) }
+    touching(balls, &format!("gravity=0 contact.exponent={exponent} contact.stiffness={stiffness}"))
 }
 
 /// Forces that only grow from 0 part balls at rest before a wave presses them, or press them: which of it, no
@@ -53,7 +46,7 @@ fn forces_grow_from_zero_beside_a_wave() {
             for (ball, slope) in (0..balls).flat_map(|ball| [60.0, -60.0, 1e-3, 1e3].map(|slope| (ball, slope))) {
                 let mut slopes = vec![0.0; balls];
                 slopes[ball] = slope;
-                complete_under(&parameters, vec![vec![0.0; balls], slopes], 0.01, 1e-12);
+                complete(&parameters, vec![vec![0.0; balls], slopes], 0.01, 1e-12);
             }
         }
     }
@@ -67,7 +60,7 @@ fn forces_of_any_degree_press_balls_at_rest() {
     for (exponent, scale) in [(1.0, 1.0), (1.5, 100.0), (2.5, 15.0), (3.0, 1e3)] {
         let of_degree = |forces: &[f64], degree| forces.iter().map(|f| f * f64::powi(scale, degree)).collect();
         let forces = vec![vec![0.0; 3], of_degree(&first, 1), of_degree(&second, 2), of_degree(&third, 3)];
-        complete_under(&balls_that_touch(3, exponent, 1e4), forces, 1.0 / scale, 1e-12);
+        complete(&balls_that_touch(3, exponent, 1e4), forces, 1.0 / scale, 1e-12);
     }
 }
 
@@ -78,7 +71,7 @@ fn forces_press_stiffly_damped_balls_from_rest() {
     let mut parameters = balls_that_touch(3, 5.0, 1e4);
     (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 1e5);
     let forces = [[0.0; 3], [0.0; 3], [-0.367, -0.592, -0.799], [0.574, 0.0266, -0.00476]];
-    complete_under(&parameters, forces.map(Vec::from).to_vec(), 1.0, 1e-12);
+    complete(&parameters, forces.map(Vec::from).to_vec(), 1.0, 1e-12);
 }
 
 /// Two balls part at a force that begins with `-a t` and come together again where its other terms have made up for
@@ -92,7 +85,7 @@ fn balls_that_a_growing_force_parts_close_where_it_brings_them_back() {
     for exponent in [1.0, 1.5, 3.0] {
         let after = 1e-7;
         let forces = [0.0, -a, b, c].map(|derivative| vec![derivative, 0.0]).to_vec();
-        let engine = complete_under(&balls_that_touch(2, exponent, 1e4), forces, onset + after, 1e-12);
+        let engine = complete(&balls_that_touch(2, exponent, 1e4), forces, onset + after, 1e-12);
         let overlap = engine.x(0) - engine.x(1);
         assert_eq!(engine.work().events, 1, "p = {exponent}");
         assert!((overlap - rate * after).abs() < 1e-3 * rate * after, "p = {exponent}: {overlap:e}");
@@ -132,7 +125,7 @@ fn balls_that_touch_part_before_a_wave_reaches_them() {
         let mut parameters = Parameters { exponent: 2.0, dead_band, ..Parameters::default_for(5) };
         parameters.x_start = (first..first + 5).map(|i| -(f64::from(i) * dead_band)).collect();
         parameters.v_start[moving] = v;
-        complete(&parameters, vec![0.0; 5], 0.1);
+        complete(&parameters, vec![vec![0.0; 5]], 0.1, 1e-13);
     }
 }
 
@@ -143,7 +136,7 @@ fn balls_that_touch_part_before_forces_press_them() {
         let dead_band = 1.6529975176654166e-8;
         let mut parameters = Parameters { exponent, dead_band, stiffness: 3.3e8, ..Parameters::default_for(4) };
         parameters.x_start = (0..4).map(|i| -(f64::from(i) * dead_band)).collect();
-        complete(&parameters, vec![0.06, 0.0, 0.0, -0.06], 0.008);
+        complete(&parameters, vec![vec![0.06, 0.0, 0.0, -0.06]], 0.008, 1e-13);
     }
 }
 
@@ -155,17 +148,18 @@ fn forces_press_balls_that_overlap_by_next_to_nothing() {
         let mut parameters = Parameters { mass: 0.37, ..balls_that_touch(4, 2.5, 2.8e4) };
         parameters.x_start = (0..4).map(|i| -(f64::from(i) * overlap)).collect();
         parameters.v_start[2] = v;
-        complete(&parameters, vec![0.3, 0.0, 0.0, -0.3], 0.09);
+        complete(&parameters, vec![vec![0.3, 0.0, 0.0, -0.3]], 0.09, 1e-13);
     }
 }
 
 /// Balls that overlap by next to nothing part by less than rounding: no step is planned to end where they do.
 #[test]
 fn no_release_is_planned_for_balls_at_rest_but_for_rounding() {
-    let mut parameters = Parameters { gravity: 9.81, dead_band: 0.0, ..Parameters::default_for(7) };
-    (parameters.mass, parameters.exponent, parameters.stiffness) = (0.18320617160920666, 2.5, 1000915.7391515343);
-    parameters.drag = 0.008168440798958728;
+    let mut parameters = cradle(
+        7,
+        "contact.deadBand=0 ball.mass=0.18320617160920666 contact.exponent=2.5 contact.stiffness=1000915.7391515343 \
+         pendulum.drag=0.008168440798958728 v_start=-0.025405157448488994,-0.07375915148600602,0,0,0,0,0",
+    );
     parameters.x_start = (0..7).map(|i| -(f64::from(i) * 2.4463804472887435e-21)).collect();
-    (parameters.v_start[0], parameters.v_start[1]) = (-0.025405157448488994, -0.07375915148600602);
-    complete(&parameters, vec![0.0; 7], 1.2);
+    complete(&parameters, vec![vec![0.0; 7]], 1.2, 1e-13);
 }

@@ -4,9 +4,9 @@
 use std::ops::RangeInclusive;
 
 use newtons_cradle::engine::Simulation;
-use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
+use newtons_cradle::model::{Inputs, Parameters};
 
-use crate::runs::touching;
+use crate::runs::{cradle, touching};
 
 /// A run without inputs takes at most so many steps and evaluations, and so many events.
 fn assert_bounds(parameters: &Parameters, time: f64, steps: u64, evaluations: u64, events: RangeInclusive<u64>) {
@@ -20,22 +20,22 @@ fn assert_bounds(parameters: &Parameters, time: f64, steps: u64, evaluations: u6
 /// Steel balls that touch: four pulses a group, where those of two balls alone are one step each without damping.
 #[test]
 fn a_minute_of_touching_steel_balls() {
-    let mut parameters = Parameters::default_for(5);
-    (parameters.contact_model, parameters.dead_band) = (ContactModel::Hertz, 0.0);
-    assert_bounds(&parameters, 60.0, 1600, 16_400, 620..=630);
-    (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 0.05);
-    assert_bounds(&parameters, 60.0, 2000, 19_000, 615..=630);
-    // Four more switchings a group: where the forces would begin to pull.
-    (parameters.damping_law, parameters.relaxation_time) = (DampingLaw::Viscoelastic, 4e-7);
-    assert_bounds(&parameters, 60.0, 2400, 21_800, 915..=940);
+    for (losses, steps, evaluations, events) in [
+        ("", 1600, 16_400, 620..=630),
+        ("contact.dampingLaw=huntCrossley contact.huntCrossley=0.05", 2000, 19_000, 615..=630),
+        // Four more switchings a group: where the forces would begin to pull.
+        ("contact.dampingLaw=viscoelastic contact.relaxationTime=4e-7", 2400, 21_800, 915..=940),
+    ] {
+        let parameters = cradle(5, &format!("contact.model=hertz contact.deadBand=0 {losses}"));
+        assert_bounds(&parameters, 60.0, steps, evaluations, events);
+    }
 }
 
 /// A line of steel balls that touch, the first struck to 1 m/s: a wave through all of them, which leaves them at rest
 /// but for the first and the last ones.
 #[test]
 fn a_wave_through_a_hundred_steel_balls() {
-    let mut parameters = Parameters { contact_model: ContactModel::Hertz, gravity: 0.0, ..touching(100) };
-    parameters.v_start[0] = 1.0;
+    let parameters = touching(100, "contact.model=hertz gravity=0 v_start[1]=1");
     assert_bounds(&parameters, 0.02, 700, 36_500, 175..=200);
 }
 
@@ -43,10 +43,8 @@ fn a_wave_through_a_hundred_steel_balls() {
 /// product or not.
 #[test]
 fn a_collision_with_any_exponent() {
-    let mut parameters = touching(5);
-    (parameters.x_start[0], parameters.v_start[0]) = (-1e-3, 1.0);
     for exponent in [1.25, 1.5, 1.7, 2.0, 2.3, 2.75, 3.0, 4.0] {
-        parameters.exponent = exponent;
+        let parameters = touching(5, &format!("x_start[1]=-1e-3 v_start[1]=1 contact.exponent={exponent}"));
         assert_bounds(&parameters, 2e-3, 27, 550, 8..=8);
     }
 }
@@ -55,9 +53,9 @@ fn a_collision_with_any_exponent() {
 /// one of them by a factor takes more steps, to the same result.
 #[test]
 fn the_errors_that_orders_and_steps_are_chosen_by() {
-    let mut parameters = Parameters { exponent: 2.5, stiffness: 1e6, tolerance: 1e-10, ..Parameters::default_for(5) };
-    for (method, steps, evaluations) in [(SolverMethod::Adams, 702, 1210), (SolverMethod::Bdf, 1660, 4450)] {
-        parameters.method = method;
+    for (method, steps, evaluations) in [("adams", 702, 1210), ("bdf", 1660, 4450)] {
+        let contacts = "contact.exponent=2.5 contact.stiffness=1e6";
+        let parameters = cradle(5, &format!("{contacts} solver.method={method} solver.tolerance=1e-10"));
         assert_bounds(&parameters, 1.0, steps, evaluations, 8..=8);
     }
 }

@@ -114,7 +114,7 @@ fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
     let manifest = text(&entries, &format!("{REFERENCE}/fmi-ls-manifest.xml"));
     // Labels are new in it.
     assert!(manifest.contains("fmi-ls:fmi-ls-version=\"1.0.0-beta.1\"") && manifest.contains("<Label "), "{manifest}");
-    // The FMU is made for Figure 5: what it does as it is, is what it, or the default one, does with that parameter set.
+    // The FMU is made for Figure 5: what it does as it is, it, or the default one, does with that parameter set.
     let within = text(&entries, &format!("{REFERENCE}/start.csv"));
     assert_eq!(within, text(&entries, &format!("{REFERENCE}/figure5.csv")));
     assert_eq!(within, text(&folder.build("default.fmu", ""), &format!("{REFERENCE}/figure5.csv")));

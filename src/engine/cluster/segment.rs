@@ -255,7 +255,7 @@ impl Cluster {
         (self.flights, self.contacts) = (flights, contacts);
     }
 
-    /// The first switching of contact `j` of the `window` described before `until` (s). Changes within `rounding` are no
+    /// The first switching of contact `j` of the `window` described, before `until` (s). Changes within `rounding` are no
     /// switchings.
     fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
         let first = |switch: Switch, until: f64| self.output().first(switch, j, window, until, rounding);

@@ -1,6 +1,6 @@
 //! Derivatives of the outputs: by time ([`by_time()`]), along inputs or parameters over the last step or the whole run
-//! ([`LastStep`], [`History`]), and gradients ([`Tape`]). See "Derivatives" in docs/theory.md. All but tapes need only a
-//! state of the chain ([`ChainState`]) and the inputs, so they serve every method.
+//! ([`LastStep`], [`History`]), and gradients ([`Tape`]). See "Derivatives" in docs/theory.md. All but tapes need only
+//! a state of the chain ([`ChainState`]) and the inputs, so they serve every method.
 
 mod adjoint;
 mod by_time;

@@ -196,21 +196,10 @@ impl Host {
         }
     }
 
-    /// Sets variables, which must be accepted: `name=value` for each, with spaces between. An array takes one value for
-    /// all elements, or one for each, with commas between; an enumeration takes the name of an item.
+    /// Sets variables, which must be accepted; see [`assignments`].
     pub fn give(&self, settings: &str) {
-        for setting in settings.split_whitespace() {
-            let (name, values) = setting.split_once('=').unwrap();
-            let is_named = |variable: &Variable| variable.row.name == name || variable.to_string() == name;
-            let elements: Vec<Variable> = variables(self.balls).filter(is_named).collect();
-            let values: Vec<&str> = values.split(',').collect();
-            assert!(!elements.is_empty() && [1, elements.len()].contains(&values.len()), "{setting}");
-            for (element, text) in elements.iter().zip(values.into_iter().cycle()) {
-                let items = if let Access::Enumeration(of) = element.row.access { of.items } else { &[] };
-                let item = items.iter().find(|item| item.name == text);
-                let value = item.map_or_else(|| text.parse().unwrap(), |item| item.value.into());
-                assert_eq!(self.set(&element.to_string(), value), fmi2OK, "{setting}: {:?}", self.log());
-            }
+        for (variable, value) in assignments(self.balls, settings) {
+            assert_eq!(self.set(&variable.to_string(), value), fmi2OK, "{variable} = {value}: {:?}", self.log());
         }
     }
 
@@ -366,6 +355,26 @@ impl Host {
         assert!((self.get("x[1]") + 0.1).abs() < 1e-3);
         self.log();
     }
+}
+
+/// Variables with values, `name=value` for each, with spaces between. An array takes one value for all elements, or one
+/// for each, with commas between; an enumeration takes the name of an item.
+pub fn assignments(balls: usize, text: &str) -> Vec<(Variable, f64)> {
+    let assigned = |assignment: &str| {
+        let (name, values) = assignment.split_once('=').unwrap();
+        let is_named = |variable: &Variable| variable.row.name == name || variable.to_string() == name;
+        let elements: Vec<Variable> = variables(balls).filter(is_named).collect();
+        let values: Vec<&str> = values.split(',').collect();
+        assert!(!elements.is_empty() && [1, elements.len()].contains(&values.len()), "{assignment}");
+        let value = |element: Variable, text: &str| {
+            let items = if let Access::Enumeration(of) = element.row.access { of.items } else { &[] };
+            let item = items.iter().find(|item| item.name == text);
+            (element, item.map_or_else(|| text.parse().unwrap(), |item| item.value.into()))
+        };
+        let texts = values.into_iter().cycle();
+        elements.into_iter().zip(texts).map(|(element, text)| value(element, text)).collect::<Vec<_>>()
+    };
+    text.split_whitespace().flat_map(assigned).collect()
 }
 
 /// A folder of resources with this text in it, and its location. It lies beside the running program, in Cargo's target

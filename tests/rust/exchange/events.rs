@@ -33,7 +33,6 @@ fn a_ball_hits_four_at_rest_in_touch() {
     let mut master = Master::start(&host);
     master.steps(1.0, 1e-3, rk4);
     let other = stepped(ONE_LIFTED, 1.0);
-    assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v", "impulse", "overlap", "t_onset"], 1e-12);
     master.steps(20.0, 1e-3, rk4);
     let energy = host.get("E_total") / 0.025 - 1.0;
@@ -71,7 +70,6 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
         let until = if contacts == 1 { 1e-5 } else { 0.1 };
         let other = stepped(settings, until);
         master.steps(until, h, rk4);
-        assert_eq!(host.pulses(), other.pulses(), "{contacts}");
         let tolerance = if contacts == 1 { 1e-6 } else { 1e-11 };
         assert_close(&host, &other, &["x", "v", "impulse"], tolerance);
         assert_close(&host, &other, &["t_release"], 1e-9);
@@ -99,7 +97,6 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
     master.event();
     assert!(host.pulses().iter().sum::<i32>() > 0);
     master.steps(onset + 1e-4, 1e-5, rk4);
-    assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v"], 1e-7);
 }
 
@@ -190,7 +187,6 @@ fn a_resolved_pulse_is_that_of_co_simulation() {
         };
         master.step((master.time + h).min(master.next).min(0.71), rk4);
     }
-    assert_eq!(host.pulses(), other.pulses());
     assert_close(&host, &other, &["x", "v", "impulse"], 1e-6);
     assert_close(&host, &other, &["t_onset", "t_release"], 1e-7);
     for (own, other) in host.each("F_peak").into_iter().zip(other.each("F_peak")) {

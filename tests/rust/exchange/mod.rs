@@ -23,7 +23,9 @@ fn stepped(settings: &str, until: f64) -> Host {
     host
 }
 
+/// Checks that these values are close, and that pulses are as many.
 fn assert_close(own: &Host, other: &Host, families: &[&str], tolerance: f64) {
+    assert_eq!(own.pulses(), other.pulses());
     for family in families {
         for (i, (own, other)) in own.each(family).into_iter().zip(other.each(family)).enumerate() {
             assert!((own - other).abs() <= tolerance, "{family}[{}]: {own:e} {other:e}", i + 1);

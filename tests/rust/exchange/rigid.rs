@@ -19,7 +19,6 @@ fn impacts_are_those_of_co_simulation() {
         let (other, host) = (stepped(&settings, 3.0), exchanging(&settings));
         let mut master = Master::start(&host);
         master.steps(3.0, 1e-3, rk4);
-        assert_eq!(host.pulses(), other.pulses(), "{restitution}");
         assert_close(&host, &other, &["x", "v", "impulse", "t_onset"], 1e-9);
         assert!(host.get("E_residual").abs() < 1e-12, "{}", host.get("E_residual"));
     }

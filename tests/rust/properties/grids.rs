@@ -64,7 +64,7 @@ fn points() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
 }
 
 /// Points within the first pulses, rising; as shares of the time, as `shares` of each pulse.
-fn within(pulses: &[Pulse], shares: &[f64], time: f64) -> Vec<f64> {
+pub fn within(pulses: &[Pulse], shares: &[f64], time: f64) -> Vec<f64> {
     let of_pulse = |pulse: &Pulse| {
         let (onset, length) = (pulse.onset, pulse.release - pulse.onset);
         shares.iter().map(|share| (onset + share * length) / time).collect::<Vec<_>>()

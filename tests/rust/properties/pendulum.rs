@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::config;
 use super::cradles::decades;
-use crate::runs::run;
+use crate::runs::{cradle, run};
 
 /// Displacement from the equilibrium and velocity after `t`, from `(x, v)`, by the textbook's formulas.
 fn swing(omega2: f64, gamma: f64, (x, v): (f64, f64), t: f64) -> (f64, f64) {
@@ -23,10 +23,7 @@ fn swing(omega2: f64, gamma: f64, (x, v): (f64, f64), t: f64) -> (f64, f64) {
 }
 
 fn single(gravity: f64, mass: f64, drag: f64, (x, v): (f64, f64)) -> Parameters {
-    let mut p = Parameters::default_for(1);
-    (p.gravity, p.mass, p.drag) = (gravity, mass, drag);
-    (p.x_start, p.v_start) = (vec![x], vec![v]);
-    p
+    cradle(1, &format!("gravity={gravity} ball.mass={mass} pendulum.drag={drag} x_start={x} v_start={v}"))
 }
 
 proptest! {

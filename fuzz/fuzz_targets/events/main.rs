@@ -4,19 +4,25 @@
 //! Forged states are refused, or can be looked at, written and gone on from.
 #![no_main]
 
+mod forgery;
+mod hybrid;
+mod inspection;
+mod values;
+
 use std::fmt::Arguments;
 use std::ptr::null_mut;
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use cradle_fuzz::hybrid::{Operation, Phase, Picture, Vector, Within, few, of_type};
-use cradle_fuzz::inspection::{FLOATS, forge, look};
-use cradle_fuzz::values::{Current, LONGEST_STEP, Step, Value};
 use cradle_host::fmi3::{Host, vr};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Type, Variable};
+
+use hybrid::{Operation, Phase, Picture, Vector, Within, few, of_type};
+use inspection::{FLOATS, forge, look};
+use values::{Current, LONGEST_STEP, Step, Value};
 
 use Phase::{Configuration, ContinuousTime, Event, Initialization, Instantiated, Terminated};
 
@@ -29,10 +35,21 @@ const PLACES: usize = 2;
 /// The most balls: those whose values have everyday ranges.
 const BALLS: usize = 5;
 
+/// Set-ups whose runs differ in kind: the default one, a wave, unequal balls, balls that stay pressed together. The first
+/// impacts are near.
+const SETUPS: [&[(&str, &[f64])]; 4] = [
+    &[],
+    &[HIT, ("contact.deadBand", &[0.0]), ("pendulum.drag", &[0.1])],
+    &[HIT, ("contact.exponent", &[3.0]), ("ball.massRatio", &[1.0, 1.0, 2.0, 1.0, 1.0])],
+    &[("x_start", &[0.0; 5]), ("contact.gap", &[-1e-5; 5]), ("contact.damping", &[2e4]), ("contact.deadBand", &[0.0])],
+];
+const HIT: (&str, &[f64]) = ("v_start", &[5.0, 5.0, 0.0, 0.0, 0.0]);
+
 #[derive(Debug, Arbitrary)]
 struct Sequence {
     kind: Kind,
-    started: bool,
+    /// Its set-up; an odd one is started.
+    start: u8,
     operations: Vec<Operation>,
 }
 
@@ -61,7 +78,10 @@ fn run(host: &Host, sequence: &Sequence, picture: Picture, early: bool) {
     host.log(); // Or it would grow over all sequences.
     assert_eq!(unsafe { fmi3Reset(host.c) }, fmi3OK);
     let mut driver = Driver { host, early, picture, saved: [const { (null_mut(), None) }; PLACES], ended: false };
-    if sequence.started {
+    for (name, values) in SETUPS[usize::from(sequence.start / 2) % SETUPS.len()] {
+        assert_eq!(host.set(name, values), fmi3OK);
+    }
+    if sequence.start % 2 == 1 {
         driver.make(&Operation::EnterInitialization);
         driver.make(&Operation::ExitInitialization);
         if driver.picture.events {
