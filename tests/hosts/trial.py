@@ -17,9 +17,8 @@ from pathlib import Path
 import fmpy
 import numpy as np
 from fmpy.util import write_csv
-from newtons_cradle import Fmu, files
+from newtons_cradle import files
 from newtons_cradle.trial import CASES, judge, write_cases
-from newtons_cradle.trial.master import interpolated
 from other_hosts import command, container
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -86,44 +85,6 @@ def by_fmpy(name, folder, fmu=None):
         start_values=dict(case.settings),
     )
     return {column: list(result[column]) for column in result.dtype.names}
-
-
-def by_hand(name, folder):
-    """FMPy's classes, in a few lines for what no simulation loop offers."""
-    case = CASES[name]
-
-    def act(_environment, time, *_):
-        if not acted:
-            acted.append(time)
-            run.slave.set(*case.act)
-
-    def value(key):
-        order = 0 if key in run.slave.variables else key.count("der(")
-        if not order:
-            return run.slave.get(key)
-        place = run.slave.references(key.replace("der(", "").rstrip(")"))
-        return run.slave.getRealOutputDerivatives(place, [order])[0]
-
-    acted, options = [], {"intermediateUpdate": act} if case.act else {}
-    with Fmu(folder / "cradle.fmu") as fmu, fmu.start(initialize=False, **options) as run:
-        for key, start in case.settings.items():
-            run.slave.resize(start) if key == "n" else run.slave.set(key, start)
-        run.initialize()
-        rows = [[0.0, *map(value, case.record)]]
-        for k in range(1, round(case.stop / case.step) + 1):
-            if case.trial and k == round(case.trial[0] / case.step) + 1:
-                saved = run.save()
-                run[case.trial[1]] = case.trial[2]
-                run.step_to(k * case.step)
-                run.load(saved)
-                run.step_to((k - 0.5) * case.step)
-            for key, points in case.inputs.items():
-                now, then = (interpolated(points, time * case.step) for time in (k - 1, k))
-                run[key] = now
-                run.slave.setRealInputDerivatives(run.slave.references(key), [1], [(then - now) / case.step])
-            run.step_to(k * case.step)
-            rows.append([k * case.step, *map(value, case.record)])
-    return by_name(case, rows)
 
 
 def by_name(case, rows) -> dict:
@@ -197,13 +158,11 @@ def asked(name) -> set[str]:
 
 
 FEATURES = ("trial", "act", "settings", "slopes", "tolerance", "exchange")
-BY_HAND = {"slopes", "rollback", "derivatives", "intermediate", "arrays"}
 # Of locals fmi-sim writes nothing.
 FMI_SIM_MISSES = {"trial", "act", "settings", "slopes", "tolerance", "derivatives", "binary"}
 CO_SIMULATION_MISSES = {"trial", "slopes", "exchange", "fmi3", "derivatives"}
 HOSTS = {  # how each runs a case, and what it does not offer
     f"FMPy {version('fmpy')}": (by_fmpy, {"trial", "act", "derivatives", "binary"}),
-    "its classes, by hand": (by_hand, CASES.keys() - BY_HAND),
     "fmi-sim 0.7.0": (by_fmi_sim, FMI_SIM_MISSES),
     "crate fmi-rs 0.3.4": (by_fmi_rs, {"trial", "act", "slopes", "tolerance", "derivatives"}),
     f"libcosimpy {version('libcosimpy')}": (partial(stepping, host="libcosim"), CO_SIMULATION_MISSES),
