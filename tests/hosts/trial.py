@@ -34,12 +34,8 @@ def version(package: str) -> str:
         return "missing"
 
 
-class Unfit(Exception):
-    """The host does not get through a case; the message says why."""
-
-
 def program(command, **options) -> str:
-    """What a host that is a program says. Raises Unfit with the last line if it fails."""
+    """What a host that is a program says. Raises RuntimeError with the last line if it fails."""
     done = subprocess.run(
         [str(part) for part in command], capture_output=True, text=True, timeout=300, **options
     )
@@ -48,7 +44,7 @@ def program(command, **options) -> str:
         told = (
             [line for line in said if re.search("panicked|[Ee]rror", line)] or said[-1:] or [done.returncode]
         )
-        raise Unfit(f"stops: {told[0]}")
+        raise RuntimeError(told[0])
     return done.stdout
 
 
@@ -85,11 +81,6 @@ def by_fmpy(name, folder, fmu=None):
         start_values=dict(case.settings),
     )
     return {column: list(result[column]) for column in result.dtype.names}
-
-
-def by_name(case, rows) -> dict:
-    """Columns by name, of rows with the time and the variables to record."""
-    return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
 
 
 def by_fmi_sim(name, folder):
@@ -139,7 +130,7 @@ def stepping(name, folder, host):
     request = {"step": case.step, "count": round(case.stop / case.step), "names": names}
     request["inputs"] = {f"cradle.{variable}": list(points) for variable, points in case.inputs.items()}
     rows = json.loads(program(command(host, folder / "cradle.fmu", **request)).splitlines()[-1])
-    return by_name(case, rows)
+    return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
 
 
 def by_container(name, folder):
@@ -179,8 +170,6 @@ def verdict(host, name, folder) -> str:
     try:
         with redirect_stdout(StringIO()):  # FMPy warns there
             result = run(name, folder)
-    except Unfit as why:
-        return str(why)
     except Exception as problem:  # whatever it is, it is the host's
         return f"stops: {problem}"
     lines = judge(folder, result)
