@@ -73,11 +73,10 @@ class Cradle(Host, FMU3Slave):
 
     def events(self):
         """All ticks from Event Mode on to step mode, and when the next event is due."""
-        ticks, again = [self.tick()], True
+        ticks, again = [], True
         while again:
+            ticks.append(self.tick())
             again, due = self.update()
-            if again:
-                ticks.append(self.tick())
         self.enterStepMode()
         return [tick for tick in ticks if tick], due
 

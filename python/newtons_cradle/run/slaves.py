@@ -184,7 +184,7 @@ class Version3(Instance):
         return {name: np.atleast_1d(self.get(name)).tolist() for name in dict(places)}  # each array once
 
 
-def instance(fmu: Model, *, exchange: bool = False) -> Any:
+def instance(fmu: Model, exchange: bool) -> Any:
     """A new instance of this FMU, for co-simulation or model exchange."""
     fmi2 = fmu.description.fmiVersion.startswith("2.")
     version, kinds = (Version2, (FMU2Slave, FMU2Model)) if fmi2 else (Version3, (FMU3Slave, FMU3Model))

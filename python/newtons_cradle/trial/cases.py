@@ -34,7 +34,7 @@ class Case:
     early: bool = False  # early return is allowed
     trial: tuple[Any, ...] = ()  # a step that is tried and taken back: its time (s), an input, its value
     act: tuple[str, Any] | tuple[()] = ()  # what is set at the first intermediate update
-    parts: int = 32  # steps of the judge's solver in one communication step
+    parts: float = 32  # steps of the judge's solver in one communication step
     tolerance: float = 0.0  # relative, of that solver
 
     def instructions(self) -> str:

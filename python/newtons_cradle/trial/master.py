@@ -4,6 +4,7 @@ mistakes that tools make, each by its name; `cases` says what they are."""
 import math
 from bisect import bisect_right
 from collections.abc import Callable
+from contextlib import suppress
 from ctypes import POINTER, c_double
 from itertools import accumulate, pairwise
 from typing import Any
@@ -12,8 +13,9 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from ..calibration import runge_kutta
+from ..errors import FmuError
 from ..fmu import Fmu
-from ..run.slaves import Log, instance
+from ..run import Run
 from .cases import Case, Points
 
 Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.
@@ -24,24 +26,16 @@ SOON = 1e-6  # s after an event, for the mistake of seeing nothing then
 
 
 class Unit:
-    """An instance with what the master needs of it. With clocks, it keeps what belongs to them as it was at their last
+    """A run with what the master needs of it. With clocks, it keeps what belongs to them as it was at their last
     ticks."""
 
-    def __init__(self, fmu: Fmu, case: Case, update: Callable[..., None] | None = None):
-        self.fmi3 = case.fmi == 3
-        self.fmu = instance(fmu, exchange=case.exchange)
+    def __init__(self, run: Run, case: Case):
+        self.run, self.fmu, self.fmi3 = run, run.slave, case.fmi == 3
         self.get, self.set = self.fmu.get, self.fmu.set
         self.clocked = [name for name in case.record if name.startswith(("onset.", "release."))]
         self.seen: dict[str, Any] = {}
-        modes = {"eventModeUsed": case.events, "earlyReturnAllowed": case.early, "intermediateUpdate": update}
-        self.log = Log()
-        self.fmu.create(self.log, **(modes if self.fmi3 and not case.exchange else {}))
-        self.sizes = fmu.description.numberOfContinuousStates, fmu.description.numberOfEventIndicators
-
-    def start(self, time: float = 0.0) -> None:
-        """Goes through initialization, and stays in Event Mode if there is one."""
-        self.fmu.enterInitializationMode(startTime=time)
-        self.fmu.exitInitializationMode()
+        description = run.fmu.description
+        self.sizes = description.numberOfContinuousStates, description.numberOfEventIndicators
 
     def recorded(self, name: str, wrong: str | None) -> Any:
         """What the master records of a variable: for `der(x[1])` and so on a time derivative; hexadecimal digits of
@@ -65,14 +59,12 @@ class Unit:
     def events(self, wrong: str | None) -> tuple[bool, float]:
         """Goes through Event Mode: whether states have changed, and when the next event is due (s)."""
         changed, again, due = False, True, math.inf
-        self._look(wrong)
+        update = self.fmu.updateDiscreteStates if self.fmi3 else self.fmu.newDiscreteStates
         while again:
-            update = self.fmu.updateDiscreteStates if self.fmi3 else self.fmu.newDiscreteStates
+            self._look(wrong)
             again, _, _, values, defined, time = update()
             changed, due = changed or bool(values), time if defined else math.inf
-            if again and wrong == "once":
-                break
-            self._look(wrong)
+            again = again and wrong != "once"
         return changed, due
 
     def states(self) -> Any:
@@ -100,9 +92,8 @@ def interpolated(points: Points, time: float, wrong: str | None = None) -> float
     return float(np.interp(time, times, values))
 
 
-def run(fmu: Fmu, case: Case, wrong: str | None = None, finer: float = 1) -> Table:
-    """Runs the case, rightly or with a mistake. If the FMU refuses to go on, the rows end there. `finer`: by what the
-    steps of the solver in model exchange are divided."""
+def run(fmu: Fmu, case: Case, wrong: str | None = None) -> Table:
+    """Runs the case, rightly or with a mistake. If the FMU refuses to go on, the rows end there."""
 
     def update(_environment: Any, time: float, *_: Any) -> None:
         if not calls and wrong != "after":
@@ -111,24 +102,23 @@ def run(fmu: Fmu, case: Case, wrong: str | None = None, finer: float = 1) -> Tab
 
     table: Table = {name: [] for name in ("time", *case.record)}
     calls: list[float] = []
-    unit = Unit(fmu, case, update if case.act and wrong != "never" else None)
+    modes: dict[str, Any] = {"exchange": case.exchange}
+    if case.fmi == 3 and not case.exchange:
+        modes |= {"eventModeUsed": case.events, "earlyReturnAllowed": case.early}
+        modes["intermediateUpdate"] = update if case.act and wrong != "never" else None
 
     def record(time: float) -> None:
         for name, values in table.items():
             values.append(time if name == "time" else unit.recorded(name, wrong))
 
-    try:
+    with fmu.start(initialize=False, **modes) as started, suppress(FMICallException, FmuError):
+        unit = Unit(started, case)
         settings(unit, case, wrong)
-        unit.start()
+        started.initialize()
         if case.exchange:
-            integrate(unit, case, wrong, record, case.step / case.parts / finer)
+            integrate(unit, case, wrong, record, case.step / case.parts)
         else:
             steps(unit, case, wrong, record, calls)
-    except FMICallException:
-        pass
-    finally:
-        if unit.fmu.component:
-            unit.fmu.freeInstance()
     return spoiled(table, case, wrong)
 
 
@@ -201,14 +191,14 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
     record(points[0])
     for time, end in pairwise(points):
         if case.trial and abs(time - case.trial[0]) < case.step / 2:
-            saved = unit.fmu.to_bytes()
+            saved = unit.run.save()
             unit.set(*case.trial[1:])
             step(time, end)
             if wrong == "anew":
                 unit.fmu.reset()
-                unit.start(time)
+                unit.run.initialize(time)
             elif wrong != "twice":
-                unit.fmu.go_to(saved)
+                unit.run.load(saved)
             if wrong == "kept":
                 unit.set(*case.trial[1:])
             step(time, (time + end) / 2)
