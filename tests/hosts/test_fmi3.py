@@ -211,42 +211,39 @@ def test_derivatives_of_the_run(make3):
     assert any("derivatives.of = run must be set before an input" in line.text for line in late.lines)
 
 
-def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):
-    """Valid, as the one with clocks is; packed again, the same; and the same run."""
-    without = ["--clocks", "none"]
-    path = repacked(producer, fmu_path, tmp_path / "no-clocks.fmu", "--fmi", "3", *without)
-    for each in (path, fmu3_path):
-        assert validate_fmu(str(each)) == []
-        ended(producer, "check", each)
-    again = repacked(producer, path, tmp_path / "again.fmu", "--fmi", "3", *without)
-    assert again.read_bytes() == path.read_bytes()
-    names, others = (
-        {variable.name for variable in fmpy.read_model_description(each).modelVariables}
-        for each in (path, fmu3_path)
-    )
+@pytest.fixture
+def packed(fmu_path, producer, tmp_path):
+    """Packs an FMU of FMI 3.0 with options: a valid one, which is the same when it is packed again."""
+
+    def packed(*options):
+        path = repacked(producer, fmu_path, tmp_path / f"{len(options)}.fmu", "--fmi", "3", *options)
+        again = repacked(producer, path, tmp_path / "again.fmu", "--fmi", "3", *options)
+        assert again.read_bytes() == path.read_bytes() and validate_fmu(str(path)) == []
+        ended(producer, "check", path)
+        return path
+
+    return packed
+
+
+def test_an_fmu_without_clocks(packed):
+    paths = packed("--clocks", "none"), packed()
+    names, others = ({v.name for v in fmpy.read_model_description(path).modelVariables} for path in paths)
     assert names < others and all(name.startswith(("onset.", "release.")) for name in others - names)
     options = {"output": ["x", "pulses"], "stop_time": 2.0, "use_event_mode": True}
-    one, other = (fmpy.simulate_fmu(fmu, early_return_allowed=True, **options) for fmu in (path, fmu3_path))
+    one, other = (fmpy.simulate_fmu(path, early_return_allowed=True, **options) for path in paths)
     assert one.tobytes() == other.tobytes()
 
 
 @pytest.mark.parametrize("clocks", [[], ["--clocks", "none"]], ids=["clocks", "no clocks"])
-def test_an_fmu_of_scalars(fmu_path, producer, tmp_path, clocks):
-    """Valid, packed again the same, and with the doubles of FMI 2.0 in both kinds."""
-    options = ["--fmi", "3", "--scalars", *clocks]
-    path = repacked(producer, fmu_path, tmp_path / "scalars.fmu", *options)
-    assert validate_fmu(str(path)) == []
-    ended(producer, "check", path)
-    assert repacked(producer, path, tmp_path / "again.fmu", *options).read_bytes() == path.read_bytes()
+def test_an_fmu_of_scalars(packed, fmu_path, clocks):
+    """It has the doubles of FMI 2.0 in both kinds."""
+    path = packed("--scalars", *clocks)
+    names = [f"{name}[{i}]" for name in ("x", "v", "F", "overlap", "pulses") for i in range(1, 5)]
+    options = {"output": [*names, "E_total"], "stop_time": 2.0, "output_interval": 1 / 128}
     for kind, more in (("CoSimulation", {}), ("ModelExchange", {"relative_tolerance": 1e-8})):
-        names = [f"{name}[{i}]" for name in ("x", "v", "F", "overlap", "pulses") for i in range(1, 5)]
-        more |= {
-            "fmi_type": kind,
-            "output": [*names, "E_total"],
-            "stop_time": 2.0,
-            "output_interval": 1 / 128,
-        }
-        two, three = (fmpy.simulate_fmu(str(each), **more) for each in (fmu_path, path))
+        two, three = (
+            fmpy.simulate_fmu(str(each), fmi_type=kind, **options, **more) for each in (fmu_path, path)
+        )
         assert all(np.array_equal(two[name], three[name]) for name in two.dtype.names)
     with nc.Fmu(path) as scalars:
         run = scalars.simulate({"x_start": [-0.2, 0, 0, 0, 0]}, stop=1.0)
