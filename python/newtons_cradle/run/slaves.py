@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from ctypes import POINTER, byref, c_double
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
@@ -61,15 +60,10 @@ class Instance:
         paths = [path for name in (platform_tuple, platform) if (path := folders / name / library).is_file()]
         if not paths:
             has = ", ".join(sorted(folder.name for folder in folders.glob("*"))) or "no machine"
-            needs = platform if fmu.description.fmiVersion.startswith("2.") else platform_tuple
+            needs = platform if fmu.fmi2 else platform_tuple
             raise FmuError(f"{fmu.path.name} has binaries for {has} only; this machine needs {needs}")
         super().__init__(**given, instanceName="cradle", libraryPath=str(paths[0]))  # type: ignore[call-arg]
-        self.description, self.balls = fmu.description, fmu.balls
-
-    @cached_property  # of long rows there are many, and most runs need none
-    def variables(self) -> dict[str, Any]:
-        """FMPy's descriptions of all variables by name."""
-        return {variable.name: variable for variable in self.description.modelVariables}
+        self.variables, self.balls = fmu.described, fmu.balls
 
     def references(self, *names: str) -> list[int]:
         """Value references of these variables."""
@@ -186,7 +180,6 @@ class Version3(Instance):
 
 def instance(fmu: Model, exchange: bool) -> Any:
     """A new instance of this FMU, for co-simulation or model exchange."""
-    fmi2 = fmu.description.fmiVersion.startswith("2.")
-    version, kinds = (Version2, (FMU2Slave, FMU2Model)) if fmi2 else (Version3, (FMU3Slave, FMU3Model))
+    version, kinds = (Version2, (FMU2Slave, FMU2Model)) if fmu.fmi2 else (Version3, (FMU3Slave, FMU3Model))
     kind = kinds[exchange]
     return type(kind.__name__, (version, kind), {})(fmu)  # FMPy goes by the first letters of the name
