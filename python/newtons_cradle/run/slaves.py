@@ -158,7 +158,8 @@ class Version3(Instance):
 
     def create(self: Any, log: Log, **options: Any) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
-        self.instantiate(loggingOn=True, logMessage=lambda _, *said: log.take(*said), **options)
+        options = {"loggingOn": True} | options
+        self.instantiate(logMessage=lambda _, *said: log.take(*said), **options)
         self.setDebugLogging(False, ["logSolver"])
 
     def read(self, _kind: str, places: list[Place]) -> list[Any]:
