@@ -129,7 +129,7 @@ FMPY, *OTHERS = HOSTS
 def test_hosts_are_as_the_document_says(folders, host):
     """In one case of each kind; trial.py has them all."""
     for name in ("grid", "inputs", "pair", "states", "early", "clocks", "arrays"):
-        found = short(verdict(host, name, folders[name]))
+        found = short(verdict(host, folders[name]))
         if "No such file" in found or "cannot be imported" in found:
             pytest.skip(f"{host} is missing")
         assert numberless(found) == expected(host)[name], name
