@@ -49,8 +49,8 @@ def _logger(environment: int, _instance: bytes, status: int, *texts: bytes | Non
 
 
 class Instance:
-    """What all kinds of instances have. Variables are read and set by name: elements of FMI 3.0's arrays as `x[1]`, or
-    all of an array at once."""
+    """What all kinds of instances have. Variables are read and set by name, arrays of FMI 3.0 as a whole, or read by
+    element, `x[1]`."""
 
     def __init__(self, fmu: Model):
         identifier, guid = fmu.description.coSimulation.modelIdentifier, fmu.description.guid
@@ -97,25 +97,18 @@ class Instance:
 
     def get(self, name: str) -> Any:
         """The value of a variable; of an array, a NumPy array."""
-        variable, index = self._variable(name)
+        array, index = (name, None) if name in self.variables else split(name)
+        variable = self.variables[array]
         length = [self.balls] if variable.dimensions else []
         values = self._accessor("get", variable.type)([variable.valueReference], *length)
         return np.array(values) if length and index is None else values[(index or 1) - 1]
 
     def set(self, name: str, value: Any) -> None:
-        """Sets a variable, an enumeration also by the name of its item; of an array all elements, or one."""
-        variable, index = self._variable(name)
+        """Sets a variable, an enumeration also by the name of its item; of an array all elements."""
+        variable = self.variables[name]
         if isinstance(value, str):
             (value,) = (int(item.value) for item in variable.declaredType.items if item.name == value)
-        if index is not None:  # the other elements keep their values
-            values = self.get(variable.name)
-            values[index - 1] = value
-            value = values
         self._accessor("set", variable.type)([variable.valueReference], np.atleast_1d(value).tolist())
-
-    def _variable(self, name: str) -> tuple[Any, int | None]:
-        array, index = (name, None) if name in self.variables else split(name)
-        return self.variables[array], index
 
     def _accessor(self: Any, prefix: str, kind: str) -> Callable[..., Any]:
         function: Callable[..., Any] = getattr(self, prefix + (self.whole if kind == "Enumeration" else kind))

@@ -31,7 +31,7 @@ class Unit:
 
     def __init__(self, run: Run, case: Case):
         self.run, self.fmu, self.fmi3 = run, run.slave, case.fmi == 3
-        self.get, self.set = self.fmu.get, self.fmu.set
+        self.get, self.set = self.fmu.get, run.set
         self.clocked = [name for name in case.record if name.startswith(("onset.", "release."))]
         self.seen: dict[str, Any] = {}
         description = run.fmu.description
@@ -97,7 +97,7 @@ def run(fmu: Fmu, case: Case, wrong: str | None = None) -> Table:
 
     def update(_environment: Any, time: float, *_: Any) -> None:
         if not calls and wrong != "after":
-            unit.set(*case.act)
+            unit.set(case.act)
         calls.append(time)
 
     table: Table = {name: [] for name in ("time", *case.record)}
@@ -144,7 +144,10 @@ def settings(unit: Unit, case: Case, wrong: str | None) -> None:
     if "n" in case.settings:
         unit.fmu.resize(case.settings["n"])
     for name, value in arrays.items() if wrong != "reset" else ():
-        unit.set(*((f"{name}[1]", value[0]) if wrong == "first" else (name, value)))
+        if wrong == "first":
+            unit.set({f"{name}[1]": value[0]})
+        else:
+            unit.fmu.set(name, value)
 
 
 def grid(case: Case, wrong: str | None) -> list[float]:
@@ -164,7 +167,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
     def give(time: float, end: float) -> None:
         for name, values in case.inputs.items():
             shift = {"ahead": end - time, "behind": -case.step, "first": -time}.get(wrong or "", 0.0)
-            unit.set(name, interpolated(values, time + shift, wrong))
+            unit.set({name: interpolated(values, time + shift, wrong)})
             if case.slopes and wrong not in ("held", "first"):
                 of = (time - 1e-3, time) if wrong == "left" else (time, end)
                 slope = (interpolated(values, of[1]) - interpolated(values, of[0])) / (of[1] - of[0])
@@ -183,7 +186,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
                 unit.events(wrong)
                 unit.fmu.enterStepMode()
             if calls and wrong == "after":
-                unit.set(*case.act)
+                unit.set(case.act)
 
     if case.events:
         unit.events(wrong)
@@ -192,7 +195,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
     for time, end in pairwise(points):
         if case.trial and abs(time - case.trial[0]) < case.step / 2:
             saved = unit.run.save()
-            unit.set(*case.trial[1:])
+            unit.set(case.trial[1])
             step(time, end)
             if wrong == "anew":
                 unit.fmu.reset()
@@ -200,7 +203,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
             elif wrong != "twice":
                 unit.run.load(saved)
             if wrong == "kept":
-                unit.set(*case.trial[1:])
+                unit.set(case.trial[1])
             step(time, (time + end) / 2)
             time = (time + end) / 2
         step(time, end)
@@ -215,7 +218,7 @@ def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest
 
     def inputs() -> None:
         for name, points in case.inputs.items():
-            unit.set(name, interpolated(points, 0.0 if wrong == "first" else time, "row"))
+            unit.set({name: interpolated(points, 0.0 if wrong == "first" else time, "row")})
 
     def step(h: float) -> Any:
         return runge_kutta(unit.slopes, time, x, h)
