@@ -26,15 +26,11 @@ SOON = 1e-6  # s after an event, for the mistake of seeing nothing then
 
 
 class Unit:
-    """A run with what the master needs of it. With clocks, it keeps what belongs to them as it was at their last
-    ticks."""
+    """A run with what the master needs of it. What belongs to clocks keeps the values of their last ticks, and is read
+    at any time."""
 
-    def __init__(self, run: Run, case: Case):
-        self.run, self.fmu, self.fmi3 = run, run.slave, case.fmi == 3
-        self.get, self.set = self.fmu.get, run.set
-        self.clocked = [name for name in case.record if name.startswith(("onset.", "release."))]
-        self.seen: dict[str, Any] = {}
-        description = run.fmu.description
+    def __init__(self, run: Run):
+        self.run, self.fmu, self.set, description = run, run.slave, run.set, run.fmu.description
         self.sizes = description.numberOfContinuousStates, description.numberOfEventIndicators
 
     def recorded(self, name: str, wrong: str | None) -> Any:
@@ -45,23 +41,14 @@ class Unit:
             order = {"order": order - 1}.get(wrong or "", order) or 1
             place = self.fmu.references(name.replace("der(", "").rstrip(")"))
             return self.fmu.getRealOutputDerivatives(place, [order])[0]
-        value = self.seen[name] if name in self.seen else self.get(name)
+        value = self.fmu.get(name)
         return value.hex() if isinstance(value, bytes) else value
-
-    def _look(self, wrong: str | None) -> None:
-        """Keeps what belongs to the clocks that are active."""
-        for name in self.clocked:
-            self.seen.setdefault(name, self.get(name))
-        active = [edge for edge in ("onset", "release") if self.clocked and self.get(f"{edge}.clock")]
-        for edge in active[:1] if wrong == "clock" else active:
-            self.seen |= {name: self.get(name) for name in self.clocked if name.startswith(edge)}
 
     def events(self, wrong: str | None) -> tuple[bool, float]:
         """Goes through Event Mode: whether states have changed, and when the next event is due (s)."""
         changed, again, due = False, True, math.inf
-        update = self.fmu.updateDiscreteStates if self.fmi3 else self.fmu.newDiscreteStates
+        update = self.fmu.newDiscreteStates if self.run.fmu.fmi2 else self.fmu.updateDiscreteStates
         while again:
-            self._look(wrong)
             again, _, _, values, defined, time = update()
             changed, due = changed or bool(values), time if defined else math.inf
             again = again and wrong != "once"
@@ -74,7 +61,7 @@ class Unit:
         return self._at(time, x, "getEventIndicators", self.sizes[1])
 
     def slopes(self, time: float, x: Any) -> Any:
-        what = "getContinuousStateDerivatives" if self.fmi3 else "getDerivatives"
+        what = "getDerivatives" if self.run.fmu.fmi2 else "getContinuousStateDerivatives"
         return self._at(time, x, what, self.sizes[0])
 
     def _at(self, time: float, x: Any, what: str, length: int) -> Any:
@@ -112,7 +99,7 @@ def run(fmu: Fmu, case: Case, wrong: str | None = None) -> Table:
             values.append(time if name == "time" else unit.recorded(name, wrong))
 
     with fmu.start(initialize=False, **modes) as started, suppress(FMICallException, FmuError):
-        unit = Unit(started, case)
+        unit = Unit(started)
         settings(unit, case, wrong)
         started.initialize()
         if case.exchange:
@@ -130,6 +117,8 @@ def spoiled(table: Table, case: Case, wrong: str | None) -> Table:
             table[name] = [*values[:1], *values[:-1]]
         elif wrong == "next" and name in case.inputs:
             table[name] = [interpolated(case.inputs[name], time) for time in table["time"]]
+        elif wrong == "clock" and name.startswith("release."):  # in the case, that clock never ticks alone
+            table[name] = len(values) * values[:1]
         elif wrong == "cut":
             table[name] = [value[: len(values[0])] if isinstance(value, str) else value for value in values]
         elif wrong == "difference" and name.startswith("der("):
@@ -179,7 +168,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
             if not (wrong == "stale" and time > begin):
                 give(time, end)
             told = unit.fmu.doStep(time, case.step if wrong == "lengths" else end - time)
-            needed, _, early, reached = told if unit.fmi3 else (False, False, False, end)
+            needed, _, early, reached = told or (False, False, False, end)
             time = reached if early and wrong != "past" else end
             if needed and wrong != "ignored":
                 unit.fmu.enterEventMode()
