@@ -93,17 +93,16 @@ def fmu3_path(fmu3) -> Path:
 
 @pytest.fixture
 def make3(fmu3):
-    """Makes instances of the FMU of FMI 3.0."""
+    """Makes instances of the FMU of FMI 3.0; see `Cradle`."""
 
-    def make(version=Cradle):
-        made.append(version(fmu3))
+    def make(*values, **options):
+        made.append(Cradle(fmu3, *values, **options))
         return made[-1]
 
     made = []
     yield make
     for cradle in made:
-        if cradle.component:
-            cradle.freeInstance()
+        cradle.run.close()
 
 
 @pytest.fixture(scope="session")

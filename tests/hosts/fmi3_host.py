@@ -1,50 +1,33 @@
-"""An FMU of FMI 3.0 through FMPy's low-level classes, with the names of its variables."""
+"""An FMU of FMI 3.0, call by call, with the names of its variables."""
 
 import numpy as np
-from fmpy.fmi3 import FMU3Model, FMU3Slave
-from newtons_cradle.run.slaves import Log, Version3
 
 BOTH = {"eventModeUsed": True, "earlyReturnAllowed": True}
 RESOLVED, MAPPED = 1, 2  # exchange.contacts
 
 
-class Host(Version3):
-    """`make`, or `start`, instantiates."""
+class Cradle:
+    """A run of an FMU of FMI 3.0, of so many balls; calls go to its slave. With event mode it goes on to step mode: the
+    first ticks are in `told`, the time of the next event in `due`."""
 
-    def make(self, **options):
-        """Instantiates with logging into `lines`."""
-        self.lines = Log()
-        options = {"loggingOn": True, "logMessage": lambda _, *said: self.lines.take(*said)} | options
-        self.instantiate(**options)
-        return self
-
-    def start(self, parameters=None, balls=None, **options):
-        """Instantiates and goes through initialization with these parameters, elements of arrays by names with an
-        index, in a cradle of so many balls. With event mode it goes on to step mode: the first ticks are in `told`, the
-        time of the next event in `due`."""
-        self.make(**options)
+    def __init__(self, fmu, parameters=None, balls=None, initialize=True, **options):
+        self.run = fmu.start(initialize=False, **options)
+        self.lines = self.run.log
         if balls is not None:
             self.resize(balls)
-        for name, value in (parameters or {}).items():
-            self.set(name, value)
-        self.enterInitializationMode()
-        self.exitInitializationMode()
+        self.run.set(parameters or {})
+        if initialize:
+            self.run.initialize()
         if options.get("eventModeUsed"):
             self.told, self.due = self.events()
-        return self
+
+    def __getattr__(self, name):
+        return getattr(self.run.slave, name)
 
     def derivative(self, kind, unknowns, knowns, seed, length):
         """The directional or adjoint derivative, by names."""
         call = getattr(self, f"get{kind}Derivative")
         return np.array(call(self.references(*unknowns), self.references(*knowns), list(seed), length))
-
-
-class Exchange(Host, FMU3Model):
-    """An instance of model exchange."""
-
-
-class Cradle(Host, FMU3Slave):
-    """An instance of co-simulation."""
 
     def csv(self):
         """The pulses of log.pulses: contact, onset, release, peak, impulse."""
@@ -73,11 +56,10 @@ class Cradle(Host, FMU3Slave):
 
     def events(self):
         """All ticks from Event Mode on to step mode, and when the next event is due."""
-        ticks, again = [self.tick()], True
+        ticks, again = [], True
         while again:
+            ticks.append(self.tick())
             again, due = self.update()
-            if again:
-                ticks.append(self.tick())
         self.enterStepMode()
         return [tick for tick in ticks if tick], due
 

@@ -9,37 +9,26 @@ import newtons_cradle as nc
 import numpy as np
 import pytest
 from fmi3_host import MAPPED, RESOLVED
-from fmpy.simulation import instantiate_fmu
+from fmpy.fmi2 import POINTER, FMU2Model, c_double
 
 N = 5
 PULSES = [f"pulses[{i}]" for i in range(1, N)]
 LAWS = (1, 1, 2, 3, 4)  # contact.dampingLaw, drawn
 
 
-@pytest.fixture(scope="module")
-def exchange(fmu):
-    instance = instantiate_fmu(fmu.folder, fmu.description, "ModelExchange")
-    yield instance
-    instance.freeInstance()
-
-
-def run(fmu, instance, values, stop=10.0, **options):
-    """The outputs of a run; the instance is as new afterwards."""
+def run(fmu, values, stop=10.0, **options):
+    """The outputs of a run."""
     options = {"output": ["E_total", "E_residual", *PULSES], "output_interval": 0.01} | options
-    try:
-        return fmpy.simulate_fmu(
-            fmu.folder,
-            model_description=fmu.description,
-            fmu_instance=instance,
-            fmi_type="ModelExchange",
-            start_values=fmu.settings(values),
-            stop_time=stop,
-            record_events=False,
-            validate=False,
-            **options,
-        )
-    finally:
-        instance.reset()
+    return fmpy.simulate_fmu(
+        fmu.folder,
+        model_description=fmu.description,
+        fmi_type="ModelExchange",
+        start_values=fmu.settings(values),
+        stop_time=stop,
+        record_events=False,
+        validate=False,
+        **options,
+    )
 
 
 def last(result) -> list[int]:
@@ -47,11 +36,11 @@ def last(result) -> list[int]:
 
 
 @pytest.mark.parametrize(("tolerance", "limit"), [(1e-8, 1e-4), (1e-10, 1e-5), (1e-12, 1e-7)])
-def test_figure_6_mapped_in_cvode(fmu, exchange, tolerance, limit):
+def test_figure_6_mapped_in_cvode(fmu, tolerance, limit):
     """240 s; what is left is the error of BDF in flight. It depends on the steps that CVODE happens to take: at
     1e-10, nominal values changed by any factor gave between 6e-8 and 7e-6."""
     options = {"relative_tolerance": tolerance, "output_interval": 0.1}
-    result = run(fmu, exchange, nc.preset("figure6"), 240.0, **options)
+    result = run(fmu, nc.preset("figure6"), 240.0, **options)
     assert last(result) == [171, 342, 342, 171]
     assert abs(result["E_residual"][-1] / result["E_total"][0]) < limit
 
@@ -61,7 +50,7 @@ CHAINS = {case["id"]: case for case in REFERENCE["free_chain"] if case["N"] == N
 
 
 @pytest.mark.parametrize("case", CHAINS)
-def test_resolved_impacts_against_the_reference(fmu, exchange, case):
+def test_resolved_impacts_against_the_reference(fmu, case):
     """The impacts of a free chain, integrated by CVODE: final velocities and impulses beside those in quadruple
     precision."""
     chain = CHAINS[case]
@@ -71,7 +60,7 @@ def test_resolved_impacts_against_the_reference(fmu, exchange, case):
         for i, value in enumerate(values, start=1)
     }
     values = nc.chain(chain["p"], chain["strikers"]) | {"exchange.contacts": RESOLVED}
-    result = run(fmu, exchange, values, relative_tolerance=1e-10, output_interval=0.1, output=list(wanted))
+    result = run(fmu, values, relative_tolerance=1e-10, output_interval=0.1, output=list(wanted))
     assert {name: result[name][-1] for name in wanted} == pytest.approx(wanted, abs=1e-7)
 
 
@@ -97,7 +86,7 @@ def drawn(seed: int) -> dict:
 
 
 @pytest.mark.parametrize("contacts", [MAPPED, pytest.param(RESOLVED, marks=pytest.mark.all)])
-def test_no_contact_of_random_cradles_is_missed(fmu, exchange, monkeypatch, contacts):
+def test_no_contact_of_random_cradles_is_missed(fmu, monkeypatch, contacts):
     """40 cradles: after each event no open contact overlaps by more than its nominal value and approaches. Mapped,
     the pulses are those of co-simulation."""
     overlaps, rates, contact = (
@@ -105,23 +94,23 @@ def test_no_contact_of_random_cradles_is_missed(fmu, exchange, monkeypatch, cont
         for name in ("overlap[{}]", "der(overlap[{}])", "inContact[{}]")
     )
     missed, differ = [], []
-    go_on = exchange.enterContinuousTimeMode
+    go_on = FMU2Model.enterContinuousTimeMode
 
-    def watched():
-        answer = go_on()
+    def watched(exchange):
+        answer = go_on(exchange)
         nominals = np.zeros(3 * N + 1)
-        place = nominals.ctypes.data_as(fmpy.fmi2.POINTER(fmpy.fmi2.c_double))
+        place = nominals.ctypes.data_as(POINTER(c_double))
         exchange.getNominalsOfContinuousStates(place, 3 * N + 1)
         overlap, rate = (np.array(exchange.getReal(references)) for references in (overlaps, rates))
         closed = np.array(exchange.getBoolean(contact), dtype=bool)
         missed.extend(np.flatnonzero((overlap > nominals[1:N]) & (rate > 0) & ~closed))
         return answer
 
-    monkeypatch.setattr(exchange, "enterContinuousTimeMode", watched)
+    monkeypatch.setattr(FMU2Model, "enterContinuousTimeMode", watched)
     for seed in range(40):
         values = drawn(seed)
         try:
-            result = run(fmu, exchange, values | {"exchange.contacts": contacts}, relative_tolerance=1e-8)
+            result = run(fmu, values | {"exchange.contacts": contacts}, relative_tolerance=1e-8)
         except RuntimeError as stopped:
             assert "mxstep" in str(stopped)  # 500 steps within one interval of the output.
             continue

@@ -8,7 +8,7 @@ import newtons_cradle as nc
 import numpy as np
 import pytest
 from conftest import ended, repacked
-from fmi3_host import BOTH, MAPPED, RESOLVED, Exchange
+from fmi3_host import BOTH, MAPPED, RESOLVED
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
@@ -24,7 +24,7 @@ def test_the_same_bits_as_fmi_2(make3, fmu, step, setup):
     reference = {family: run[family] for family in NAMES}
     times = np.arange(round(stop / step) + 1) * step
     for options in ({}, {"eventModeUsed": True}, BOTH):
-        cradle = make3().start(setup, **options)
+        cradle = make3(setup, **options)
         for i, time in enumerate(times):
             if i:
                 cradle.walk(times[i - 1], time)
@@ -36,7 +36,7 @@ def test_the_same_bits_as_fmi_2(make3, fmu, step, setup):
 
 @pytest.mark.parametrize("balls", [1, 13])
 def test_the_host_chooses_the_number_of_balls(make3, fmu_path, balls):
-    cradle = make3().start(balls=balls)
+    cradle = make3(balls=balls)
     assert cradle.get("n") == balls and len(cradle.get("x")) == balls
     cradle.step(0.0, 1.0)
     with nc.build(balls=balls, binaries=fmu_path) as fmu:
@@ -59,7 +59,7 @@ def test_variables_are_those_of_fmi_2(fmu, fmu3):
 
 
 def test_a_new_number_of_balls_keeps_the_scalars(make3):
-    cradle = make3().make()
+    cradle = make3(initialize=False)
     cradle.set("pendulum.length", 0.5)
     cradle.resize(7)
     cradle.set("contact.gap", [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6, 0.25])
@@ -79,7 +79,7 @@ def test_what_is_refused_is_named(make3):
         assert (line.status, line.category) == (status, category)
         assert all(word in line.text for word in words), line
 
-    cradle = make3().make()
+    cradle = make3(initialize=False)
     cradle.enterConfigurationMode()
     with refused(2, "n = 0", "1 to 10000"):
         cradle.set("n", 0)
@@ -115,7 +115,7 @@ def test_categories_of_the_log_are_switched_one_by_one(make3):
             cradle.set("ball.mass", -1.0)
         return [line.category for line in cradle.lines]
 
-    cradle = make3().make(loggingOn=False)
+    cradle = make3(initialize=False, loggingOn=False)
     assert logged() == []
     for on, names, expected in (
         (True, ["logStatusDiscard", "logEvents"], ["logStatusDiscard"]),
@@ -126,7 +126,7 @@ def test_categories_of_the_log_are_switched_one_by_one(make3):
 
 
 def test_slopes_of_inputs_are_those_of_fmi_2(make3):
-    cradle = make3().start({"gravity": 0.0, "x_start": np.zeros(5)})
+    cradle = make3({"gravity": 0.0, "x_start": np.zeros(5)})
     cradle.set("F_ext", [0.0, 0.0, 0.0, 0.0, 1.0])
     cradle.set("der(F_ext)", [0.0, 0.0, 0.0, 0.0, 2.0])
     assert cradle.get("der(F_ext)")[4] == 2.0
@@ -139,10 +139,10 @@ def test_slopes_of_inputs_are_those_of_fmi_2(make3):
 
 @pytest.mark.parametrize("options", [{}, BOTH], ids=["steps", "events"])
 def test_a_state_goes_on_in_another_instance(make3, options):
-    one, other = (make3().start(balls=balls, **options) for balls in (7, 3))
+    one, other = (make3(balls=balls, **options) for balls in (7, 3))
     one.walk(0.0, 0.5)
     other.go_to(one.to_bytes())
-    other.balls = 7
+    other.run.slave.balls = 7
     told = [cradle.walk(0.5, 2.0) for cradle in (one, other)]
     assert told[0] == told[1] and bool(told[0]) == bool(options)
     for name in NAMES:
@@ -154,7 +154,7 @@ def test_a_state_goes_on_in_another_instance(make3, options):
 
 
 def test_derivatives(make3):
-    cradle = make3().make()
+    cradle = make3(initialize=False)
     cradle.enterInitializationMode()
     known, unknown = ["x_start", "ball.mass"], ["E_total", "F_support", "p_total"]
     rows = np.array([cradle.derivative("Adjoint", unknown, known, seed, 6) for seed in np.eye(3)])
@@ -167,7 +167,7 @@ def test_derivatives(make3):
     assert not cradle.derivative("Directional", ["x", "v"], ["F_ext"], [1.0, 0, 0, 0, 0], 10).any()
     cradle.set("derivatives.of", 2)
     found = cradle.derivative("Directional", ["x"], ["F_ext"], [1.0, 0, 0, 0, 0], 5)
-    other = make3().start()
+    other = make3()
     other.set("F_ext", [1e-6, 0, 0, 0, 0])
     other.step(0.0, 0.5)
     assert found == pytest.approx((other.get("x") - cradle.get("x")) / 1e-6, rel=1e-6, abs=1e-8)
@@ -182,7 +182,7 @@ def test_derivatives_of_the_run(make3):
     knowns = ["x_start", "contact.stiffness", "pendulum.length", "F_ext", "pendulum.drag"]
 
     def run(changes, derivatives=3):
-        cradle = make3().start({"derivatives.of": derivatives, "pendulum.drag": 0.1} | changes)
+        cradle = make3({"derivatives.of": derivatives, "pendulum.drag": 0.1} | changes)
         cradle.step(0.0, 0.7)
         cradle.set("F_ext", [-0.1, 0.0, 0.0, 0.0, 0.0])
         cradle.set("pendulum.drag", 0.2 + changes.get("pendulum.drag", 0.1) - 0.1)
@@ -195,7 +195,7 @@ def test_derivatives_of_the_run(make3):
     sensitivity = cradle.derivative("Adjoint", unknowns, knowns, weights, 13)
     derivatives = cradle.derivative("Directional", unknowns, knowns, direction, 6)
     assert sensitivity @ direction == pytest.approx(weights @ derivatives, rel=1e-12)
-    restored = make3().start()
+    restored = make3()
     restored.go_to(cradle.to_bytes())
     assert np.array_equal(restored.derivative("Adjoint", unknowns, knowns, weights, 13), sensitivity)
     for name, start, place in [("pendulum.length", 1.962, 6), ("pendulum.drag", 0.1, 12)]:
@@ -211,42 +211,39 @@ def test_derivatives_of_the_run(make3):
     assert any("derivatives.of = run must be set before an input" in line.text for line in late.lines)
 
 
-def test_an_fmu_without_clocks(fmu3_path, fmu_path, producer, tmp_path):
-    """Valid, as the one with clocks is; packed again, the same; and the same run."""
-    without = ["--clocks", "none"]
-    path = repacked(producer, fmu_path, tmp_path / "no-clocks.fmu", "--fmi", "3", *without)
-    for each in (path, fmu3_path):
-        assert validate_fmu(str(each)) == []
-        ended(producer, "check", each)
-    again = repacked(producer, path, tmp_path / "again.fmu", "--fmi", "3", *without)
-    assert again.read_bytes() == path.read_bytes()
-    names, others = (
-        {variable.name for variable in fmpy.read_model_description(each).modelVariables}
-        for each in (path, fmu3_path)
-    )
+@pytest.fixture
+def packed(fmu_path, producer, tmp_path):
+    """Packs an FMU of FMI 3.0 with options: a valid one, which is the same when it is packed again."""
+
+    def packed(*options):
+        path = repacked(producer, fmu_path, tmp_path / f"{len(options)}.fmu", "--fmi", "3", *options)
+        again = repacked(producer, path, tmp_path / "again.fmu", "--fmi", "3", *options)
+        assert again.read_bytes() == path.read_bytes() and validate_fmu(str(path)) == []
+        ended(producer, "check", path)
+        return path
+
+    return packed
+
+
+def test_an_fmu_without_clocks(packed):
+    paths = packed("--clocks", "none"), packed()
+    names, others = ({v.name for v in fmpy.read_model_description(path).modelVariables} for path in paths)
     assert names < others and all(name.startswith(("onset.", "release.")) for name in others - names)
     options = {"output": ["x", "pulses"], "stop_time": 2.0, "use_event_mode": True}
-    one, other = (fmpy.simulate_fmu(fmu, early_return_allowed=True, **options) for fmu in (path, fmu3_path))
+    one, other = (fmpy.simulate_fmu(path, early_return_allowed=True, **options) for path in paths)
     assert one.tobytes() == other.tobytes()
 
 
 @pytest.mark.parametrize("clocks", [[], ["--clocks", "none"]], ids=["clocks", "no clocks"])
-def test_an_fmu_of_scalars(fmu_path, producer, tmp_path, clocks):
-    """Valid, packed again the same, and with the doubles of FMI 2.0 in both kinds."""
-    options = ["--fmi", "3", "--scalars", *clocks]
-    path = repacked(producer, fmu_path, tmp_path / "scalars.fmu", *options)
-    assert validate_fmu(str(path)) == []
-    ended(producer, "check", path)
-    assert repacked(producer, path, tmp_path / "again.fmu", *options).read_bytes() == path.read_bytes()
+def test_an_fmu_of_scalars(packed, fmu_path, clocks):
+    """It has the doubles of FMI 2.0 in both kinds."""
+    path = packed("--scalars", *clocks)
+    names = [f"{name}[{i}]" for name in ("x", "v", "F", "overlap", "pulses") for i in range(1, 5)]
+    options = {"output": [*names, "E_total"], "stop_time": 2.0, "output_interval": 1 / 128}
     for kind, more in (("CoSimulation", {}), ("ModelExchange", {"relative_tolerance": 1e-8})):
-        names = [f"{name}[{i}]" for name in ("x", "v", "F", "overlap", "pulses") for i in range(1, 5)]
-        more |= {
-            "fmi_type": kind,
-            "output": [*names, "E_total"],
-            "stop_time": 2.0,
-            "output_interval": 1 / 128,
-        }
-        two, three = (fmpy.simulate_fmu(str(each), **more) for each in (fmu_path, path))
+        two, three = (
+            fmpy.simulate_fmu(str(each), fmi_type=kind, **options, **more) for each in (fmu_path, path)
+        )
         assert all(np.array_equal(two[name], three[name]) for name in two.dtype.names)
     with nc.Fmu(path) as scalars:
         run = scalars.simulate({"x_start": [-0.2, 0, 0, 0, 0]}, stop=1.0)
@@ -273,7 +270,7 @@ def test_model_exchange_in_cvode(fmu3_path, contacts, tolerance):
 
 @pytest.mark.parametrize("balls", [1, 2, 13])
 def test_states_of_model_exchange_for_any_number_of_balls(make3, balls):
-    cradle = make3(Exchange).start(balls=balls)
+    cradle = make3(balls=balls, exchange=True)
     states = cradle.getNumberOfContinuousStates()
     assert (states, cradle.getNumberOfEventIndicators()) == (3 * balls + 2, 2 * balls)
     values = cradle.vector("getContinuousStates", states)
@@ -283,7 +280,7 @@ def test_states_of_model_exchange_for_any_number_of_balls(make3, balls):
 
 
 def test_derivatives_by_states_are_those_of_the_equations(make3):
-    cradle = make3(Exchange).start()
+    cradle = make3(exchange=True)
     unknowns, knowns = ["der(q)", "a", "E_total"], ["q", "v", "F_ext"]
     columns = [cradle.derivative("Directional", unknowns, knowns, seed, 11) for seed in np.eye(15)]
     rows = np.array([cradle.derivative("Adjoint", unknowns, knowns, seed, 15) for seed in np.eye(11)])

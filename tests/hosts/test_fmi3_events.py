@@ -16,7 +16,7 @@ def pulses(lines):
 
 @pytest.mark.parametrize("options", [BOTH, {"eventModeUsed": True}])
 def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
-    cradle = make3().start(nc.preset("figure6"), **options)
+    cradle = make3(nc.preset("figure6"), **options)
     ticks = [*cradle.told, *(tick for i in range(6) for tick in cradle.walk(100.0 * i, 100.0 * (i + 1)))]
     log = pulses(cradle.lines)
     onsets, releases = ([tick[edge] for tick in ticks if edge in tick] for edge in ("onset", "release"))
@@ -34,12 +34,12 @@ def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
 
 @pytest.mark.parametrize("options", [{}, BOTH])
 def test_the_pulses_as_bytes_are_those_of_the_log(make3, options):
-    cradle = make3().start(nc.preset("figure6"), **options)
+    cradle = make3(nc.preset("figure6"), **options)
     assert cradle.csv() == []
     cradle.walk(0.0, 30.0)
     log = pulses(cradle.lines)
     assert cradle.csv() == log and len(log) > 100
-    other = make3().start(nc.preset("figure6"), **options)
+    other = make3(nc.preset("figure6"), **options)
     other.go_to(cradle.to_bytes())
     assert other.csv() == log
     # The last ones, as far as there is room.
@@ -49,7 +49,7 @@ def test_the_pulses_as_bytes_are_those_of_the_log(make3, options):
 
 
 def test_a_step_ends_at_the_onset(make3):
-    cradle = make3().start(**BOTH)
+    cradle = make3(**BOTH)
     due = cradle.due
     assert due == cradle.get("t_next")
     needed, early, time = cradle.step(0.0, 1.0)
@@ -69,7 +69,7 @@ def test_a_step_ends_at_the_onset(make3):
 
 
 def test_an_event_just_ahead_is_due(make3):
-    cradle = make3().start(**BOTH)
+    cradle = make3(**BOTH)
     due = cradle.due
     before = np.nextafter(np.nextafter(due, 0), 0)
     assert cradle.step(0.0, before) == (False, False, before)
@@ -77,7 +77,7 @@ def test_an_event_just_ahead_is_due(make3):
     assert cradle.get("onset.clock") and cradle.get("onset.time") == due
     cradle.events()
     # Earlier, it is announced again.
-    cradle = make3().start(**BOTH)
+    cradle = make3(**BOTH)
     due = cradle.due
     cradle.step(0.0, due - 1e-9)
     cradle.enterEventMode()
@@ -85,13 +85,13 @@ def test_an_event_just_ahead_is_due(make3):
 
 
 def test_contacts_closed_at_the_start_tick_first(make3):
-    cradle = make3().start({"x_start": [0.0] * 5, "contact.gap": [-1e-5] * 5}, **BOTH)
+    cradle = make3({"x_start": [0.0] * 5, "contact.gap": [-1e-5] * 4}, **BOTH)
     assert cradle.told == [{"onset": (0.0, (0, 1, 2, 3))}] and cradle.get("pulses").tolist() == [1] * 4 + [0]
 
 
 def test_simultaneous_impacts_are_one_tick_each_time(make3):
     start = {"contact.model": 3, "contact.restitution": 1.0, "contact.deadBand": 0.0}
-    cradle = make3().start(start | {"x_start": [-0.1, 0.0, 0.0, 0.0, 0.1]}, **BOTH)
+    cradle = make3(start | {"x_start": [-0.1, 0.0, 0.0, 0.0, 0.1]}, **BOTH)
     ticks = cradle.walk(0.0, 1.0)
     # Contacts 1 and 4 at once, then 2 and 3, each closing and opening in its tick, all at the same time.
     assert len({tick["onset"][0] for tick in ticks}) == 1
@@ -106,8 +106,8 @@ def test_the_host_is_called_at_each_event_of_a_step(make3):
         seen.append((time, cradle.get("time")))
         assert (may_set, may_get, finished, may_end) == (True, True, True, False)
 
-    cradle = make3().start(nc.figure5(), intermediateUpdate=record, requiredIntermediateVariables=[0])
-    plain = make3().start(nc.figure5())
+    cradle = make3(nc.figure5(), intermediateUpdate=record, requiredIntermediateVariables=[0])
+    plain = make3(nc.figure5())
     for instance in (cradle, plain):
         assert instance.step(0.0, 3.0) == (False, False, 3.0)
     assert cradle.get("x").tobytes() == plain.get("x").tobytes()
@@ -125,11 +125,11 @@ def test_the_host_may_act_within_a_step(make3):
             requested[0], end[0] = True, time + 1e-3
 
     acted = []
-    cradle = make3().start(nc.figure5(), intermediateUpdate=act, earlyReturnAllowed=True)
+    cradle = make3(nc.figure5(), intermediateUpdate=act, earlyReturnAllowed=True)
     needed, early, time = cradle.step(0.0, 3.0)
     assert early and not needed and time == acted[1] + 1e-3
     # As if the first step had ended at the first event.
-    other = make3().start(nc.figure5())
+    other = make3(nc.figure5())
     other.step(0.0, acted[0])
     other.set("F_ext", [0.0, 0.0, 0.0, 0.0, 1.0])
     other.step(acted[0], time - acted[0])
@@ -137,7 +137,7 @@ def test_the_host_may_act_within_a_step(make3):
 
 
 def test_inputs_of_an_event_act_at_once(make3):
-    cradle = make3().start(nc.figure5(), **BOTH)
+    cradle = make3(nc.figure5(), **BOTH)
     before = cradle.get("t_next")
     cradle.step(0.0, 0.125)
     cradle.enterEventMode()

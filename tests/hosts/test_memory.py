@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
-import fmi3_host
 import pytest
+from fmi3_host import Cradle
 
 pytestmark = pytest.mark.all
 
@@ -15,13 +15,13 @@ def test_instances_of_fmi_3_leave_no_memory_behind(fmu3):
     keep besides, AddressSanitizer finds in tests/rust/ffi."""
 
     def once() -> None:
-        exchange = fmi3_host.Exchange(fmu3).start(balls=7)
+        exchange = Cradle(fmu3, balls=7, exchange=True)
         exchange.updateDiscreteStates()
         exchange.enterContinuousTimeMode()
         exchange.setTime(0.1)
         exchange.go_to(exchange.to_bytes())
         exchange.freeInstance()
-        cradle = fmi3_host.Cradle(fmu3).start(balls=7, eventModeUsed=True)
+        cradle = Cradle(fmu3, balls=7, eventModeUsed=True)
         cradle.walk(0.0, 1.0)
         cradle.go_to(cradle.to_bytes())
         cradle.terminate()

@@ -30,7 +30,8 @@ class Run:
     """One instance, initialised and ready to step. `values`: start values by variable name, as `set` takes them.
 
     `run["F_ext[1]"] = 0.2` sets a variable; `run["v[1]"]` is the current value of one. With `initialize=False` the
-    instance is only instantiated, and the caller must call `initialize()`.
+    instance is only instantiated, and the caller must call `initialize()`. With `exchange=True` it is one for model
+    exchange, which the caller integrates through `slave`.
     """
 
     def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True, **options: bool):
@@ -38,7 +39,7 @@ class Run:
         self.log = Log()
         self._closed = self._initialized = False
         self._meant = True
-        self.slave = instance(fmu)
+        self.slave = instance(fmu, options.pop("exchange", False))
         try:
             self._call(self.slave.create, self.log, **options)
             self.set({} if values is None else values)

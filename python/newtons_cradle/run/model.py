@@ -48,7 +48,9 @@ class Model:
 
     def __init__(self, path: Path, description: ModelDescription, folder: str):
         self.path, self.description, self.folder = path, description, folder
-        self.variables = variables(description)
+        self.fmi2 = description.fmiVersion.startswith("2.")
+        self.described = {variable.name: variable for variable in description.modelVariables}
+        self.variables = self.described if self.fmi2 else elements(description)
         self.arrays: dict[str, list[str]] = {}  # x: x[1], x[2], ...
         for name in self.variables:
             if name.endswith("]"):
@@ -196,11 +198,9 @@ def _cure(array: str, count: int) -> str:
 Place = tuple[str, int]  #: Where FMI 3.0 has an element: the name of its array, and its index from 0.
 
 
-def variables(description: ModelDescription) -> dict[str, Any]:
-    """FMPy's descriptions of all variables that FMI 2.0 knows, by name. In FMI 3.0 each element gets one; its
+def elements(description: ModelDescription) -> dict[str, Any]:
+    """Of FMI 3.0, FMPy's descriptions of all variables that FMI 2.0 knows, by name. Each element gets one; its
     reference is a `Place`."""
-    if description.fmiVersion.startswith("2."):
-        return {variable.name: variable for variable in description.modelVariables}
     known = [v for v in description.modelVariables if v.type in TYPES and v.causality not in OTHERS]
     # Clocks tick in event mode only.
     return {element.name: element for v in known if not v.clocks for element in _elements(v)}

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from ctypes import POINTER, byref, c_double
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
@@ -50,8 +49,8 @@ def _logger(environment: int, _instance: bytes, status: int, *texts: bytes | Non
 
 
 class Instance:
-    """What all kinds of instances have. Variables are read and set by name: elements of FMI 3.0's arrays as `x[1]`, or
-    all of an array at once."""
+    """What all kinds of instances have. Variables are read and set by name, arrays of FMI 3.0 as a whole, or read by
+    element, `x[1]`."""
 
     def __init__(self, fmu: Model):
         identifier, guid = fmu.description.coSimulation.modelIdentifier, fmu.description.guid
@@ -61,15 +60,10 @@ class Instance:
         paths = [path for name in (platform_tuple, platform) if (path := folders / name / library).is_file()]
         if not paths:
             has = ", ".join(sorted(folder.name for folder in folders.glob("*"))) or "no machine"
-            needs = platform if fmu.description.fmiVersion.startswith("2.") else platform_tuple
+            needs = platform if fmu.fmi2 else platform_tuple
             raise FmuError(f"{fmu.path.name} has binaries for {has} only; this machine needs {needs}")
         super().__init__(**given, instanceName="cradle", libraryPath=str(paths[0]))  # type: ignore[call-arg]
-        self.description, self.balls = fmu.description, fmu.balls
-
-    @cached_property  # of long rows there are many, and most runs need none
-    def variables(self) -> dict[str, Any]:
-        """FMPy's descriptions of all variables by name."""
-        return {variable.name: variable for variable in self.description.modelVariables}
+        self.variables, self.balls = fmu.described, fmu.balls
 
     def references(self, *names: str) -> list[int]:
         """Value references of these variables."""
@@ -103,25 +97,18 @@ class Instance:
 
     def get(self, name: str) -> Any:
         """The value of a variable; of an array, a NumPy array."""
-        variable, index = self._variable(name)
+        array, index = (name, None) if name in self.variables else split(name)
+        variable = self.variables[array]
         length = [self.balls] if variable.dimensions else []
         values = self._accessor("get", variable.type)([variable.valueReference], *length)
         return np.array(values) if length and index is None else values[(index or 1) - 1]
 
     def set(self, name: str, value: Any) -> None:
-        """Sets a variable, an enumeration also by the name of its item; of an array all elements, or one."""
-        variable, index = self._variable(name)
+        """Sets a variable, an enumeration also by the name of its item; of an array all elements."""
+        variable = self.variables[name]
         if isinstance(value, str):
             (value,) = (int(item.value) for item in variable.declaredType.items if item.name == value)
-        if index is not None:  # the other elements keep their values
-            values = self.get(variable.name)
-            values[index - 1] = value
-            value = values
         self._accessor("set", variable.type)([variable.valueReference], np.atleast_1d(value).tolist())
-
-    def _variable(self, name: str) -> tuple[Any, int | None]:
-        array, index = (name, None) if name in self.variables else split(name)
-        return self.variables[array], index
 
     def _accessor(self: Any, prefix: str, kind: str) -> Callable[..., Any]:
         function: Callable[..., Any] = getattr(self, prefix + (self.whole if kind == "Enumeration" else kind))
@@ -164,7 +151,8 @@ class Version3(Instance):
 
     def create(self: Any, log: Log, **options: Any) -> None:
         """Instantiates it; pulses, doubts and errors are logged."""
-        self.instantiate(loggingOn=True, logMessage=lambda _, *said: log.take(*said), **options)
+        options = {"loggingOn": True} | options
+        self.instantiate(logMessage=lambda _, *said: log.take(*said), **options)
         self.setDebugLogging(False, ["logSolver"])
 
     def read(self, _kind: str, places: list[Place]) -> list[Any]:
@@ -184,9 +172,8 @@ class Version3(Instance):
         return {name: np.atleast_1d(self.get(name)).tolist() for name in dict(places)}  # each array once
 
 
-def instance(fmu: Model, *, exchange: bool = False) -> Any:
+def instance(fmu: Model, exchange: bool) -> Any:
     """A new instance of this FMU, for co-simulation or model exchange."""
-    fmi2 = fmu.description.fmiVersion.startswith("2.")
-    version, kinds = (Version2, (FMU2Slave, FMU2Model)) if fmi2 else (Version3, (FMU3Slave, FMU3Model))
+    version, kinds = (Version2, (FMU2Slave, FMU2Model)) if fmu.fmi2 else (Version3, (FMU3Slave, FMU3Model))
     kind = kinds[exchange]
     return type(kind.__name__, (version, kind), {})(fmu)  # FMPy goes by the first letters of the name

@@ -32,9 +32,9 @@ class Case:
     slopes: bool = False  # of the inputs are given
     events: bool = False  # event mode is used
     early: bool = False  # early return is allowed
-    trial: tuple[Any, ...] = ()  # a step that is tried and taken back: its time (s), an input, its value
-    act: tuple[str, Any] | tuple[()] = ()  # what is set at the first intermediate update
-    parts: int = 32  # steps of the judge's solver in one communication step
+    trial: tuple[Any, ...] = ()  # a step that is tried and taken back: its time (s), an input with its value
+    act: Mapping[str, float] = field(default_factory=dict)  # what is set at the first intermediate update
+    parts: float = 32  # steps of the judge's solver in one communication step
     tolerance: float = 0.0  # relative, of that solver
 
     def instructions(self) -> str:
@@ -142,7 +142,7 @@ CASES = {
             "kept": "the input of the step taken back stayed",
         },
         balls=2,
-        trial=(0.7, "F_ext[1]", 5.0),
+        trial=(0.7, {"F_ext[1]": 5.0}),
     ),
     "derivatives": Case(
         "derivatives of outputs",
@@ -291,7 +291,7 @@ CASES = {
         fmi=3,
         step=0.5,
         other={"never": "intermediateUpdate was not used, which FMI allows: the input was never set"},
-        act=("F_ext[1]", 2.0),
+        act={"F_ext[1]": 2.0},
     ),
     "arrays": Case(
         "arrays and a structural parameter",

@@ -4,6 +4,7 @@ mistakes that tools make, each by its name; `cases` says what they are."""
 import math
 from bisect import bisect_right
 from collections.abc import Callable
+from contextlib import suppress
 from ctypes import POINTER, c_double
 from itertools import accumulate, pairwise
 from typing import Any
@@ -12,8 +13,9 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from ..calibration import runge_kutta
+from ..errors import FmuError
 from ..fmu import Fmu
-from ..run.slaves import Log, instance
+from ..run import Run
 from .cases import Case, Points
 
 Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.
@@ -24,24 +26,12 @@ SOON = 1e-6  # s after an event, for the mistake of seeing nothing then
 
 
 class Unit:
-    """An instance with what the master needs of it. With clocks, it keeps what belongs to them as it was at their last
-    ticks."""
+    """A run with what the master needs of it. What belongs to clocks keeps the values of their last ticks, and is read
+    at any time."""
 
-    def __init__(self, fmu: Fmu, case: Case, update: Callable[..., None] | None = None):
-        self.fmi3 = case.fmi == 3
-        self.fmu = instance(fmu, exchange=case.exchange)
-        self.get, self.set = self.fmu.get, self.fmu.set
-        self.clocked = [name for name in case.record if name.startswith(("onset.", "release."))]
-        self.seen: dict[str, Any] = {}
-        modes = {"eventModeUsed": case.events, "earlyReturnAllowed": case.early, "intermediateUpdate": update}
-        self.log = Log()
-        self.fmu.create(self.log, **(modes if self.fmi3 and not case.exchange else {}))
-        self.sizes = fmu.description.numberOfContinuousStates, fmu.description.numberOfEventIndicators
-
-    def start(self, time: float = 0.0) -> None:
-        """Goes through initialization, and stays in Event Mode if there is one."""
-        self.fmu.enterInitializationMode(startTime=time)
-        self.fmu.exitInitializationMode()
+    def __init__(self, run: Run):
+        self.run, self.fmu, self.set, description = run, run.slave, run.set, run.fmu.description
+        self.sizes = description.numberOfContinuousStates, description.numberOfEventIndicators
 
     def recorded(self, name: str, wrong: str | None) -> Any:
         """What the master records of a variable: for `der(x[1])` and so on a time derivative; hexadecimal digits of
@@ -51,28 +41,17 @@ class Unit:
             order = {"order": order - 1}.get(wrong or "", order) or 1
             place = self.fmu.references(name.replace("der(", "").rstrip(")"))
             return self.fmu.getRealOutputDerivatives(place, [order])[0]
-        value = self.seen[name] if name in self.seen else self.get(name)
+        value = self.fmu.get(name)
         return value.hex() if isinstance(value, bytes) else value
-
-    def _look(self, wrong: str | None) -> None:
-        """Keeps what belongs to the clocks that are active."""
-        for name in self.clocked:
-            self.seen.setdefault(name, self.get(name))
-        active = [edge for edge in ("onset", "release") if self.clocked and self.get(f"{edge}.clock")]
-        for edge in active[:1] if wrong == "clock" else active:
-            self.seen |= {name: self.get(name) for name in self.clocked if name.startswith(edge)}
 
     def events(self, wrong: str | None) -> tuple[bool, float]:
         """Goes through Event Mode: whether states have changed, and when the next event is due (s)."""
         changed, again, due = False, True, math.inf
-        self._look(wrong)
+        update = self.fmu.newDiscreteStates if self.run.fmu.fmi2 else self.fmu.updateDiscreteStates
         while again:
-            update = self.fmu.updateDiscreteStates if self.fmi3 else self.fmu.newDiscreteStates
             again, _, _, values, defined, time = update()
             changed, due = changed or bool(values), time if defined else math.inf
-            if again and wrong == "once":
-                break
-            self._look(wrong)
+            again = again and wrong != "once"
         return changed, due
 
     def states(self) -> Any:
@@ -82,7 +61,7 @@ class Unit:
         return self._at(time, x, "getEventIndicators", self.sizes[1])
 
     def slopes(self, time: float, x: Any) -> Any:
-        what = "getContinuousStateDerivatives" if self.fmi3 else "getDerivatives"
+        what = "getDerivatives" if self.run.fmu.fmi2 else "getContinuousStateDerivatives"
         return self._at(time, x, what, self.sizes[0])
 
     def _at(self, time: float, x: Any, what: str, length: int) -> Any:
@@ -100,35 +79,33 @@ def interpolated(points: Points, time: float, wrong: str | None = None) -> float
     return float(np.interp(time, times, values))
 
 
-def run(fmu: Fmu, case: Case, wrong: str | None = None, finer: float = 1) -> Table:
-    """Runs the case, rightly or with a mistake. If the FMU refuses to go on, the rows end there. `finer`: by what the
-    steps of the solver in model exchange are divided."""
+def run(fmu: Fmu, case: Case, wrong: str | None = None) -> Table:
+    """Runs the case, rightly or with a mistake. If the FMU refuses to go on, the rows end there."""
 
     def update(_environment: Any, time: float, *_: Any) -> None:
         if not calls and wrong != "after":
-            unit.set(*case.act)
+            unit.set(case.act)
         calls.append(time)
 
     table: Table = {name: [] for name in ("time", *case.record)}
     calls: list[float] = []
-    unit = Unit(fmu, case, update if case.act and wrong != "never" else None)
+    modes: dict[str, Any] = {"exchange": case.exchange}
+    if case.fmi == 3 and not case.exchange:
+        modes |= {"eventModeUsed": case.events, "earlyReturnAllowed": case.early}
+        modes["intermediateUpdate"] = update if case.act and wrong != "never" else None
 
     def record(time: float) -> None:
         for name, values in table.items():
             values.append(time if name == "time" else unit.recorded(name, wrong))
 
-    try:
+    with fmu.start(initialize=False, **modes) as started, suppress(FMICallException, FmuError):
+        unit = Unit(started)
         settings(unit, case, wrong)
-        unit.start()
+        started.initialize()
         if case.exchange:
-            integrate(unit, case, wrong, record, case.step / case.parts / finer)
+            integrate(unit, case, wrong, record, case.step / case.parts)
         else:
             steps(unit, case, wrong, record, calls)
-    except FMICallException:
-        pass
-    finally:
-        if unit.fmu.component:
-            unit.fmu.freeInstance()
     return spoiled(table, case, wrong)
 
 
@@ -140,6 +117,8 @@ def spoiled(table: Table, case: Case, wrong: str | None) -> Table:
             table[name] = [*values[:1], *values[:-1]]
         elif wrong == "next" and name in case.inputs:
             table[name] = [interpolated(case.inputs[name], time) for time in table["time"]]
+        elif wrong == "clock" and name.startswith("release."):  # in the case, that clock never ticks alone
+            table[name] = len(values) * values[:1]
         elif wrong == "cut":
             table[name] = [value[: len(values[0])] if isinstance(value, str) else value for value in values]
         elif wrong == "difference" and name.startswith("der("):
@@ -154,7 +133,10 @@ def settings(unit: Unit, case: Case, wrong: str | None) -> None:
     if "n" in case.settings:
         unit.fmu.resize(case.settings["n"])
     for name, value in arrays.items() if wrong != "reset" else ():
-        unit.set(*((f"{name}[1]", value[0]) if wrong == "first" else (name, value)))
+        if wrong == "first":
+            unit.set({f"{name}[1]": value[0]})
+        else:
+            unit.fmu.set(name, value)
 
 
 def grid(case: Case, wrong: str | None) -> list[float]:
@@ -174,7 +156,7 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
     def give(time: float, end: float) -> None:
         for name, values in case.inputs.items():
             shift = {"ahead": end - time, "behind": -case.step, "first": -time}.get(wrong or "", 0.0)
-            unit.set(name, interpolated(values, time + shift, wrong))
+            unit.set({name: interpolated(values, time + shift, wrong)})
             if case.slopes and wrong not in ("held", "first"):
                 of = (time - 1e-3, time) if wrong == "left" else (time, end)
                 slope = (interpolated(values, of[1]) - interpolated(values, of[0])) / (of[1] - of[0])
@@ -186,14 +168,14 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
             if not (wrong == "stale" and time > begin):
                 give(time, end)
             told = unit.fmu.doStep(time, case.step if wrong == "lengths" else end - time)
-            needed, _, early, reached = told if unit.fmi3 else (False, False, False, end)
+            needed, _, early, reached = told or (False, False, False, end)
             time = reached if early and wrong != "past" else end
             if needed and wrong != "ignored":
                 unit.fmu.enterEventMode()
                 unit.events(wrong)
                 unit.fmu.enterStepMode()
             if calls and wrong == "after":
-                unit.set(*case.act)
+                unit.set(case.act)
 
     if case.events:
         unit.events(wrong)
@@ -201,16 +183,16 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
     record(points[0])
     for time, end in pairwise(points):
         if case.trial and abs(time - case.trial[0]) < case.step / 2:
-            saved = unit.fmu.to_bytes()
-            unit.set(*case.trial[1:])
+            saved = unit.run.save()
+            unit.set(case.trial[1])
             step(time, end)
             if wrong == "anew":
                 unit.fmu.reset()
-                unit.start(time)
+                unit.run.initialize(time)
             elif wrong != "twice":
-                unit.fmu.go_to(saved)
+                unit.run.load(saved)
             if wrong == "kept":
-                unit.set(*case.trial[1:])
+                unit.set(case.trial[1])
             step(time, (time + end) / 2)
             time = (time + end) / 2
         step(time, end)
@@ -225,7 +207,7 @@ def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest
 
     def inputs() -> None:
         for name, points in case.inputs.items():
-            unit.set(name, interpolated(points, 0.0 if wrong == "first" else time, "row"))
+            unit.set({name: interpolated(points, 0.0 if wrong == "first" else time, "row")})
 
     def step(h: float) -> Any:
         return runge_kutta(unit.slopes, time, x, h)
