@@ -11,7 +11,6 @@ mod gauss;
 mod modes;
 mod natural;
 mod segment;
-mod shapes;
 mod step_control;
 mod taylor;
 mod window;

@@ -1,8 +1,5 @@
-//! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
-//!
-//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. Each has natural
-//! modes (`natural`), whose coordinates are oscillators in closed form. So strong damping and contacts that stay closed
-//! for minutes cost nothing but the search for the next switching.
+//! The motion of a window whose contacts are linear springs and dashpots, in closed form: each group of balls joined by
+//! pressing contacts, or single ball, by its natural modes. See "Natural modes" in docs/theory.md.
 
 use std::cell::Cell;
 
@@ -231,7 +228,7 @@ impl DenseOutput for Modes {
         match self.joining(j) {
             // The shapes are orthogonal also to the contacts: no loss is shared between modes.
             Some(group) if j == group.first && group.damping > 0.0 => {
-                let modes = group.modes[1..].iter().zip(&group.shapes.lambda[1..]);
+                let modes = group.modes[1..].iter().zip(&group.lambda[1..]);
                 modes.map(|(mode, lambda)| group.damping * lambda * mode.squared_velocity_integral(tau)).sum()
             }
             _ => 0.0,
