@@ -1,6 +1,8 @@
 //! Planning: the first attempt from forecasts of switchings, branch points and the longest step; the next one from the
 //! outcome of an attempt.
 
+use std::ops::ControlFlow::{self, Break, Continue};
+
 use super::motion::{Motion, Tolerance, Track};
 use super::step::{Outcome, Plan};
 use super::switching::fall;
@@ -8,7 +10,7 @@ use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Rounding};
 use crate::model::{BallModel, ContactLaw, Damping, Mode};
-use crate::solver::{Power, Stretching, Table};
+use crate::solver::{NODES, Power, Stretching, Table};
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
 /// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step
@@ -57,17 +59,9 @@ const FRACTIONAL: f64 = 0.3;
 /// `balls_that_rattle`.
 const BEYOND: f64 = 8.0;
 
-/// What to do after an attempt.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Decision {
-    /// The step is accepted; length of the next one, s.
-    Take(f64),
-    /// The step has no length: this contact switches at its start.
-    End(usize, Switch),
-    Try(Plan),
-    /// The step is left to another method.
-    GiveUp,
-}
+/// The next plan; or the length of the step (s; 0 if a contact switches at its start) and that of the next one, `None` if
+/// it is left to another method.
+pub(super) type Decision = ControlFlow<Option<(f64, f64)>, Plan>;
 
 pub(super) struct Planner<'a> {
     /// The stretching of a step that ends at no release.
@@ -75,6 +69,8 @@ pub(super) struct Planner<'a> {
     /// Longest such step, by the attempts so far, s.
     length: f64,
     pub tolerance: Tolerance<'a>,
+    /// The length of the step before, s.
+    before: f64,
 }
 
 impl<'a> Planner<'a> {
@@ -94,7 +90,7 @@ impl<'a> Planner<'a> {
             Some(_) => FIRST,
         };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
-        let mut planner = Self { stretching, length, tolerance };
+        let mut planner = Self { stretching, length, tolerance, before };
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
@@ -126,23 +122,29 @@ impl<'a> Planner<'a> {
         Plan { stretching: self.stretching, length, switching: Some(j) }
     }
 
-    pub fn decide(&mut self, motion: &Motion, plan: &Plan, outcome: Outcome) -> Decision {
+    /// What to do after an attempt.
+    pub fn decide(&mut self, motion: &mut Motion, plan: &Plan, outcome: Outcome) -> Decision {
         // An iteration that diverges may have moved the end anywhere.
         let (least, longest) = (LEAST * plan.length, self.tolerance.longest);
         let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
         let plan = match (outcome, plan.switching) {
             (Outcome::Stands(error), _) => {
-                return Decision::Take((reached * change_for(error)).min(longest));
+                return Break(Some((motion.until, (reached * change_for(error)).min(longest))));
             }
             // The mean slope over a step does not show which way a force, or an overlap at rest, goes from 0; a series
             // does.
-            (Outcome::AtOnce(_, Switch::Clip), _) => return Decision::GiveUp,
+            (Outcome::AtOnce(_, Switch::Clip), _) => return Break(None),
             (Outcome::AtOnce(j, Switch::Release), _)
                 if motion.tracks[j].is_resting(&self.tolerance.problem.rounding) =>
             {
-                return Decision::GiveUp;
+                return Break(None);
             }
-            (Outcome::AtOnce(j, switch), _) => return Decision::End(j, switch),
+            (Outcome::AtOnce(j, switch), _) => {
+                // A step of no length.
+                (motion.length, motion.until, motion.end) = (0.0, 0.0, Some((j, switch)));
+                motion.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
+                return Break(Some((0.0, self.before)));
+            }
             // It switches before the end found for it; the same step would give the same result.
             (Outcome::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
             (Outcome::Within(j, Switch::Release, time), _) if motion.presses(j) => {
@@ -159,7 +161,7 @@ impl<'a> Planner<'a> {
             (Outcome::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
             (Outcome::Failed, None) => self.ahead(FAILED * tried),
         };
-        Decision::Try(Plan { length: plan.length.min(longest), ..plan })
+        Continue(Plan { length: plan.length.min(longest), ..plan })
     }
 }
 
@@ -299,12 +301,4 @@ fn change_for(error: f64) -> f64 {
     // The sixteenth root, which is nearly that of the order.
     let root = error.sqrt().sqrt().sqrt().sqrt();
     (SAFETY / root).clamp(CHANGE[0], CHANGE[1])
-}
-
-/// Prints an attempt, its outcome and the decision, in a build with `--features trace`.
-#[expect(clippy::print_stderr, reason = "that is what the feature is for")]
-pub(super) fn trace(plan: &Plan, outcome: &Outcome, decision: &Decision) {
-    if cfg!(feature = "trace") {
-        eprintln!("{plan:?} -> {outcome:?} -> {decision:?}");
-    }
 }
