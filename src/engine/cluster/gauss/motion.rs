@@ -1,6 +1,6 @@
 //! The motion of a window on a step, filled in by the iteration.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 
 use super::arcs::{Arcs, Course, Direction};
 use crate::engine::cluster::step_control::Problem;
@@ -118,15 +118,8 @@ pub(super) struct Moment {
     pub relative: Vec<[f64; 3]>,
     /// For each contact: overlap (m) and the change of its rate (m/s).
     pub contacts: Vec<[f64; 2]>,
-}
-
-/// The step up to some time, for integrals.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Part {
-    /// The time (s); none before the first.
-    pub tau: Option<f64>,
-    /// For times early in the step, values at nodes of their own, and their weights in the integral up to there, s.
-    pub early: Option<(Samples, Nodes)>,
+    /// For times early in the step, once asked for, values at nodes up to there, and their weights in the integral, s.
+    pub early: OnceCell<Option<(Samples, Nodes)>>,
 }
 
 /// The motion of a window on a step.
@@ -157,15 +150,13 @@ pub(crate) struct Motion {
     pub(super) arcs: Arcs,
     /// The values at the time asked for last.
     pub(super) moment: RefCell<Moment>,
-    /// The step up to the time asked for last.
-    pub(super) part: RefCell<Part>,
 }
 
 impl Motion {
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, models, balls, laws, .. } = window;
-        (self.moment.get_mut().tau, self.part.get_mut().tau) = (None, None);
+        self.moment.get_mut().tau = None;
         self.flights.clear();
         self.flights.extend_from_slice(flights);
         self.tracks.clear();
