@@ -1,19 +1,5 @@
-//! The outcome of an elastic impact of two balls, in closed form.
-//!
-//! For equal undamped pendulums under constant inputs the motion splits in two. The centre of mass swings like a ball.
-//! The overlap moves in a potential, so its rate has reversed when the contact opens; only the duration takes a
-//! quadrature. With `u` the closing rate, `mu` the reduced mass and `q` the overlap over the one that the contact alone
-//! would reach, `q_0`,
-//!
-//! ```text
-//! T = 2 (q_0 / u) integral dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)
-//! ```
-//!
-//! where alpha and beta are the effects of gravity and inputs during the contact. For p = 1 that is an arc tangent;
-//! else it is expanded in alpha and beta, which are of the order of (contact time / period)^2. The terms follow from
-//! the action integral `integral sqrt(E - P(q)) dq`, whose derivative by E is half the time (Landau and Lifshitz,
-//! Mechanics, sections 12 and 49), and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with
-//! `s = (m+1) / (p+1)` and Euler's beta function B.
+//! The outcome of an elastic impact of two balls, in closed form. See "The impact of two" in docs/theory.md for the
+//! integrals and their expansion in alpha and beta.
 
 use std::cell::OnceCell;
 
@@ -78,7 +64,8 @@ impl ImpactCoefficients {
 }
 
 /// With `P = q^(p+1) + P_1` the integral of `q^g / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the
-/// integral of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1.
+/// integral of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1, and that of `q^m / sqrt(E - q^(p+1))` is `E^(s - 1/2)
+/// B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's beta function B.
 fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     let mut table = [[0.0; TERMS]; TERMS];
     for (k, row) in table.iter_mut().enumerate() {

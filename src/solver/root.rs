@@ -1,8 +1,5 @@
-//! The first time at which a function becomes positive; none is missed.
-//!
-//! Sampling would miss a contact that grazes between two samples. With a bound on the third derivative, steps can be
-//! chosen that provably contain no crossing, and the search approaches the first one from the safe side. Close to a
-//! simple crossing the steps become Newton's with second derivatives (Halley's order), so the search ends quickly.
+//! The first time at which a function becomes positive; none is missed. See "Separation and first crossings" in
+//! docs/theory.md.
 
 use crate::next::Next;
 

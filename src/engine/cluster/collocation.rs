@@ -1,17 +1,5 @@
-//! The motion of a window by implicit collocation, for contacts that stay closed while the motion is slow.
-//!
-//! Taylor series must follow the fastest mode of the contacts even where damping has brought it to rest. The Radau IIA
-//! method is L-stable: its steps are those of the slow motion. The unknowns are the overlaps of the pressing contacts
-//! at the stages. With the linear response of a pendulum to its contact forces, the equations are
-//!
-//! ```text
-//! d_j - d_free,j = W_l (F_(j-1) - F_j) / m_l - W_r (F_j - F_(j+1)) / m_r,
-//! W = (h A)^2 (1 + 2 gamma h A + omega^2 (h A)^2)^-1
-//! ```
-//!
-//! solved by Newton's method, with a block tridiagonal matrix of one block per contact. Overlaps of 1e-9 m keep all
-//! their digits, because stiff contacts divide rounding by their stiffness; from positions they would be differences of
-//! numbers near 1 m.
+//! The motion of a window by implicit collocation, for contacts that stay closed while the motion is slow. See
+//! "Collocation" in docs/theory.md for the equations with the response `W` of a pendulum.
 
 use super::step_control::{Problem, StepHistory};
 use super::taylor::{Series, integrate};

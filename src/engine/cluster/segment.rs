@@ -1,9 +1,5 @@
-//! A cluster: neighbouring balls held together by closed contacts, followed from switching to switching.
-//!
-//! The window of a cluster is its members and the ball in flight on either side (the spectators). On one segment
-//! nothing in the window switches and one description of the motion holds, such as a Taylor series; it ends at the next
-//! switching or where the description ends. The state consists of displacements since the start of the segment and of
-//! overlaps, because differences of positions do not resolve overlaps of 1e-8 m.
+//! A cluster, followed from switching to switching; see "Clusters" in docs/theory.md. Its state consists of displacements
+//! since the start of the segment and of overlaps, because differences of positions do not resolve overlaps of 1e-8 m.
 
 use std::ops::Range;
 

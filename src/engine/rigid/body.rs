@@ -1,17 +1,5 @@
-//! Rigid balls in sustained contact move as one body, and each contact transmits a constraint force.
-//!
-//! The sum of the members' equations is one oscillator, with the mean of their frequencies squared, of their decays and
-//! of the accelerations by the inputs, all weighted with the masses. The contacts balance the rest: with the balls up
-//! to contact j on its left
-//!
-//! ```text
-//! F_j = sum m_i (f_i - f) - sum m_i (omega_i^2 - Omega^2) x_i - 2 sum m_i (gamma_i - Gamma) v
-//! ```
-//!
-//! which is a closed form like the motion. A contact lasts until its force would pull.
-//!
-//! On arcs, balls of equal length that touch at equal angles, with equal decays, are again one pendulum, under the mean
-//! of the accelerations by the inputs, and their contacts transmit `sum m_i (f_i - f)`. No others stay in contact.
+//! Rigid balls in sustained contact move as one body, and each contact transmits a constraint force, a closed form like
+//! the motion. See "Rigid contacts" in docs/theory.md for both.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,16 +1,5 @@
-//! The linear oscillator `x'' + 2 gamma x' + omega^2 x = f(t)` in closed form, `f` a polynomial.
-//!
-//! All of it is built from one family of functions of the time tau since the anchor: `U_1` is the response to a unit
-//! initial velocity, `U_0` its derivative and `U_(k+1)` the integral of `U_k` from 0. The response to the force `tau^j
-//! / j!` is then `U_(j+2)`, and with the initial acceleration at rest `A = f_0 - omega^2 x_0`
-//!
-//! ```text
-//! x(tau) - x_0 = v_0 U_1 + A U_2 + f_1 U_3 + f_2 U_4 + ...
-//! ```
-//!
-//! where nothing cancels for small tau: displacements of 1e-9 m keep their digits on positions of 1 m. The functions
-//! satisfy `U_k + 2 gamma U_(k+1) + omega^2 U_(k+2) = tau^k / k!`. (For gamma = 0 they are the Stumpff functions of
-//! celestial mechanics, see Stiefel and Scheifele, Linear and Regular Celestial Mechanics, 1971, section 11.)
+//! The linear oscillator `x'' + 2 gamma x' + omega^2 x = f(t)` in closed form, `f` a polynomial. See "Flight" in
+//! docs/theory.md for the functions `U_k` of which all of it is built.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,13 +1,5 @@
-//! Balls on arcs within a step: the directions of paths and contacts, which turn by some 1e-4 in a contact.
-//!
-//! With the parts `l` and `r` of the direction of a contact along the paths of its balls, its overlap accelerates by
-//!
-//! ```text
-//! d'' = l s_l'' - r s_r'' + (u_r^2 / L_r) o_r - (u_l^2 / L_l) o_l - w^2 / D,     s'' = q + (sum of forces) / m
-//! ```
-//!
-//! where q is the acceleration along a path by gravity, inputs and drag, o are the outward parts of the direction, and
-//! w is the relative velocity across it. So forces act by three factors each, and the rest is a pull.
+//! Balls on arcs within a step: the directions of paths and contacts, which turn by some 1e-4 in a contact. See "Arcs"
+//! in docs/theory.md for the acceleration of an overlap: forces act by three factors each, the rest is a pull.
 
 use crate::engine::flight::{Flight, forcing_at};
 use crate::model::BallModel;

@@ -1,8 +1,7 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
-//! Only closed contacts need their overlaps meanwhile. Where the end of the step moves, the nodes and their overlaps
-//! move with it; otherwise the iteration would need twice as many steps. All loops run over the nodes of one contact,
-//! without branches, so that compilers vectorise them.
+//! Only closed contacts need their overlaps meanwhile. All loops run over the nodes of one contact, without branches, so
+//! that compilers vectorise them.
 
 use super::motion::{Motion, Samples, Track};
 use crate::engine::flight::forcing_at;

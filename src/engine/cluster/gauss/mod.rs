@@ -1,8 +1,6 @@
-//! Explicit Gauss collocation: groups of balls with contacts that are not linear, followed by steps of some tenths of a
-//! contact's duration.
+//! Explicit Gauss collocation, for contacts that are not linear: steps of some tenths of a contact's duration, which end
+//! and begin where forces have branch points. See "Gauss collocation" in docs/theory.md.
 //!
-//! A fractional power of the overlap has a branch point where the contact closes or opens. A power series of the time
-//! converges only up to there; a step of collocation ends or starts there, with its time stretched (`solver::gauss`).
 //! `plan` has the next attempt, from forecasts or from the last one. `step` makes an attempt with the `iteration` and
 //! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
 

@@ -1,8 +1,7 @@
 //! The geometry of balls on arcs as power series: sines and cosines of the angles, and the lines of the centres.
 //!
 //! The overlap of a closed contact changes with the distance of the centres, whose coefficients are computed without
-//! cancellation. Of an open one, the row of overlaps has `G = (touch^2 - distance^2) / (2 touch)` instead, which
-//! converges for as long as the motions do; [`overlap_of_approach`] makes an overlap of it.
+//! cancellation. Of an open one, the row of overlaps has G (see "Arcs" in docs/theory.md) instead.
 
 use crate::engine::cluster::window::Window;
 use crate::model::{Mode, overlap_of_approach};

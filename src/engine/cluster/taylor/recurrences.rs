@@ -1,10 +1,5 @@
-//! The coefficients of the Taylor series of a window.
-//!
-//! The equations are autonomous between switchings, so the coefficients follow from each other: those of the forces
-//! from those of the overlaps (powers by recursion), those of the motions from those of the forces. Order and step
-//! follow Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
-//! methods, Experimental Mathematics 14 (2005): order `1 - ln(epsilon) / 2`, and a step on which the last terms are
-//! below epsilon times the scale of the velocities.
+//! The coefficients of the Taylor series of a window, each from those before it. See "Series" in docs/theory.md for the
+//! recurrences, and for order and step.
 
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::{Control, Problem};
