@@ -82,8 +82,7 @@ fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     table
 }
 
-/// Sums the expansion up to where the rest is below the rounding. A small term does not show that: some are 0 (for p =
-/// 3 the first in beta).
+/// Sums the expansion up to where the rest is below the rounding; single terms may be 0 (for p = 3 the first in beta).
 fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
     let (mut sum, mut size) = (0.0, 1.0);
     for (k, row) in table.iter().enumerate() {
@@ -135,8 +134,7 @@ impl Interior {
 }
 
 impl PairImpact {
-    /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None`
-    /// if there is no closed form.
+    /// The impact of `left` and `right`, in flight, anchored at its `start` with overlap 0; `None` without closed form.
     pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
         if left.model.on_arc {
             return Self::on_arcs([left, right], law, coefficients);

@@ -76,8 +76,7 @@ pub fn product_term<S: Scalar>(a: &[S], b: &[S], k: usize) -> S {
     a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| *a * *b).sum()
 }
 
-/// Coefficients `k >= 1` of the sine and the cosine of an angle, from those before and `angle`, its coefficients each
-/// times its number.
+/// Coefficients `k >= 1` of sine and cosine of an angle, from those before and `angle`, each times its number.
 pub fn sine_and_cosine_term<S: Scalar>(angle: &[S], sin: &[S], cos: &[S], k: usize) -> (S, S) {
     let inverse = S::from(1.0 / k as f64);
     (product_term(&angle[1..], cos, k - 1) * inverse, -product_term(&angle[1..], sin, k - 1) * inverse)

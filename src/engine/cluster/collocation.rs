@@ -15,9 +15,8 @@ pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
 const WORTH: f64 = 0.5;
 
-/// The next step over the one that the error allows, the largest growth of a step, and its factors after an error that
-/// is too large and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996,
-/// section IV.8).
+/// The next step over the one that the error allows, the largest growth of a step, and its factors after too large an
+/// error and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8).
 const SAFETY: f64 = 0.9;
 const GROWTH: f64 = 4.0;
 const SHRINKAGE: [f64; 2] = [0.1, 0.7];

@@ -9,13 +9,11 @@ use crate::engine::Next;
 use crate::engine::flight::{Forcing, Rounding};
 use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_derivatives};
 
-/// Most evaluations of a mode in the search for the switchings of a segment, some milliseconds; the next segment
-/// continues the search.
+/// Most evaluations of a mode in a search for switchings, some milliseconds; the next segment continues the search.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Roundings below which an overlap, summed over modes, is noise, and those of its derivatives, which only guide a
-/// search.
+/// Roundings below which an overlap, summed over modes, is noise, and those of its derivatives, which guide a search.
 const NOISE: f64 = 8.0;
 const NOISE_OF_DERIVATIVES: f64 = 128.0;
 
@@ -152,14 +150,12 @@ impl Modes {
         (SEARCH / (self.movers(j).count() * self.contacts.len())).max(LEAST_EVALUATIONS) as u32
     }
 
-    /// The search for the overlap of contact `j` or, with its `law`, for the derivative of this order of its force,
-    /// signed, above a `level`.
+    /// The search for the overlap of contact `j` or, with its `law`, derivative `order` of its force above a `level`.
     fn watch(&self, j: usize, law: Option<[f64; 2]>, order: usize, sign: f64, level: f64) -> Watch<'_> {
         Watch { modes: self, contact: j, law, order, sign, level, fading: 0.0 }
     }
 
-    /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped
-    /// mode.
+    /// The shortest of the modes' time scales, s: 1 over the natural frequency, or the slow rate of an overdamped one.
     pub fn shortest_time(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
         modes.map(|mode| mode.oscillator.time_scale()).fold(f64::INFINITY, f64::min)

@@ -68,8 +68,7 @@ pub(crate) struct Group {
     pub modes: Vec<ForcedOscillator>,
     /// `lambda` of each mode.
     pub lambda: Vec<f64>,
-    /// For each mode: `phi` of each ball, the displacement for a unit of its coordinate, and `D phi` of each contact, the
-    /// same of the overlap.
+    /// For each mode: displacement `phi` of each ball and change `D phi` of each overlap for a unit of its coordinate.
     shapes: Vec<f64>,
     stretches: Vec<f64>,
     /// The masses in units of that of the first ball.
@@ -143,8 +142,7 @@ impl Group {
     }
 }
 
-/// `lambda`, `phi` and `D phi` of all modes for these `masses` and, one less, `stiffnesses`; `None` if they are too far
-/// apart.
+/// `lambda`, `phi` and `D phi` of all modes for these `masses` and, one less, `stiffnesses`, if not too far apart.
 fn shapes(masses: &[f64], stiffnesses: &[f64]) -> Option<[Vec<f64>; 3]> {
     let (size, contacts) = (masses.len(), stiffnesses.len());
     let roots: Vec<f64> = stiffnesses.iter().map(|k| k.sqrt()).collect();

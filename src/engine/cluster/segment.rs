@@ -86,8 +86,7 @@ impl Cluster {
         self.output().searched()
     }
 
-    /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after
-    /// it.
+    /// Displacement of ball `i` of the window since the start of the segment (m) and velocity (m/s), `tau` after it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
         let (displacement, change) = self.output().moved(j, tau);
@@ -119,8 +118,7 @@ impl Cluster {
         }
     }
 
-    /// The larger of `known` and the largest force of contact `i` between `from` and `to` after the start of the
-    /// segment, N.
+    /// The larger of `known` and the largest force of contact `i` between these times after the segment's start, N.
     pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         match self.mode(i) {
             Mode::Pressing if from < to => self.output().peak(i - self.window.start, from, to, known),
@@ -238,8 +236,7 @@ impl Cluster {
         (self.flights, self.contacts) = (flights, contacts);
     }
 
-    /// The first switching of contact `j` of the `window` described before `until` (s). Changes within `rounding` are no
-    /// switchings.
+    /// The first switching of contact `j` of the `window` before `until` (s), by more than `rounding`.
     fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
         let first = |switch: Switch, until: f64| self.output().first(switch, j, window, until, rounding);
         let mode = window.contacts[j].mode;

@@ -24,8 +24,7 @@ pub(crate) struct Separation {
     other: Option<Motion>,
     /// Rounding of the positions over a swing, m: a shallower closing is no onset.
     pub noise: f64,
-    /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding
-    /// is no onset.
+    /// Rounding of rate (m/s) and acceleration (m/s2) right after the anchor: an overlap by these is no onset.
     resolution: [f64; 2],
     /// Of balls on arcs: their overlap as a series, instead of the two motions.
     approach: Option<Box<Approach>>,
@@ -63,8 +62,7 @@ const PERIODS_AHEAD: f64 = 2.0;
 const SHORTEST_LOOK: f64 = 1e-12;
 
 impl Separation {
-    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there
-    /// (m) and its law.
+    /// The contact between `left` and `right`, both anchored at or before `anchor`, with its overlap there (m).
     pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, law: &ContactLaw) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
         let approach = left.model.on_arc.then(|| {
@@ -164,8 +162,7 @@ impl Separation {
         self.approach.as_ref().is_some_and(|approach| (t - self.anchor).value() > WORN * approach.length)
     }
 
-    /// The next closing after `from`, a time at or after the anchor, with at most `allowed` evaluations, which it
-    /// counts down.
+    /// The next closing after `from`, at or after the anchor; counts down the evaluations that are `allowed`.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         if let Some(approach) = &self.approach {
             *allowed = allowed.saturating_sub(ON_ARCS);
@@ -206,8 +203,7 @@ impl Separation {
         [self.overlap, v, a]
     }
 
-    /// The next rise through zero of a plain wave from `start` on; `None` where the motion is no plain wave or only
-    /// grazes.
+    /// The next rise through zero of a plain wave from `start` on; `None` if it is no plain wave or only grazes.
     fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
         let (o, flight) = &self.motion;
         if self.other.is_some() || o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {

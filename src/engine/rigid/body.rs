@@ -185,8 +185,7 @@ impl Constraint {
         peak
     }
 
-    /// The largest maximum of the force between two times (s after the anchor), each at most one to a panel, N; 0 if
-    /// there is none.
+    /// The largest maximum of the force between two times (s after the anchor), at most one to a panel, N; or 0.
     fn largest_maximum(&self, from: f64, to: f64, panels: usize) -> f64 {
         let rate = |tau: f64| -self.tension(tau)[1];
         let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
@@ -205,8 +204,7 @@ impl Constraint {
         self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.load) == 0
     }
 
-    /// When, from `from` on, the force would pull by more than rounding; with at most `allowed` evaluations, which it
-    /// counts down.
+    /// When, from `from` on, the force would pull by more than rounding; counts down the evaluations `allowed`.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         let start = (from - self.anchor).value();
         if self.at(start)[0] > 0.0 {

@@ -102,8 +102,7 @@ pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f6
     outcome
 }
 
-/// Impacts per ball with `e < 1`, far beyond what everyday mass ratios need: more resolve longer sequences, fewer end
-/// inelastic collapse sooner.
+/// Impacts per ball with `e < 1`, far beyond what everyday mass ratios need; fewer end inelastic collapse sooner.
 const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
@@ -167,8 +166,7 @@ fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: 
     outcome.impacts.push(Impact { contact: j, impulse });
 }
 
-/// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`. The impulses follow from the
-/// changes of the velocities.
+/// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`.
 fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, balls: Range<usize>, centre: S, outcome: &mut Outcome<S>) {
     let before = v[balls.clone()].to_vec();
     v[balls.clone()].iter_mut().for_each(|v| *v = centre - e * (*v - centre));

@@ -4,8 +4,7 @@
 //! The nodes are symmetric. About the middle the integral of an even function is odd up to a constant, that of an odd
 //! one is even. So a product with `Q` or `Q Q` takes two matrices of half the size.
 //!
-//! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would have the
-//! same sign in every step.
+//! Nodes, weights and `Q` are computed in double-double: an error in a last digit would have one sign in every step.
 
 mod rule;
 

@@ -32,8 +32,7 @@ pub struct Rule {
     twice: Halves,
     /// Coefficient of the Legendre polynomial k in the Lagrange polynomial of node l, at `[k][l]`.
     pub(super) lagrange: [Nodes; NODES],
-    /// Coefficient of `x^k`, `x = 2 c - 1`, in the Lagrange polynomial of node l, at `[k][l]`: large ones, which leave
-    /// ten digits.
+    /// Coefficient of `x^k`, `x = 2 c - 1`, in the Lagrange polynomial of node l, at `[k][l]`, good for ten digits.
     pub powers: [Nodes; NODES],
 }
 
@@ -88,8 +87,7 @@ impl Rule {
             p[mirrored] = std::array::from_fn(|k| if k % 2 == 0 { at_node[k] } else { -at_node[k] });
             p[l] = at_node;
         }
-        // The integral of a Legendre polynomial is half the difference of its neighbours, over 2 k + 1. Those of even
-        // degree are even.
+        // A Legendre polynomial's integral is half its neighbours' difference over 2 k + 1. Even degrees are even.
         let integrals = |l: usize, m: usize, parity: usize| {
             let degrees = (parity..NODES).step_by(2);
             let terms = degrees.map(|k| {

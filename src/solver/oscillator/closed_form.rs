@@ -170,8 +170,7 @@ impl Oscillator {
         (self.omega_damped.value(), sine, cosine)
     }
 
-    /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4. That of a free
-    /// body is not.
+    /// Whether the motion is a sum of two decays whose rates differ at least by a factor of 4; not that of a free body.
     fn is_overdamped(&self) -> bool {
         self.gamma > 0.0 && self.gamma >= 1.25 * self.omega.value()
     }
@@ -181,8 +180,7 @@ impl Oscillator {
         if self.is_overdamped() { 1.0 / self.decay_rates().1 } else { 1.0 / self.omega.value() }
     }
 
-    /// The rate at which a velocity decays right after the start, 1/s: the fast one where the motion is a sum of two
-    /// decays.
+    /// The rate at which a velocity decays right after the start, 1/s: the fast one of two decays.
     pub fn fast_decay(&self) -> f64 {
         if self.is_overdamped() { self.decay_rates().0 } else { self.gamma }
     }
@@ -194,9 +192,8 @@ impl Oscillator {
         (fast, self.omega2 / fast)
     }
 
-    /// Rates (1/s) and velocities at time 0 (m/s) of the two decays, fast and slow, whose sum is the velocity of an
-    /// overdamped oscillator, from its velocity `v` (m/s) and its acceleration without damping, `force` (m/s2), at time
-    /// 0.
+    /// Rates (1/s) and velocities at time 0 (m/s) of the two decays, fast and slow, of an overdamped oscillator, from
+    /// its velocity `v` (m/s) and its acceleration without damping, `force` (m/s2), at time 0.
     pub(super) fn decays(&self, v: f64, force: f64) -> Option<[[f64; 2]; 2]> {
         let (fast, slow) = self.is_overdamped().then(|| self.decay_rates())?;
         Some([[fast, (fast * v - force) / (fast - slow)], [slow, (force - slow * v) / (fast - slow)]])
@@ -253,8 +250,7 @@ impl Oscillator {
             let mut twice = [0.0; COUNT];
             twice[0] = u[0] * u[0] - self.omega2 * u[1] * u[1];
             for k in 1..COUNT {
-                // After h the response to tau^(k-2)/(k-2)! is at U_k with velocity U_(k-1); then the shifted force
-                // acts.
+                // After h the response to tau^(k-2)/(k-2)! is U_k, its velocity U_(k-1); then the shifted force acts.
                 let forced: f64 = (2..=k).map(|j| powers[k - j] * u[j]).sum();
                 twice[k] = u[k] + u[k - 1] * u[1] + forced - self.omega2 * u[k] * u[2];
             }

@@ -64,8 +64,7 @@ impl<const N: usize> Course<N> {
     }
 }
 
-/// A contact at some times: the parts of its direction along the paths of its balls and away from their pivots, and the
-/// pull on its overlap, m/s2.
+/// A contact at some times: its direction along its balls' paths and outward, and the pull on its overlap, m/s2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Direction<const N: usize> {
     pub along: [[f64; N]; 2],
@@ -103,8 +102,7 @@ impl<const N: usize> Direction<N> {
         direction
     }
 
-    /// The factors of the forces of the left, the own and the right contact in the acceleration of the overlap of
-    /// contact `j` of these `balls`.
+    /// The factors of the forces of the left, the own and the right contact in the acceleration of the overlap `j`.
     pub fn factors(directions: &[Self], j: usize, balls: &[BallModel]) -> [[f64; N]; 3] {
         let mut factors = [[0.0; N]; 3];
         let ([l, r], [a, b]) = (&directions[j].along, [j, j + 1].map(|i| 1.0 / balls[i].mass));
@@ -149,8 +147,7 @@ impl Arcs {
         self.turned.resize(courses.len(), 0.0);
     }
 
-    /// The accelerations of ball `i` along its path at the nodes under these forces (N) of the contacts, with one of 0
-    /// at either end.
+    /// The accelerations of ball `i` along its path by these forces (N) of the contacts, with one of 0 at either end.
     pub fn accelerations(&self, i: usize, forces: &[Nodes]) -> Nodes {
         let (mut sums, inverse_mass) = (self.courses[i].free, 1.0 / self.balls[i].mass);
         if let Some(left) = i.checked_sub(1) {

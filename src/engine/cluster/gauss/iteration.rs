@@ -1,7 +1,7 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
-//! Only closed contacts need their overlaps meanwhile. All loops run over the nodes of one contact, without branches, so
-//! that compilers vectorise them.
+//! Only closed contacts need their overlaps meanwhile. All loops run over the nodes of one contact, without branches,
+//! so that compilers vectorise them.
 
 use super::motion::{Motion, Samples, Track};
 use crate::engine::flight::forcing_at;
@@ -235,8 +235,7 @@ impl Motion {
         [change / size, of_rate]
     }
 
-    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, at the nodes of a step that ends
-    /// `later` (s).
+    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, if the step ends `later` (s).
     pub(super) fn move_contact(&mut self, j: usize, table: &Table, later: f64) {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];

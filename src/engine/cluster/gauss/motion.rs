@@ -27,8 +27,7 @@ pub(super) struct Track {
     pub unlike: [f64; 2],
     /// Acceleration of an overlap of 0 by forcing and gravity at the start, m/s2.
     pub pull: f64,
-    /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 for a contact that does not press, has no overlap,
-    /// or would pull.
+    /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 unless it presses, has an overlap and pushes.
     pub slopes: (f64, f64),
     /// At the start: relative acceleration of the two, m/s2, and its derivatives by the contact forces, from the second
     /// one on roughly (0 on arcs).

@@ -161,8 +161,7 @@ impl Motion {
         }
     }
 
-    /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at the start, at the end or within the
-    /// step.
+    /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at any time of the step.
     fn force(&self, j: usize, tau: f64) -> (f64, f64) {
         let track = &self.tracks[j];
         let [overlap, change] = match tau {
@@ -189,8 +188,7 @@ impl Motion {
     }
 }
 
-/// Displacement, change of the velocity, and integral of the displacement, by these weights, from a velocity and
-/// accelerations at the nodes.
+/// Displacement, change of the velocity, and integral of the displacement, from a velocity and accelerations.
 fn moved_by([once, twice, thrice]: &[Nodes; 3], v: f64, accelerations: &Nodes, tau: f64) -> [f64; 3] {
     let [velocity, displacement, integral] = [once, twice, thrice].map(|weights| weighted(weights, accelerations));
     [v * tau + displacement, velocity, 0.5 * v * tau * tau + integral]

@@ -1,5 +1,4 @@
-//! Planning: the first attempt from forecasts of switchings, branch points and the longest step; the next one from the
-//! outcome of an attempt.
+//! The plan of an attempt: of the first from forecasts of switchings and branch points, of the next from the outcome.
 
 use std::ops::ControlFlow::{self, Break, Continue};
 
@@ -39,8 +38,7 @@ const LEAST: f64 = 0.05;
 /// largest overlap, need no stretched step.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Weight of the rate at the release in the mean rate up to there, such that from rest the way takes half the duration
-/// of an impact.
+/// Weight of the rate at the release in the mean rate up to there: the way from rest takes half an impact's duration.
 const LAST_IN_MEAN: f64 = 0.68;
 
 /// Longest step over the time scale of the pendulums, whose error is not checked.
@@ -54,9 +52,8 @@ const SMALL_ANGLE: f64 = 1e-3;
 const ROUGH: f64 = 0.01;
 const FRACTIONAL: f64 = 0.3;
 
-/// A step feels the branch point before its start or after its end, of a contact that has just closed or is about to
-/// open, if it is longer than this many times the time to it. Guarded by `contacts_at_the_start` and
-/// `balls_that_rattle`.
+/// A step feels the branch point of a contact that has just closed or is about to open if it is longer than this many
+/// times the time to it. Guarded by `contacts_at_the_start` and `balls_that_rattle`.
 const BEYOND: f64 = 8.0;
 
 /// The next plan; or the length of the step (s; 0 if a contact switches at its start) and that of the next one, `None` if
@@ -131,8 +128,8 @@ impl<'a> Planner<'a> {
             (Outcome::Stands(error), _) => {
                 return Break(Some((motion.until, (reached * change_for(error)).min(longest))));
             }
-            // The mean slope over a step does not show which way a force, or an overlap at rest, goes from 0; a series
-            // does.
+            // A series shows which way a force, or an overlap at rest, goes from 0; the mean slope over a step does
+            // not.
             (Outcome::AtOnce(_, Switch::Clip), _) => return Break(None),
             (Outcome::AtOnce(j, Switch::Release), _)
                 if motion.tracks[j].is_resting(&self.tolerance.problem.rounding) =>
@@ -166,8 +163,7 @@ impl<'a> Planner<'a> {
 }
 
 impl Motion {
-    /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s), if there are
-    /// any.
+    /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s).
     fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
         let fresh = |track: &Track| {
             track.mode == Mode::Pressing && track.overlap <= rounding.position && track.rate >= NEGLIGIBLE * speed
@@ -218,8 +214,7 @@ impl Motion {
         since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
     }
 
-    /// Whether a step that ends where a contact opens, for which time is stretched, ends shortly before the branch
-    /// point of another one.
+    /// Whether a step with its time stretched to a release ends shortly before the branch point of another contact.
     pub(super) fn ends_before_branch_point(&self, table: &Table, rounding: &Rounding) -> bool {
         let follows = |(j, track): (usize, &Track)| {
             let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
@@ -260,8 +255,7 @@ impl Motion {
         })
     }
 
-    /// The contact whose overlap vanishes first, by the rate (m/s) and the acceleration (m/s2) from `motion`, and when,
-    /// s.
+    /// The contact whose overlap vanishes first, and when (s), by rates (m/s) and accelerations (m/s2) from `motion`.
     fn first_at_zero(&self, motion: impl Fn(&Track) -> Option<(f64, f64)>) -> Option<(usize, f64)> {
         let at_zero = |(j, track): (usize, &Track)| {
             let side = if track.overlap > 0.0 { 1.0 } else { -1.0 };

@@ -1,5 +1,4 @@
-//! One step of explicit Gauss collocation, from a plan to its outcome. If the step ends at a switching, Picard's
-//! iteration moves the end there.
+//! One step of explicit Gauss collocation, from a plan to its outcome. Picard's iteration moves its end to a switching.
 
 use super::motion::{Motion, Tolerance};
 use crate::engine::cluster::window::Switch;
@@ -39,8 +38,7 @@ const FINE: f64 = 1e-5;
 const TURNS: [f64; 2] = [1e-5, 1e-10];
 const STANDS: f64 = 1e-15;
 
-/// Factor on the error if the step is left before its end, because a force changes its sign: there it is less exact
-/// than at the end.
+/// Factor on the error of a step that is left where a force changes its sign: there it is less exact than at its end.
 const WITHIN: f64 = 30.0;
 
 /// Factor on the error where the branch point of a second contact follows that at the end: the end has fewer digits

@@ -79,8 +79,7 @@ impl Motion {
             && self.overlap_at_end(j, self.curvature(j, table)) > 0.0
     }
 
-    /// Unless contact `j` presses: its accelerations by the forces of its neighbours and, if it ends the step, its
-    /// overlaps.
+    /// Unless contact `j` presses: its accelerations by its neighbours and, if it ends the step, its overlaps.
     pub(super) fn accelerate_unless_pressing(&mut self, j: usize, table: &Table) {
         if !self.presses(j) {
             self.accelerate(j);
@@ -153,8 +152,7 @@ impl Motion {
         self.switching_near_end(j, table).or(matters.then_some(0.5 * self.length))
     }
 
-    /// Whether a ball at rest at an open contact would be pressed or moved at this `overlap` by more than is
-    /// negligible.
+    /// Whether a ball at rest at an open contact would be pressed or moved noticeably at this `overlap`.
     fn matters(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
@@ -223,8 +221,7 @@ impl Motion {
         })
     }
 
-    /// Whether contact `j`, if it is open, may close by the accelerations at the nodes and twice the largest of them
-    /// between.
+    /// Whether contact `j`, if open, may close by the accelerations at the nodes and twice the largest between them.
     pub(super) fn may_close(&self, j: usize) -> bool {
         let track = &self.tracks[j];
         let [least, most] = range(&self.accelerations[j]);

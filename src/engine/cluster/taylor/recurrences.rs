@@ -60,8 +60,7 @@ impl<S: Scalar> Series<S> {
         let (stride, unit) = (self.stride, S::from(self.unit));
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let next = (k + 1) as f64;
-        // The next coefficient of a pendulum with this coefficient of its position (m) and of its rate, under the
-        // acceleration `driven`.
+        // The next coefficient of a pendulum from this one of position (m) and rate, under the acceleration `driven`.
         let term = |ball: &BallModel<S>, driven: S, position: S, of_rate: S| {
             let damped = S::from(2.0) * ball.gamma * S::from(next) * of_rate / unit;
             (driven - ball.omega2 * position - damped) * unit * unit / S::from(next * (next + 1.0))
@@ -120,8 +119,7 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), to the
-    /// accuracy of `control`. Returns for each contact the overlap (m) up to which its elastic force is left out; 0 if
-    /// it is not.
+    /// accuracy of `control`. Returns for each contact the overlap (m) up to which its elastic force is left out, or 0.
     pub fn expand(&mut self, window: &Window<'_, S>, control: &Control, scale: f64) -> Vec<f64> {
         let (contacts, dv) = (0..window.laws.len(), control.local_error(scale));
         let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, window, dv, scale)).collect();
