@@ -31,7 +31,8 @@ impl ImpactCoefficients {
     }
 
     /// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
-    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<Compression> {
+    /// Returns its duration (s), largest overlap (m) and integral (m.s).
+    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<[f64; 3]> {
         if law.whole_exponent() == Some(1) {
             let frequency2 = omega2 + law.stiffness / mass;
             let frequency = frequency2.sqrt();
@@ -41,7 +42,7 @@ impl ImpactCoefficients {
             // The difference of the two without cancellation.
             let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
             let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
-            return Some(Compression { duration, peak_overlap, overlap_integral });
+            return Some([duration, peak_overlap, overlap_integral]);
         }
         let (p, reach) = (law.exponent, law.largest_overlap(mass, rate));
         let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
@@ -55,11 +56,9 @@ impl ImpactCoefficients {
             let power = libm::pow(q, p);
             q -= (q * (power + alpha * q + beta) - 1.0) / ((p + 1.0) * power + 2.0 * alpha * q + beta);
         }
-        Some(Compression {
-            duration: 2.0 * reach / rate * expansion(&self.time, alpha, beta),
-            peak_overlap: reach * q,
-            overlap_integral: 2.0 * reach * reach / rate * expansion(&self.overlap, alpha, beta),
-        })
+        let duration = 2.0 * reach / rate * expansion(&self.time, alpha, beta);
+        let overlap_integral = 2.0 * reach * reach / rate * expansion(&self.overlap, alpha, beta);
+        Some([duration, reach * q, overlap_integral])
     }
 }
 
@@ -99,13 +98,6 @@ fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
         }
     }
     sum
-}
-
-/// The overlap during an impact: its duration, maximum and integral.
-struct Compression {
-    duration: f64,
-    peak_overlap: f64,
-    overlap_integral: f64,
 }
 
 /// An impact under way whose outcome is known.
@@ -149,8 +141,7 @@ impl PairImpact {
         let (left_share, right_share) = (left.model.mass / total, right.model.mass / total);
         let reduced = left.model.mass * right_share;
         let pull = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
-        let compression = coefficients.compression(law, o.omega2(), reduced, rate, pull)?;
-        let t = compression.duration;
+        let [t, peak_overlap, overlap_integral] = coefficients.compression(law, o.omega2(), reduced, rate, pull)?;
         if !(t.is_finite() && t > 0.0) {
             return None; // Beyond the range of doubles.
         }
@@ -171,7 +162,7 @@ impl PairImpact {
         };
         let common = centre.displacement_integral(o, &u);
         let integrals = |ball: &Ball, of_overlap: f64| RunningIntegrals {
-            x_integral: ball.flight.x * t + common + of_overlap * compression.overlap_integral,
+            x_integral: ball.flight.x * t + common + of_overlap * overlap_integral,
             drag_loss: 0.0,
             work: ball.model.mass * ball.flight.forcing[0] * displacement,
         };
@@ -179,8 +170,8 @@ impl PairImpact {
             duration: t,
             displacements: [displacement; 2],
             velocities,
-            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * compression.overlap_integral),
-            peak: law.elastic_force(compression.peak_overlap),
+            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * overlap_integral),
+            peak: law.elastic_force(peak_overlap),
         };
         let integrals = [integrals(left, right_share), integrals(right, -left_share)];
         Some(Self { start: left.anchor, outcome, integrals, interior: OnceCell::new() })

@@ -74,7 +74,10 @@ impl<'a> Planner<'a> {
     /// The first plan. See [`Motion::follow`] for the arguments.
     pub fn new(motion: &Motion, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
         let &Problem { window, control, ref rounding, speed, .. } = problem;
-        let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(rounding));
+        // The stretching of a step serves only the branch point at its start, not those shortly before it.
+        let since = |track: &Track| to_branch_point(track, track.overlap, track.rate, rounding);
+        let beyond = motion.tracks.iter().filter_map(since).map(|since| BEYOND * since);
+        let longest = beyond.fold(motion.longest().min(control.longest), f64::min);
         let tolerance = Tolerance {
             problem,
             tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
@@ -205,13 +208,6 @@ impl Motion {
         let longest = if pace > 0.0 { LONGEST / pace } else { f64::INFINITY };
         let turn = |(ball, flight): (&BallModel, &Flight)| SMALL_ANGLE * ball.length / flight.v.abs();
         self.arcs.balls.iter().zip(&self.flights).map(turn).fold(longest, f64::min)
-    }
-
-    /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a
-    /// step serves only the branch point at its start.
-    fn reach_of_branch_points(&self, rounding: &Rounding) -> f64 {
-        let since = self.tracks.iter().filter_map(|track| to_branch_point(track, track.overlap, track.rate, rounding));
-        since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
     }
 
     /// Whether a step with its time stretched to a release ends shortly before the branch point of another contact.

@@ -181,12 +181,6 @@ impl Motion {
         is_smooth && !matches!(plan.stretching, Stretching::AtEnd(_))
     }
 
-    /// Whether the step ends with this switching, to within the accuracy of the overlaps.
-    fn is_end(&self, j: usize, switch: Switch, table: &Table, tolerance: &Tolerance) -> bool {
-        let overlap = || self.overlap_at_end(j, self.curvature(j, table));
-        self.end == Some((j, switch)) && overlap().abs() <= self.noise(tolerance)
-    }
-
     /// The two highest Legendre coefficients of the accelerations of closed contacts, over the allowed ones.
     fn error(&self, table: &Table, tolerance: &Tolerance) -> f64 {
         let mut largest = 0.0_f64;
@@ -225,14 +219,18 @@ impl Motion {
                 self.move_contact(j, table, 0.0);
             }
         }
-        match self.first_switching(table, tolerance) {
-            Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
-            Some((j, switch, time))
-                if time < self.length * (1.0 - 1e-13) && !self.is_end(j, switch, table, tolerance) =>
-            {
+        if let Some((j, switch, time)) = self.first_switching(table, tolerance) {
+            // To within the accuracy of the overlaps.
+            let ends = || {
+                let overlap = self.overlap_at_end(j, self.curvature(j, table));
+                self.end == Some((j, switch)) && overlap.abs() <= self.noise(tolerance)
+            };
+            if time == 0.0 {
+                return Outcome::AtOnce(j, switch);
+            }
+            if time < self.length * (1.0 - 1e-13) && !ends() {
                 return Outcome::Within(j, switch, time);
             }
-            Some(_) | None => {}
         }
         self.until = self.length;
         let Ok(clipped) = self.first_clipping(table, tolerance) else { return Outcome::Failed };

@@ -3,7 +3,7 @@
 
 use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, sign_after_clip};
-use crate::model::{Mode, SignOfForce};
+use crate::model::Mode;
 use crate::solver::{NODES, Nodes, RULE, Table, root::first_root_of_parabola, weighted};
 
 /// Error of the overlaps at the nodes, over speed and length.
@@ -23,12 +23,6 @@ impl Motion {
     /// Error of the overlaps, m.
     pub(super) fn noise(&self, tolerance: &Tolerance) -> f64 {
         tolerance.problem.rounding.position.max(UNKNOWN * tolerance.problem.speed * self.length)
-    }
-
-    /// Error of the sign of a force.
-    fn noise_of_sign(&self, sign: &SignOfForce, tolerance: &Tolerance) -> f64 {
-        let of_rate = tolerance.problem.rounding.velocity.max(UNKNOWN * tolerance.problem.speed);
-        sign.by_overlap * self.noise(tolerance) + sign.by_rate * of_rate
     }
 
     /// S of contact `j`.
@@ -59,24 +53,18 @@ impl Motion {
     pub(super) fn first_switching(&self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
         for j in 0..self.tracks.len() {
-            if self.stays_closed(j, table) {
-                continue;
-            }
-            if let Some((switch, time)) = self.switching(j, table, tolerance)
+            // The parabola for a release may vanish all the same, if the contact comes to rest.
+            let stays_closed = self.presses(j)
+                && range(&self.at_nodes.overlaps[j])[0] > 0.0
+                && self.overlap_at_end(j, self.curvature(j, table)) > 0.0;
+            if !stays_closed
+                && let Some((switch, time)) = self.switching(j, table, tolerance)
                 && first.is_none_or(|(.., before)| time < before)
             {
                 first = Some((j, switch, time));
             }
         }
         first
-    }
-
-    /// Whether contact `j` presses at all nodes and at the end. The parabola for a release may vanish all the same, if
-    /// the contact comes to rest.
-    fn stays_closed(&self, j: usize, table: &Table) -> bool {
-        self.presses(j)
-            && range(&self.at_nodes.overlaps[j])[0] > 0.0
-            && self.overlap_at_end(j, self.curvature(j, table)) > 0.0
     }
 
     /// Unless contact `j` presses: its accelerations by its neighbours and, if it ends the step, its overlaps.
@@ -163,6 +151,7 @@ impl Motion {
     /// (s), if any; an error if one may change its sign between two nodes.
     pub(super) fn first_clipping(&self, table: &Table, tolerance: &Tolerance) -> Result<Option<(usize, f64)>, ()> {
         let (mut first, mut unclear) = (None, f64::INFINITY);
+        let noise_of_rate = tolerance.problem.rounding.velocity.max(UNKNOWN * tolerance.problem.speed);
         for (j, track) in self.tracks.iter().enumerate() {
             let Some(sign) = track.sign() else { continue };
             let side = sign_after_clip(track.mode);
@@ -170,7 +159,7 @@ impl Motion {
             let rate_at_end = self.rate_at_end(j, table);
             let within = std::array::from_fn(|m| sign.at(self.at_nodes.overlaps[j][m], self.at_nodes.rates[j][m]));
             let ends = [sign.at(track.overlap, track.rate), sign.at(overlap_at_end, rate_at_end)];
-            let noise = self.noise_of_sign(&sign, tolerance);
+            let noise = sign.by_overlap * self.noise(tolerance) + sign.by_rate * noise_of_rate;
             match first_excess(side, ends, &within, noise) {
                 Excess::Never if side * ends[1] <= noise => {}
                 Excess::Near(m) => unclear = unclear.min(self.time_of(m, table)),
