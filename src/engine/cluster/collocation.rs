@@ -239,13 +239,6 @@ impl<'a> Step<'a> {
         }
     }
 
-    /// Change of the overlap of contact `j` by the `rounding` (m/s) of the velocities, m.
-    fn overlap_rounding(&self, j: usize, rounding: f64) -> f64 {
-        let stiffness =
-            self.window.laws[j].elastic_continued(self.window.contacts[j].overlap).map_or(0.0, |(_, slope)| slope);
-        if stiffness > 0.0 { rounding * (self.window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 }
-    }
-
     /// Enters the solution in `series`; returns its error over the allowed one.
     fn describe(&self, series: &mut Series, length: f64, problem: &Problem) -> f64 {
         let (window, tolerance) = (self.window, problem.control.tolerance);
@@ -277,7 +270,10 @@ impl<'a> Step<'a> {
                 let size = contact.overlap + self.changes[j].amax();
                 // The force must be as accurate: its relative error is `exponent` times as large.
                 let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
-                let allowed = (relative * size).max(self.overlap_rounding(j, of_rates)) / length;
+                let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
+                // The change of the overlap by the rounding of its rate.
+                let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
+                let allowed = (relative * size).max(change) / length;
                 let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
                 integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);

@@ -269,7 +269,10 @@ impl Cluster {
         if let Some(Some(windows)) = windows
             && let Some(found) = Modes::new(window)
         {
-            self.length = horizon(found.shortest_time(), windows, control.longest);
+            // The horizon of the search for switchings grows while nothing happens.
+            let (time, longest) = (found.shortest_time(), control.longest);
+            let first = if time < longest { FIRST_HORIZON * time } else { 1.0 };
+            self.length = (first * libm::exp2(windows.min(60) as f64)).min(longest);
             (*modes, *method, *evaluations) = (found, Method::Modes, 1);
             return 0.0;
         }
@@ -303,10 +306,4 @@ impl Cluster {
         (self.length, history.explicit_length) = (series.converges_for, series.converges_for);
         local_error
     }
-}
-
-/// The search horizon for switchings in window number `windows` without any, s: it grows while nothing happens.
-fn horizon(time: f64, windows: u32, longest: f64) -> f64 {
-    let first = if time < longest { FIRST_HORIZON * time } else { 1.0 };
-    (first * libm::exp2(windows.min(60) as f64)).min(longest)
 }
