@@ -1,5 +1,4 @@
-//! The outcome of an elastic impact of two balls, in closed form. See "The impact of two" in docs/theory.md for the
-//! integrals and their expansion in alpha and beta.
+//! The outcome of an elastic impact of two balls, in closed form: see "The impact of two" in docs/theory.md.
 
 use std::cell::OnceCell;
 

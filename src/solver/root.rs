@@ -1,5 +1,4 @@
-//! The first time at which a function becomes positive; none is missed. See "Separation and first crossings" in
-//! docs/theory.md.
+//! The first time at which a function becomes positive: see "Separation and first crossings" in docs/theory.md.
 
 use crate::next::Next;
 

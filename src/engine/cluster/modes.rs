@@ -52,9 +52,8 @@ struct Joint {
 }
 
 impl Modes {
-    /// The motion from the state at the start of a segment, if
-    /// [`series_before_modes`](super::natural::series_before_modes) allows modes; `None` for balls or contacts that
-    /// differ too much.
+    /// The motion from the state at the start of a segment, where `series_before_modes` allows modes; `None` for balls
+    /// or contacts that differ too much.
     pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();

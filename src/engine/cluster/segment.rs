@@ -177,8 +177,7 @@ impl Cluster {
         self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
     }
 
-    /// Adjusts the positions of balls in contact to the overlaps, without moving their centre of mass. Otherwise the
-    /// two would drift apart by rounding, on which gravity would act once the motion has decayed to that size.
+    /// Adjusts the positions of balls in contact to the overlaps, without moving their centre of mass ("Clusters").
     fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
         let mut first = 0;
         for end in 0..balls.len() {
@@ -254,9 +253,8 @@ impl Cluster {
         (release, Switch::Release)
     }
 
-    /// Describes the motion for as long as the description holds. Returns its error in the velocities, m/s.
-    ///
-    /// The first method that applies describes it.
+    /// Describes the motion, by the first method that applies, for as long as that holds. Returns its error in the
+    /// velocities, m/s.
     fn describe(&mut self, problem: &Problem) -> f64 {
         let Self { method, series, gauss, modes, history, workspace, evaluations, .. } = self;
         let &Problem { window, control, speed, local_error, .. } = problem;
@@ -294,8 +292,7 @@ impl Cluster {
             ((self.length, history.explicit_length), *method) = (step, Method::Gauss);
             return local_error;
         }
-        // Linear contacts, and all others, such as a start from rest or stiff damping. Series keep balls that the
-        // motion has not reached exactly at rest.
+        // Linear contacts, a start from rest, stiff damping: series keep balls that nothing has moved exactly at rest.
         if linear && control.allows(Method::LinearSeries) {
             series.expand_linear(workspace, problem);
             *method = Method::LinearSeries;

@@ -10,10 +10,8 @@ use crate::model::ContactLaw;
 use crate::solver::root::{safe_step, search_within};
 use crate::solver::{DoubleDouble, Oscillator, Smooth};
 
-/// The overlap (negative while apart) since an anchor.
-///
-/// It is kept as its value at the anchor plus the displacements since then, so that a gap of 1e-12 m right after a
-/// release keeps its digits on positions of 1 m.
+/// The overlap (negative while apart) since an anchor: its value there plus the displacements since then, so that a gap
+/// of 1e-12 m right after a release keeps its digits on positions of 1 m.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Separation {
     pub anchor: DoubleDouble,
@@ -179,8 +177,7 @@ impl Separation {
         let reach = reach(self.motions().map(|(o, _)| o), start);
         let mut clear = start;
         if start == 0.0 {
-            // Most forecasts are overtaken by events, so a cheap bound comes first; it is tighter for shorter spans,
-            // here half a period.
+            // Events overtake most forecasts, so a cheap bound comes first, tighter for shorter spans: half a period.
             clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
             if clear > WORTH * reach {
                 return Next::NotBefore(self.anchor + clear);

@@ -52,8 +52,7 @@ impl Body {
     pub fn new(balls: &[Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
         let first = &balls[0];
         let (o, v) = (&first.oscillator, first.flight.v);
-        // Differences to the first ball, exactly 0 where balls are equal: omega squared, gamma, and the acceleration by
-        // inputs and gravity with its derivatives.
+        // Differences to the first ball, exactly 0 where balls are equal, with the acceleration by inputs and gravity.
         let mut pull = 0.0;
         let differences = balls.iter().enumerate().map(|(i, ball)| {
             if i > 0 {

@@ -138,8 +138,7 @@ impl Rule {
     pub fn integrals(&self, c: f64) -> Nodes {
         let x = 2.0 * c - 1.0;
         let mut integrals = [0.0; NODES];
-        // By `k (k + 1) P_k = -((1 - x^2) P_k')'` they keep their digits near the ends. The slopes of the last two
-        // polynomials:
+        // By `k (k + 1) P_k = -((1 - x^2) P_k')'` they keep their digits near the ends. The last two slopes:
         let (mut before, mut slope) = (0.0, 1.0);
         for (k, row) in self.lagrange.iter().enumerate() {
             let integral = if k == 0 {

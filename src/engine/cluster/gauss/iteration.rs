@@ -1,7 +1,6 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
-//! Only closed contacts need their overlaps meanwhile. All loops run over the nodes of one contact, without branches,
-//! so that compilers vectorise them.
+//! Only closed contacts need their overlaps meanwhile. Loops over nodes have no branches: compilers vectorise them.
 
 use super::motion::{Motion, Samples, Track};
 use crate::engine::flight::forcing_at;

@@ -131,8 +131,7 @@ impl<'a> Planner<'a> {
             (Outcome::Stands(error), _) => {
                 return Break(Some((motion.until, (reached * change_for(error)).min(longest))));
             }
-            // A series shows which way a force, or an overlap at rest, goes from 0; the mean slope over a step does
-            // not.
+            // A series shows which way a force or an overlap at rest goes from 0, the mean slope over a step does not.
             (Outcome::AtOnce(_, Switch::Clip), _) => return Break(None),
             (Outcome::AtOnce(j, Switch::Release), _)
                 if motion.tracks[j].is_resting(&self.tolerance.problem.rounding) =>

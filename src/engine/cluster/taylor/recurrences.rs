@@ -1,5 +1,4 @@
-//! The coefficients of the Taylor series of a window, each from those before it. See "Series" in docs/theory.md for the
-//! recurrences, and for order and step.
+//! The coefficients of the Taylor series of a window; see "Series" in docs/theory.md for recurrences, order and step.
 
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::{Control, Problem};
@@ -125,8 +124,7 @@ impl<S: Scalar> Series<S> {
         let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, window, dv, scale)).collect();
         self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
         self.fill(window, &|j| negligible[j] > 0.0 || !window.needs_force(j), &|_| false);
-        // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So
-        // more terms are checked than a gap has.
+        // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`. So more terms are checked.
         let gap = contacts.map(|j| libm::ceil(window.laws[j].exponent.value()) as usize).fold(1, usize::max);
         self.terms = gap + TERMS_AT_LEAST;
         negligible
@@ -158,8 +156,7 @@ impl<S: Scalar> Series<S> {
 }
 
 impl Series {
-    /// The same for a window. The segment ends where the last terms, or the forces left out, would change the
-    /// velocities by more than `control` allows.
+    /// The same for a window. The segment ends where last terms, or forces left out, would change velocities too much.
     pub fn expand_window(&mut self, &Problem { window, control, speed, local_error, .. }: &Problem) {
         let negligible = self.expand(window, control, speed);
         self.converges_for = self.convergence(local_error, |c| c).min(control.longest);
