@@ -177,7 +177,7 @@ impl Cluster {
         self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
     }
 
-    /// Adjusts the positions of balls in contact to the overlaps, without moving their centre of mass ("Clusters").
+    /// Fits positions of balls in contact to the overlaps, about their centre of mass: "Clusters" in docs/theory.md.
     fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
         let mut first = 0;
         for end in 0..balls.len() {
