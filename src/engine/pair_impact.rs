@@ -1,19 +1,4 @@
-//! The outcome of an elastic impact of two balls, in closed form.
-//!
-//! For equal undamped pendulums under constant inputs the motion splits in two. The centre of mass swings like a ball.
-//! The overlap moves in a potential, so its rate has reversed when the contact opens; only the duration takes a
-//! quadrature. With `u` the closing rate, `mu` the reduced mass and `q` the overlap over the one that the contact alone
-//! would reach, `q_0`,
-//!
-//! ```text
-//! T = 2 (q_0 / u) integral dq / sqrt(1 - q^(p+1) - beta q - alpha q^2)
-//! ```
-//!
-//! where alpha and beta are the effects of gravity and inputs during the contact. For p = 1 that is an arc tangent;
-//! else it is expanded in alpha and beta, which are of the order of (contact time / period)^2. The terms follow from
-//! the action integral `integral sqrt(E - P(q)) dq`, whose derivative by E is half the time (Landau and Lifshitz,
-//! Mechanics, sections 12 and 49), and from `integral q^m / sqrt(E - q^(p+1)) dq = E^(s - 1/2) B(s, 1/2) / (p+1)` with
-//! `s = (m+1) / (p+1)` and Euler's beta function B.
+//! The outcome of an elastic impact of two balls, in closed form: see "The impact of two" in docs/theory.md.
 
 use std::cell::OnceCell;
 
@@ -45,7 +30,8 @@ impl ImpactCoefficients {
     }
 
     /// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
-    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<Compression> {
+    /// Returns its duration (s), largest overlap (m) and integral (m.s).
+    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<[f64; 3]> {
         if law.whole_exponent() == Some(1) {
             let frequency2 = omega2 + law.stiffness / mass;
             let frequency = frequency2.sqrt();
@@ -55,7 +41,7 @@ impl ImpactCoefficients {
             // The difference of the two without cancellation.
             let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
             let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
-            return Some(Compression { duration, peak_overlap, overlap_integral });
+            return Some([duration, peak_overlap, overlap_integral]);
         }
         let (p, reach) = (law.exponent, law.largest_overlap(mass, rate));
         let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
@@ -69,16 +55,15 @@ impl ImpactCoefficients {
             let power = libm::pow(q, p);
             q -= (q * (power + alpha * q + beta) - 1.0) / ((p + 1.0) * power + 2.0 * alpha * q + beta);
         }
-        Some(Compression {
-            duration: 2.0 * reach / rate * expansion(&self.time, alpha, beta),
-            peak_overlap: reach * q,
-            overlap_integral: 2.0 * reach * reach / rate * expansion(&self.overlap, alpha, beta),
-        })
+        let duration = 2.0 * reach / rate * expansion(&self.time, alpha, beta);
+        let overlap_integral = 2.0 * reach * reach / rate * expansion(&self.overlap, alpha, beta);
+        Some([duration, reach * q, overlap_integral])
     }
 }
 
 /// With `P = q^(p+1) + P_1` the integral of `q^g / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the
-/// integral of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1.
+/// integral of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1, and that of `q^m / sqrt(E - q^(p+1))` is `E^(s - 1/2)
+/// B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's beta function B.
 fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     let mut table = [[0.0; TERMS]; TERMS];
     for (k, row) in table.iter_mut().enumerate() {
@@ -95,8 +80,7 @@ fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     table
 }
 
-/// Sums the expansion up to where the rest is below the rounding. A small term does not show that: some are 0 (for p =
-/// 3 the first in beta).
+/// Sums the expansion up to where the rest is below the rounding; single terms may be 0 (for p = 3 the first in beta).
 fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
     let (mut sum, mut size) = (0.0, 1.0);
     for (k, row) in table.iter().enumerate() {
@@ -113,13 +97,6 @@ fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
         }
     }
     sum
-}
-
-/// The overlap during an impact: its duration, maximum and integral.
-struct Compression {
-    duration: f64,
-    peak_overlap: f64,
-    overlap_integral: f64,
 }
 
 /// An impact under way whose outcome is known.
@@ -148,8 +125,7 @@ impl Interior {
 }
 
 impl PairImpact {
-    /// The impact of `left` and `right`, both in flight and anchored at its `start`, with their overlap 0 there; `None`
-    /// if there is no closed form.
+    /// The impact of `left` and `right`, in flight, anchored at its `start` with overlap 0; `None` without closed form.
     pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
         if left.model.on_arc {
             return Self::on_arcs([left, right], law, coefficients);
@@ -164,8 +140,7 @@ impl PairImpact {
         let (left_share, right_share) = (left.model.mass / total, right.model.mass / total);
         let reduced = left.model.mass * right_share;
         let pull = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
-        let compression = coefficients.compression(law, o.omega2(), reduced, rate, pull)?;
-        let t = compression.duration;
+        let [t, peak_overlap, overlap_integral] = coefficients.compression(law, o.omega2(), reduced, rate, pull)?;
         if !(t.is_finite() && t > 0.0) {
             return None; // Beyond the range of doubles.
         }
@@ -186,7 +161,7 @@ impl PairImpact {
         };
         let common = centre.displacement_integral(o, &u);
         let integrals = |ball: &Ball, of_overlap: f64| RunningIntegrals {
-            x_integral: ball.flight.x * t + common + of_overlap * compression.overlap_integral,
+            x_integral: ball.flight.x * t + common + of_overlap * overlap_integral,
             drag_loss: 0.0,
             work: ball.model.mass * ball.flight.forcing[0] * displacement,
         };
@@ -194,8 +169,8 @@ impl PairImpact {
             duration: t,
             displacements: [displacement; 2],
             velocities,
-            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * compression.overlap_integral),
-            peak: law.elastic_force(compression.peak_overlap),
+            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * overlap_integral),
+            peak: law.elastic_force(peak_overlap),
         };
         let integrals = [integrals(left, right_share), integrals(right, -left_share)];
         Some(Self { start: left.anchor, outcome, integrals, interior: OnceCell::new() })

@@ -1,20 +1,5 @@
 //! The outcome of an elastic impact of two balls on arcs: that along a fixed direction in closed form, and what the
-//! turn of the directions, gravity and inputs change, iterated.
-//!
-//! With the largest overlap `q` and the duration `T0` along a fixed direction, the overlap there is `q phi(t / T0)`,
-//!
-//! ```text
-//! phi'' = -kappa phi^p,     phi'(0) = sigma,     kappa = sigma^2 (p + 1) / 2
-//! ```
-//!
-//! In truth it is `q (phi + y)(t / T)`, `T = (1 + late) T0`, with small y that vanish at both ends. The equation of y,
-//! linear but for the small rest N, has the solutions `phi'` and `e = phi + (p - 1) / 2 x phi'` without N, so that
-//!
-//! ```text
-//! y = (e integral(phi' N) - phi' integral(e N)) / kappa + 2 late / (p + 1) e
-//! ```
-//!
-//! As long as `y(1)` is not 0, it is the change of `late` to come, and `x phi'` times that the change of y.
+//! turn of the directions, gravity and inputs change, iterated. See "Arcs" in docs/theory.md for the equations.
 
 use crate::engine::cluster::{Course, Direction};
 use crate::engine::flight::Flight;
@@ -111,8 +96,7 @@ impl Shape {
 pub(crate) struct Outcome {
     /// In s.
     pub duration: f64,
-    /// Displacements of the left and the right ball along their paths, m, and velocities after it, m/s. The overlap is
-    /// 0 at either end.
+    /// Displacements of the two balls along their paths, m, and velocities afterwards, m/s. The overlap is 0 then.
     pub displacements: [f64; 2],
     pub velocities: [f64; 2],
     /// Impulse, N.s, and largest force, N.

@@ -187,19 +187,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn a_start_from_zero_is_no_crossing() {
-        // Down from 0 and up again, with decays that make the bounds of a series coarse.
-        let mut c: Vec<f64> = (0..40)
-            .scan(1.0, |term, k| {
-                *term *= if k == 0 { 1.0 } else { -6.0 / k as f64 };
-                Some(*term)
-            })
-            .collect();
-        (c[0], c[1]) = (c[0] - 1.0, c[1] + 1.5);
-        let t = first_positive(&c, 1.0, 0.0, 1.0).unwrap();
-        assert!((libm::exp(-6.0 * t) - 1.0 + 1.5 * t).abs() < 1e-13 && t > 0.5, "{t}");
-        assert_eq!(first_positive(&c, 1.0, 0.0, 0.5), None);
-    }
 }

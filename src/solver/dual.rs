@@ -1,8 +1,7 @@
 //! Dual numbers: a value and its derivative along one direction, carried through every operation.
 //!
 //! Results have exact derivatives, except for rounding (forward mode of automatic differentiation: Griewank and
-//! Walther, Evaluating Derivatives, 2008, chapter 3). [`Scalar`] is the common trait of doubles and dual numbers, so
-//! that one formula serves both.
+//! Walther, Evaluating Derivatives, 2008, chapter 3). One formula serves doubles and dual numbers by [`Scalar`].
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};

@@ -40,8 +40,7 @@ const TO_INTEGER: f64 = 1.5 * (1_u64 << MANTISSA) as f64;
 /// Added to any k, it gives a positive number.
 const BIAS: u64 = 2048;
 
-/// Numbers as `2^k m`: the k and `log m` of each. A loop of its own, because processors overlap short loops better than
-/// a long one.
+/// Numbers as `2^k m`: the k and `log m` of each. Processors overlap two short loops better than a long one.
 #[inline(always)]
 fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {
     let [mut k, mut logarithms] = [[0.0; N]; 2];

@@ -2,8 +2,7 @@
 
 pub const POINTS: usize = 12;
 
-/// Abscissas in (0, 1) and weights of the twelve-point Gauss-Legendre rule on [-1, 1] (Abramowitz and Stegun, table
-/// 25.4).
+/// Abscissas in (0, 1) and weights of Gauss-Legendre on [-1, 1], twelve points (Abramowitz and Stegun, table 25.4).
 const RULE: [(f64, f64); POINTS / 2] = [
     (0.125_233_408_511_468_9, 0.249_147_045_813_402_77),
     (0.367_831_498_998_180_2, 0.233_492_536_538_354_8),
@@ -13,8 +12,7 @@ const RULE: [(f64, f64); POINTS / 2] = [
     (0.981_560_634_246_719_2, 0.047_175_336_386_511_83),
 ];
 
-/// Integral from 0 to `t` of a function given at all nodes at once: exact up to degree 23, and to rounding over about
-/// one wave.
+/// Integral from 0 to `t` of a function given at all nodes: exact up to degree 23, to rounding over about a wave.
 pub fn of_samples(t: f64, f: impl Fn(&[f64; POINTS]) -> [f64; POINTS]) -> f64 {
     let half = 0.5 * t;
     let place = |p: usize| half * (1.0 + [-1.0, 1.0][p % 2] * RULE[p / 2].0);
@@ -23,8 +21,7 @@ pub fn of_samples(t: f64, f: impl Fn(&[f64; POINTS]) -> [f64; POINTS]) -> f64 {
     half * RULE.iter().zip(values.as_chunks().0).map(pair).sum::<f64>()
 }
 
-/// Integral of `f` over `[a, b]`, the interval split into `panels` equal parts (at least 1). By reference, so that it
-/// is compiled once for all callers.
+/// Integral of `f` over `[a, b]` in `panels` parts (at least 1). By reference, it is compiled once for all callers.
 pub fn gauss_legendre(f: &dyn Fn(f64) -> f64, a: f64, b: f64, panels: usize) -> f64 {
     let width = (b - a) / panels as f64;
     let panel = |p: usize| of_samples(width, |places| places.map(|t| f(a + p as f64 * width + t)));

@@ -1,8 +1,4 @@
-//! The first time at which a function becomes positive; none is missed.
-//!
-//! Sampling would miss a contact that grazes between two samples. With a bound on the third derivative, steps can be
-//! chosen that provably contain no crossing, and the search approaches the first one from the safe side. Close to a
-//! simple crossing the steps become Newton's with second derivatives (Halley's order), so the search ends quickly.
+//! The first time at which a function becomes positive: see "Separation and first crossings" in docs/theory.md.
 
 use crate::next::Next;
 
@@ -23,9 +19,8 @@ const GROWTH: f64 = 1000.0;
 /// The first `t` in `[from, until]` from which on `g` is positive, with at most `allowed` evaluations, which it counts
 /// down.
 ///
-/// `g(from)` should not be positive; a value that is counts as 0. If `g(from)` is 0, the derivatives decide: rising,
-/// the result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is not a
-/// crossing.
+/// `g(from)` should not be positive; a value that is counts as 0. If it is 0, the derivatives decide: rising, the
+/// result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is no crossing.
 pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Next {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());
@@ -128,9 +123,8 @@ pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> 
     0.5 * (low + high)
 }
 
-/// A zero between `low`, where a function with these derivatives is not positive, and `high`, where it is not negative,
-/// each with the value there: from the zero of the chord by third-order steps to roots of parabolas, kept inside the
-/// bracket.
+/// A zero between `low`, where a function is not positive, and `high`, where it is not negative, with the values there:
+/// from the zero of the chord by third-order steps to roots of parabolas, kept inside the bracket.
 pub fn rising_zero(g: impl Fn(f64) -> [f64; 3], (mut low, at_low): (f64, f64), (mut high, at_high): (f64, f64)) -> f64 {
     let width = high - low;
     let mut t = low + width * (at_low / (at_low - at_high));

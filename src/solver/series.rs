@@ -76,8 +76,7 @@ pub fn product_term<S: Scalar>(a: &[S], b: &[S], k: usize) -> S {
     a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| *a * *b).sum()
 }
 
-/// Coefficients `k >= 1` of the sine and the cosine of an angle, from those before and `angle`, its coefficients each
-/// times its number.
+/// Coefficients `k >= 1` of sine and cosine of an angle, from those before and `angle`, each times its number.
 pub fn sine_and_cosine_term<S: Scalar>(angle: &[S], sin: &[S], cos: &[S], k: usize) -> (S, S) {
     let inverse = S::from(1.0 / k as f64);
     (product_term(&angle[1..], cos, k - 1) * inverse, -product_term(&angle[1..], sin, k - 1) * inverse)
@@ -196,22 +195,10 @@ mod tests {
         let c: Vec<f64> = (0..31).map(|k| libm::sin(1.0 + k as f64)).collect();
         for count in 0..c.len() {
             let (c, t) = (&c[..count], 0.8);
-            let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{count} terms: {a}, not {b}");
-            let [by_lanes, slope, curvature] = value_and_derivatives(c, t);
-            close(value_by_lanes(c, t), value(c, t));
-            close(by_lanes, value(c, t));
-            close(slope, derivative(c, t));
-            close(derivative_by_lanes(c, t), derivative(c, t));
-            close(integral_by_lanes(c, t), integral(c, t));
-            close(sample_derivative(c, &[0.0, t])[1], derivative(c, t));
-            if count >= 2 {
-                let (value_too, change) = value_and_change_of_derivative(c, t);
-                close(value_too, value(c, t));
-                close(change, derivative(c, t) - derivative(c, 0.0));
+            let (about, [.., curvature]) = (about::<3>(c, t), value_and_derivatives(c, t));
+            for (by_lanes, by_horner) in [(derivative_by_lanes(c, t), derivative(c, t)), (curvature, 2.0 * about[2])] {
+                assert!((by_lanes - by_horner).abs() < 1e-12, "{count} terms: {by_lanes}, not {by_horner}");
             }
-            let about: [f64; 3] = about(c, t);
-            close(curvature, 2.0 * about[2]);
-            close(sample(c, &[0.0, t])[1], value(c, t));
         }
     }
 }

@@ -1,17 +1,5 @@
-//! The motion of a window by implicit collocation, for contacts that stay closed while the motion is slow.
-//!
-//! Taylor series must follow the fastest mode of the contacts even where damping has brought it to rest. The Radau IIA
-//! method is L-stable: its steps are those of the slow motion. The unknowns are the overlaps of the pressing contacts
-//! at the stages. With the linear response of a pendulum to its contact forces, the equations are
-//!
-//! ```text
-//! d_j - d_free,j = W_l (F_(j-1) - F_j) / m_l - W_r (F_j - F_(j+1)) / m_r,
-//! W = (h A)^2 (1 + 2 gamma h A + omega^2 (h A)^2)^-1
-//! ```
-//!
-//! solved by Newton's method, with a block tridiagonal matrix of one block per contact. Overlaps of 1e-9 m keep all
-//! their digits, because stiff contacts divide rounding by their stiffness; from positions they would be differences of
-//! numbers near 1 m.
+//! The motion of a window by implicit collocation, for contacts that stay closed while the motion is slow. See
+//! "Collocation" in docs/theory.md for the equations with the response `W` of a pendulum.
 
 use super::step_control::{Problem, StepHistory};
 use super::taylor::{Series, integrate};
@@ -27,9 +15,8 @@ pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
 const WORTH: f64 = 0.5;
 
-/// The next step over the one that the error allows, the largest growth of a step, and its factors after an error that
-/// is too large and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996,
-/// section IV.8).
+/// The next step over the one that the error allows, the largest growth of a step, and its factors after too large an
+/// error and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8).
 const SAFETY: f64 = 0.9;
 const GROWTH: f64 = 4.0;
 const SHRINKAGE: [f64; 2] = [0.1, 0.7];
@@ -252,13 +239,6 @@ impl<'a> Step<'a> {
         }
     }
 
-    /// Change of the overlap of contact `j` by the `rounding` (m/s) of the velocities, m.
-    fn overlap_rounding(&self, j: usize, rounding: f64) -> f64 {
-        let stiffness =
-            self.window.laws[j].elastic_continued(self.window.contacts[j].overlap).map_or(0.0, |(_, slope)| slope);
-        if stiffness > 0.0 { rounding * (self.window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 }
-    }
-
     /// Enters the solution in `series`; returns its error over the allowed one.
     fn describe(&self, series: &mut Series, length: f64, problem: &Problem) -> f64 {
         let (window, tolerance) = (self.window, problem.control.tolerance);
@@ -290,7 +270,10 @@ impl<'a> Step<'a> {
                 let size = contact.overlap + self.changes[j].amax();
                 // The force must be as accurate: its relative error is `exponent` times as large.
                 let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
-                let allowed = (relative * size).max(self.overlap_rounding(j, of_rates)) / length;
+                let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
+                // The change of the overlap by the rounding of its rate.
+                let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
+                let allowed = (relative * size).max(change) / length;
                 let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
                 worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
                 integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);

@@ -1,17 +1,11 @@
-//! Clusters: neighbouring balls held together by closed contacts, followed from switching to switching.
-//!
-//! A [`Cluster`] describes the motion of its window on one segment after the other. `Cluster::describe` in `segment`
-//! chooses a method, whose result implements `DenseOutput`: Taylor series (`taylor`), implicit collocation
-//! (`collocation`), which fills in such a series, explicit collocation (`gauss`) where contacts follow Hertz or another
-//! power, and natural modes (`modes`, `natural`). `step_control` holds the tolerances and the history of steps. Needs
-//! the balls in flight and the contact laws; knows no run, no events and no ledgers.
+//! Clusters: neighbouring balls held together by closed contacts, followed from switching to switching. See "Clusters" in
+//! docs/theory.md for what a [`Cluster`] is, and the sections after it for the methods from which it chooses.
 
 mod collocation;
 mod gauss;
 mod modes;
 mod natural;
 mod segment;
-mod shapes;
 mod step_control;
 mod taylor;
 mod window;

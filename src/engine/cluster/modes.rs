@@ -1,8 +1,5 @@
-//! The motion of a window whose contacts are linear springs and dashpots, in closed form: by natural modes.
-//!
-//! Balls joined by pressing contacts are groups; a ball that presses on none is a group of its own. Each has natural
-//! modes (`natural`), whose coordinates are oscillators in closed form. So strong damping and contacts that stay closed
-//! for minutes cost nothing but the search for the next switching.
+//! The motion of a window whose contacts are linear springs and dashpots, in closed form: each group of balls joined by
+//! pressing contacts, or single ball, by its natural modes. See "Natural modes" in docs/theory.md.
 
 use std::cell::Cell;
 
@@ -12,13 +9,11 @@ use crate::engine::Next;
 use crate::engine::flight::{Forcing, Rounding};
 use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_derivatives};
 
-/// Most evaluations of a mode in the search for the switchings of a segment, some milliseconds; the next segment
-/// continues the search.
+/// Most evaluations of a mode in a search for switchings, some milliseconds; the next segment continues the search.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Roundings below which an overlap, summed over modes, is noise, and those of its derivatives, which only guide a
-/// search.
+/// Roundings below which an overlap, summed over modes, is noise, and those of its derivatives, which guide a search.
 const NOISE: f64 = 8.0;
 const NOISE_OF_DERIVATIVES: f64 = 128.0;
 
@@ -57,9 +52,8 @@ struct Joint {
 }
 
 impl Modes {
-    /// The motion from the state at the start of a segment, if
-    /// [`series_before_modes`](super::natural::series_before_modes) allows modes; `None` for balls or contacts that
-    /// differ too much.
+    /// The motion from the state at the start of a segment, where `series_before_modes` allows modes; `None` for balls
+    /// or contacts that differ too much.
     pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();
@@ -155,14 +149,12 @@ impl Modes {
         (SEARCH / (self.movers(j).count() * self.contacts.len())).max(LEAST_EVALUATIONS) as u32
     }
 
-    /// The search for the overlap of contact `j` or, with its `law`, for the derivative of this order of its force,
-    /// signed, above a `level`.
+    /// The search for the overlap of contact `j` or, with its `law`, derivative `order` of its force above a `level`.
     fn watch(&self, j: usize, law: Option<[f64; 2]>, order: usize, sign: f64, level: f64) -> Watch<'_> {
         Watch { modes: self, contact: j, law, order, sign, level, fading: 0.0 }
     }
 
-    /// The shortest of the modes' time scales, s: 1 over the natural frequency, or over the slow rate of an overdamped
-    /// mode.
+    /// The shortest of the modes' time scales, s: 1 over the natural frequency, or the slow rate of an overdamped one.
     pub fn shortest_time(&self) -> f64 {
         let modes = self.groups.iter().flat_map(|group| &group.modes);
         modes.map(|mode| mode.oscillator.time_scale()).fold(f64::INFINITY, f64::min)
@@ -231,7 +223,7 @@ impl DenseOutput for Modes {
         match self.joining(j) {
             // The shapes are orthogonal also to the contacts: no loss is shared between modes.
             Some(group) if j == group.first && group.damping > 0.0 => {
-                let modes = group.modes[1..].iter().zip(&group.shapes.lambda[1..]);
+                let modes = group.modes[1..].iter().zip(&group.lambda[1..]);
                 modes.map(|(mode, lambda)| group.damping * lambda * mode.squared_velocity_integral(tau)).sum()
             }
             _ => 0.0,

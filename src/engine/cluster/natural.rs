@@ -1,17 +1,10 @@
-//! The motion of balls joined by linear contacts, by their natural modes (`shapes`).
-//!
-//! Springs k, dashpots c and pendulums of the same omega and gamma give mode j of a chain
-//!
-//! ```text
-//! omega_j^2 = omega^2 + lambda_j k / mass,    gamma_j = gamma + lambda_j c / (2 mass)
-//! ```
-//!
-//! with stiffness, damping and mass of its first contact and ball (Meirovitch, Fundamentals of Vibrations, 2001,
-//! chapter 7: damping proportional to the stiffness leaves the modes uncoupled).
+//! The motion of balls joined by linear contacts, by their natural modes. See "Natural modes" in docs/theory.md for the
+//! equations and the symbols `lambda`, `phi`, `D`, `T` and `u`.
 
 use std::ops::Range;
 
-use super::shapes::Shapes;
+use nalgebra::{DMatrix, SymmetricEigen};
+
 use super::window::Window;
 use crate::engine::flight::degree;
 use crate::model::{ContactLaw, Mode};
@@ -19,6 +12,9 @@ use crate::solver::{ForcedOscillator, Oscillator};
 
 /// Largest group that is decomposed into modes: the cost of its shapes grows with the cube.
 const LARGEST_GROUP: usize = 40;
+
+/// Allowed relative difference between `T u` and `lambda u`; modes beyond it are spoiled by rounding.
+const TOLERANCE: f64 = 1e-12;
 
 /// Segments by series after a switching before natural modes take over: where balls oscillate, and while a front has
 /// yet to pass a contact. With fewer, the next switching ends modes too soon; with more, long motions cost more
@@ -70,7 +66,11 @@ pub(crate) struct Group {
     pub damping: f64,
     /// The coordinates of the modes, which start at 0.
     pub modes: Vec<ForcedOscillator>,
-    pub shapes: Shapes,
+    /// `lambda` of each mode.
+    pub lambda: Vec<f64>,
+    /// For each mode: displacement `phi` of each ball and change `D phi` of each overlap for a unit of its coordinate.
+    shapes: Vec<f64>,
+    stretches: Vec<f64>,
     /// The masses in units of that of the first ball.
     masses: Vec<f64>,
 }
@@ -86,15 +86,15 @@ impl Group {
         let (o, mass) = (&ball.oscillator, ball.model.mass);
         let masses: Vec<f64> = balls[members.clone()].iter().map(|ball| ball.model.mass / mass).collect();
         let stiffnesses: Vec<f64> = joints.iter().map(|law| law.stiffness / stiffness).collect();
-        let shapes = Shapes::new(&masses, &stiffnesses)?;
+        let [lambda, shapes, stretches] = shapes(&masses, &stiffnesses)?;
         let mut modes = Vec::with_capacity(size);
-        for (j, &lambda) in shapes.lambda.iter().enumerate() {
+        for (j, lambda) in lambda.iter().enumerate() {
             let oscillator = match j {
                 0 => *o,
                 _ => Oscillator::new(o.omega2() + lambda * stiffness / mass, o.gamma() + 0.5 * lambda * damping / mass),
             };
-            let weight = |i: usize| masses[i] * shapes.balls[j * size + i];
-            let stretches = &shapes.contacts[j * (size - 1)..];
+            let weight = |i: usize| masses[i] * shapes[j * size + i];
+            let stretches = &stretches[j * (size - 1)..];
             let (mut v, mut force) = (0.0, 0.0);
             for (i, flight) in flights[members.clone()].iter().enumerate() {
                 force += weight(i) * flight.forcing[0];
@@ -117,7 +117,7 @@ impl Group {
             }
             modes.push(ForcedOscillator::new(oscillator, v, force));
         }
-        Some(Self { first, size, damping, modes, shapes, masses })
+        Some(Self { first, size, damping, modes, lambda, shapes, stretches, masses })
     }
 
     /// The smallest decay rate by the dashpots right after the start, 1/s.
@@ -127,17 +127,65 @@ impl Group {
 
     /// Displacement of ball `i` for a unit of the coordinate of mode `m`.
     pub fn shape(&self, m: usize, i: usize) -> f64 {
-        self.shapes.balls[m * self.size + i - self.first]
+        self.shapes[m * self.size + i - self.first]
     }
 
     /// Change of the overlap of contact `j`, which joins two of its balls, for a unit of the coordinate of mode `m`.
     pub fn stretch(&self, m: usize, j: usize) -> f64 {
-        self.shapes.contacts[m * (self.size - 1) + j - self.first]
+        self.stretches[m * (self.size - 1) + j - self.first]
     }
 
     /// Mass share of these `balls`.
     pub fn share(&self, balls: Range<usize>) -> f64 {
         let masses = &self.masses[balls.start - self.first..balls.end - self.first];
         masses.iter().sum::<f64>() / self.masses.iter().sum::<f64>()
+    }
+}
+
+/// `lambda`, `phi` and `D phi` of all modes for these `masses` and, one less, `stiffnesses`, if not too far apart.
+fn shapes(masses: &[f64], stiffnesses: &[f64]) -> Option<[Vec<f64>; 3]> {
+    let (size, contacts) = (masses.len(), stiffnesses.len());
+    let roots: Vec<f64> = stiffnesses.iter().map(|k| k.sqrt()).collect();
+    let matrix = DMatrix::from_fn(contacts, contacts, |r, c| match r.abs_diff(c) {
+        0 => stiffnesses[r] * (1.0 / masses[r] + 1.0 / masses[r + 1]),
+        1 => -roots[r] * roots[c] / masses[r.max(c)],
+        _ => 0.0,
+    });
+    if !matrix.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let total: f64 = masses.iter().sum();
+    let (mut lambdas, mut shapes, mut stretches) = (vec![0.0], vec![1.0 / total.sqrt(); size], vec![0.0; contacts]);
+    if contacts == 0 {
+        return Some([lambdas, shapes, stretches]);
+    }
+    // It takes about two iterations per eigenvalue.
+    let vectors = SymmetricEigen::try_new(matrix, f64::EPSILON, 30 * size)?.eigenvectors;
+    for u in vectors.column_iter() {
+        let force = |i: usize| roots.get(i).map_or(0.0, |root| root * u[i]);
+        let pushed = |i: usize| (force(i) - force(i.wrapping_sub(1))) / masses[i];
+        // From the vector, the eigenvalue has twice its digits (Rayleigh's quotient).
+        let lambda: f64 = (0..size).map(|i| masses[i] * pushed(i) * pushed(i)).sum();
+        let root = lambda.sqrt();
+        let good = |i: usize| (roots[i] * (pushed(i) - pushed(i + 1)) - lambda * u[i]).abs() <= TOLERANCE * lambda;
+        if !(0..contacts).all(good) {
+            return None;
+        }
+        lambdas.push(lambda);
+        shapes.extend((0..size).map(|i| pushed(i) / root));
+        stretches.extend((0..contacts).map(|i| root * u[i] / roots[i]));
+    }
+    Some([lambdas, shapes, stretches])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shapes;
+
+    #[test]
+    fn what_is_too_unequal_has_no_modes_here() {
+        assert!(shapes(&[1.0, 1e-300, 2.0], &[1.0, 1.5]).is_none());
+        assert!(shapes(&[1.0, 1e-30, 1.0], &[1.0, 1e300]).is_none());
+        assert!(shapes(&[1.0, 1e-2, 2.0], &[1.0, 1.5]).is_some());
     }
 }

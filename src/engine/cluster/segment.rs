@@ -1,9 +1,5 @@
-//! A cluster: neighbouring balls held together by closed contacts, followed from switching to switching.
-//!
-//! The window of a cluster is its members and the ball in flight on either side (the spectators). On one segment
-//! nothing in the window switches and one description of the motion holds, such as a Taylor series; it ends at the next
-//! switching or where the description ends. The state consists of displacements since the start of the segment and of
-//! overlaps, because differences of positions do not resolve overlaps of 1e-8 m.
+//! A cluster, followed from switching to switching; see "Clusters" in docs/theory.md. Its state consists of displacements
+//! since the start of the segment and of overlaps, because differences of positions do not resolve overlaps of 1e-8 m.
 
 use std::ops::Range;
 
@@ -103,8 +99,7 @@ impl Cluster {
         self.output().searched()
     }
 
-    /// Displacement of ball `i` of the window since the start of the segment (m) and its velocity (m/s), `tau` after
-    /// it.
+    /// Displacement of ball `i` of the window since the start of the segment (m) and velocity (m/s), `tau` after it.
     pub fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let j = i - self.window.start;
         let (displacement, change) = self.output().moved(j, tau);
@@ -136,8 +131,7 @@ impl Cluster {
         }
     }
 
-    /// The larger of `known` and the largest force of contact `i` between `from` and `to` after the start of the
-    /// segment, N.
+    /// The larger of `known` and the largest force of contact `i` between these times after the segment's start, N.
     pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         match self.mode(i) {
             Mode::Pressing if from < to => self.output().peak(i - self.window.start, from, to, known),
@@ -196,8 +190,7 @@ impl Cluster {
         self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
     }
 
-    /// Adjusts the positions of balls in contact to the overlaps, without moving their centre of mass. Otherwise the
-    /// two would drift apart by rounding, on which gravity would act once the motion has decayed to that size.
+    /// Fits positions of balls in contact to the overlaps, about their centre of mass: "Clusters" in docs/theory.md.
     fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
         let mut first = 0;
         for end in 0..balls.len() {
@@ -255,8 +248,7 @@ impl Cluster {
         (self.flights, self.contacts) = (flights, contacts);
     }
 
-    /// The first switching of contact `j` of the `window` described, before `until` (s). Changes within `rounding` are no
-    /// switchings.
+    /// The first switching of contact `j` of the `window` before `until` (s), by more than `rounding`.
     fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
         let first = |switch: Switch, until: f64| self.output().first(switch, j, window, until, rounding);
         let mode = window.contacts[j].mode;
@@ -274,9 +266,8 @@ impl Cluster {
         (release, Switch::Release)
     }
 
-    /// Describes the motion for as long as the description holds. Returns its error in the velocities, m/s.
-    ///
-    /// The first method that applies describes it.
+    /// Describes the motion, by the first method that applies, for as long as that holds. Returns its error in the
+    /// velocities, m/s.
     fn describe(&mut self, problem: &Problem) -> f64 {
         let Self { method, series, gauss, modes, history, workspace, evaluations, .. } = self;
         let &Problem { window, control, speed, local_error, .. } = problem;
@@ -289,7 +280,10 @@ impl Cluster {
         if let Some(Some(windows)) = windows
             && let Some(found) = Modes::new(window)
         {
-            self.length = horizon(found.shortest_time(), windows, control.longest);
+            // The horizon of the search for switchings grows while nothing happens.
+            let (time, longest) = (found.shortest_time(), control.longest);
+            let first = if time < longest { FIRST_HORIZON * time } else { 1.0 };
+            self.length = (first * libm::exp2(windows.min(60) as f64)).min(longest);
             (*modes, *method, *evaluations) = (found, Method::Modes, 1);
             return 0.0;
         }
@@ -311,8 +305,7 @@ impl Cluster {
             ((self.length, history.explicit_length), *method) = (step, Method::Gauss);
             return local_error;
         }
-        // Linear contacts, and all others, such as a start from rest or stiff damping. Series keep balls that the
-        // motion has not reached exactly at rest.
+        // Linear contacts, a start from rest, stiff damping: series keep balls that nothing has moved exactly at rest.
         if linear && control.allows(Method::LinearSeries) {
             series.expand_linear(workspace, problem);
             *method = Method::LinearSeries;
@@ -323,10 +316,4 @@ impl Cluster {
         (self.length, history.explicit_length) = (series.converges_for, series.converges_for);
         local_error
     }
-}
-
-/// The search horizon for switchings in window number `windows` without any, s: it grows while nothing happens.
-fn horizon(time: f64, windows: u32, longest: f64) -> f64 {
-    let first = if time < longest { FIRST_HORIZON * time } else { 1.0 };
-    (first * libm::exp2(windows.min(60) as f64)).min(longest)
 }

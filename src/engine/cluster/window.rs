@@ -56,8 +56,7 @@ impl<S: Scalar> Window<'_, S> {
         self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
     }
 
-    /// Whether the force of contact `j` by its law matters: it presses, or only the force tells when it will press
-    /// again.
+    /// Whether the force of contact `j` by its law matters: it presses, or only the force tells when it will again.
     pub fn needs_force(&self, j: usize) -> bool {
         match self.contacts[j].mode {
             Mode::Open => false,
@@ -94,8 +93,7 @@ impl Window<'_> {
     }
 }
 
-/// Coefficients of an overlap: as many as its force has up to the highest derivative by time, and one more for a
-/// dashpot.
+/// Coefficients of an overlap: up to those of the highest derivative by time of its force, one more for a dashpot.
 pub(crate) type OverlapSeries<S = f64> = [S; MAX_OUTPUT_DERIVATIVE + 2];
 
 /// What ends a segment.
@@ -127,8 +125,7 @@ pub(crate) trait DenseOutput {
     fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64;
     /// Overlap of contact `j` (m) at `tau` and the change of its rate (m/s) till then.
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
-    /// Coefficients of that overlap as a power series of the time from `tau` on; `None` if the equations give them as
-    /// well.
+    /// Coefficients of that overlap as a power series of the time from `tau` on, unless the equations give them.
     fn overlap_series(&self, _j: usize, _tau: f64) -> Option<OverlapSeries> {
         None
     }
@@ -136,13 +133,11 @@ pub(crate) trait DenseOutput {
     fn impulse(&self, j: usize, tau: f64) -> f64;
     /// The larger of `known` and the largest force of the pressing contact `j` between two times, N.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64;
-    /// Energy that the pressing contact `j` dissipates, J. A method may enter that of a group of contacts at the first
-    /// one.
+    /// Energy that the pressing contact `j` dissipates, J. A method may enter that of a group at its first contact.
     fn contact_loss(&self, j: usize, tau: f64) -> f64;
 
     /// The first `switch` of contact `j` of the `window` described, before `until`; one that may end its mode. Balls
-    /// that swing side by side approach each other by `rounding`: that is no onset. A force must change its sign by
-    /// more.
+    /// side by side approach each other by `rounding`: that is no onset. A force must change its sign by more.
     fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
 
     /// Evaluations of closed forms that the searches for switchings have taken so far.

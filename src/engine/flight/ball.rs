@@ -135,8 +135,7 @@ impl Ball {
         self.on_line(inputs, t).0
     }
 
-    /// The same for a ball on a line, with its displacement (m) and velocity (m/s). Inlined, what is not used is not
-    /// computed.
+    /// The same for a ball on a line, with displacement (m) and velocity (m/s). Inlined, only what is used is computed.
     #[inline(always)]
     fn on_line(&self, inputs: &Forcing, t: DoubleDouble) -> (RunningIntegrals, f64, f64) {
         let tau = t - self.anchor;
@@ -157,8 +156,7 @@ impl Ball {
         (integrals, flight.displacement(o, u), flight.velocity(o, u))
     }
 
-    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J; `u` are the oscillator's functions at that
-    /// time.
+    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J, from the oscillator's functions `u` then.
     fn drag_loss<const N: usize>(&self, tau: f64, u: &[f64; N]) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
         if o.gamma() == 0.0 {
@@ -214,8 +212,7 @@ pub(crate) fn places(distances: impl Iterator<Item = f64> + Clone) -> impl Itera
     std::iter::once(0.0).chain(distances.scan(0.0, place))
 }
 
-/// The position (m) of the first of `balls`, given by mass (kg), position (m) and [place](places), that keeps their
-/// centre of mass.
+/// The position (m) of the first ball that keeps the centre of mass, from mass (kg), position (m) and [place](places).
 pub(crate) fn start_by_centre(balls: impl Iterator<Item = ((f64, f64), f64)> + Clone) -> f64 {
     let first = balls.clone().next().map_or(0.0, |((_, x), _)| x);
     let (mut moment, mut total) = (0.0, 0.0);

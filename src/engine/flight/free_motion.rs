@@ -1,5 +1,4 @@
-//! The motion of a ball that touches nothing, in closed form from its state at its anchor and the inputs, and its
-//! integrals.
+//! The motion of a ball that touches nothing, in closed form from its state at its anchor and the inputs.
 
 use serde::{Deserialize, Serialize};
 
@@ -101,8 +100,7 @@ impl Rounding {
         Self { position: self.position.max(other.position), velocity: self.velocity.max(other.velocity) }
     }
 
-    /// Overlap (m) that counts as none, far below the rounding; otherwise a contact that only damping opens would never
-    /// open.
+    /// Overlap (m) that counts as none, far below the rounding, or contacts that only damping opens would never open.
     pub fn no_overlap(&self) -> f64 {
         NO_OVERLAP * self.position
     }

@@ -1,8 +1,5 @@
-//! Balls that touch nothing.
-//!
-//! A ball swings in closed form from its anchor, the time of its last event ([`Ball`], [`Flight`]); the overlap of two
-//! neighbours in flight has a closed form, too, which gives the next onset ([`Separation`]). Needs closed-form
-//! oscillators and first crossings of the solver; knows no contact forces.
+//! Balls that touch nothing. One swings in closed form from its anchor, the time of its last event ([`Ball`],
+//! [`Flight`]); the overlap of two has a closed form, too, which gives the next onset ([`Separation`]).
 
 mod ball;
 mod free_motion;

@@ -1,16 +1,7 @@
-//! The flight of a ball on its arc, as power series of the time.
+//! The flight of a ball on its arc, as power series of the time. See "Arcs" in docs/theory.md for the equations.
 //!
-//! With the state s along the path and its rate u, the pendulum's `s'' = -g sin(s / L) - 2 gamma u + f cos(s / L)`
-//! gives one coefficient after the other, those of sine and cosine by `sin' = angle' cos` and `cos' = -angle' sin`. A
-//! [`Path`] holds as long as its last terms are below rounding, a third of a period or less; a ball that flies on takes
-//! the next one ([`Piece`]). Of two neighbours, [`Approach`] has the series of
-//!
-//! ```text
-//! G = (D_c^2 - D^2) / (2 D_c)
-//! ```
-//!
-//! with the distance D of their centres and `D_c` that at which they touch. Unlike the overlap `2 G / (1 + q)`,
-//! `q = sqrt(1 - 2 G / D_c)`, it has no square root whose branch points would spoil the series.
+//! A [`Path`] holds as long as its last terms are below rounding; a ball that flies on takes the next one ([`Piece`]). Of
+//! two neighbours, [`Approach`] has the series of G. The overlap is `2 G / (1 + q)`, `q = sqrt(1 - 2 G / D_c)`.
 
 use serde::{Deserialize, Serialize};
 

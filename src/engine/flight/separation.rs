@@ -10,10 +10,8 @@ use crate::model::ContactLaw;
 use crate::solver::root::{safe_step, search_within};
 use crate::solver::{DoubleDouble, Oscillator, Smooth};
 
-/// The overlap (negative while apart) since an anchor.
-///
-/// It is kept as its value at the anchor plus the displacements since then, so that a gap of 1e-12 m right after a
-/// release keeps its digits on positions of 1 m.
+/// The overlap (negative while apart) since an anchor: its value there plus the displacements since then, so that a gap
+/// of 1e-12 m right after a release keeps its digits on positions of 1 m.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Separation {
     pub anchor: DoubleDouble,
@@ -24,8 +22,7 @@ pub(crate) struct Separation {
     other: Option<Motion>,
     /// Rounding of the positions over a swing, m: a shallower closing is no onset.
     pub noise: f64,
-    /// Rounding of the rate (m/s) and of the acceleration (m/s2) right after the anchor, where an overlap by rounding
-    /// is no onset.
+    /// Rounding of rate (m/s) and acceleration (m/s2) right after the anchor: an overlap by these is no onset.
     resolution: [f64; 2],
     /// Of balls on arcs: their overlap as a series, instead of the two motions.
     approach: Option<Box<Approach>>,
@@ -63,8 +60,7 @@ const PERIODS_AHEAD: f64 = 2.0;
 const SHORTEST_LOOK: f64 = 1e-12;
 
 impl Separation {
-    /// The contact between `left` and `right`, which are both anchored at or before `anchor`, with its overlap there
-    /// (m) and its law.
+    /// The contact between `left` and `right`, both anchored at or before `anchor`, with its overlap there (m).
     pub fn new(left: &Ball, right: &Ball, anchor: DoubleDouble, overlap: f64, law: &ContactLaw) -> Self {
         let (l, r) = (left.flight_at(anchor), right.flight_at(anchor));
         let approach = left.model.on_arc.then(|| {
@@ -164,8 +160,7 @@ impl Separation {
         self.approach.as_ref().is_some_and(|approach| (t - self.anchor).value() > WORN * approach.length)
     }
 
-    /// The next closing after `from`, a time at or after the anchor, with at most `allowed` evaluations, which it
-    /// counts down.
+    /// The next closing after `from`, at or after the anchor; counts down the evaluations that are `allowed`.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         if let Some(approach) = &self.approach {
             *allowed = allowed.saturating_sub(ON_ARCS);
@@ -182,8 +177,7 @@ impl Separation {
         let reach = reach(self.motions().map(|(o, _)| o), start);
         let mut clear = start;
         if start == 0.0 {
-            // Most forecasts are overtaken by events, so a cheap bound comes first; it is tighter for shorter spans,
-            // here half a period.
+            // Events overtake most forecasts, so a cheap bound comes first, tighter for shorter spans: half a period.
             clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
             if clear > WORTH * reach {
                 return Next::NotBefore(self.anchor + clear);
@@ -206,8 +200,7 @@ impl Separation {
         [self.overlap, v, a]
     }
 
-    /// The next rise through zero of a plain wave from `start` on; `None` where the motion is no plain wave or only
-    /// grazes.
+    /// The next rise through zero of a plain wave from `start` on; `None` if it is no plain wave or only grazes.
     fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
         let (o, flight) = &self.motion;
         if self.other.is_some() || o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {

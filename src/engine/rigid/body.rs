@@ -1,17 +1,5 @@
-//! Rigid balls in sustained contact move as one body, and each contact transmits a constraint force.
-//!
-//! The sum of the members' equations is one oscillator, with the mean of their frequencies squared, of their decays and
-//! of the accelerations by the inputs, all weighted with the masses. The contacts balance the rest: with the balls up
-//! to contact j on its left
-//!
-//! ```text
-//! F_j = sum m_i (f_i - f) - sum m_i (omega_i^2 - Omega^2) x_i - 2 sum m_i (gamma_i - Gamma) v
-//! ```
-//!
-//! which is a closed form like the motion. A contact lasts until its force would pull.
-//!
-//! On arcs, balls of equal length that touch at equal angles, with equal decays, are again one pendulum, under the mean
-//! of the accelerations by the inputs, and their contacts transmit `sum m_i (f_i - f)`. No others stay in contact.
+//! Rigid balls in sustained contact move as one body, and each contact transmits a constraint force, a closed form like
+//! the motion. See "Rigid contacts" in docs/theory.md for both.
 
 use serde::{Deserialize, Serialize};
 
@@ -64,8 +52,7 @@ impl Body {
     pub fn new(balls: &[Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
         let first = &balls[0];
         let (o, v) = (&first.oscillator, first.flight.v);
-        // Differences to the first ball, exactly 0 where balls are equal: omega squared, gamma, and the acceleration by
-        // inputs and gravity with its derivatives.
+        // Differences to the first ball, exactly 0 where balls are equal, with the acceleration by inputs and gravity.
         let mut pull = 0.0;
         let differences = balls.iter().enumerate().map(|(i, ball)| {
             if i > 0 {
@@ -197,8 +184,7 @@ impl Constraint {
         peak
     }
 
-    /// The largest maximum of the force between two times (s after the anchor), each at most one to a panel, N; 0 if
-    /// there is none.
+    /// The largest maximum of the force between two times (s after the anchor), at most one to a panel, N; or 0.
     fn largest_maximum(&self, from: f64, to: f64, panels: usize) -> f64 {
         let rate = |tau: f64| -self.tension(tau)[1];
         let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
@@ -217,8 +203,7 @@ impl Constraint {
         self.stiffness == 0.0 && self.drag == 0.0 && degree(&self.load) == 0
     }
 
-    /// When, from `from` on, the force would pull by more than rounding; with at most `allowed` evaluations, which it
-    /// counts down.
+    /// When, from `from` on, the force would pull by more than rounding; counts down the evaluations `allowed`.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         let start = (from - self.anchor).value();
         if self.at(start)[0] > 0.0 {

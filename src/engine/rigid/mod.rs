@@ -1,7 +1,5 @@
-//! Rigid contacts: instantaneous impacts, and balls that stay in contact.
-//!
-//! [`restitution`] computes the velocities after impacts, [`Body`] the motion of balls that move as one, [`Constraint`]
-//! the force that a contact transmits meanwhile. Needs the balls in flight; knows no run.
+//! Rigid contacts: velocities after impacts ([`restitution`]), the motion of balls that move as one ([`Body`]), and the
+//! force that a contact transmits meanwhile ([`Constraint`]).
 
 mod body;
 pub(crate) mod restitution;

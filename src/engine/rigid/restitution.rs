@@ -1,18 +1,5 @@
-//! The velocities of touching rigid balls after the impacts of one instant: impacts of two, one after the other.
-//!
-//! The pair that approaches fastest is first. For equally fast pairs that share no ball the order makes no difference.
-//! Those that share balls collide jointly: all their approach speeds reverse by the coefficient of restitution e at
-//! once (Newton's law for simultaneous impacts). Relative to their centre of mass every velocity is multiplied by -e,
-//! so mirrored starts have mirrored outcomes.
-//!
-//! On arcs an impulse acts along the line of the centres, of which the part `a` is along the path of the left ball, `b`
-//! along that of the right one. The balls approach each other at `a u_l - b u_r`. With velocities `w = factor u`, whose
-//! factors have the ratio `b / a` from one ball to the next, that is `a (w_l - w_r) / factor_l`: the row collides as on
-//! a line, with the masses `m / factor^2` ([`Row`]).
-//!
-//! With e < 1 the sequence need not end: many balls, or a small e, lead to endless impacts with speeds that tend to 0
-//! (inelastic collapse: McNamara and Young, Inelastic collapse and clumping in a one-dimensional granular medium,
-//! 1992). Balls that still approach then come to rest against each other, the limit of the sequence in doubles.
+//! The velocities of touching rigid balls after the impacts of one instant: impacts of two, one after the other, or
+//! joint. See "Rigid contacts" in docs/theory.md for their order and outcome, and for rows on arcs ([`Row`]).
 
 use std::ops::Range;
 
@@ -115,8 +102,7 @@ pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f6
     outcome
 }
 
-/// Impacts per ball with `e < 1`, far beyond what everyday mass ratios need: more resolve longer sequences, fewer end
-/// inelastic collapse sooner.
+/// Impacts per ball with `e < 1`, far beyond what everyday mass ratios need; fewer end inelastic collapse sooner.
 const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
@@ -180,8 +166,7 @@ fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: 
     outcome.impacts.push(Impact { contact: j, impulse });
 }
 
-/// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`. The impulses follow from the
-/// changes of the velocities.
+/// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`.
 fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, balls: Range<usize>, centre: S, outcome: &mut Outcome<S>) {
     let before = v[balls.clone()].to_vec();
     v[balls.clone()].iter_mut().for_each(|v| *v = centre - e * (*v - centre));

@@ -1,26 +1,10 @@
-//! Gauss collocation for `y'' = g(t, y, y')`, solved by Picard's iteration, with time that may be stretched at one end
-//! of a step.
-//!
-//! On a step of length h the time is `t = h phi(c)` for c in [0, 1]. The acceleration times `phi'` is interpolated at
-//! the nodes of Gauss and Legendre; with the integrals `Q` of the Lagrange polynomials from 0 to the nodes and
-//! `Q1 = Q diag(phi')`, `Q2 = Q1 Q1`,
-//!
-//! ```text
-//! rate_m     = rate_0 + h sum_l Q1_ml g_l,
-//! position_m = position_0 + rate_0 h phi_m + h^2 sum_l Q2_ml g_l
-//! ```
-//!
-//! (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.7). At the end of the step
-//! the order is twice that within. Where g has a branch point at an end of the step, such as the square root of an
-//! overlap, the stretching `c^2` or `1 - (1 - c)^2` makes it smooth as a function of c. Other fractional powers of the
-//! time become higher powers of c, whose coefficients fall faster; with `c^3` or `1 - (1 - c)^3` faster still.
+//! Gauss collocation for `y'' = g(t, y, y')`, with time that may be stretched at one end of a step. See "Gauss
+//! collocation" in docs/theory.md for the formulas with `phi`, `Q`, `Q1` and `Q2`.
 //!
 //! The nodes are symmetric. About the middle the integral of an even function is odd up to a constant, that of an odd
-//! one is even. So a product with `Q` or `Q Q` takes two matrices of half the size (`Rule::integrate`,
-//! `Rule::integrate_twice`).
+//! one is even. So a product with `Q` or `Q Q` takes two matrices of half the size.
 //!
-//! The nodes, the weights and `Q` are computed in double-double: an error in the last digit of a weight would have the
-//! same sign in every step.
+//! Nodes, weights and `Q` are computed in double-double: an error in a last digit would have one sign in every step.
 
 mod rule;
 

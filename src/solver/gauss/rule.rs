@@ -32,8 +32,7 @@ pub struct Rule {
     twice: Halves,
     /// Coefficient of the Legendre polynomial k in the Lagrange polynomial of node l, at `[k][l]`.
     pub(super) lagrange: [Nodes; NODES],
-    /// Coefficient of `x^k`, `x = 2 c - 1`, in the Lagrange polynomial of node l, at `[k][l]`: large ones, which leave
-    /// ten digits.
+    /// Coefficient of `x^k`, `x = 2 c - 1`, in the Lagrange polynomial of node l, at `[k][l]`, good for ten digits.
     pub powers: [Nodes; NODES],
 }
 
@@ -88,8 +87,7 @@ impl Rule {
             p[mirrored] = std::array::from_fn(|k| if k % 2 == 0 { at_node[k] } else { -at_node[k] });
             p[l] = at_node;
         }
-        // The integral of a Legendre polynomial is half the difference of its neighbours, over 2 k + 1. Those of even
-        // degree are even.
+        // A Legendre polynomial's integral is half its neighbours' difference over 2 k + 1. Even degrees are even.
         let integrals = |l: usize, m: usize, parity: usize| {
             let degrees = (parity..NODES).step_by(2);
             let terms = degrees.map(|k| {
@@ -140,8 +138,7 @@ impl Rule {
     pub fn integrals(&self, c: f64) -> Nodes {
         let x = 2.0 * c - 1.0;
         let mut integrals = [0.0; NODES];
-        // By `k (k + 1) P_k = -((1 - x^2) P_k')'` they keep their digits near the ends. The slopes of the last two
-        // polynomials:
+        // By `k (k + 1) P_k = -((1 - x^2) P_k')'` they keep their digits near the ends. The last two slopes:
         let (mut before, mut slope) = (0.0, 1.0);
         for (k, row) in self.lagrange.iter().enumerate() {
             let integral = if k == 0 {

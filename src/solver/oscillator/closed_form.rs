@@ -1,16 +1,5 @@
-//! The linear oscillator `x'' + 2 gamma x' + omega^2 x = f(t)` in closed form, `f` a polynomial.
-//!
-//! All of it is built from one family of functions of the time tau since the anchor: `U_1` is the response to a unit
-//! initial velocity, `U_0` its derivative and `U_(k+1)` the integral of `U_k` from 0. The response to the force `tau^j
-//! / j!` is then `U_(j+2)`, and with the initial acceleration at rest `A = f_0 - omega^2 x_0`
-//!
-//! ```text
-//! x(tau) - x_0 = v_0 U_1 + A U_2 + f_1 U_3 + f_2 U_4 + ...
-//! ```
-//!
-//! where nothing cancels for small tau: displacements of 1e-9 m keep their digits on positions of 1 m. The functions
-//! satisfy `U_k + 2 gamma U_(k+1) + omega^2 U_(k+2) = tau^k / k!`. (For gamma = 0 they are the Stumpff functions of
-//! celestial mechanics, see Stiefel and Scheifele, Linear and Regular Celestial Mechanics, 1971, section 11.)
+//! The linear oscillator `x'' + 2 gamma x' + omega^2 x = f(t)` in closed form, `f` a polynomial. See "Flight" in
+//! docs/theory.md for the functions `U_k` of which all of it is built.
 
 use serde::{Deserialize, Serialize};
 
@@ -181,8 +170,7 @@ impl Oscillator {
         (self.omega_damped.value(), sine, cosine)
     }
 
-    /// Whether the motion is a sum of two decays whose rates are well apart, at least by a factor of 4. That of a free
-    /// body is not.
+    /// Whether the motion is a sum of two decays whose rates differ at least by a factor of 4; not that of a free body.
     fn is_overdamped(&self) -> bool {
         self.gamma > 0.0 && self.gamma >= 1.25 * self.omega.value()
     }
@@ -192,8 +180,7 @@ impl Oscillator {
         if self.is_overdamped() { 1.0 / self.decay_rates().1 } else { 1.0 / self.omega.value() }
     }
 
-    /// The rate at which a velocity decays right after the start, 1/s: the fast one where the motion is a sum of two
-    /// decays.
+    /// The rate at which a velocity decays right after the start, 1/s: the fast one of two decays.
     pub fn fast_decay(&self) -> f64 {
         if self.is_overdamped() { self.decay_rates().0 } else { self.gamma }
     }
@@ -205,9 +192,8 @@ impl Oscillator {
         (fast, self.omega2 / fast)
     }
 
-    /// Rates (1/s) and velocities at time 0 (m/s) of the two decays, fast and slow, whose sum is the velocity of an
-    /// overdamped oscillator, from its velocity `v` (m/s) and its acceleration without damping, `force` (m/s2), at time
-    /// 0.
+    /// Rates (1/s) and velocities at time 0 (m/s) of the two decays, fast and slow, of an overdamped oscillator, from
+    /// its velocity `v` (m/s) and its acceleration without damping, `force` (m/s2), at time 0.
     pub(super) fn decays(&self, v: f64, force: f64) -> Option<[[f64; 2]; 2]> {
         let (fast, slow) = self.is_overdamped().then(|| self.decay_rates())?;
         Some([[fast, (fast * v - force) / (fast - slow)], [slow, (force - slow * v) / (fast - slow)]])
@@ -264,8 +250,7 @@ impl Oscillator {
             let mut twice = [0.0; COUNT];
             twice[0] = u[0] * u[0] - self.omega2 * u[1] * u[1];
             for k in 1..COUNT {
-                // After h the response to tau^(k-2)/(k-2)! is at U_k with velocity U_(k-1); then the shifted force
-                // acts.
+                // After h the response to tau^(k-2)/(k-2)! is U_k, its velocity U_(k-1); then the shifted force acts.
                 let forced: f64 = (2..=k).map(|j| powers[k - j] * u[j]).sum();
                 twice[k] = u[k] + u[k - 1] * u[1] + forced - self.omega2 * u[k] * u[2];
             }

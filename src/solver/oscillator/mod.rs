@@ -1,8 +1,5 @@
-//! The damped linear oscillator in closed form.
-//!
-//! [`Oscillator`] has the functions of which every motion under polynomial forces is a sum (`closed_form`);
-//! [`ForcedOscillator`] is a motion under a constant force with bounds of its derivatives, [`Steady`] a motion as a
-//! steady part and a free swing.
+//! The damped linear oscillator in closed form: [`Oscillator`]; its motion under a constant force, [`ForcedOscillator`],
+//! and as a steady part and a free swing, [`Steady`].
 
 mod closed_form;
 mod response;

@@ -35,8 +35,7 @@ impl ForcedOscillator {
         lost / (2.0 * o.gamma())
     }
 
-    /// The displacement since time 0 (m) and its first four derivatives, and the change of the velocity (m/s), at `t`
-    /// (s).
+    /// The displacement since time 0 (m), its first four derivatives, and the change of the velocity (m/s), at `t` (s).
     pub fn at(&self, t: f64) -> ([f64; 5], f64) {
         let Self { oscillator: o, v, force, .. } = self;
         let u = self.functions(t);
@@ -55,8 +54,7 @@ impl ForcedOscillator {
         }
     }
 
-    /// A bound of the absolute derivative of order `k` >= 2 of `a` times the displacement and `b` times the velocity
-    /// from the time `t` (s) on.
+    /// A bound of the absolute derivative `k` >= 2 of `a` times displacement plus `b` times velocity from `t` (s) on.
     pub fn derivative_bound(&self, t: f64, k: i32, a: f64, b: f64) -> f64 {
         if let Some([[fast, v_fast], [slow, v_slow]]) = self.oscillator.decays(self.v, self.force) {
             // The rest of the decays, from `U_0` and `U_1`, and from `U_-3`, in which the fast one dominates.

@@ -1,13 +1,5 @@
-//! Balls on arcs within a step: the directions of paths and contacts, which turn by some 1e-4 in a contact.
-//!
-//! With the parts `l` and `r` of the direction of a contact along the paths of its balls, its overlap accelerates by
-//!
-//! ```text
-//! d'' = l s_l'' - r s_r'' + (u_r^2 / L_r) o_r - (u_l^2 / L_l) o_l - w^2 / D,     s'' = q + (sum of forces) / m
-//! ```
-//!
-//! where q is the acceleration along a path by gravity, inputs and drag, o are the outward parts of the direction, and
-//! w is the relative velocity across it. So forces act by three factors each, and the rest is a pull.
+//! Balls on arcs within a step: the directions of paths and contacts, which turn by some 1e-4 in a contact. See "Arcs"
+//! in docs/theory.md for the acceleration of an overlap: forces act by three factors each, the rest is a pull.
 
 use crate::engine::flight::{Flight, forcing_at};
 use crate::model::BallModel;
@@ -72,8 +64,7 @@ impl<const N: usize> Course<N> {
     }
 }
 
-/// A contact at some times: the parts of its direction along the paths of its balls and away from their pivots, and the
-/// pull on its overlap, m/s2.
+/// A contact at some times: its direction along its balls' paths and outward, and the pull on its overlap, m/s2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Direction<const N: usize> {
     pub along: [[f64; N]; 2],
@@ -111,8 +102,7 @@ impl<const N: usize> Direction<N> {
         direction
     }
 
-    /// The factors of the forces of the left, the own and the right contact in the acceleration of the overlap of
-    /// contact `j` of these `balls`.
+    /// The factors of the forces of the left, the own and the right contact in the acceleration of the overlap `j`.
     pub fn factors(directions: &[Self], j: usize, balls: &[BallModel]) -> [[f64; N]; 3] {
         let mut factors = [[0.0; N]; 3];
         let ([l, r], [a, b]) = (&directions[j].along, [j, j + 1].map(|i| 1.0 / balls[i].mass));
@@ -157,8 +147,7 @@ impl Arcs {
         self.turned.resize(courses.len(), 0.0);
     }
 
-    /// The accelerations of ball `i` along its path at the nodes under these forces (N) of the contacts, with one of 0
-    /// at either end.
+    /// The accelerations of ball `i` along its path by these forces (N) of the contacts, with one of 0 at either end.
     pub fn accelerations(&self, i: usize, forces: &[Nodes]) -> Nodes {
         let (mut sums, inverse_mass) = (self.courses[i].free, 1.0 / self.balls[i].mass);
         if let Some(left) = i.checked_sub(1) {

@@ -1,8 +1,6 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
-//! Only closed contacts need their overlaps meanwhile. Where the end of the step moves, the nodes and their overlaps
-//! move with it; otherwise the iteration would need twice as many steps. All loops run over the nodes of one contact,
-//! without branches, so that compilers vectorise them.
+//! Only closed contacts need their overlaps meanwhile. Loops over nodes have no branches: compilers vectorise them.
 
 use super::motion::{Motion, Samples, Track};
 use crate::engine::flight::forcing_at;
@@ -236,8 +234,7 @@ impl Motion {
         [change / size, of_rate]
     }
 
-    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, at the nodes of a step that ends
-    /// `later` (s).
+    /// Overlaps and, where they matter, rates of contact `j` from its accelerations, if the step ends `later` (s).
     pub(super) fn move_contact(&mut self, j: usize, table: &Table, later: f64) {
         let (length, square) = (self.length, self.length * self.length);
         let Track { overlap, rate, .. } = self.tracks[j];

@@ -1,8 +1,6 @@
-//! Explicit Gauss collocation: groups of balls with contacts that are not linear, followed by steps of some tenths of a
-//! contact's duration.
+//! Explicit Gauss collocation, for contacts that are not linear: steps of some tenths of a contact's duration, which end
+//! and begin where forces have branch points. See "Gauss collocation" in docs/theory.md.
 //!
-//! A fractional power of the overlap has a branch point where the contact closes or opens. A power series of the time
-//! converges only up to there; a step of collocation ends or starts there, with its time stretched (`solver::gauss`).
 //! `plan` has the next attempt, from forecasts or from the last one. `step` makes an attempt with the `iteration` and
 //! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
 
@@ -14,12 +12,13 @@ mod plan;
 mod step;
 mod switching;
 
+use std::ops::ControlFlow::{Break, Continue};
+
 use super::step_control::Problem;
 use super::window::{Window, WindowContact};
 use crate::model::{ContactLaw, Mode};
-use crate::solver::NODES;
 
-use plan::{Decision, Planner};
+use plan::Planner;
 
 pub(crate) use arcs::{Course, Direction};
 pub(crate) use motion::Motion;
@@ -51,6 +50,7 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
 impl Motion {
     /// Describes the motion for a step of about the length `before` (s; 0 if unknown). Returns its length and that of
     /// the next one, s; `None` if the method does not apply. Adds the `evaluations` of forces, each at all nodes.
+    #[expect(clippy::print_stderr, reason = "attempts are printed in a build with `--features trace`")]
     pub(super) fn follow(&mut self, problem: &Problem, before: f64, evaluations: &mut u64) -> Option<(f64, f64)> {
         self.start(problem.window);
         let (mut planner, mut plan) = Planner::new(self, problem, before);
@@ -60,17 +60,12 @@ impl Motion {
             }
             let outcome = self.attempt(&plan, &planner.tolerance, evaluations);
             let decision = planner.decide(self, &plan, outcome);
-            plan::trace(&plan, &outcome, &decision);
+            if cfg!(feature = "trace") {
+                eprintln!("{plan:?} -> {outcome:?} -> {decision:?}");
+            }
             match decision {
-                Decision::Try(next) => plan = next,
-                Decision::Take(next) => return Some((self.until, next)),
-                // A step of no length.
-                Decision::End(j, switch) => {
-                    (self.length, self.until, self.end) = (0.0, 0.0, Some((j, switch)));
-                    self.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
-                    return Some((0.0, before));
-                }
-                Decision::GiveUp => return None,
+                Continue(next) => plan = next,
+                Break(step) => return step,
             }
         }
         None

@@ -1,6 +1,6 @@
 //! The motion of a window on a step, filled in by the iteration.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 
 use super::arcs::{Arcs, Course, Direction};
 use crate::engine::cluster::step_control::Problem;
@@ -27,8 +27,7 @@ pub(super) struct Track {
     pub unlike: [f64; 2],
     /// Acceleration of an overlap of 0 by forcing and gravity at the start, m/s2.
     pub pull: f64,
-    /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 for a contact that does not press, has no overlap,
-    /// or would pull.
+    /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 unless it presses, has an overlap and pushes.
     pub slopes: (f64, f64),
     /// At the start: relative acceleration of the two, m/s2, and its derivatives by the contact forces, from the second
     /// one on roughly (0 on arcs).
@@ -118,15 +117,8 @@ pub(super) struct Moment {
     pub relative: Vec<[f64; 3]>,
     /// For each contact: overlap (m) and the change of its rate (m/s).
     pub contacts: Vec<[f64; 2]>,
-}
-
-/// The step up to some time, for integrals.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Part {
-    /// The time (s); none before the first.
-    pub tau: Option<f64>,
-    /// For times early in the step, values at nodes of their own, and their weights in the integral up to there, s.
-    pub early: Option<(Samples, Nodes)>,
+    /// For times early in the step, once asked for, values at nodes up to there, and their weights in the integral, s.
+    pub early: OnceCell<Option<(Samples, Nodes)>>,
 }
 
 /// The motion of a window on a step.
@@ -157,55 +149,30 @@ pub(crate) struct Motion {
     pub(super) arcs: Arcs,
     /// The values at the time asked for last.
     pub(super) moment: RefCell<Moment>,
-    /// The step up to the time asked for last.
-    pub(super) part: RefCell<Part>,
 }
 
 impl Motion {
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
-        let Window { flights, models, balls, laws, .. } = window;
-        (self.moment.get_mut().tau, self.part.get_mut().tau) = (None, None);
+        let Window { flights, models, balls, .. } = window;
+        let on_arcs = models[0].on_arc;
+        self.moment.get_mut().tau = None;
         self.flights.clear();
         self.flights.extend_from_slice(flights);
         self.tracks.clear();
         self.oscillators.clear();
         self.oscillators.extend(balls.iter().map(|ball| ball.oscillator));
+        self.unlike = !on_arcs && self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
+        self.varies = !on_arcs && flights.iter().any(|flight| degree(&flight.forcing) > 0);
+        self.drags = !on_arcs && self.oscillators.iter().any(|o| o.gamma() > 0.0);
         self.arcs.balls.clear();
-        if models[0].on_arc {
-            return self.start_on_arcs(window);
+        if on_arcs {
+            self.start_on_arcs(window);
+        } else {
+            self.start_on_lines(window);
         }
-        self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
-        for (j, law) in laws.iter().enumerate() {
-            let (left, right) = (&flights[j], &flights[j + 1]);
-            let pendulums = [&self.oscillators[j], &self.oscillators[j + 1]].map(|o| [o.omega2(), 2.0 * o.gamma()]);
-            let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
-            let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
-            let inverse_masses = [j, j + 1].map(|i| 1.0 / models[i].mass);
-            let track = Track::new(window, j, left.v - right.v, inverse_masses);
-            let pull = track.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
-            self.tracks.push(Track { mean, unlike, pull, ..track });
-        }
-        let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
-        self.for_each_under(force, |j, track, forces| {
-            let both = flights[j].v + flights[j + 1].v;
-            let swing = -track.mean[0] * track.overlap - track.mean[1] * track.rate - 0.5 * track.unlike[1] * both;
-            track.accelerations[0] = track.pushed(forces) + (track.pull + swing);
-        });
-        for k in 1..4 {
-            self.for_each_under(
-                |track| derivative_of_force(track, k),
-                |_, track, changes| track.accelerations[k] = track.pushed(changes),
-            );
-        }
-        self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
-        self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
         let lossy = self.tracks.iter().any(|track| !track.law.is_elastic());
         self.needs_rates = self.drags || self.varies || lossy;
-        self.make_room();
-    }
-
-    fn make_room(&mut self) {
         let contacts = self.tracks.len();
         let Samples { overlaps, rates, forces, balls, .. } = &mut self.at_nodes;
         for values in [overlaps, rates, &mut self.accelerations] {
@@ -217,7 +184,28 @@ impl Motion {
         self.ball_accelerations.resize(contacts + 1, [0.0; NODES]);
     }
 
-    /// The state of `window` at the start of a step, for balls on arcs.
+    fn start_on_lines(&mut self, window: &Window) {
+        let Window { flights, models, laws, .. } = window;
+        for (j, law) in laws.iter().enumerate() {
+            let (left, right) = (&flights[j], &flights[j + 1]);
+            let pendulums = [&self.oscillators[j], &self.oscillators[j + 1]].map(|o| [o.omega2(), 2.0 * o.gamma()]);
+            let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
+            let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
+            let inverse_masses = [j, j + 1].map(|i| 1.0 / models[i].mass);
+            let track = Track::new(window, j, left.v - right.v, inverse_masses);
+            let pull = track.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
+            self.tracks.push(Track { mean, unlike, pull, ..track });
+        }
+        self.for_each_under(0, |j, track, forces| {
+            let both = flights[j].v + flights[j + 1].v;
+            let swing = -track.mean[0] * track.overlap - track.mean[1] * track.rate - 0.5 * track.unlike[1] * both;
+            track.accelerations[0] = track.pushed(forces) + (track.pull + swing);
+        });
+        for k in 1..4 {
+            self.for_each_under(k, |_, track, changes| track.accelerations[k] = track.pushed(changes));
+        }
+    }
+
     fn start_on_arcs(&mut self, window: &Window) {
         let Window { flights, models, laws, .. } = window;
         let arcs = &mut self.arcs;
@@ -242,13 +230,8 @@ impl Motion {
             let [left, own, right] = factors[j];
             left * forces[0] + own * forces[1] + right * forces[2]
         };
-        let force = |track: &Track| track.law.unclipped_force(track.overlap, track.rate);
-        self.for_each_under(force, |j, track, forces| track.accelerations[0] = pushed(j, forces) + track.pull);
-        let first = |track: &Track| derivative_of_force(track, 1);
-        self.for_each_under(first, |j, track, changes| track.accelerations[1] = pushed(j, changes));
-        (self.unlike, self.varies, self.drags) = (false, false, false);
-        self.needs_rates = self.tracks.iter().any(|track| !track.law.is_elastic());
-        self.make_room();
+        self.for_each_under(0, |j, track, forces| track.accelerations[0] = pushed(j, forces) + track.pull);
+        self.for_each_under(1, |j, track, changes| track.accelerations[1] = pushed(j, changes));
     }
 
     /// Whether there is a contact `j` and it presses.
@@ -271,10 +254,12 @@ impl Motion {
         self.oscillators.iter().map(Oscillator::pace).fold(0.0, f64::max)
     }
 
-    /// Calls a function for each contact with its number, its track, and the `force` of the left one, its own and that
-    /// of the right one, 0 for those that do not press.
-    fn for_each_under(&mut self, force: impl Fn(&Track) -> f64, enter: impl Fn(usize, &mut Track, [f64; 3])) {
-        let force = |track: Option<&Track>| track.filter(|track| track.mode == Mode::Pressing).map_or(0.0, &force);
+    /// Calls a function for each contact with its number, its track, and derivative `k` of the forces of the left one,
+    /// its own and the right one, 0 for those that do not press.
+    fn for_each_under(&mut self, k: usize, enter: impl Fn(usize, &mut Track, [f64; 3])) {
+        let force = |track: Option<&Track>| {
+            track.filter(|track| track.mode == Mode::Pressing).map_or(0.0, |track| derivative_of_force(track, k))
+        };
         let (mut left, mut own) = (0.0, force(self.tracks.first()));
         for j in 0..self.tracks.len() {
             let right = force(self.tracks.get(j + 1));
@@ -284,10 +269,13 @@ impl Motion {
     }
 }
 
-/// Derivative `k` (1 to 3) of the force of a contact by time at the start, N/s^k: exact for an elastic force and for a
+/// Derivative `k` (0 to 3) of the force of a contact by time at the start, N/s^k: exact for an elastic force and for a
 /// dashpot, rough for other damping from the second one on.
 fn derivative_of_force(track: &Track, k: usize) -> f64 {
     let Track { slopes: (by_overlap, by_rate), overlap, rate, accelerations, .. } = *track;
+    if k == 0 {
+        return track.law.unclipped_force(overlap, rate);
+    }
     let (exponent, overlap) = (track.law.exponent, overlap.max(f64::MIN_POSITIVE)); // without overlap the slope is 0
     let bend = (exponent - 1.0) * by_overlap / overlap;
     let by_bend = match k {

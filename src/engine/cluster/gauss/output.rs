@@ -10,9 +10,9 @@
 //! At the end of the step these are the sums of the method itself. Integrals are sums of values at the nodes of the
 //! step; for a time early in it, at nodes of their own, without the rounding of later values.
 
-use std::cell::Ref;
+use std::cell::{OnceCell, Ref};
 
-use super::motion::{Moment, Motion, Part, Samples};
+use super::motion::{Moment, Motion, Samples};
 use crate::engine::Next;
 use crate::engine::cluster::window::{DenseOutput, Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
@@ -34,7 +34,7 @@ impl Motion {
     }
 
     fn compute_moment(&self, moment: &mut Moment, tau: f64) {
-        (moment.tau, moment.weights) = (Some(tau), self.weights(tau));
+        (moment.tau, moment.weights, moment.early) = (Some(tau), self.weights(tau), OnceCell::new());
         let weights = &moment.weights;
         moment.relative.clear();
         moment.relative.extend(self.tracks.iter().zip(&self.accelerations).map(|(track, a)| match track.mode {
@@ -124,17 +124,15 @@ impl Motion {
         }
     }
 
-    fn part(&self, tau: f64) -> Ref<'_, Part> {
-        if self.part.borrow().tau != Some(tau) {
+    fn early(&self, tau: f64) -> Ref<'_, Option<(Samples, Nodes)>> {
+        let compute = || {
             let end = self.stretching.inverse(tau / self.length);
-            let mut part = self.part.borrow_mut();
-            (part.tau, part.early) = (Some(tau), None);
-            if end <= EARLY {
+            (end <= EARLY).then(|| {
                 let [times, weights] = self.stretching.nodes_up_to(end).map(|nodes| nodes.map(|t| self.length * t));
-                part.early = Some((self.samples(times), weights));
-            }
-        }
-        self.part.borrow()
+                (self.samples(times), weights)
+            })
+        };
+        Ref::map(self.moment(tau), |moment| moment.early.get_or_init(compute))
     }
 
     fn samples(&self, times: Nodes) -> Samples {
@@ -157,14 +155,13 @@ impl Motion {
 
     /// The integral up to `tau` (s) of `values` at the nodes.
     fn integral(&self, tau: f64, values: impl Fn(&Samples) -> Nodes) -> f64 {
-        match &self.part(tau).early {
+        match &*self.early(tau) {
             Some((samples, weights)) => weighted(weights, &values(samples)),
             None => weighted(&self.moment(tau).weights[0], &values(&self.at_nodes)),
         }
     }
 
-    /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at the start, at the end or within the
-    /// step.
+    /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at any time of the step.
     fn force(&self, j: usize, tau: f64) -> (f64, f64) {
         let track = &self.tracks[j];
         let [overlap, change] = match tau {
@@ -191,8 +188,7 @@ impl Motion {
     }
 }
 
-/// Displacement, change of the velocity, and integral of the displacement, by these weights, from a velocity and
-/// accelerations at the nodes.
+/// Displacement, change of the velocity, and integral of the displacement, from a velocity and accelerations.
 fn moved_by([once, twice, thrice]: &[Nodes; 3], v: f64, accelerations: &Nodes, tau: f64) -> [f64; 3] {
     let [velocity, displacement, integral] = [once, twice, thrice].map(|weights| weighted(weights, accelerations));
     [v * tau + displacement, velocity, 0.5 * v * tau * tau + integral]
@@ -205,7 +201,7 @@ impl DenseOutput for Motion {
     }
 
     fn displacement_integral(&self, i: usize, tau: f64) -> f64 {
-        if self.part(tau).early.is_none() {
+        if self.early(tau).is_none() {
             return self.moment(tau).balls[i][2];
         }
         self.integral(tau, |at| at.balls[i][0])
@@ -216,7 +212,7 @@ impl DenseOutput for Motion {
     }
 
     fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64 {
-        if degree(forcing) == 0 && self.part(tau).early.is_none() {
+        if degree(forcing) == 0 && self.early(tau).is_none() {
             return forcing[0] * self.moved(i, tau).0;
         }
         self.integral(tau, |at| std::array::from_fn(|m| forcing_at(forcing, at.times[m]) * at.balls[i][1][m]))

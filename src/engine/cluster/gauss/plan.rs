@@ -1,5 +1,6 @@
-//! Planning: the first attempt from forecasts of switchings, branch points and the longest step; the next one from the
-//! outcome of an attempt.
+//! The plan of an attempt: of the first from forecasts of switchings and branch points, of the next from the outcome.
+
+use std::ops::ControlFlow::{self, Break, Continue};
 
 use super::motion::{Motion, Tolerance, Track};
 use super::step::{Outcome, Plan};
@@ -8,7 +9,7 @@ use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Rounding};
 use crate::model::{BallModel, ContactLaw, Damping, Mode};
-use crate::solver::{Power, Stretching, Table};
+use crate::solver::{NODES, Power, Stretching, Table};
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
 /// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step
@@ -37,8 +38,7 @@ const LEAST: f64 = 0.05;
 /// largest overlap, need no stretched step.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Weight of the rate at the release in the mean rate up to there, such that from rest the way takes half the duration
-/// of an impact.
+/// Weight of the rate at the release in the mean rate up to there: the way from rest takes half an impact's duration.
 const LAST_IN_MEAN: f64 = 0.68;
 
 /// Longest step over the time scale of the pendulums, whose error is not checked.
@@ -52,22 +52,13 @@ const SMALL_ANGLE: f64 = 1e-3;
 const ROUGH: f64 = 0.01;
 const FRACTIONAL: f64 = 0.3;
 
-/// A step feels the branch point before its start or after its end, of a contact that has just closed or is about to
-/// open, if it is longer than this many times the time to it. Guarded by `contacts_at_the_start` and
-/// `balls_that_rattle`.
+/// A step feels the branch point of a contact that has just closed or is about to open if it is longer than this many
+/// times the time to it. Guarded by `contacts_at_the_start` and `balls_that_rattle`.
 const BEYOND: f64 = 8.0;
 
-/// What to do after an attempt.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Decision {
-    /// The step is accepted; length of the next one, s.
-    Take(f64),
-    /// The step has no length: this contact switches at its start.
-    End(usize, Switch),
-    Try(Plan),
-    /// The step is left to another method.
-    GiveUp,
-}
+/// The next plan; or the length of the step (s; 0 if a contact switches at its start) and that of the next one, `None` if
+/// it is left to another method.
+pub(super) type Decision = ControlFlow<Option<(f64, f64)>, Plan>;
 
 pub(super) struct Planner<'a> {
     /// The stretching of a step that ends at no release.
@@ -75,13 +66,18 @@ pub(super) struct Planner<'a> {
     /// Longest such step, by the attempts so far, s.
     length: f64,
     pub tolerance: Tolerance<'a>,
+    /// The length of the step before, s.
+    before: f64,
 }
 
 impl<'a> Planner<'a> {
     /// The first plan. See [`Motion::follow`] for the arguments.
     pub fn new(motion: &Motion, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
         let &Problem { window, control, ref rounding, speed, .. } = problem;
-        let longest = motion.longest().min(control.longest).min(motion.reach_of_branch_points(rounding));
+        // The stretching of a step serves only the branch point at its start, not those shortly before it.
+        let since = |track: &Track| to_branch_point(track, track.overlap, track.rate, rounding);
+        let beyond = motion.tracks.iter().filter_map(since).map(|since| BEYOND * since);
+        let longest = beyond.fold(motion.longest().min(control.longest), f64::min);
         let tolerance = Tolerance {
             problem,
             tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
@@ -94,7 +90,7 @@ impl<'a> Planner<'a> {
             Some(_) => FIRST,
         };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
-        let mut planner = Self { stretching, length, tolerance };
+        let mut planner = Self { stretching, length, tolerance, before };
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
@@ -126,23 +122,28 @@ impl<'a> Planner<'a> {
         Plan { stretching: self.stretching, length, switching: Some(j) }
     }
 
-    pub fn decide(&mut self, motion: &Motion, plan: &Plan, outcome: Outcome) -> Decision {
+    /// What to do after an attempt.
+    pub fn decide(&mut self, motion: &mut Motion, plan: &Plan, outcome: Outcome) -> Decision {
         // An iteration that diverges may have moved the end anywhere.
         let (least, longest) = (LEAST * plan.length, self.tolerance.longest);
         let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
         let plan = match (outcome, plan.switching) {
             (Outcome::Stands(error), _) => {
-                return Decision::Take((reached * change_for(error)).min(longest));
+                return Break(Some((motion.until, (reached * change_for(error)).min(longest))));
             }
-            // The mean slope over a step does not show which way a force, or an overlap at rest, goes from 0; a series
-            // does.
-            (Outcome::AtOnce(_, Switch::Clip), _) => return Decision::GiveUp,
+            // A series shows which way a force or an overlap at rest goes from 0, the mean slope over a step does not.
+            (Outcome::AtOnce(_, Switch::Clip), _) => return Break(None),
             (Outcome::AtOnce(j, Switch::Release), _)
                 if motion.tracks[j].is_resting(&self.tolerance.problem.rounding) =>
             {
-                return Decision::GiveUp;
+                return Break(None);
             }
-            (Outcome::AtOnce(j, switch), _) => return Decision::End(j, switch),
+            (Outcome::AtOnce(j, switch), _) => {
+                // A step of no length.
+                (motion.length, motion.until, motion.end) = (0.0, 0.0, Some((j, switch)));
+                motion.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
+                return Break(Some((0.0, self.before)));
+            }
             // It switches before the end found for it; the same step would give the same result.
             (Outcome::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
             (Outcome::Within(j, Switch::Release, time), _) if motion.presses(j) => {
@@ -159,13 +160,12 @@ impl<'a> Planner<'a> {
             (Outcome::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
             (Outcome::Failed, None) => self.ahead(FAILED * tried),
         };
-        Decision::Try(Plan { length: plan.length.min(longest), ..plan })
+        Continue(Plan { length: plan.length.min(longest), ..plan })
     }
 }
 
 impl Motion {
-    /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s), if there are
-    /// any.
+    /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s).
     fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
         let fresh = |track: &Track| {
             track.mode == Mode::Pressing && track.overlap <= rounding.position && track.rate >= NEGLIGIBLE * speed
@@ -209,15 +209,7 @@ impl Motion {
         self.arcs.balls.iter().zip(&self.flights).map(turn).fold(longest, f64::min)
     }
 
-    /// Longest step (s) for the branch points shortly before it, of contacts that have just closed. The stretching of a
-    /// step serves only the branch point at its start.
-    fn reach_of_branch_points(&self, rounding: &Rounding) -> f64 {
-        let since = self.tracks.iter().filter_map(|track| to_branch_point(track, track.overlap, track.rate, rounding));
-        since.fold(f64::INFINITY, |least, since| least.min(BEYOND * since))
-    }
-
-    /// Whether a step that ends where a contact opens, for which time is stretched, ends shortly before the branch
-    /// point of another one.
+    /// Whether a step with its time stretched to a release ends shortly before the branch point of another contact.
     pub(super) fn ends_before_branch_point(&self, table: &Table, rounding: &Rounding) -> bool {
         let follows = |(j, track): (usize, &Track)| {
             let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
@@ -258,8 +250,7 @@ impl Motion {
         })
     }
 
-    /// The contact whose overlap vanishes first, by the rate (m/s) and the acceleration (m/s2) from `motion`, and when,
-    /// s.
+    /// The contact whose overlap vanishes first, and when (s), by rates (m/s) and accelerations (m/s2) from `motion`.
     fn first_at_zero(&self, motion: impl Fn(&Track) -> Option<(f64, f64)>) -> Option<(usize, f64)> {
         let at_zero = |(j, track): (usize, &Track)| {
             let side = if track.overlap > 0.0 { 1.0 } else { -1.0 };
@@ -299,12 +290,4 @@ fn change_for(error: f64) -> f64 {
     // The sixteenth root, which is nearly that of the order.
     let root = error.sqrt().sqrt().sqrt().sqrt();
     (SAFETY / root).clamp(CHANGE[0], CHANGE[1])
-}
-
-/// Prints an attempt, its outcome and the decision, in a build with `--features trace`.
-#[expect(clippy::print_stderr, reason = "that is what the feature is for")]
-pub(super) fn trace(plan: &Plan, outcome: &Outcome, decision: &Decision) {
-    if cfg!(feature = "trace") {
-        eprintln!("{plan:?} -> {outcome:?} -> {decision:?}");
-    }
 }

@@ -1,5 +1,4 @@
-//! One step of explicit Gauss collocation, from a plan to its outcome. If the step ends at a switching, Picard's
-//! iteration moves the end there.
+//! One step of explicit Gauss collocation, from a plan to its outcome. Picard's iteration moves its end to a switching.
 
 use super::motion::{Motion, Tolerance};
 use crate::engine::cluster::window::Switch;
@@ -39,8 +38,7 @@ const FINE: f64 = 1e-5;
 const TURNS: [f64; 2] = [1e-5, 1e-10];
 const STANDS: f64 = 1e-15;
 
-/// Factor on the error if the step is left before its end, because a force changes its sign: there it is less exact
-/// than at the end.
+/// Factor on the error of a step that is left where a force changes its sign: there it is less exact than at its end.
 const WITHIN: f64 = 30.0;
 
 /// Factor on the error where the branch point of a second contact follows that at the end: the end has fewer digits
@@ -183,12 +181,6 @@ impl Motion {
         is_smooth && !matches!(plan.stretching, Stretching::AtEnd(_))
     }
 
-    /// Whether the step ends with this switching, to within the accuracy of the overlaps.
-    fn is_end(&self, j: usize, switch: Switch, table: &Table, tolerance: &Tolerance) -> bool {
-        let overlap = || self.overlap_at_end(j, self.curvature(j, table));
-        self.end == Some((j, switch)) && overlap().abs() <= self.noise(tolerance)
-    }
-
     /// The two highest Legendre coefficients of the accelerations of closed contacts, over the allowed ones.
     fn error(&self, table: &Table, tolerance: &Tolerance) -> f64 {
         let mut largest = 0.0_f64;
@@ -227,14 +219,18 @@ impl Motion {
                 self.move_contact(j, table, 0.0);
             }
         }
-        match self.first_switching(table, tolerance) {
-            Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
-            Some((j, switch, time))
-                if time < self.length * (1.0 - 1e-13) && !self.is_end(j, switch, table, tolerance) =>
-            {
+        if let Some((j, switch, time)) = self.first_switching(table, tolerance) {
+            // To within the accuracy of the overlaps.
+            let ends = || {
+                let overlap = self.overlap_at_end(j, self.curvature(j, table));
+                self.end == Some((j, switch)) && overlap.abs() <= self.noise(tolerance)
+            };
+            if time == 0.0 {
+                return Outcome::AtOnce(j, switch);
+            }
+            if time < self.length * (1.0 - 1e-13) && !ends() {
                 return Outcome::Within(j, switch, time);
             }
-            Some(_) | None => {}
         }
         self.until = self.length;
         let Ok(clipped) = self.first_clipping(table, tolerance) else { return Outcome::Failed };

@@ -1,12 +1,9 @@
-//! Switchings on a step: those at its end, and whether it has missed any.
-//!
-//! On a step of length h the overlap of a contact ends at `d + r h + S h^2`, with S the weighted sum of its
-//! accelerations: where that is 0 the contact opens or closes. A change of a force's sign is found afterwards; up to
-//! there the step is valid.
+//! Switchings on a step: those at its end, where `d(h)` of "Gauss collocation" in docs/theory.md is 0, and whether it has
+//! missed any. A change of a force's sign is found afterwards; up to there the step is valid.
 
 use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, sign_after_clip};
-use crate::model::{Mode, SignOfForce};
+use crate::model::Mode;
 use crate::solver::{NODES, Nodes, RULE, Table, root::first_root_of_parabola, weighted};
 
 /// Error of the overlaps at the nodes, over speed and length.
@@ -26,12 +23,6 @@ impl Motion {
     /// Error of the overlaps, m.
     pub(super) fn noise(&self, tolerance: &Tolerance) -> f64 {
         tolerance.problem.rounding.position.max(UNKNOWN * tolerance.problem.speed * self.length)
-    }
-
-    /// Error of the sign of a force.
-    fn noise_of_sign(&self, sign: &SignOfForce, tolerance: &Tolerance) -> f64 {
-        let of_rate = tolerance.problem.rounding.velocity.max(UNKNOWN * tolerance.problem.speed);
-        sign.by_overlap * self.noise(tolerance) + sign.by_rate * of_rate
     }
 
     /// S of contact `j`.
@@ -62,10 +53,12 @@ impl Motion {
     pub(super) fn first_switching(&self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
         for j in 0..self.tracks.len() {
-            if self.stays_closed(j, table) {
-                continue;
-            }
-            if let Some((switch, time)) = self.switching(j, table, tolerance)
+            // The parabola for a release may vanish all the same, if the contact comes to rest.
+            let stays_closed = self.presses(j)
+                && range(&self.at_nodes.overlaps[j])[0] > 0.0
+                && self.overlap_at_end(j, self.curvature(j, table)) > 0.0;
+            if !stays_closed
+                && let Some((switch, time)) = self.switching(j, table, tolerance)
                 && first.is_none_or(|(.., before)| time < before)
             {
                 first = Some((j, switch, time));
@@ -74,16 +67,7 @@ impl Motion {
         first
     }
 
-    /// Whether contact `j` presses at all nodes and at the end. The parabola for a release may vanish all the same, if
-    /// the contact comes to rest.
-    fn stays_closed(&self, j: usize, table: &Table) -> bool {
-        self.presses(j)
-            && range(&self.at_nodes.overlaps[j])[0] > 0.0
-            && self.overlap_at_end(j, self.curvature(j, table)) > 0.0
-    }
-
-    /// Unless contact `j` presses: its accelerations by the forces of its neighbours and, if it ends the step, its
-    /// overlaps.
+    /// Unless contact `j` presses: its accelerations by its neighbours and, if it ends the step, its overlaps.
     pub(super) fn accelerate_unless_pressing(&mut self, j: usize, table: &Table) {
         if !self.presses(j) {
             self.accelerate(j);
@@ -156,8 +140,7 @@ impl Motion {
         self.switching_near_end(j, table).or(matters.then_some(0.5 * self.length))
     }
 
-    /// Whether a ball at rest at an open contact would be pressed or moved at this `overlap` by more than is
-    /// negligible.
+    /// Whether a ball at rest at an open contact would be pressed or moved noticeably at this `overlap`.
     fn matters(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
@@ -168,6 +151,7 @@ impl Motion {
     /// (s), if any; an error if one may change its sign between two nodes.
     pub(super) fn first_clipping(&self, table: &Table, tolerance: &Tolerance) -> Result<Option<(usize, f64)>, ()> {
         let (mut first, mut unclear) = (None, f64::INFINITY);
+        let noise_of_rate = tolerance.problem.rounding.velocity.max(UNKNOWN * tolerance.problem.speed);
         for (j, track) in self.tracks.iter().enumerate() {
             let Some(sign) = track.sign() else { continue };
             let side = sign_after_clip(track.mode);
@@ -175,7 +159,7 @@ impl Motion {
             let rate_at_end = self.rate_at_end(j, table);
             let within = std::array::from_fn(|m| sign.at(self.at_nodes.overlaps[j][m], self.at_nodes.rates[j][m]));
             let ends = [sign.at(track.overlap, track.rate), sign.at(overlap_at_end, rate_at_end)];
-            let noise = self.noise_of_sign(&sign, tolerance);
+            let noise = sign.by_overlap * self.noise(tolerance) + sign.by_rate * noise_of_rate;
             match first_excess(side, ends, &within, noise) {
                 Excess::Never if side * ends[1] <= noise => {}
                 Excess::Near(m) => unclear = unclear.min(self.time_of(m, table)),
@@ -226,8 +210,7 @@ impl Motion {
         })
     }
 
-    /// Whether contact `j`, if it is open, may close by the accelerations at the nodes and twice the largest of them
-    /// between.
+    /// Whether contact `j`, if open, may close by the accelerations at the nodes and twice the largest between them.
     pub(super) fn may_close(&self, j: usize) -> bool {
         let track = &self.tracks[j];
         let [least, most] = range(&self.accelerations[j]);

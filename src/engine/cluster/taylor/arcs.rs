@@ -1,8 +1,7 @@
 //! The geometry of balls on arcs as power series: sines and cosines of the angles, and the lines of the centres.
 //!
 //! The overlap of a closed contact changes with the distance of the centres, whose coefficients are computed without
-//! cancellation. Of an open one, the row of overlaps has `G = (touch^2 - distance^2) / (2 touch)` instead, which
-//! converges for as long as the motions do; [`overlap_of_approach`] makes an overlap of it.
+//! cancellation. Of an open one, the row of overlaps has G (see "Arcs" in docs/theory.md) instead.
 
 use crate::engine::cluster::window::Window;
 use crate::model::{Mode, overlap_of_approach};
@@ -25,16 +24,11 @@ pub(crate) struct Arcs<S = f64> {
     distance: Vec<S>,
     pub(super) direction: [Vec<S>; 2],
     pub(super) along: [Vec<S>; 2],
-    /// The distance at which an open contact closes, m.
-    touch: Vec<Option<S>>,
+    /// The distance at which an open contact closes, m, whose row of overlaps is that of G.
+    pub(super) touch: Vec<Option<S>>,
 }
 
 impl<S: Scalar> Arcs<S> {
-    /// Whether the row of overlaps of contact `j` is that of G.
-    pub(super) fn is_open(&self, j: usize) -> bool {
-        self.touch.get(j).is_some_and(Option::is_some)
-    }
-
     /// This `part` of coefficient `k` of the deflections, over which velocities converge as well, the largest times k.
     pub(super) fn term(&self, k: usize, part: impl Fn(S) -> f64) -> f64 {
         let rows = self.sin.chunks_exact(self.stride).zip(self.cos.chunks_exact(self.stride)).zip(&self.lengths);

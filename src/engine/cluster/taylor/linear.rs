@@ -64,9 +64,8 @@ struct Block {
 }
 
 impl Block {
-    /// The next coefficients of balls and contacts, from the push of the contact at their left, and from the
-    /// acceleration and the next velocity coefficient of the ball at their right. Returns the acceleration of the first
-    /// ball.
+    /// The next coefficients of balls and contacts, from the push of the contact at their left, and acceleration and
+    /// next velocity coefficient of the ball at their right. Returns the acceleration of the first ball.
     #[inline(always)]
     fn advance(&mut self, push_left: f64, [driven_right, velocity_right]: [f64; 2], inverse: f64) -> f64 {
         let from_left: Lanes = std::array::from_fn(|i| if i > 0 { self.push[i - 1] } else { push_left });
@@ -124,8 +123,7 @@ impl Workspace {
         }
     }
 
-    /// Computes the coefficients of these numbers from the last ones, and those of displacements and overlaps two
-    /// orders higher.
+    /// Computes the coefficients of these numbers from the last ones, of displacements and overlaps two orders higher.
     fn advance(&mut self, numbers: Range<usize>, [displacements, overlaps]: &mut AllRows) {
         let blocks = &mut self.blocks[..];
         let (displacements, overlaps) = (&mut displacements[..], &mut overlaps[..]);

@@ -1,10 +1,4 @@
-//! The coefficients of the Taylor series of a window.
-//!
-//! The equations are autonomous between switchings, so the coefficients follow from each other: those of the forces
-//! from those of the overlaps (powers by recursion), those of the motions from those of the forces. Order and step
-//! follow Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
-//! methods, Experimental Mathematics 14 (2005): order `1 - ln(epsilon) / 2`, and a step on which the last terms are
-//! below epsilon times the scale of the velocities.
+//! The coefficients of the Taylor series of a window; see "Series" in docs/theory.md for recurrences, order and step.
 
 use super::series::{INVERSE_FACTORIAL, Series};
 use crate::engine::cluster::step_control::{Control, Problem};
@@ -65,8 +59,7 @@ impl<S: Scalar> Series<S> {
         let (stride, unit) = (self.stride, S::from(self.unit));
         let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
         let next = (k + 1) as f64;
-        // The next coefficient of a pendulum with this coefficient of its position (m) and of its rate, under the
-        // acceleration `driven`.
+        // The next coefficient of a pendulum from this one of position (m) and rate, under the acceleration `driven`.
         let term = |ball: &BallModel<S>, driven: S, position: S, of_rate: S| {
             let damped = S::from(2.0) * ball.gamma * S::from(next) * of_rate / unit;
             (driven - ball.omega2 * position - damped) * unit * unit / S::from(next * (next + 1.0))
@@ -125,15 +118,13 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), to the
-    /// accuracy of `control`. Returns for each contact the overlap (m) up to which its elastic force is left out; 0 if
-    /// it is not.
+    /// accuracy of `control`. Returns for each contact the overlap (m) up to which its elastic force is left out, or 0.
     pub fn expand(&mut self, window: &Window<'_, S>, control: &Control, scale: f64) -> Vec<f64> {
         let (contacts, dv) = (0..window.laws.len(), control.local_error(scale));
         let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, window, dv, scale)).collect();
         self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
         self.fill(window, &|j| negligible[j] > 0.0 || !window.needs_force(j), &|_| false);
-        // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`, with nothing in between. So
-        // more terms are checked than a gap has.
+        // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`. So more terms are checked.
         let gap = contacts.map(|j| libm::ceil(window.laws[j].exponent.value()) as usize).fold(1, usize::max);
         self.terms = gap + TERMS_AT_LEAST;
         negligible
@@ -165,8 +156,7 @@ impl<S: Scalar> Series<S> {
 }
 
 impl Series {
-    /// The same for a window. The segment ends where the last terms, or the forces left out, would change the
-    /// velocities by more than `control` allows.
+    /// The same for a window. The segment ends where last terms, or forces left out, would change velocities too much.
     pub fn expand_window(&mut self, &Problem { window, control, speed, local_error, .. }: &Problem) {
         let negligible = self.expand(window, control, speed);
         self.converges_for = self.convergence(local_error, |c| c).min(control.longest);

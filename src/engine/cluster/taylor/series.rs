@@ -13,8 +13,7 @@ use crate::solver::{MAX_FORCE_ORDER, Scalar, crossing};
 /// Parts of a segment after which a contact that has closed from rest is checked.
 const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
 
-/// Coefficients of the motions and forces of a window, as functions of the time since the start of the segment over
-/// `unit`.
+/// Coefficients of the motions and forces of a window, as functions of the time since the start over `unit`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series<S = f64> {
     /// Order of the velocities; displacements have one more.
@@ -110,8 +109,7 @@ impl<S: Scalar> Series<S> {
         self.linear.resize(contacts, Some([S::default(); 2]));
     }
 
-    /// Gives contact `j` these polynomials of the scaled time as its forces, N: elastic, and by the law without
-    /// clipping.
+    /// Gives contact `j` these polynomials of the scaled time as its elastic force and that without clipping, N.
     pub(crate) fn set_forces(&mut self, j: usize, elastic: &[S], force: &[S]) {
         let at = j * self.stride;
         self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
@@ -174,8 +172,7 @@ impl Series {
         // this segment to be pressed any deeper.
         let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
         let wave = || at_rest && self.overlaps.chunks_exact(self.stride).any(|d| d[0] + d[1] > noise);
-        // Its front is not there yet while closing the contact would change the velocities by no more than their
-        // rounding.
+        // Its front is not there yet while closing the contact would change the velocities by no more than rounding.
         let matters = || {
             let (law, mass, (overlap, change_of_rate)) =
                 (&window.laws[j], window.reduced_mass(j), self.overlap(j, until));
@@ -228,8 +225,7 @@ impl Series {
         }
     }
 
-    /// A row and the factor that makes it the force of contact `j` by its law without clipping, N; zero while it is
-    /// open.
+    /// A row and the factor that makes it the force of contact `j` without clipping, N; zero while it is open.
     fn force(&self, j: usize) -> (&[f64], f64) {
         match self.linear[j] {
             Some([stiffness, 0.0]) => (self.overlap_row(j), stiffness),
@@ -268,7 +264,7 @@ impl DenseOutput for Series {
     }
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        if self.arcs.is_open(j) {
+        if let Some(Some(_)) = self.arcs.touch.get(j) {
             let (overlap, rate) = self.overlap_at(j, tau / self.unit);
             return (overlap, rate - self.overlap_at(j, 0.0).1);
         }
