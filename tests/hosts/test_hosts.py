@@ -81,7 +81,7 @@ def by_fmi_rs(fmu, names, step, folder, *options) -> tuple[dict, str]:
     return {time: row.tobytes() for time, row in zip(table["time"].tolist(), rows, strict=True)}, said
 
 
-@pytest.mark.parametrize("options", [(), ("events",), ("events", "early"), ("exchange",)])
+@pytest.mark.parametrize("options", [(), ("events",), ("events", "early"), ("located",)])
 def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3_path, tmp_path, options):
     """Early return adds every onset and release. In model exchange, by a method that ends steps at events, the energy
     grows by that method, less at each step that an event or a communication point cuts in two."""
@@ -89,11 +89,11 @@ def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3_path, t
     instants = {*pulses["onset"].tolist(), *pulses["release"].tolist()}
     assert len(instants) > len(pulses)
     names = fmu.names(FAMILIES)
-    for step in (0.125,) if "exchange" in options else (1 / 1024, 0.125, 10.0):
+    for step in (0.125,) if "located" in options else (1 / 1024, 0.125, 10.0):
         two, said = by_fmi_rs(fmu.path, names, step, tmp_path, *options)
         three, _ = by_fmi_rs(fmu3_path, FAMILIES, step, tmp_path, *options)
         assert said == "" and max(two) == STOP
-        if "exchange" in options:
+        if "located" in options:
             assert len(two) > 81 and two == three
             last, growth = np.frombuffer(two[STOP]), 5 * (step / 512) ** 2
             assert last[-4:].tolist() == [7, 14, 14, 7]

@@ -107,7 +107,7 @@ def written(value) -> str:
 
 
 def by_fmi_rs(case, folder):
-    """The crate fmi-rs, in model exchange by Euler's method."""
+    """The crate fmi-rs, in model exchange by its Euler method."""
     inputs, out = "-", folder / "fmi-rs.csv"
     if case.inputs:
         inputs = folder / "table.csv"
@@ -167,6 +167,7 @@ def verdict(host, folder) -> str:
 def short(line) -> str:
     """A verdict for the table."""
     line = re.sub(r"((wrong|right, but).*?); [^;]* (differs|ends) .*$", r"\1", line)
+    line = re.sub(r'error: Parameter\("| \([\d.]+\)|"\)$', "", line)
     for pattern, words in (
         (r"not offered", "-"),
         (r".*right to the last bit.*", "same bits"),

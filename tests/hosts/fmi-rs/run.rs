@@ -1,30 +1,32 @@
 //! Runs an FMU by the simulation loops of the crate `fmi-rs`, prints what it finds wrong with the description, and
 //! writes the result as it does:
 //!
-//!     run FMU OUT.csv INPUT.csv|- NAMES STEP STOP [exchange] [events] [early] [NAME=VALUE ...]
+//!     run FMU OUT.csv INPUT.csv|- NAMES STEP STOP [exchange|located] [events] [early] [NAME=VALUE ...]
 //!
-//! NAMES are joined by `;`. Model exchange is by Euler's method, with steps of STEP / 512 that may end at events; those
-//! of the crate's own cannot end off their grid.
+//! NAMES are joined by `;`. Model exchange is by Euler's method, with steps of STEP / 512: the crate's, which cannot
+//! end a step at an event off its grid, or, with `located`, one that can.
 
 use std::fs::{File, read_to_string};
 use std::path::Path;
 use std::sync::Arc;
 
 use fmi_rs::sim::SimulationError;
-use fmi_rs::sim::solver::{Dae, Ode, Solver, SolverFactory};
+use fmi_rs::sim::solver::{Dae, ForwardEulerFactory, Ode, Solver, SolverFactory};
 use fmi_rs::zip::extract_zip_archive;
 
 /// Relative, to tell times apart: contacts of a row may close within some 1e-14 s.
 const CLOCK: f64 = 1e-15;
 
-/// Euler's method with steps of this length, s.
-struct Method(f64);
+/// Euler's method with steps of a length, s.
+enum Method {
+    OfTheCrate(f64),
+    Located(f64),
+}
 
-struct Euler<O> {
+struct Located<O> {
     length: f64,
     time: f64,
     x: Vec<f64>,
-    z: Vec<f64>,
     ode: O,
 }
 
@@ -32,37 +34,42 @@ impl SolverFactory for Method {
     fn create<'a, O: Ode + 'a, D: Dae + 'a>(
         &self,
         time: f64,
-        _tolerance: f64,
+        tolerance: f64,
         ode: O,
-        _dae: Option<D>,
+        dae: Option<D>,
     ) -> Result<Box<dyn Solver + 'a>, SimulationError> {
-        let mut solver = Euler { length: self.0, time, x: vec![0.0; ode.nx()], z: vec![0.0; ode.nz()], ode };
-        solver.reset(time)?;
-        Ok(Box::new(solver))
+        match *self {
+            Self::OfTheCrate(fixed_step_size) => {
+                ForwardEulerFactory { fixed_step_size }.create(time, tolerance, ode, dae)
+            }
+            Self::Located(length) => {
+                let mut solver = Located { length, time, x: vec![0.0; ode.nx()], ode };
+                solver.reset(time)?;
+                Ok(Box::new(solver))
+            }
+        }
     }
 }
 
-impl<O: Ode> Solver for Euler<O> {
+impl<O: Ode> Solver for Located<O> {
     fn reset(&mut self, time: f64) -> Result<(), SimulationError> {
         self.time = time;
         let mut nominals = vec![0.0; self.x.len()];
         self.ode.init(&mut self.x, &mut nominals)?;
         assert!(nominals.iter().all(|nominal| *nominal > 0.0));
-        self.ode.g(time, &self.x, &mut self.z)
+        Ok(())
     }
 
     fn step(&mut self, end: f64) -> Result<(f64, &[f64], bool), SimulationError> {
-        let (mut rates, mut crossed) = (vec![0.0; self.x.len()], false);
-        while self.time < end && !crossed {
+        let (mut rates, mut indicators) = (vec![0.0; self.x.len()], vec![0.0; self.ode.nz()]);
+        while self.time < end {
             let length = self.length.min(end - self.time);
             self.ode.f(self.time, &self.x, &mut rates)?;
             self.x.iter_mut().zip(&rates).for_each(|(x, rate)| *x += length * rate);
             self.time = if length < self.length { end } else { self.time + length };
-            let before = self.z.clone();
-            self.ode.g(self.time, &self.x, &mut self.z)?;
-            crossed = self.z.iter().zip(before).any(|(now, before)| (*now > 0.0) != (before > 0.0));
+            self.ode.g(self.time, &self.x, &mut indicators)?;
         }
-        Ok((self.time, &self.x, crossed))
+        Ok((self.time, &self.x, false))
     }
 }
 
@@ -74,6 +81,11 @@ fn main() {
     let description = folder.path().join("modelDescription.xml");
     let (step, stop): (f64, f64) = (step.parse().unwrap(), stop.parse().unwrap());
     let given = |name: &str| options.iter().any(|option| option == name);
+    let solver = match (given("exchange"), given("located")) {
+        (true, _) => Some(Method::OfTheCrate(step / 512.0)),
+        (_, true) => Some(Method::Located(step / 512.0)),
+        _ => None,
+    };
     let start = options.iter().filter_map(|option| option.split_once('='));
     // Both versions of FMI have types of their own.
     macro_rules! run {
@@ -109,10 +121,9 @@ fn main() {
                 final_fmu_state_file: None,
                 $($own)*
             };
-            let ended = if given("exchange") {
-                sim::me::simulate(&settings, &Method(step / 512.0), input, recorder.clone())
-            } else {
-                sim::cs::simulate(&settings, input, recorder.clone())
+            let ended = match solver {
+                Some(solver) => sim::me::simulate(&settings, &solver, input, recorder.clone()),
+                None => sim::cs::simulate(&settings, input, recorder.clone()),
             };
             sim::csv::write_csv(&recorder.trajectories.borrow(), out).unwrap();
             ended.err().map(|problem| format!("{problem:?}"))
