@@ -17,8 +17,9 @@ from pathlib import Path
 import fmpy
 import numpy as np
 from fmpy.util import write_csv
-from newtons_cradle import files
+from newtons_cradle import Fmu, files
 from newtons_cradle.trial import CASES, judge, write_cases
+from newtons_cradle.trial.master import interpolated
 from other_hosts import command, container
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -82,6 +83,48 @@ def by_fmpy(case, folder, fmu=None):
     return {column: list(result[column]) for column in result.dtype.names}
 
 
+def by_hand(case, folder):
+    """FMPy's classes, in a few lines for what no simulation loop offers."""
+
+    def act(_environment, time, *_):
+        if not acted:
+            acted.append(time)
+            run.slave.set(*case.act)
+
+    def value(key):
+        order = 0 if key in run.slave.variables else key.count("der(")
+        if not order:
+            return run.slave.get(key)
+        place = run.slave.references(key.replace("der(", "").rstrip(")"))
+        return run.slave.getRealOutputDerivatives(place, [order])[0]
+
+    acted, options = [], {"intermediateUpdate": act} if case.act else {}
+    with Fmu(folder / "cradle.fmu") as fmu, fmu.start(initialize=False, **options) as run:
+        for key, start in case.settings.items():
+            run.slave.resize(start) if key == "n" else run.slave.set(key, start)
+        run.initialize()
+        rows = [[0.0, *map(value, case.record)]]
+        for k in range(1, round(case.stop / case.step) + 1):
+            if case.trial and k == round(case.trial[0] / case.step) + 1:
+                saved = run.save()
+                run[case.trial[1]] = case.trial[2]
+                run.step_to(k * case.step)
+                run.load(saved)
+                run.step_to((k - 0.5) * case.step)
+            for key, points in case.inputs.items():
+                now, then = (interpolated(points, time * case.step) for time in (k - 1, k))
+                run[key] = now
+                run.slave.setRealInputDerivatives(run.slave.references(key), [1], [(then - now) / case.step])
+            run.step_to(k * case.step)
+            rows.append([k * case.step, *map(value, case.record)])
+    return by_name(case, rows)
+
+
+def by_name(case, rows) -> dict:
+    """Columns by name, of rows with the time and the variables to record."""
+    return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
+
+
 def by_fmi_sim(case, folder):
     """fmi-sim, in FMI 3.0 with scalars instead of arrays; in model exchange by its Euler method."""
     fmu, out = folder / "cradle.fmu", folder / "fmi-sim.csv"
@@ -125,8 +168,9 @@ def stepping(case, folder, host):
     names = [f"cradle.{variable}" for variable in case.record]
     request = {"step": case.step, "count": round(case.stop / case.step), "names": names}
     request["inputs"] = {f"cradle.{variable}": list(points) for variable, points in case.inputs.items()}
-    rows = json.loads(program(command(host, folder / "cradle.fmu", **request)).splitlines()[-1])
-    return dict(zip(("time", *case.record), zip(*rows, strict=True), strict=True))
+    return by_name(
+        case, json.loads(program(command(host, folder / "cradle.fmu", **request)).splitlines()[-1])
+    )
 
 
 def by_container(case, folder):
@@ -139,9 +183,11 @@ def by_container(case, folder):
 
 
 BY_NO_LOOP = {"rollback", "derivatives", "intermediate"}
+BY_HAND = BY_NO_LOOP | {"slopes", "arrays"}
 OF_MASTERS = {"grid", "inputs", "getters"}  # what co-simulation of FMI 2.0 in steps can do
 HOSTS = {  # how each runs a case, and which it does not offer
     f"FMPy {version('fmpy')}": (by_fmpy, BY_NO_LOOP | {"binary"}),
+    "its classes, by hand": (by_hand, CASES.keys() - BY_HAND),
     "fmi-sim 0.7.0": (by_fmi_sim, BY_NO_LOOP | {"slopes", "nominals", "arrays", "binary"}),
     "crate fmi-rs 0.3.4": (by_fmi_rs, BY_NO_LOOP | {"slopes", "nominals"}),
     f"libcosimpy {version('libcosimpy')}": (partial(stepping, host="libcosim"), CASES.keys() - OF_MASTERS),
