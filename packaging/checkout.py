@@ -84,9 +84,7 @@ def check_machine() -> None:
     if shutil.which("cargo") is None:
         raise Stop("cargo is missing: install Rust from https://rustup.rs and open a new shell.")
     if not any(shutil.which(name) for name in ("cc", "gcc", "clang", "cl")):
-        raise Stop(
-            "a C compiler is missing; Rust needs it to link programs: on Debian, `apt install gcc libc6-dev`."
-        )
+        raise Stop("a C compiler is missing; Rust needs it to link programs: on Debian, `apt install gcc libc6-dev`.")
 
 
 def make_venv(requirements: Path) -> None:

@@ -61,9 +61,7 @@ def texts(package: str, first: str) -> str:
             found = [ROOT / "LICENSE-APACHE"]
         for file in found:
             licences.setdefault(file.read_text(encoding="utf-8"), set()).add(f"{name} {version}")
-    sections = (
-        f"\n==== {', '.join(sorted(names))}\n\n{text.rstrip()}\n" for text, names in sorted(licences.items())
-    )
+    sections = (f"\n==== {', '.join(sorted(names))}\n\n{text.rstrip()}\n" for text, names in sorted(licences.items()))
     return f"{first}{HEADING}{listed}{''.join(sections)}"
 
 

@@ -125,9 +125,7 @@ def test(options) -> int:
         say(f"!! {remark}")
     say(", ".join(f"{results.totals[outcome]} {outcome}" for outcome in ("passed", "failed", "skipped")))
     if not options.all:
-        say(
-            "The rest (more random cases, other hosts and platforms, fuzzing, ...): python3 cradle.py test --all"
-        )
+        say("The rest (more random cases, other hosts and platforms, fuzzing, ...): python3 cradle.py test --all")
     return 1 if results.totals["failed"] else 0
 
 

@@ -45,9 +45,7 @@ def toolchain() -> dict:
         others = rustup.glob("lib/rustlib/*/bin/rust-lld") if rustup else ()
         linker = shutil.which("wasm-ld") or shutil.which("rust-lld") or next(map(str, others), None)
         if linker is None:
-            raise Stop(
-                "there is no linker for WebAssembly: rust-lld of rustup's Rust, or on Debian `apt install lld`"
-            )
+            raise Stop("there is no linker for WebAssembly: rust-lld of rustup's Rust, or on Debian `apt install lld`")
         return with_sources(usr) | {
             "CARGO_UNSTABLE_BUILD_STD": "std,panic_abort",
             "CARGO_UNSTABLE_BUILD_STD_FEATURES": "",  # no backtraces, which a page has no use for
@@ -76,9 +74,7 @@ def part() -> str:
 
 def main() -> int:
     """Compiles the engine and writes the page."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=LIVE, help="where to write it [default: %(default)s]")
     parser.add_argument("--or-skip", action="store_true", help="no failure if something is missing")
     options = parser.parse_args()

@@ -91,9 +91,7 @@ def save_plot(path: Path, rows: list[dict]) -> None:
         for name, axis in zip(FIGURES, axes, strict=True):
             for way, colour in zip(TOLERANCES, ("#c04000", "#0060a0", "#208030"), strict=True):
                 shown = [row for row in rows if (row["figure"], row["way"]) == (name, way) and row["pulses"]]
-                cost, error, right = (
-                    np.array([row[of] for row in shown]) for of in ("evaluations", "error", "right")
-                )
+                cost, error, right = (np.array([row[of] for row in shown]) for of in ("evaluations", "error", "right"))
                 error = np.maximum(error, 1e-16)
                 axis.loglog(cost, error, "-", color=colour, linewidth=1)
                 axis.loglog(cost[right], error[right], "o", color=colour, label=way)

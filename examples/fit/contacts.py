@@ -43,8 +43,7 @@ def film(fmu: nc.Fmu, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             run.step_to(frame / RATE)
             positions.append(run["x"])
             along = [
-                run.slave.getDirectionalDerivative(x, parameters, list(one), fmu.balls)
-                for one in np.eye(len(FITTED))
+                run.slave.getDirectionalDerivative(x, parameters, list(one), fmu.balls) for one in np.eye(len(FITTED))
             ]
             derivatives.append(np.transpose(along))
     return np.array(positions), np.array(derivatives)

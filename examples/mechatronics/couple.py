@@ -186,9 +186,7 @@ def check_sensor(found: Found, table: np.ndarray) -> None:
     missed = abs(COARSE * table["F"].sum() / table["impulse"][-1] - 1.0)
     # The sensor lags by a step, because it gets a mean when the step is over.
     lag = np.abs(table["sensed"][1:] - table["impulse"][:-1]).max()
-    found.at_most(
-        "sensor", "sum of F_mean h - impulse", np.abs(passed - table["impulse"]).max(), 1e-12, "N.s"
-    )
+    found.at_most("sensor", "sum of F_mean h - impulse", np.abs(passed - table["impulse"]).max(), 1e-12, "N.s")
     found.at_least("sensor", "missed by sampling F, of 1", missed, 0.5)
     found.at_most("sensor", "what it has seen - impulse", lag, 1e-12, "N.s")
     found.equal("sensor", "impacts that it counted", table["impacts"][-1], table["pulses"][-2])

@@ -78,9 +78,7 @@ class Master:
         that repeat steps: the others would spend in a short step what was meant for a long one.
         """
         if at_impacts and self.method not in REPEATING:
-            raise ValueError(
-                f"the method {self.method} needs equal steps; only {REPEATING} can step to impacts"
-            )
+            raise ValueError(f"the method {self.method} needs equal steps; only {REPEATING} can step to impacts")
         yield self.time
         struck = False
         for number in range(1, round(stop / h) + 1):
@@ -118,9 +116,7 @@ class Master:
                 run.slave.setFMUstate(state)
                 run.time = begin
         else:
-            raise RuntimeError(
-                f"the step to {end} s does not converge in {MOST_TRIALS} trials: try shorter steps"
-            )
+            raise RuntimeError(f"the step to {end} s does not converge in {MOST_TRIALS} trials: try shorter steps")
         for run, state in before.items():
             run.slave.freeFMUstate(state)
         self.delivered, self.sent = self.delivered + share, sent

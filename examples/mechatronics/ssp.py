@@ -73,9 +73,7 @@ def run(path: Path, h: float, values: dict | None = None) -> np.ndarray:
     """
     start = read_ssv(path, "resources/start.ssv")
     for name, value in (values or {}).items():
-        start.parameters.append(
-            SimpleNamespace(name=name, value=value)
-        )  # FMPy's runner reads no more than these
+        start.parameters.append(SimpleNamespace(name=name, value=value))  # FMPy's runner reads no more than these
     result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=start)
     result["time"] = h * np.arange(1, len(result) + 1)  # FMPy writes the start of the step
     return result
@@ -134,10 +132,7 @@ def parameter_sets(name: str, values: dict, fmu: nc.Fmu) -> dict:
 def units(fmu: nc.Fmu) -> list:
     """The FMU's units by their base units."""
     described = etree.parse(Path(fmu.folder, "modelDescription.xml")).iterfind("UnitDefinitions/Unit")
-    return [
-        SSC.Unit(SSC.BaseUnit(dict(unit.find("BaseUnit").attrib)), name=unit.get("name"))
-        for unit in described
-    ]
+    return [SSC.Unit(SSC.BaseUnit(dict(unit.find("BaseUnit").attrib)), name=unit.get("name")) for unit in described]
 
 
 def write(path: Path, files: dict, fmus: list[Path]) -> None:

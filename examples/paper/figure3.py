@@ -17,10 +17,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     other."""
     fmu = fmus[13]
     both = simulate(fmu, nc.preset("figure3"), nc.Progress("Figure 3, 13 balls"))
-    alone = [
-        simulate(fmu, nc.preset("figure3") | nc.lifted(*side, n=13, amplitude=1.0))
-        for side in ((3, 0), (0, 2))
-    ]
+    alone = [simulate(fmu, nc.preset("figure3") | nc.lifted(*side, n=13, amplitude=1.0)) for side in ((3, 0), (0, 2))]
     rigid = simulate(fmu, nc.preset("figure3") | {"contact.model": "rigid"})
     outcomes = {"compliant": velocities(both), "rigid": velocities(rigid)}
     departure = {name: np.abs(outcome - CLASSICAL).max() for name, outcome in outcomes.items()}

@@ -89,8 +89,7 @@ def save_table1(states: list[tuple], found: Found) -> None:
     """Table 1 as the paper prints it, to a CSV file and to the terminal."""
     names = ["begin", *(f"intermediate {i}" for i in range(1, len(states) - 1)), "end"]
     rows = [
-        {"state": name}
-        | {f"ball {i}": "moving" if moves else "stopped" for i, moves in enumerate(state, start=1)}
+        {"state": name} | {f"ball {i}": "moving" if moves else "stopped" for i, moves in enumerate(state, start=1)}
         for name, state in zip(names, states, strict=True)
     ]
     found.save_rows("table1.csv", rows)

@@ -109,10 +109,7 @@ def write_rows(path: Path, rows: list[dict]) -> None:
 
 def print_rows(rows: list[dict], digits: int = 3) -> None:
     """Prints rows of texts and numbers as a table."""
-    table = [
-        [f"{cell:.{digits}g}" if isinstance(cell, float) else str(cell) for cell in row.values()]
-        for row in rows
-    ]
+    table = [[f"{cell:.{digits}g}" if isinstance(cell, float) else str(cell) for cell in row.values()] for row in rows]
     widths = [max(map(len, column)) for column in zip(rows[0], *table, strict=True)]
     for row in (rows[0], ["-" * width for width in widths], *table):
         line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))

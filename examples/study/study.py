@@ -163,9 +163,7 @@ def save_maps(path: Path, rows: pd.DataFrame) -> None:
 
 def _edges(centres: pd.Index) -> np.ndarray:
     """Edges of cells around rising centres; a single centre gets a cell of width 1."""
-    around = (
-        np.pad(centres, 1, "reflect", reflect_type="odd") if len(centres) > 1 else centres[0] + [-1, 0, 1]
-    )
+    around = np.pad(centres, 1, "reflect", reflect_type="odd") if len(centres) > 1 else centres[0] + [-1, 0, 1]
     return np.convolve(around, [0.5, 0.5], "valid")
 
 

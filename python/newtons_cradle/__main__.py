@@ -27,9 +27,7 @@ def setting(text: str) -> tuple[str, str]:
 
 
 def arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU."
-    )
+    parser = argparse.ArgumentParser(prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU.")
     commands = parser.add_subparsers(required=True, metavar="{page,live,cases,judge}")
 
     def command(name: str, function: Callable[[argparse.Namespace], None]) -> Any:
@@ -61,9 +59,7 @@ def arguments() -> argparse.ArgumentParser:
     place = command("live", make_live).add_mutually_exclusive_group().add_argument
     help = "default: %(default)s"
     place("-o", "--out", type=Path, default=Path("cradle.html"), metavar="FILE.html", help=help)
-    help = (
-        "as index.html in a folder for a web server: browsers can install it, and keep it without a network"
-    )
+    help = "as index.html in a folder for a web server: browsers can install it, and keep it without a network"
     place("--site", type=Path, metavar="FOLDER", help=help)
     cases = command("cases", make_cases)
     cases.add_argument("-o", "--out", type=Path, required=True, metavar="FOLDER", help="where to put them")
@@ -81,9 +77,7 @@ def make_page(options: argparse.Namespace) -> None:
     out = in_folder(options.out or options.file.with_suffix(".html"), "--out")  # before the work is done
     if kind == ".fmu":
         if options.stop > LONGEST and not options.force:
-            raise InvalidValue(
-                f"--stop {options.stop:g} is refused; allowed: up to {LONGEST:g} s, more with --force"
-            )
+            raise InvalidValue(f"--stop {options.stop:g} is refused; allowed: up to {LONGEST:g} s, more with --force")
         progress = Progress(f"Running {options.file.name} for {options.stop:g} s")
         progress(0.0)
         recording = from_fmu(options.file, dict(options.set), stop=options.stop, progress=progress)

@@ -47,9 +47,7 @@ class Fmu(Model):
         own = description.modelName == files.MODEL and description.fmiVersion.startswith("3.")
         if not (own or description.fmiVersion.startswith("2.")) or description.coSimulation is None:
             what = f"an FMU of FMI {description.fmiVersion}, the model {description.modelName}"
-            raise FmuError(
-                f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {files.MODEL} of FMI 3.0"
-            )
+            raise FmuError(f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {files.MODEL} of FMI 3.0")
         try:
             unpacked = extract(str(path), unzipdir=str(folder) if folder else None)
         except OSError as problem:
@@ -193,9 +191,7 @@ def build(
     if done.returncode:
         shutil.rmtree(folder, ignore_errors=True)
         raise FmuError(done.stderr.strip().removeprefix("error: "))
-    said = [
-        line.removeprefix("warning: ") for line in done.stderr.splitlines() if line.startswith("warning: ")
-    ]
+    said = [line.removeprefix("warning: ") for line in done.stderr.splitlines() if line.startswith("warning: ")]
     for line in said if not meant(set or {}) else ():
         doubt(line)
     fmu = Fmu(path)

@@ -36,9 +36,7 @@ class Pulses(np.ndarray):
     def __repr__(self) -> str:
         if self.dtype != PULSE or self.ndim != 1:
             return repr(np.asarray(self))
-        rows = [
-            f"{c:7d} {on:18.15g} {off:18.15g} {peak:12.6g} {p:14.6g}" for c, on, off, peak, p in self[:SHOWN]
-        ]
+        rows = [f"{c:7d} {on:18.15g} {off:18.15g} {peak:12.6g} {p:14.6g}" for c, on, off, peak, p in self[:SHOWN]]
         head = f"{'contact':7} {'onset (s)':>18} {'release (s)':>18} {'peak (N)':>12} {'impulse (N.s)':>14}"
         more = [f"... {len(self)} pulses in all"] if len(self) > SHOWN else []
         return "\n".join([head, *rows, *more])

@@ -179,9 +179,7 @@ def _guessed_pulses(time: Array, force: Array) -> Array:
     return np.sort(np.array(rows, dtype=PULSE), order=["onset", "contact"])
 
 
-def _read_columns(
-    path: Path, what: str = "a run", first: tuple[str, ...] = ("time", "x[1]", "...")
-) -> Columns:
+def _read_columns(path: Path, what: str = "a run", first: tuple[str, ...] = ("time", "x[1]", "...")) -> Columns:
     """A CSV file of numbers below one line of names, with these `first`."""
     with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
         lines = csv.reader(file)

@@ -47,9 +47,7 @@ def resolved(
     them. The trajectory does not depend on where they are, so the pulses of both runs are the same.
     """
     pulses, then = first_pass(fmu, values, stop, progress)
-    return fmu.simulate(
-        values, times=sample_times(pulses, stop, step, per_pulse), record=record, progress=then
-    )
+    return fmu.simulate(values, times=sample_times(pulses, stop, step, per_pulse), record=record, progress=then)
 
 
 def first_pass(fmu: Fmu, values: Values | None, stop: float, progress: Told) -> tuple[Array, Told]:

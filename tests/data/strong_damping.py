@@ -37,9 +37,7 @@ def first_positive(function, until):
     return until
 
 
-def run(
-    balls, start, stiffness, damping, dead_band, pull, time, masses=(), springs=(), press=0.0, **_results
-):
+def run(balls, start, stiffness, damping, dead_band, pull, time, masses=(), springs=(), press=0.0, **_results):
     """Positions, velocities and the number of switchings up to `time`. The state is x, v and 1; overlaps and forces are
     rows times it."""
     n, unit = balls, eye(2 * balls + 1)

@@ -61,9 +61,7 @@ class Browser(webdriver.Chrome):
             shutil.which("chromedriver"),
         )
         if program is None or driver is None:
-            pytest.skip(
-                "chromium or chromedriver is missing: on Debian, `apt install chromium chromium-driver`"
-            )
+            pytest.skip("chromium or chromedriver is missing: on Debian, `apt install chromium chromium-driver`")
         options = webdriver.ChromeOptions()
         options.binary_location = program
         usual = "headless=new", "no-sandbox", "window-size=1280,860", "enable-unsafe-swiftshader"
@@ -96,9 +94,7 @@ class Browser(webdriver.Chrome):
         self.load(path.as_uri() + link)
         self.assert_quiet()
         messages = [json.loads(entry["message"])["message"] for entry in self.get_log("performance")]
-        requests = [
-            m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"
-        ]
+        requests = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
         assert [url for url in requests if not url.startswith(("data:", "blob:"))] == [path.as_uri()]
 
     def load(self, address: str) -> None:

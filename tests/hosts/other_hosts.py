@@ -54,14 +54,10 @@ def by_libcosim(path: str, step: float, count: int, names: list, inputs: dict, p
     places, rows = {name: place(name) for name in (*names, *inputs)}, []
     for k in range(count):
         for name, points in inputs.items():
-            manipulator.slave_real_values(
-                *places[name], [np.interp(k * step / 1e9, *zip(*points, strict=True))]
-            )
+            manipulator.slave_real_values(*places[name], [np.interp(k * step / 1e9, *zip(*points, strict=True))])
         if not execution.step():
             sys.exit("libcosim refuses the step")
-        reads = [
-            observer.last_integer_values if is_whole(name) else observer.last_real_values for name in names
-        ]
+        reads = [observer.last_integer_values if is_whole(name) else observer.last_real_values for name in names]
         values = [read(*places[name])[0] for read, name in zip(reads, names, strict=True)]
         rows.append([(k + 1) * step / 1e9, *values])
     return rows

@@ -25,9 +25,7 @@ DOCUMENTS = ["README.md", *sorted(DOCUMENTS, key=lambda name: (name == LAST, nam
 PAPER = "python3 cradle.py paper\n"
 # What would take long gets less to do: a build for the target that the first command has compiled for, fewer cases.
 LESS = {
-    "cargo pack build --release\n": " ".join(
-        ["cargo pack build --release", *old_linux()[0], "--out out/same.fmu\n"]
-    ),
+    "cargo pack build --release\n": " ".join(["cargo pack build --release", *old_linux()[0], "--out out/same.fmu\n"]),
     "/couple.py\n": "/couple.py --steps 2\n",
     "/study.py\n": "/study.py --orders 1 3 --dead-bands 0 1.6 --dampings 0 0.2 --lifted 1 2\n",
 }
@@ -53,9 +51,7 @@ def checkout(tmp_path_factory, fmu_path) -> Path:
     """A copy of the checkout with its FMU, whose commands may leave what they like. It has the packages of others as
     they are compiled here, so that Cargo compiles what is in the copy and no more."""
     folder = tmp_path_factory.mktemp("documents") / "newtons-cradle"
-    shutil.copytree(
-        ROOT, folder, ignore=shutil.ignore_patterns("target", "out", ".venv", ".git", "__pycache__")
-    )
+    shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns("target", "out", ".venv", ".git", "__pycache__"))
     (folder / ".venv").symlink_to(Path(sys.prefix), target_is_directory=True)
     (folder / "target").mkdir()
     (folder / "target/zig").symlink_to(ROOT / "target/zig", target_is_directory=True)
@@ -68,9 +64,7 @@ def checkout(tmp_path_factory, fmu_path) -> Path:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the documents' commands are those of a Unix shell")
-@pytest.mark.skipif(
-    Path(sys.prefix).resolve() != VENV.resolve(), reason="they need the .venv that cradle.py makes"
-)
+@pytest.mark.skipif(Path(sys.prefix).resolve() != VENV.resolve(), reason="they need the .venv that cradle.py makes")
 @pytest.mark.parametrize("document", [document for document in DOCUMENTS if blocks(document)])
 def test_everything_in_a_document_runs(checkout, producer, fmu_path, document):
     path = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{producer.parent}{os.pathsep}{os.environ['PATH']}"

@@ -77,9 +77,7 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3, monkeypatch):
         assert np.abs(jacobian[:, :, i] * value - difference).max() < 1e-6 * np.abs(difference).max()
     true = FMU3Slave.getDirectionalDerivative
     wrong = -1.0
-    monkeypatch.setattr(
-        FMU3Slave, "getDirectionalDerivative", lambda *given: [wrong * value for value in true(*given)]
-    )
+    monkeypatch.setattr(FMU3Slave, "getDirectionalDerivative", lambda *given: [wrong * value for value in true(*given)])
     course, *_ = contacts.fit(fmu3, seen, contacts.GUESS)
     assert course[-1] == pytest.approx(contacts.GUESS)
     wrong = 0.0

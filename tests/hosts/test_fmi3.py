@@ -241,9 +241,7 @@ def test_an_fmu_of_scalars(packed, fmu_path, clocks):
     names = [f"{name}[{i}]" for name in ("x", "v", "F", "overlap", "pulses") for i in range(1, 5)]
     options = {"output": [*names, "E_total"], "stop_time": 2.0, "output_interval": 1 / 128}
     for kind, more in (("CoSimulation", {}), ("ModelExchange", {"relative_tolerance": 1e-8})):
-        two, three = (
-            fmpy.simulate_fmu(str(each), fmi_type=kind, **options, **more) for each in (fmu_path, path)
-        )
+        two, three = (fmpy.simulate_fmu(str(each), fmi_type=kind, **options, **more) for each in (fmu_path, path))
         assert all(np.array_equal(two[name], three[name]) for name in two.dtype.names)
     with nc.Fmu(path) as scalars:
         run = scalars.simulate({"x_start": [-0.2, 0, 0, 0, 0]}, stop=1.0)

@@ -21,8 +21,7 @@ pytestmark = pytest.mark.all
 )
 def test_data_frames_are_those_of_fmi_2(fmu, fmu3, values):
     one, other = (
-        each.simulate(values, stop=3.0, inputs=lambda t: {"a_support": 0.1 * (t > 1.0)})
-        for each in (fmu, fmu3)
+        each.simulate(values, stop=3.0, inputs=lambda t: {"a_support": 0.1 * (t > 1.0)}) for each in (fmu, fmu3)
     )
     pandas.testing.assert_frame_equal(one.to_dataframe(), other.to_dataframe(), check_exact=True)
     assert one.samples.tobytes() == other.samples.tobytes() and one.units == other.units

@@ -71,9 +71,7 @@ def test_the_plant_in_c_is_that_in_python(couple, producer):
     described = [read_model_description(str(path)).modelVariables for path in paths.values()]
     ours, theirs = ([(v.name, v.valueReference, v.unit, v.start) for v in part] for part in described)
     assert ours == theirs and all(unit or name in ("pulses", "impacts") for name, _, unit, _ in ours)
-    tables = [
-        np.genfromtxt(couple(language)[0] / "machine.csv", delimiter=",", skip_header=1) for language in paths
-    ]
+    tables = [np.genfromtxt(couple(language)[0] / "machine.csv", delimiter=",", skip_header=1) for language in paths]
     assert tables[0] == pytest.approx(tables[1], abs=1e-9)
     said = ended(producer, "info", paths["c"]).stdout
     assert not sys.platform.startswith("linux") or "linked with libc.so.6, libm.so.6\n" in said

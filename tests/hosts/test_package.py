@@ -314,9 +314,7 @@ def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
     result = fmu.simulate(stop=0.1)
     for package in ("pandas", "matplotlib"):
         monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(
-        ImportError, match=r"pandas is needed but missing: `pip install 'newtons-cradle\[data\]'`"
-    ):
+    with pytest.raises(ImportError, match=r"pandas is needed but missing: `pip install 'newtons-cradle\[data\]'`"):
         result.to_parquet(tmp_path / "run.parquet")
     with pytest.raises(ImportError, match=r"newtons-cradle\[plot\]"):
         result.plot()
@@ -352,9 +350,7 @@ def test_calibration_finds_restitution_and_drag(fmu, restitution, lift):
     assert found.restitution == pytest.approx(restitution, abs=2e-4)
     assert found.drag == pytest.approx(0.003, rel=1e-3)
     rigid = filmed(fmu, nc.preset("desk") | {"x_start[1]": -lift} | found.rigid())
-    assert [rigid["height"], *rigid["amplitudes"]] == pytest.approx(
-        [show["height"], *show["amplitudes"]], rel=1e-2
-    )
+    assert [rigid["height"], *rigid["amplitudes"]] == pytest.approx([show["height"], *show["amplitudes"]], rel=1e-2)
     first = fmu.simulate(desk | {"pendulum.model": "circular"}, stop=0.25, step=1e-4, record=["v[1]"])
     assert found.speed == pytest.approx(first["v[1]"].max(), rel=1e-4)
 

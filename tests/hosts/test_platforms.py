@@ -174,9 +174,7 @@ RUNNERS = {  # folder: compiler, what may run it, and the packages that bring th
 
 
 @pytest.mark.parametrize("folder", RUNNERS)
-def test_every_platform_gives_the_same_doubles_and_reads_the_states_of_others(
-    platforms, outputs, linux, folder
-):
+def test_every_platform_gives_the_same_doubles_and_reads_the_states_of_others(platforms, outputs, linux, folder):
     compiler, runners, packages = RUNNERS[folder]
     if not (platforms / "binaries" / folder).exists():
         pytest.skip(f"there is no binary for {folder}")

@@ -52,14 +52,13 @@ def test_an_fmu_built_with_a_preset_has_its_start_values(fmu_path, name, standar
 
 def test_the_page_has_their_start_values(page, fmu):
     """What it leaves out are the FMU's own; where one lifts by hand, balls are at rest and on arcs."""
-    starts = page.execute_script(
-        "return Object.keys(PRESETS).map((name) => PRESETS[name].setup().recipe().start)"
-    )
+    starts = page.execute_script("return Object.keys(PRESETS).map((name) => PRESETS[name].setup().recipe().start)")
     assert page.execute_script("return Object.keys(PRESETS)") == nc.presets()
     for name, start in zip(nc.presets(), starts, strict=True):
         rest = ("x_start", "v_start", "pendulum.model") if name in LIFTED_BY_HAND else ()
         for key, value in nc.preset(name).items():
             if not key.startswith(rest or "?"):
-                assert (
-                    start[key] == value if key in start else fmu.built_with(key) == fmu.number(key, value)
-                ), (name, key)
+                assert start[key] == value if key in start else fmu.built_with(key) == fmu.number(key, value), (
+                    name,
+                    key,
+                )

@@ -114,9 +114,7 @@ def test_a_result_that_is_too_coarse_is_refused(fmu_path, fine, tmp_path):
 def test_forces_that_miss_the_clicks_are_refused(fmu, fine, tmp_path):
     """Without F_peak or a table of pulses, steps of 10 ms show none; samples in every pulse do."""
     names = [f"{name}[{i}]" for name in "xv" for i in range(1, 6)] + [f"F[{i}]" for i in range(1, 5)]
-    wanted = (
-        "for the clicks. Ball 1 is struck between t = 0.7 s and 0.71 s, and F is 0 at both. Needed: F_peak"
-    )
+    wanted = "for the clicks. Ball 1 is struck between t = 0.7 s and 0.71 s, and F is 0 at both. Needed: F_peak"
     with pytest.raises(RecordingError, match=wanted):
         from_csv(saved(tmp_path, fine, names))
     pulses = tmp_path / "pulses.csv"

@@ -39,9 +39,7 @@ def test_simulate_fmu_with_no_arguments(fmu, fmu_path, capfd):
 
 @pytest.mark.parametrize("setup", SETUPS.values(), ids=SETUPS)
 def test_the_package_and_simulate_fmu_read_the_same_numbers(fmu, fmu_path, setup):
-    theirs = fmpy.simulate_fmu(
-        str(fmu_path), stop_time=3.0, output_interval=0.01, start_values=fmu.settings(setup)
-    )
+    theirs = fmpy.simulate_fmu(str(fmu_path), stop_time=3.0, output_interval=0.01, start_values=fmu.settings(setup))
     ours = fmu.simulate(setup, stop=3.0)
     for name in ("x[1]", "v[3]", "E_total", "impulse[2]", "F_peak[4]"):
         assert ours[name] == pytest.approx(theirs[name], rel=1e-10, abs=1e-10)

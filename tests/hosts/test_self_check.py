@@ -53,8 +53,7 @@ def test_the_lines_of_the_documentation_run(cradle, fmu_path, tmp_path):
     two = cradle(balls=2, out=tmp_path / "NewtonsCradle.fmu", binaries=fmu_path)
     page = Path(two.folder, "documentation/index.html").read_text(encoding="utf-8")
     program, command = (
-        unescape(re.search(rf'id="{name}"[^>]*>(.*?)</', page, re.DOTALL)[1])
-        for name in ("python", "command")
+        unescape(re.search(rf'id="{name}"[^>]*>(.*?)</', page, re.DOTALL)[1]) for name in ("python", "command")
     )
     printed = ended(sys.executable, "-c", program, cwd=tmp_path).stdout.splitlines()
     assert len(printed) == 21 and "ball 1 at -0.1000 m" in printed[0]

@@ -83,9 +83,7 @@ def test_a_worker_killed_half_way_loses_nothing(fmu, fmu_path):
             found.append(row)
         assert worker not in client.run(os.getpid).values()
     assert [row["error"] for row in found] == [""] * len(cases)
-    assert sorted([row[name] for name in names] for row in found) == sorted(
-        list(case.values()) for case in cases
-    )
+    assert sorted([row[name] for name in names] for row in found) == sorted(list(case.values()) for case in cases)
     for row in found[::20]:
         alone = one_run.measure(fmu, {name: row[name] for name in names})
         assert {name: row[name] for name in alone} == alone

@@ -42,9 +42,7 @@ def test_each_mistake_is_named(folders, name, wrong, tmp_path):
     digits = 17 if wrong in case.other else 9
     lines = ["Time [s];StepCount;" + ";".join(f'"cradle.{column} [12 real out]"' for column in case.record)]
     for row, (time, *values) in enumerate(zip(*table.values(), strict=True)):
-        cells = [
-            value if isinstance(value, str) else f"{value:.{digits}g}".replace(".", ",") for value in values
-        ]
+        cells = [value if isinstance(value, str) else f"{value:.{digits}g}".replace(".", ",") for value in values]
         lines.append(";".join([f"{time:.17g}".replace(".", ","), str(row), *cells]))
     path = tmp_path / "result.csv"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

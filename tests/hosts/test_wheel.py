@@ -49,9 +49,7 @@ def bare(wheel, work, tmp_path_factory):
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
     loaded = subprocess.run([*pip, "download", "-q", "-d", downloads, wanted], capture_output=True, text=True)
     if loaded.returncode != 0:
-        pytest.skip(
-            f"the packages that it needs cannot be downloaded: {loaded.stderr.strip().splitlines()[-1]}"
-        )
+        pytest.skip(f"the packages that it needs cannot be downloaded: {loaded.stderr.strip().splitlines()[-1]}")
     subprocess.run([sys.executable, "-m", "venv", root / "venv"], check=True)
     offline = ["install", "-q", "--no-compile", "--no-index", "--find-links", downloads, wanted]
     subprocess.run([programs / "python", "-m", "pip", *offline], check=True)

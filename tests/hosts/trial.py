@@ -37,14 +37,10 @@ def version(package: str) -> str:
 
 def program(command, **options) -> str:
     """What a host that is a program says. Raises RuntimeError with the last line if it fails."""
-    done = subprocess.run(
-        [str(part) for part in command], capture_output=True, text=True, timeout=300, **options
-    )
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=300, **options)
     if done.returncode:
         said = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
-        told = (
-            [line for line in said if re.search("panicked|[Ee]rror", line)] or said[-1:] or [done.returncode]
-        )
+        told = [line for line in said if re.search("panicked|[Ee]rror", line)] or said[-1:] or [done.returncode]
         raise RuntimeError(told[0])
     return done.stdout
 
@@ -157,9 +153,7 @@ def by_fmi_rs(case, folder):
         write_csv(inputs, table_of(case))  # it reads arrays as FMPy writes them
     options = [option for option in ("exchange", "events", "early") if getattr(case, option)]
     options += [f"{key}={' '.join(map(str, np.atleast_1d(value)))}" for key, value in case.settings.items()]
-    program(
-        [FMI_RS, folder / "cradle.fmu", out, inputs, ";".join(families(case)), case.step, case.stop, *options]
-    )
+    program([FMI_RS, folder / "cradle.fmu", out, inputs, ";".join(families(case)), case.step, case.stop, *options])
     return out
 
 
@@ -168,9 +162,7 @@ def stepping(case, folder, host):
     names = [f"cradle.{variable}" for variable in case.record]
     request = {"step": case.step, "count": round(case.stop / case.step), "names": names}
     request["inputs"] = {f"cradle.{variable}": list(points) for variable, points in case.inputs.items()}
-    return by_name(
-        case, json.loads(program(command(host, folder / "cradle.fmu", **request)).splitlines()[-1])
-    )
+    return by_name(case, json.loads(program(command(host, folder / "cradle.fmu", **request)).splitlines()[-1]))
 
 
 def by_container(case, folder):
@@ -233,9 +225,7 @@ def main() -> None:
     fmu = sys.argv[1] if len(sys.argv) > 1 else None
     with tempfile.TemporaryDirectory() as out:
         folders = {folder.name: folder for folder in write_cases(out, fmu)}
-        print(
-            "\n".join(["| case |" + "".join(f" {host} |" for host in HOSTS), "|---|" + "---|" * len(HOSTS)])
-        )
+        print("\n".join(["| case |" + "".join(f" {host} |" for host in HOSTS), "|---|" + "---|" * len(HOSTS)]))
         for name, folder in folders.items():
             verdicts = [short(verdict(host, folder)) for host in HOSTS]
             print(f"| `{name}` |" + "".join(f" {line} |" for line in verdicts), flush=True)

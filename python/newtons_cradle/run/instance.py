@@ -171,9 +171,7 @@ class Run:
             self.load(here)
             del self.log[lines:]
 
-    def zoom(
-        self, span: float, step: float, record: Iterable[str], before: float = 0.0
-    ) -> tuple[float, Result]:
+    def zoom(self, span: float, step: float, record: Iterable[str], before: float = 0.0) -> tuple[float, Result]:
         """The micro view of the next impact: records every `step` (s) from `before` (s) ahead of the onset until `span`
         (s) after it. Returns the time of the onset and the samples. Raises InvalidValue, FmuError."""
         number("step", step, "s", positive=True, most=number("span", span, "s", positive=True))

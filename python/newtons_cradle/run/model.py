@@ -64,9 +64,7 @@ class Model:
 
     def __repr__(self) -> str:
         what = f"{self.balls} balls, " if self.balls else ""
-        return (
-            f"Fmu({self.path.name}: {what}FMI {self.description.fmiVersion}, {len(self.variables)} variables)"
-        )
+        return f"Fmu({self.path.name}: {what}FMI {self.description.fmiVersion}, {len(self.variables)} variables)"
 
     @property
     def balls(self) -> int:

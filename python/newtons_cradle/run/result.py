@@ -126,9 +126,7 @@ class Result:
         origin = number("origin", origin, "s")
         beside = max(map(len, columns)) // LEGEND + 1  # columns of a legend
         size = (8.0 + beside, 1.0 + 1.8 * len(shown))
-        figure, axes = pyplot.subplots(
-            len(shown), figsize=size, sharex=True, squeeze=False, layout="constrained"
-        )
+        figure, axes = pyplot.subplots(len(shown), figsize=size, sharex=True, squeeze=False, layout="constrained")
         for axis, signal, names in zip(axes.flat, shown, columns, strict=True):
             for place, name in enumerate(names, start=1):
                 width = 1.0 + 3.0 * (1 - place / len(names))

@@ -171,8 +171,7 @@ CASES = {
         "first contact is closed, when nextEventTime is undefined.",
         "An indicator that changes its sign is an event, however small it is.",
         ("x[1]", "x[2]", "x[3]", "v[1]", "v[2]", "v[3]"),
-        {"epsilon": "missed the event of an indicator next to 0 until it exceeded some absolute limit"}
-        | EVENTS,
+        {"epsilon": "missed the event of an indicator next to 0 until it exceeded some absolute limit"} | EVENTS,
         SOFT | {"x_start": [-0.49, 0.0, 0.0], "v_start": [1.0, 0.0, 0.0]},
         **EXCHANGE,
     ),

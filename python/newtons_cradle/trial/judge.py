@@ -200,10 +200,7 @@ def distance(table: Table, other: Table, scales: Mapping[str, float], case: Case
         if not len(rows):
             missing.append(time)
             continue
-        found = [
-            {name: off(table[name][row], other[name][k], scale) for name, scale in scales.items()}
-            for row in rows
-        ]
+        found = [{name: off(table[name][row], other[name][k], scale) for name, scale in scales.items()} for row in rows]
         errors, row = min(zip(found, rows, strict=True), key=lambda one: max(one[0].values()))
         for name, error in errors.items():
             if error > worst:
