@@ -85,7 +85,7 @@ def by_hand(case, folder):
     def act(_environment, time, *_):
         if not acted:
             acted.append(time)
-            run.slave.set(*case.act)
+            run.set(case.act)
 
     def value(key):
         order = 0 if key in run.slave.variables else key.count("der(")
@@ -103,7 +103,7 @@ def by_hand(case, folder):
         for k in range(1, round(case.stop / case.step) + 1):
             if case.trial and k == round(case.trial[0] / case.step) + 1:
                 saved = run.save()
-                run[case.trial[1]] = case.trial[2]
+                run.set(case.trial[1])
                 run.step_to(k * case.step)
                 run.load(saved)
                 run.step_to((k - 0.5) * case.step)

@@ -40,7 +40,8 @@ fn an_installed_program_has_its_fmu_and_its_python() {
     folder.write(&format!("{package}/NewtonsCradle.fmu"), zip(&fmu(&Description::of(&START))));
     folder.script("venv/bin/python3", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"");
     let program = folder.file("venv/bin/cradle-fmu");
-    std::fs::copy(PROGRAM, &program).unwrap();
+    // Written by another process: while this one writes it, a child that another test starts would keep it open.
+    assert!(std::process::Command::new("cp").args([PROGRAM, &program]).status().unwrap().success());
     let link = folder.file("cradle-fmu");
     std::os::unix::fs::symlink(&program, &link).unwrap();
     let run = |words: &str| ended(&mut folder.command(&link, words));
