@@ -23,7 +23,7 @@ pub enum EngineError {
     },
     /// Balls on arcs cannot start like this; the text says why, and what is allowed.
     NoArc(String),
-    /// The same of rigid contacts.
+    /// Rigid contacts cannot start like this, or not by this method; the text says why, and what is allowed.
     NotRigid(String),
     /// The energy is beyond the range of doubles.
     EnergyNotFinite {

@@ -1,9 +1,10 @@
 //! Drives a run. [`Simulation`] is one by any method: the event-driven [`Engine`], or a general solver, [`Continuous`].
 //!
-//! Each module needs only those before it: `flight`, `records`, `cluster`, `pair_on_arcs`, `pair_impact`, `rigid`,
+//! Each module imports only from those before it: `flight`, `records`, `cluster`, `pair_on_arcs`, `pair_impact`, `rigid`,
 //! `run`, `derivatives`, `observation`, `exchange`, `continuous`.
 //!
-//! Events come at their own times: neither communication points nor reading results change a bit of a trajectory.
+//! Events come at their own times: between changes of the inputs, neither communication points nor reading results
+//! change a bit of a trajectory.
 
 mod cluster;
 mod continuous;

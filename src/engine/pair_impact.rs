@@ -61,9 +61,10 @@ impl ImpactCoefficients {
     }
 }
 
-/// With `P = q^(p+1) + P_1` the integral of `q^g / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the
-/// integral of `q^g P_1^k / sqrt(E - q^(p+1))` at E = 1, and that of `q^m / sqrt(E - q^(p+1))` is `E^(s - 1/2)
-/// B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's beta function B.
+/// With `P = q^(p+1) + P_1`, `P_1 = beta q + alpha q^2`, and E the energy over that of the onset, the integral of `q^g
+/// / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the integral of `q^g P_1^k / sqrt(E - q^(p+1))` at E =
+/// 1, and that of `q^m / sqrt(E - q^(p+1))` is `E^(s - 1/2) B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's
+/// beta function B.
 fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
     let mut table = [[0.0; TERMS]; TERMS];
     for (k, row) in table.iter_mut().enumerate() {

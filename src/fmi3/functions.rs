@@ -67,13 +67,12 @@ ffi::export_states! {
     fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState
 }
 
-// Values: all elements of the arrays asked for, one after the other.
 /// Error for a type that no variable has, if any is asked for.
 fn refuse_type(asked: usize) -> Result<(), Refusal> {
     ensure(asked == 0, || Refusal::new("no variable is of this type"))
 }
 
-/// Exports getter and setter of a type that variables have.
+/// Exports getter and setter of a type that variables have: of all elements of the arrays asked for, in their order.
 macro_rules! values {
     ($(
         $(#[$got:meta])* $get:ident

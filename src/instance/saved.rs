@@ -51,7 +51,6 @@ fn refused(reason: impl Display) -> Refusal {
     Refusal::new(format_args!("the state is refused: {reason}"))
 }
 
-/// No instance can have been in this state.
 impl From<Unsound> for Refusal {
     fn from(Unsound(reason): Unsound) -> Self {
         refused(format_args!("it is inconsistent: {reason}"))

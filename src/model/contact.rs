@@ -243,7 +243,8 @@ impl ContactLaw {
         self.power(d).map(|power| (self.stiffness * power * d, self.exponent * self.stiffness * power))
     }
 
-    /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), with derivatives (N/m, N.s/m); continued alike.
+    /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), with derivatives (N/m, N.s/m), continued as
+    /// [`Self::elastic_continued`].
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
         let (elastic, slope) = self.elastic_continued(d)?;
         if self.is_elastic() {

@@ -33,7 +33,8 @@ impl ContactLaw {
         (acceleration * self.static_overlap(m * acceleration)).sqrt()
     }
 
-    /// Time (s) in which damping alone reduces the rate to 1/e, at the largest overlap of the impact; or infinity.
+    /// Time (s) in which damping alone reduces the rate to 1/e, at the largest overlap of the impact; infinite
+    /// without damping.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
         match self.damping {
             Damping::None => f64::INFINITY,

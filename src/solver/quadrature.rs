@@ -21,7 +21,7 @@ pub fn of_samples(t: f64, f: impl Fn(&[f64; POINTS]) -> [f64; POINTS]) -> f64 {
     half * RULE.iter().zip(values.as_chunks().0).map(pair).sum::<f64>()
 }
 
-/// Integral of `f` over `[a, b]` in `panels` parts (at least 1). By reference, it is compiled once for all callers.
+/// Integral of `f` over `[a, b]` in `panels` parts (at least 1). `f` is a reference, so that this is compiled once.
 pub fn gauss_legendre(f: &dyn Fn(f64) -> f64, a: f64, b: f64, panels: usize) -> f64 {
     let width = (b - a) / panels as f64;
     let panel = |p: usize| of_samples(width, |places| places.map(|t| f(a + p as f64 * width + t)));

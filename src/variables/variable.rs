@@ -287,7 +287,9 @@ impl Settings {
     pub fn zero(balls: usize) -> Self {
         let mut zero = Self::default_for(balls);
         for variable in variables(balls) {
-            variable.set(&mut zero, 0.0); // No item of an enumeration is 0.
+            if variable.row.access.data_type() == Type::Real {
+                variable.set(&mut zero, 0.0);
+            }
         }
         zero
     }

@@ -35,8 +35,8 @@ const PLACES: usize = 2;
 /// The most balls: those whose values have everyday ranges.
 const BALLS: usize = 5;
 
-/// Set-ups whose runs differ in kind: the default one, a wave, unequal balls, balls that stay pressed together. The first
-/// impacts are near.
+/// Set-ups whose runs differ in kind: the default one, a wave, unequal balls, balls that stay pressed together. The
+/// first impacts are near.
 const SETUPS: [&[(&str, &[f64])]; 4] = [
     &[],
     &[HIT, ("contact.deadBand", &[0.0]), ("pendulum.drag", &[0.1])],

@@ -1,5 +1,6 @@
-//! A cluster, followed from switching to switching; see "Clusters" in docs/theory.md. Its state consists of displacements
-//! since the start of the segment and of overlaps, because differences of positions do not resolve overlaps of 1e-8 m.
+//! A cluster, followed from switching to switching; see "Clusters" in docs/theory.md. Its state consists of
+//! displacements since the start of the segment and of overlaps, because differences of positions do not resolve
+//! overlaps of 1e-8 m.
 
 use std::ops::Range;
 

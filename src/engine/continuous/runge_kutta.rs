@@ -4,9 +4,10 @@ use super::trajectory::{Trajectory, resolved};
 use crate::engine::EngineError;
 
 impl Trajectory {
-    /// Makes a step of the classical method of order 4, of length `h` (s). Within it the solution is the cubic
+    /// Makes a step of the classical method of order 4. Within it the solution is the cubic
     /// polynomial with the states and rates at both ends (Hermite's).
-    pub(super) fn runge_kutta(&mut self, h: f64) -> Result<(), EngineError> {
+    pub(super) fn runge_kutta(&mut self) -> Result<(), EngineError> {
+        let h = self.fixed_step;
         let (from, to) = (self.path.end, self.path.end + h);
         if !resolved(from, h) {
             return Err(EngineError::StepTooSmall { time: from.value(), step: h });

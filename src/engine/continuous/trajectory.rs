@@ -59,7 +59,7 @@ pub(super) struct Trajectory {
     /// Adams-Moulton of orders 1 to 12, by fixed-point iteration; for stiff motions backward differentiation of orders
     /// 1 to 5, by Newton's method; or the classical Runge-Kutta formula.
     pub method: SolverMethod,
-    /// The step of the latter, s.
+    /// Step of the Runge-Kutta formula, s.
     pub fixed_step: f64,
     pub path: Path,
     /// Where a step is tried.
@@ -188,7 +188,7 @@ impl Trajectory {
 
     /// Makes a step, if double-doubles resolve it, and finds its events; those of the step before must have been taken.
     pub fn advance(&mut self) -> Result<(), EngineError> {
-        if self.method == SolverMethod::Rk4 { self.runge_kutta(self.fixed_step) } else { self.multistep() }?;
+        if self.method == SolverMethod::Rk4 { self.runge_kutta() } else { self.multistep() }?;
         self.work.steps = self.work.steps.saturating_add(1);
         let dynamic = &self.path.last()[..2 * self.dynamics.balls()];
         if let Some(i) = dynamic.iter().position(|y| y.is_nan() || y.abs() > LARGEST) {

@@ -35,8 +35,8 @@ impl<S: Scalar> ChainState<S> {
 
 impl ChainState {
     /// The series of all motions and forces, in seconds, for derivatives by time up to the highest order. The overlaps
-    /// of pressing contacts may be `given` by the run's description; from forces they would be rounding, multiplied by
-    /// the angular frequency of the contact in each derivative.
+    /// of pressing contacts may be `given` by the run's description; computed from forces they would be rounding, which
+    /// each derivative multiplies by the angular frequency of the contact, some 1e5 1/s.
     pub fn series(&self, cradle: &Cradle, given: &[Option<OverlapSeries>]) -> Series {
         let (window, mut series) = (self.window(cradle), Series::default());
         series.begin(&window, MAX_OUTPUT_DERIVATIVE + 1, 1.0);

@@ -34,7 +34,8 @@ pub struct History {
 }
 
 impl History {
-    /// Before a change at `until` (s): keeps inputs and parameters that acted for a time, if `wanted` and with room.
+    /// Before a change at `until` (s): keeps inputs and parameters that acted for a time, if `wanted` and if
+    /// there is room.
     pub(crate) fn keep(&mut self, wanted: bool, until: f64, inputs: &HeldInputs, tunables: Tunables) {
         self.forget_tape();
         self.broken |= !wanted;

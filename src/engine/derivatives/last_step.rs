@@ -1,4 +1,5 @@
-//! Derivatives of the outputs at the end of the last step, by inputs over it or all since the start, and at the start.
+//! Derivatives of the outputs at the end of the last step, by the inputs over it or by all since the start; and those
+//! at the start.
 
 use super::chain_state::ChainState;
 use super::history::Stretch;
@@ -121,7 +122,8 @@ impl<'a> LastStep<'a> {
     }
 }
 
-/// Accelerations by the inputs `held`, with derivatives for constant changes `tangent` of these and for the masses'.
+/// Accelerations by the inputs `held`, with derivatives along a constant change `tangent` of the inputs and along those
+/// of the masses.
 fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
     let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
         let mut forcing = held.forcing(i, ball.mass);

@@ -6,7 +6,8 @@ use crate::engine::{Next, Unrecorded, run::Engine};
 use crate::model::{BallModel, Mode, ONSET_PERIODS};
 use crate::solver::{DoubleDouble, Smooth, root::rising_zero};
 
-/// Farthest look back for an onset, in radians of swings, decay times or, without both, s: far beyond any step.
+/// Farthest look back for an onset, in radians of the swing or decay times; without gravity and drag in s. Far beyond
+/// any step.
 const FARTHEST: f64 = 1.5;
 
 /// Largest effort of one look ahead, in units of about a tenth of a microsecond; the next event continues.

@@ -75,7 +75,7 @@ impl Exchange {
         Ok(run)
     }
 
-    /// See [`Engine::restore`]; here an event may have failed.
+    /// The run that was saved; see [`Engine::restore`]. After a failed event (`failed`) any values pass.
     pub fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
         let (n, m) = (parameters.balls(), parameters.contacts());
         require(self.parameters == *parameters, "its parameters are not those that it was set up with")?;

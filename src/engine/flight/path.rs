@@ -1,7 +1,7 @@
 //! The flight of a ball on its arc, as power series of the time. See "Arcs" in docs/theory.md for the equations.
 //!
-//! A [`Path`] holds as long as its last terms are below rounding; a ball that flies on takes the next one ([`Piece`]). Of
-//! two neighbours, [`Approach`] has the series of G. The overlap is `2 G / (1 + q)`, `q = sqrt(1 - 2 G / D_c)`.
+//! A [`Path`] holds as long as its last terms are below rounding; a ball that flies on takes the next one ([`Piece`]).
+//! Of two neighbours, [`Approach`] has the series of G. The overlap is `2 G / (1 + q)`, `q = sqrt(1 - 2 G / D_c)`.
 
 use serde::{Deserialize, Serialize};
 

@@ -18,7 +18,8 @@ use crate::solver::{DoubleDouble, EventQueue, Stretching};
 /// Start of the step of a copy that looks ahead, s: after all events.
 pub(crate) const NO_STEP: f64 = f64::MAX;
 
-/// A cradle and its trajectory up to the current time.
+/// A cradle and its trajectory up to the current time. What is not skipped is saved in a [`Snapshot`](super::Snapshot),
+/// from which [`Engine::restore`] makes a run; one that is read otherwise lacks the rest.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Engine {
     #[serde(skip)]

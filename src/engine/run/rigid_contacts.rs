@@ -234,7 +234,8 @@ impl Engine {
         !left.on_arc || alike && self.cradle.contacts[j].clearance == 0.0
     }
 
-    /// Whether contact `j`, open from `t` on, closes without speed, to `rounding` (m/s), but cannot swing as one.
+    /// Whether contact `j`, open from `t` on, closes again without speed, to within `rounding` (m/s), although its
+    /// balls cannot swing as one.
     fn is_held(&self, j: usize, t: DoubleDouble, rounding: f64) -> bool {
         let Phase::Open(separation, Next::At(next)) = &self.contacts[j].phase else { return false };
         let still = |t: DoubleDouble| separation.at_time(t).1.abs() <= RESOLVED * rounding;

@@ -32,9 +32,10 @@ pub(crate) fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> 
 impl Engine {
     /// The run as it is now, without the part of its look ahead that has passed.
     pub fn snapshot(&self) -> Snapshot {
-        let copy = self.caches.ahead.borrow().clone().filter(|copy| copy.handled > self.handled);
-        let found = self.caches.found.get().filter(|(_, found)| found.time() > self.time);
-        Snapshot { run: self.clone(), copy, found }
+        let run = self.clone();
+        let copy = run.caches.ahead.take().filter(|copy| copy.handled > run.handled);
+        let found = run.caches.found.get().filter(|(_, found)| found.time() > run.time);
+        Snapshot { run, copy, found }
     }
 
     /// The run of `snapshot`, with its parameters and its start time (s). After a failed step (`failed`) any values
@@ -46,7 +47,8 @@ impl Engine {
         let missed = |run: &Self, since: DoubleDouble| run.queue.first().is_some_and(|(t, _)| t < since);
         require(failed || !missed(&engine, now), "an event was missed")?;
         if let Some(mut copy) = copy {
-            // The time of a copy that looks ahead is that of its last event; its field means nothing.
+            // The time of a copy that looks ahead is that of its last event. Its field means nothing; it is kept so
+            // that the same state has the same bytes.
             let (time, last) = (copy.time, copy.totals.last_event);
             (copy.time, copy.step.time) = (last.value_up(), last.value_up());
             let mut copy = copy.rebuilt(parameters, start, failed)?;
@@ -73,6 +75,7 @@ impl Engine {
         if !failed {
             self.check_values(start)?;
         }
+        // All fields that are not skipped: what is saved is restored here, and checked.
         let Self { time, inputs, balls, contacts, clusters, step, totals, handled, onsets, .. } = self;
         let apart = Self::apart(parameters, inputs, time);
         let mut engine = Self { contacts, step: step.restored(), totals, handled, onsets, ..apart };

@@ -87,7 +87,8 @@ impl Rule {
             p[mirrored] = std::array::from_fn(|k| if k % 2 == 0 { at_node[k] } else { -at_node[k] });
             p[l] = at_node;
         }
-        // A Legendre polynomial's integral is half its neighbours' difference over 2 k + 1. Even degrees are even.
+        // A Legendre polynomial's integral is half its neighbours' difference over 2 k + 1. Those of even
+        // degree are even functions.
         let integrals = |l: usize, m: usize, parity: usize| {
             let degrees = (parity..NODES).step_by(2);
             let terms = degrees.map(|k| {

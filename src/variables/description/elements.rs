@@ -190,9 +190,8 @@ fn write_text(out: &mut String, row: &Row, i: impl Display, j: impl Display) -> 
 
 /// The default of a parameter over contacts, for the element that belongs to none.
 pub fn padding(row: &Row) -> f64 {
-    let first = |settings: &Settings| match row.access {
-        Access::Setting { get, .. } => get(settings).first().copied(),
-        _ => None,
-    };
-    first(&Settings::default_for(2)).unwrap_or(0.0)
+    match row.access {
+        Access::Setting { get, .. } => get(&Settings::default_for(2)).first().copied().unwrap_or(0.0),
+        _ => 0.0,
+    }
 }

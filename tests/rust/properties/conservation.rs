@@ -71,8 +71,8 @@ fn all_is_accounted_for(case: &Case) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// On arcs: places, energies, overlaps and accelerations follow from the angles and the rates, and momentum goes into the
-/// support, sideways and upwards.
+/// On arcs: places, energies, overlaps and accelerations follow from the angles and the rates, and momentum goes into
+/// the support, sideways and upwards.
 fn equations_on_arcs_hold(case: &Case, engine: &Engine) -> Result<(), TestCaseError> {
     let (p, n, now) = (&case.p, case.p.balls(), engine.time());
     let close = |what: &str, value: f64, expected: f64, allowed: f64| {

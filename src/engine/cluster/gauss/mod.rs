@@ -1,5 +1,5 @@
-//! Explicit Gauss collocation, for contacts that are not linear: steps of some tenths of a contact's duration, which end
-//! and begin where forces have branch points. See "Gauss collocation" in docs/theory.md.
+//! Explicit Gauss collocation, for contacts that are not linear: steps of some tenths of a contact's duration, which
+//! end and begin where forces have branch points. See "Gauss collocation" in docs/theory.md.
 //!
 //! `plan` has the next attempt, from forecasts or from the last one. `step` makes an attempt with the `iteration` and
 //! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.

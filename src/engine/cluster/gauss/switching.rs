@@ -1,5 +1,5 @@
-//! Switchings on a step: those at its end, where `d(h)` of "Gauss collocation" in docs/theory.md is 0, and whether it has
-//! missed any. A change of a force's sign is found afterwards; up to there the step is valid.
+//! Switchings on a step: those at its end, where `d(h)` of "Gauss collocation" in docs/theory.md is 0, and whether it
+//! has missed any. A change of a force's sign is found afterwards; up to there the step is valid.
 
 use super::motion::{Motion, Tolerance, Track};
 use crate::engine::cluster::window::{Switch, sign_after_clip};

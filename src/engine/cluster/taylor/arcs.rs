@@ -24,11 +24,16 @@ pub(crate) struct Arcs<S = f64> {
     distance: Vec<S>,
     pub(super) direction: [Vec<S>; 2],
     pub(super) along: [Vec<S>; 2],
-    /// The distance at which an open contact closes, m, whose row of overlaps is that of G.
-    pub(super) touch: Vec<Option<S>>,
+    /// Of an open contact, whose row of overlaps is that of G: the distance at which it closes, m.
+    touch: Vec<Option<S>>,
 }
 
 impl<S: Scalar> Arcs<S> {
+    /// Whether the row of overlaps of contact `j` is that of G.
+    pub(super) fn is_open(&self, j: usize) -> bool {
+        self.touch.get(j).is_some_and(Option::is_some)
+    }
+
     /// This `part` of coefficient `k` of the deflections, over which velocities converge as well, the largest times k.
     pub(super) fn term(&self, k: usize, part: impl Fn(S) -> f64) -> f64 {
         let rows = self.sin.chunks_exact(self.stride).zip(self.cos.chunks_exact(self.stride)).zip(&self.lengths);

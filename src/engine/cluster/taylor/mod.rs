@@ -1,5 +1,5 @@
-//! Power series of the motions and forces of a window, by the recurrences of the equations; with less arithmetic and to a
-//! higher order where contacts are linear (`linear`). Implicit collocation fills in a [`Series`], too.
+//! Power series of the motions and forces of a window, by the recurrences of the equations; with less arithmetic and to
+//! a higher order where contacts are linear (`linear`). Implicit collocation fills in a [`Series`], too.
 
 mod arcs;
 mod linear;

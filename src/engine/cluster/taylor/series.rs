@@ -264,7 +264,7 @@ impl DenseOutput for Series {
     }
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
-        if let Some(Some(_)) = self.arcs.touch.get(j) {
+        if self.arcs.is_open(j) {
             let (overlap, rate) = self.overlap_at(j, tau / self.unit);
             return (overlap, rate - self.overlap_at(j, 0.0).1);
         }
