@@ -94,8 +94,8 @@ def make_venv(requirements: Path) -> None:
     files = b"".join(file.read_bytes() for file in (*REQUIREMENTS, LINKERS))
     digest = hashlib.sha256(str(VENV.resolve()).encode() + files).hexdigest()
     stamp = VENV / "requirements.sha256"
-    present, name = stamp.read_text().split() if PYTHON.exists() and stamp.exists() else ("", SOME.name)
-    wanted = max(requirements, ROOT / name, key=REQUIREMENTS.index)
+    present, _, name = (stamp.read_text() if PYTHON.exists() and stamp.exists() else "").partition(" ")
+    wanted = max(requirements, *(file for file in REQUIREMENTS if file.name == name), key=REQUIREMENTS.index)
     if (present, name) == (digest, wanted.name):
         say("  .venv is up to date")
         return

@@ -15,6 +15,7 @@ def make_wheel(fmu: Path | None) -> int:
     """Makes a wheel for pip: FMU, cradle-fmu and the Python package, in target/wheel."""
     if fmu is not None and not fmu.is_file():
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
+    given = fmu and fmu.read_bytes()  # it may lie in the folder that is made anew
     shutil.rmtree(FOLDER, ignore_errors=True)
     for folder in (SCRIPTS, PACKAGE):
         folder.mkdir(parents=True)
@@ -33,11 +34,11 @@ def make_wheel(fmu: Path | None) -> int:
         # Cargo's folder has the target without the version of glibc.
         triple = target[1].split(".")[0] if target else ""
         shutil.copy2(ROOT / "target" / triple / "release" / PRODUCER.name, SCRIPTS)
-        if fmu is None:
+        if given is None:
             out = ["--out", PACKAGE / FMU.name]
             run([SCRIPTS / PRODUCER.name, "build", "--release", *target, *out], env=environment)
         else:
-            shutil.copyfile(fmu, PACKAGE / FMU.name)
+            (PACKAGE / FMU.name).write_bytes(given)
     with stage("3/3 wheel"):
         if not ENGINE.exists():
             run([sys.executable, "web/build.py", "--or-skip"])

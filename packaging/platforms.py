@@ -4,7 +4,8 @@ can compile for.
 
     python3 packaging/platforms.py [--to-test]
 
-It reuses the binary of target/fmu/NewtonsCradle.fmu, which is for this machine. For the other platforms it takes the
+It needs `cargo build --package cradle-packaging`, and reuses the binary of target/fmu/NewtonsCradle.fmu, which is for
+this machine. For the other platforms it takes the
 Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. Lines that
 begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for Linux on ARM,
 is optimised, at level 1: the others are compiled in a third of the time.

@@ -18,8 +18,8 @@ import time
 import tomllib
 import zipfile
 
-from checkout import ALL, ENGINE, FMU, LIVE, PYTHON, ROOT, Stop, fmu_build, make_venv, run, rustc, say
-from make_wheel import FOLDER, PRODUCER, SCRIPTS
+from checkout import ALL, ENGINE, FMU, LIVE, PRODUCER, PYTHON, ROOT, Stop, fmu_build, make_venv, run, rustc, say
+from make_wheel import FOLDER, SCRIPTS
 from platforms import PLATFORMS
 
 DIST = ROOT / "target/dist"

@@ -263,7 +263,7 @@ def rust_hosts(results: Results) -> None:
     `fmi-rs`, a workspace of their own, because the bindings of `fmi` need libclang."""
     # Where bindgen looks for it; of .so, .dylib or .dll.
     folders = (os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64")
-    names = ("libclang.[!a]*", "libclang-[0-9]*")
+    names = ("libclang.[sd]*", "libclang-[0-9]*")
     if not any(any(Path(folder).rglob(name)) for folder in folders for name in names):
         return results.skip("Rust hosts", "libclang is missing: on Debian, `apt install libclang-dev`")
     packages = ["--package=fmi-sim", "--package=cradle-host-fmi-rs"]

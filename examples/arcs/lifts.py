@@ -16,7 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from plots import COLOURS, plt
-from support import command_line, nc, parsed, write_rows
+from support import command_line, ended, nc, parsed, write_rows
 
 STEEL = nc.preset("steel")
 LENGTH = STEEL["pendulum.length"]
@@ -78,4 +78,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    ended(main)

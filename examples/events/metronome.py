@@ -21,7 +21,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from plots import diagrams
-from support import command_line, nc, parsed, print_rows, write_rows
+from support import command_line, ended, nc, parsed, print_rows, write_rows
 
 BALLS = 5
 MASS, GRAVITY, LENGTH = 1.0, 9.81, 1.962  # kg, m/s2, m
@@ -146,4 +146,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    ended(main)

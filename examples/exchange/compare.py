@@ -18,7 +18,7 @@ from fmpy.simulation import instantiate_fmu
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
 from plots import diagrams
-from support import command_line, nc, parsed, print_rows, write_rows
+from support import command_line, ended, nc, parsed, print_rows, write_rows
 
 TOLERANCES = {  # by way: exchange.contacts of model exchange, or co-simulation
     "resolved": [10.0**-k for k in range(4, 13)],
@@ -73,7 +73,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float) -> dict:
 
 
 def compare(path: Path) -> list[dict]:
-    """All runs, as rows of the table; `right`: whether the pulses are those of co-simulation."""
+    """All runs, as rows of the table; `verdict`: whether the pulses are those of co-simulation."""
     fmu, rows = nc.Fmu(path), []
     ways = [(way, tolerance) for way, tolerances in TOLERANCES.items() for tolerance in tolerances]
     for figure, values in FIGURES.items():
@@ -81,7 +81,9 @@ def compare(path: Path) -> list[dict]:
         for way, tolerance in ways:
             row = {"figure": figure, "way": way, "tolerance": tolerance}
             of_figure.append(row | run(fmu, way, values, tolerance))
-        rows += [row | {"right": row["pulses"] == of_figure[-1]["pulses"]} for row in of_figure]
+        for row in of_figure:
+            right = row["pulses"] == of_figure[-1]["pulses"]
+            rows.append(row | {"verdict": "right" if right else "wrong" if row["pulses"] else "gave up"})
     return rows
 
 
@@ -91,7 +93,8 @@ def save_plot(path: Path, rows: list[dict]) -> None:
         for name, axis in zip(FIGURES, axes, strict=True):
             for way, colour in zip(TOLERANCES, ("#c04000", "#0060a0", "#208030"), strict=True):
                 shown = [row for row in rows if (row["figure"], row["way"]) == (name, way) and row["pulses"]]
-                cost, error, right = (np.array([row[of] for row in shown]) for of in ("evaluations", "error", "right"))
+                cost, error = (np.array([row[of] for row in shown]) for of in ("evaluations", "error"))
+                right = np.array([row["verdict"] == "right" for row in shown], dtype=bool)
                 error = np.maximum(error, 1e-16)
                 axis.loglog(cost, error, "-", color=colour, linewidth=1)
                 axis.loglog(cost[right], error[right], "o", color=colour, label=way)
@@ -113,4 +116,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    ended(main)

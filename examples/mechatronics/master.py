@@ -99,7 +99,7 @@ class Master:
             share, rate = share + h * self.value + 0.5 * h**2 * self.rate, self.rate
         elif repeating:
             share = share + h * self.value
-        before = {run: run.slave.getFMUstate() for run in (self.cradle, self.plant)}
+        before = {run: run.slave.getFMUstate() for run in (self.cradle, self.plant) if repeating}
         limit = TOLERANCE * (1.0 + np.abs(self.sent))
         for _ in range(MOST_TRIALS):
             self._try(end, h, share, rate)

@@ -51,7 +51,7 @@ class CartAndCoil(Fmi2Slave):
             self.impacts = self.pulses
         v, q, end = self.v, self.q, current_time + step_size
         z = [getattr(self, name) for name in INTEGRATED]
-        # The tolerance is that of steps that are repeated: these would differ by more.
+        # Tight, because steps that a master repeats must agree to its tolerance; the pull has a kink at `pull_time`.
         z = solve_ivp(self._rates, (current_time, end), z, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
         rate = dict(zip(INTEGRATED, self._rates(end, z), strict=True))
         for name, value in zip(INTEGRATED[:6], z[:6], strict=True):

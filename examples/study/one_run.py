@@ -7,6 +7,7 @@
 import time
 from functools import cache
 from pathlib import Path
+from threading import Lock
 
 import newtons_cradle as nc
 from distributed import get_worker
@@ -17,6 +18,7 @@ SPEED = AMPLITUDE * 5.0**0.5  # m/s, at which a lifted ball passes x = 0: g/L = 
 LARGEST = 1e-6  # m, largest overlap of two balls of 1 kg that meet at SPEED, for every order
 SAMPLES = 64  # of the forces, in each pulse of the first click
 PERIOD = 2.81  # s, a little more than the cradle's period
+UNPACKING = Lock()
 
 
 def given(n: int) -> dict:
@@ -36,10 +38,16 @@ def given(n: int) -> dict:
 
 
 @cache
-def opened(fmu: str) -> nc.Fmu:
+def unpacked(fmu: str) -> nc.Fmu:
     """The FMU in a file that the worker has got, unpacked once: a study sends this module anew and opens its own."""
     path = Path(get_worker().local_directory, fmu)
     return nc.Fmu(path, path.with_suffix(""))
+
+
+def opened(fmu: str) -> nc.Fmu:
+    """The same; the first thread of the worker unpacks it."""
+    with UNPACKING:
+        return unpacked(fmu)
 
 
 def start_values(order: float, dead_band: float, damping: float, lifted: int, n: int) -> dict:

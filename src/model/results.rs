@@ -199,12 +199,12 @@ pub trait Results: Chain {
         self.record(i).pulses
     }
 
-    /// Last onset of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
+    /// Last onset of contact `i`, s; minus [`NEVER`] before the first.
     fn last_onset(&self, i: usize) -> f64 {
         self.record(i).onset
     }
 
-    /// Last release of contact `i`, s; minus [`NEVER`](crate::next::NEVER) before the first.
+    /// Last release of contact `i`, s; minus [`NEVER`] before the first.
     fn last_release(&self, i: usize) -> f64 {
         self.record(i).release
     }

@@ -56,10 +56,8 @@ class Browser(webdriver.Chrome):
     """Chromium without a GPU and without a window, with `more` options; skips where it is not installed."""
 
     def __init__(self, *more: str):
-        program, driver = (
-            shutil.which("chromium") or shutil.which("google-chrome"),
-            shutil.which("chromedriver"),
-        )
+        program = shutil.which("chromium") or shutil.which("google-chrome")
+        driver = shutil.which("chromedriver")
         if program is None or driver is None:
             pytest.skip("chromium or chromedriver is missing: on Debian, `apt install chromium chromium-driver`")
         options = webdriver.ChromeOptions()

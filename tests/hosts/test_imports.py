@@ -45,7 +45,7 @@ def imports(texts: dict) -> dict:
         while path and (*place, path[0]) in texts:
             place.append(path.pop(0))
         for public, again in uses[tuple(place)] if path else ():
-            if public and path[0] == again[-1] != again[0]:
+            if public and path[0] == again[-1] != again[0]:  # else the module of that name is exported
                 return target(tuple(place), again)
         return tuple(place)  # The module itself, if the path is of another crate.
 

@@ -41,9 +41,10 @@ def test_names_are_listed_in_one_order(producer):
 
 @pytest.mark.parametrize("name", nc.presets())
 @pytest.mark.parametrize("standard", [2, 3])
-def test_an_fmu_built_with_a_preset_has_its_start_values(fmu_path, name, standard):
+def test_an_fmu_built_with_a_preset_has_its_start_values(fmu_path, producer, name, standard):
     with nc.build(preset=name, fmi=standard, binaries=fmu_path) as built:
         wanted = numbers(built, nc.preset(name))
+        assert "0 problem(s)" in ended(producer, "check", built.path).stdout
         assert built.balls == sum(key.startswith("x_start[") for key in wanted)
         assert {key: built.built_with(key) for key in wanted} == wanted
         told = in_set(built, name)

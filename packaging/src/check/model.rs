@@ -37,7 +37,8 @@ impl Model {
         let document = report.accept(format_args!("{FILE}: not well-formed XML"), Document::parse(text))?;
         let model = Self::read(document.root_element());
         let version = &model.fmi_version;
-        let known = model.is_fmi3() || version == "2.0";
+        let known =
+            document.root_element().has_tag_name("fmiModelDescription") && (model.is_fmi3() || version == "2.0");
         report.require(known, format_args!("{FILE}: fmiVersion = \"{version}\"; only 2.0 and 3.0 can be read"));
         known.then_some(model)
     }
