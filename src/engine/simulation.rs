@@ -100,7 +100,7 @@ impl Simulation {
         let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
         let (first, mut at_start) = (stretches.first()?, parameters.clone());
         at_start.tune(first.tunables);
-        let begun = Self::new(&at_start, &first.inputs.at(start).orders[0], start).ok()?;
+        let begun = Self::new(&at_start, &first.inputs.values(start), start).ok()?;
         Some((stretches, begun))
     }
 
@@ -145,6 +145,11 @@ impl Simulation {
     /// Before inputs or tunable parameters (now `tunables`) change: keeps the history so far, if `wanted`.
     pub fn keep_history(&self, wanted: bool, tunables: Tunables, history: &mut History) {
         history.keep(wanted, self.time(), self.inputs(), tunables);
+    }
+
+    /// The inputs that act at the current time.
+    pub fn inputs_now(&self) -> Inputs {
+        self.inputs().values(self.time())
     }
 
     fn inputs(&self) -> &HeldInputs {

@@ -88,8 +88,6 @@ pub(super) struct StepUnderWay {
     /// The end first asked for, and the current one, s.
     pub(super) asked: f64,
     pub(super) end: f64,
-    /// Since when the inputs have been held, s.
-    pub(super) since: f64,
 }
 
 impl Run {
