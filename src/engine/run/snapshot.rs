@@ -33,8 +33,7 @@ impl Engine {
     /// The run as it is now, without the part of its look ahead that has passed.
     pub fn snapshot(&self) -> Snapshot {
         let copy = self.caches.ahead.borrow().clone().filter(|copy| copy.handled > self.handled);
-        let found = self.caches.found.get().filter(|(_, found)| found.time() > self.time);
-        Snapshot { run: self.clone(), copy, found }
+        Snapshot { run: self.clone(), copy, found: self.caches.found.get() }
     }
 
     /// The run of `snapshot`, with its parameters and its start time (s). After a failed step (`failed`) any values
@@ -55,11 +54,7 @@ impl Engine {
             (copy.time, copy.step.time) = (time, NO_STEP);
             engine.caches.ahead.replace(Some(Box::new(copy)));
         }
-        require(
-            failed || found.is_none_or(|(_, found)| found.time() > engine.time),
-            "the onset that it found ahead lies in the past",
-        )?;
-        engine.caches.found.set(found);
+        engine.caches.found.set(found.filter(|(_, found)| found.time() > engine.time));
         Ok(engine)
     }
 
