@@ -137,12 +137,7 @@ impl Simulation {
         history.keep(wanted, self.time(), self.inputs(), tunables);
     }
 
-    /// The inputs that act at the current time.
-    pub fn inputs_now(&self) -> Inputs {
-        self.inputs().values(self.time())
-    }
-
-    fn inputs(&self) -> &HeldInputs {
+    pub(crate) fn inputs(&self) -> &HeldInputs {
         match self {
             Self::EventDriven(engine) => &engine.inputs,
             Self::Continuous(run) => &run.inputs,

@@ -147,7 +147,7 @@ impl Instance {
     /// Inputs with derivatives keep the values that they have reached.
     pub(super) fn keep_inputs(&mut self) {
         if let Some(simulation) = self.run.simulation.as_ref().filter(|_| !self.run.input_derivatives.is_empty()) {
-            self.run.settings.inputs = simulation.inputs_now();
+            self.run.settings.inputs = simulation.inputs().values(simulation.time());
             self.run.input_derivatives.clear();
             self.run.inputs_changed = true;
         }
