@@ -157,9 +157,5 @@ mod tests {
         ] {
             assert_eq!(Platform::of_target(triple).unwrap().folder, folder, "{triple}");
         }
-        for triple in ["", "linux", "riscv64gc-unknown-linux-gnu", "wasm32-unknown-unknown"] {
-            let error = Platform::of_target(triple).unwrap_err().to_string();
-            assert!(error.contains("allowed: x86_64-*-linux, i686-*-linux, x86_64-*-windows, "), "{error}");
-        }
     }
 }

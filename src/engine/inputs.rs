@@ -63,6 +63,11 @@ impl HeldInputs {
         Self { since: t, orders: (0..self.orders.len()).map(later).collect() }
     }
 
+    /// Their values at the time `t` (s).
+    pub fn values(&self, t: f64) -> Inputs {
+        self.orders[0].continued(&self.orders[1..], t - self.since)
+    }
+
     /// Coefficients of the power series of one of them.
     pub fn series(&self, input: impl Fn(&Inputs) -> f64) -> Forcing {
         of_derivatives(self.derivatives(input))

@@ -33,4 +33,4 @@ pub use observer::{Observer, Progress, Pulse, Unrecorded};
 pub(crate) use records::{Ledger, RAPID, StepStart};
 pub(crate) use run::require;
 pub use run::{Engine, Snapshot, Unsound};
-pub use simulation::{Simulation, SimulationSnapshot};
+pub use simulation::Simulation;

@@ -12,22 +12,12 @@ use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
 use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
-/// A run by the selected method. Its functions have the meaning of those of [`Engine`].
+/// A run by the selected method; with a [`Snapshot`], as plain data. Its functions have the meaning of those of [`Engine`].
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
-#[derive(Clone, Debug)]
-pub enum Simulation {
-    /// `eventDriven`.
-    EventDriven(Engine),
-    /// `bdf`, `adams` and `rk4`.
-    Continuous(Continuous),
-}
-
-/// A run as plain data, by the method.
-#[expect(clippy::large_enum_variant, reason = "one at a time is written or read")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub enum SimulationSnapshot {
+pub enum Simulation<Run = Engine> {
     /// `eventDriven`.
-    EventDriven(Snapshot),
+    EventDriven(Run),
     /// `bdf`, `adams` and `rk4`.
     Continuous(Continuous),
 }
@@ -100,7 +90,7 @@ impl Simulation {
         let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
         let (first, mut at_start) = (stretches.first()?, parameters.clone());
         at_start.tune(first.tunables);
-        let begun = Self::new(&at_start, &first.inputs.at(start).orders[0], start).ok()?;
+        let begun = Self::new(&at_start, &first.inputs.values(start), start).ok()?;
         Some((stretches, begun))
     }
 
@@ -147,7 +137,7 @@ impl Simulation {
         history.keep(wanted, self.time(), self.inputs(), tunables);
     }
 
-    fn inputs(&self) -> &HeldInputs {
+    pub(crate) fn inputs(&self) -> &HeldInputs {
         match self {
             Self::EventDriven(engine) => &engine.inputs,
             Self::Continuous(run) => &run.inputs,
@@ -155,10 +145,10 @@ impl Simulation {
     }
 
     /// The run as it is now, as plain data.
-    pub fn snapshot(&self) -> SimulationSnapshot {
+    pub fn snapshot(&self) -> Simulation<Snapshot> {
         match self {
-            Self::EventDriven(engine) => SimulationSnapshot::EventDriven(engine.snapshot()),
-            Self::Continuous(run) => SimulationSnapshot::Continuous(run.snapshot()),
+            Self::EventDriven(engine) => Simulation::EventDriven(engine.snapshot()),
+            Self::Continuous(run) => Simulation::Continuous(run.clone()),
         }
     }
 
@@ -166,16 +156,14 @@ impl Simulation {
     pub fn restore(
         parameters: &Parameters,
         start: f64,
-        snapshot: SimulationSnapshot,
+        snapshot: Simulation<Snapshot>,
         failed: bool,
     ) -> Result<Self, Unsound> {
         match (parameters.method == SolverMethod::EventDriven, snapshot) {
-            (true, SimulationSnapshot::EventDriven(snapshot)) => {
+            (true, Simulation::EventDriven(snapshot)) => {
                 Engine::restore(parameters, start, snapshot, failed).map(Self::EventDriven)
             }
-            (false, SimulationSnapshot::Continuous(run)) => {
-                run.restored(parameters, start, failed).map(Self::Continuous)
-            }
+            (false, Simulation::Continuous(run)) => run.restored(parameters, start, failed).map(Self::Continuous),
             _ => Err(Unsound("it belongs to another method")),
         }
     }

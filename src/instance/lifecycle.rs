@@ -70,6 +70,8 @@ pub(super) struct Run {
     pub(super) states_changed: bool,
     /// When the host of model exchange last entered Event Mode with clocks, s.
     pub(super) last_event: Option<f64>,
+    /// Whether a step past the host's stop time has been logged.
+    pub(super) past_stop_logged: bool,
     /// Whether it has been logged that the host reads more within a step than the standard allows.
     pub(super) read_logged: bool,
     /// The refused call that ended the run.
@@ -88,8 +90,6 @@ pub(super) struct StepUnderWay {
     /// The end first asked for, and the current one, s.
     pub(super) asked: f64,
     pub(super) end: f64,
-    /// Since when the inputs have been held, s.
-    pub(super) since: f64,
 }
 
 impl Run {

@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::legality::{Kind, Phase, Purpose};
 use super::lifecycle::{Instance, Run};
-use crate::engine::{Exchange, Simulation, SimulationSnapshot, Unsound, require};
+use crate::engine::{Exchange, Simulation, Snapshot, Unsound, require};
 use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal, ensure};
 
 /// A saved state. The log is no part of it.
@@ -29,7 +29,7 @@ fn digest(bytes: &[u8]) -> uuid::Bytes {
 
 /// GUID and number of balls of the FMU that a state belongs to.
 type Owner = (String, usize);
-type Content = (Run, Option<SimulationSnapshot>, Option<Exchange>);
+type Content = (Run, Option<Simulation<Snapshot>>, Option<Exchange>);
 
 impl SavedState {
     /// The state as bytes: a header; in postcard's format the owner, the run and its simulation; a digest.

@@ -56,22 +56,24 @@ impl Instance {
         let in_time = (current - own).abs() <= CLOCK_TOLERANCE * own.abs().max(1.0);
         let end = current + step;
         ensure(in_time && step > 0.0 && end.is_finite(), || refuse_times(own, current, step))?;
-        let reached = self.inputs_reached(end - own)?;
+        self.check_inputs_after(end - own)?;
         if end <= own {
             // A step below the resolution of doubles, by a host whose clock lags by some ulps: the end is reached
             // already.
-            self.keep_inputs(reached);
+            self.run.input_derivatives.clear();
             return Ok(self.reached(own, false));
         }
         self.update_simulation()?;
         if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
-            && (own..end).contains(&stop)
+            && end > stop
+            && !self.run.past_stop_logged
         {
+            self.run.past_stop_logged = true;
             let text = format_args!("the step to t = {end} s passes stopTime = {stop} s; it is computed as usual");
             self.log.solver(text);
         }
         self.catch_up_rigid();
-        self.advance(StepUnderWay { asked: end, end, since: own }, interruptible, true)
+        self.advance(StepUnderWay { asked: end, end }, interruptible, true)
     }
 
     /// Continues an interrupted step, which the host may end at the time `end` (s).
@@ -79,10 +81,8 @@ impl Instance {
         let Some(mut step) = self.run.under_way else { return Err(Refusal::new("no step is under way")) };
         self.run.phase = Phase::StepMode;
         let now = self.time();
-        if self.run.inputs_changed || self.run.tuned_from.is_some() {
-            self.run.input_derivatives.clear();
+        if self.run.inputs_changed {
             self.apply_slopes();
-            step.since = now;
             self.update_simulation()?;
             self.catch_up_rigid();
         }
@@ -90,7 +90,7 @@ impl Instance {
             step.end = step.end.min(end.max(now));
         }
         if step.end == now || self.may_end_early() && self.run.clocks.are_due() {
-            return self.end_step(step);
+            return Ok(self.end_step(step));
         }
         self.advance(step, true, false)
     }
@@ -109,7 +109,7 @@ impl Instance {
         let interrupted = interruptible && recorder.stopped.is_some_and(|stopped| stopped <= end);
         moved.map_err(|error| self.fail(error))?;
         if !interrupted {
-            return self.end_step(step);
+            return Ok(self.end_step(step));
         }
         self.run.phase = Phase::IntermediateUpdate;
         self.run.under_way = Some(step);
@@ -123,21 +123,10 @@ impl Instance {
     }
 
     /// Ends the step; the inputs keep the values they reached.
-    fn end_step(&mut self, step: StepUnderWay) -> Result<StepEnd, Refusal> {
+    fn end_step(&mut self, step: StepUnderWay) -> StepEnd {
         self.run.under_way = None;
-        let reached = self.inputs_reached(self.time() - step.since)?;
-        self.keep_inputs(reached);
-        Ok(self.reached(step.asked, false))
-    }
-
-    /// Before inputs are set within a step: gives those with slopes the values they have reached.
-    pub(super) fn keep_inputs_in_step(&mut self) -> Result<(), Refusal> {
-        let Some(step) = self.run.under_way else { return Ok(()) };
-        let now = self.time();
-        let reached = self.inputs_reached(now - step.since)?;
-        self.keep_inputs(reached);
-        self.run.under_way = Some(StepUnderWay { since: now, ..step });
-        Ok(())
+        self.keep_inputs();
+        self.reached(step.asked, false)
     }
 
     /// Slopes act over each step, like derivatives that are given again.
@@ -149,22 +138,18 @@ impl Instance {
         }
     }
 
-    /// The inputs with derivatives after a step of `length` (s); none if all are constant.
-    fn inputs_reached(&self, length: f64) -> Result<Option<Inputs>, Refusal> {
-        if self.run.input_derivatives.is_empty() {
-            return Ok(None);
-        }
-        let length = length.max(0.0); // A host's clock may lag by some ulps.
-        let reached = self.run.settings.inputs.continued(&self.run.input_derivatives, length);
+    fn check_inputs_after(&self, length: f64) -> Result<(), Refusal> {
+        let reached = || self.run.settings.inputs.continued(&self.run.input_derivatives, length.max(0.0));
         let allowed = "a step over which the inputs, with their given derivatives, stay finite";
-        ensure(reached.is_finite(), || Refusal::number("communicationStepSize", length, "s", allowed))?;
-        Ok(Some(reached))
+        ensure(self.run.input_derivatives.is_empty() || reached().is_finite(), || {
+            Refusal::number("communicationStepSize", length, "s", allowed)
+        })
     }
 
-    /// After a step with input derivatives the inputs stay at what they reached.
-    fn keep_inputs(&mut self, reached: Option<Inputs>) {
-        if let Some(reached) = reached {
-            self.run.settings.inputs = reached;
+    /// Inputs with derivatives keep the values that they have reached.
+    pub(super) fn keep_inputs(&mut self) {
+        if let Some(simulation) = self.run.simulation.as_ref().filter(|_| !self.run.input_derivatives.is_empty()) {
+            self.run.settings.inputs = simulation.inputs().values(simulation.time());
             self.run.input_derivatives.clear();
             self.run.inputs_changed = true;
         }
@@ -212,7 +197,7 @@ impl Instance {
         let (own, margin) = (self.time(), CLOCK_TOLERANCE * self.time().abs().max(1.0));
         let next = self.simulation()?.next_event().filter(|next| *next - own <= margin);
         if let Some(next) = next.filter(|_| !self.run.clocks.are_due()) {
-            self.advance(StepUnderWay { asked: next, end: next, since: own }, false, false)?;
+            self.advance(StepUnderWay { asked: next, end: next }, false, false)?;
         }
         self.tick();
         Ok(())

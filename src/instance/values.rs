@@ -259,7 +259,7 @@ impl Instance {
         let (balls, before) = (self.balls(), self.run.settings.parameters.tunables());
         let (mut wanted, mut any, mut states) = (balls, false, Vec::new());
         if self.run.phase == Phase::IntermediateUpdate {
-            self.keep_inputs_in_step()?;
+            self.keep_inputs();
         }
         for (variable, value) in elements {
             if let Some(place) = self.state_place(variable) {

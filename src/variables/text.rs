@@ -89,25 +89,3 @@ pub(crate) fn camel(item: &impl fmt::Debug) -> String {
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short_and_read_back() {
-        let samples =
-            [0.0, -0.1, 9.81, 1.0, 1e10, 2.6e-6, 1e30, -1e30, 0.0313, 2.1e11, 1e-14, f64::MAX, 5e-324, 0.1 + 0.2];
-        for value in samples {
-            assert_eq!(Number(value).to_string().parse::<f64>().unwrap().to_bits(), value.to_bits());
-        }
-        assert_eq!(Number(1e10).to_string(), "1e10");
-        assert_eq!(Number(-0.1).to_string(), "-0.1");
-        assert_eq!(Number(f64::NAN).to_string(), "NaN");
-    }
-
-    #[test]
-    fn markup_is_escaped() {
-        assert_eq!(escaped(r#"a<b & "c">d"#), "a&lt;b &amp; &quot;c&quot;&gt;d");
-    }
-}

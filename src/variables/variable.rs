@@ -342,17 +342,3 @@ pub fn enumerations(fmi3: bool) -> impl Iterator<Item = &'static Enumeration> {
         _ => None,
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_does_not_exist_is_not_found() {
-        for name in
-            ["", "x", "x[0]", "x[6]", "x[01]", "x[+1]", "x[1", "x1]", "F[5]", "gravity[1]", "x[1][1]", "nothing"]
-        {
-            assert!(Variable::named(name, 5).is_none(), "{name}");
-        }
-    }
-}

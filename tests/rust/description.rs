@@ -52,6 +52,25 @@ fn the_description_is_the_table() {
 }
 
 #[test]
+fn what_does_not_exist_is_not_found() {
+    for name in ["", "x", "x[0]", "x[6]", "x[01]", "x[+1]", "x[1", "x1]", "F[5]", "gravity[1]", "x[1][1]", "nothing"] {
+        assert!(Variable::named(name, 5).is_none(), "{name}");
+    }
+}
+
+#[test]
+fn numbers_are_short_and_read_back_and_markup_is_escaped() {
+    use newtons_cradle::variables::{Number, escaped};
+
+    let samples = [0.0, 9.81, 1.0, 2.6e-6, 1e30, -1e30, 0.0313, 2.1e11, 1e-14, f64::MAX, 5e-324, 0.1 + 0.2];
+    for value in samples {
+        assert_eq!(Number(value).to_string().parse::<f64>().unwrap().to_bits(), value.to_bits());
+    }
+    assert_eq!([1e10, -0.1, f64::NAN].map(|value| Number(value).to_string()), ["1e10", "-0.1", "NaN"]);
+    assert_eq!(escaped(r#"a<b & "c">d"#), "a&lt;b &amp; &quot;c&quot;&gt;d");
+}
+
+#[test]
 fn quantities_have_their_units_and_these_the_right_base_units() {
     let text = xml(5);
     let units = read(&text).unit_definitions.unwrap().units;

@@ -75,14 +75,6 @@ impl Continuous {
         Ok(run)
     }
 
-    /// The run as it is now, without the part of its look ahead that has passed.
-    pub(crate) fn snapshot(&self) -> Self {
-        let run = self.clone();
-        run.foreseen.set(self.foreseen.get().filter(|(_, found)| found.time() > self.time));
-        run.ahead.borrow_mut().take_if(|ahead| ahead.path.end < self.trajectory.path.end);
-        run
-    }
-
     /// See [`Engine::restore`](crate::engine::Engine::restore).
     pub(crate) fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
         let of = |run: &Trajectory| (run.method, run.fixed_step, run.dynamics.tolerance);
@@ -112,8 +104,6 @@ impl Continuous {
             failed || (self.energy_at_start.is_finite() && self.ledgers.iter().all(Ledger::is_sound)),
             "a sum is not finite",
         )?;
-        let found = self.foreseen.get().is_none_or(|(_, found)| found.time() > self.time);
-        require(failed || found, "the onset that it found ahead lies in the past")?;
         Ok(self)
     }
 

@@ -180,15 +180,4 @@ mod tests {
         assert_eq!(costs[0], costs[1]);
         assert!(costs[0].iter().all(|(effort, moved, _)| *effort < 500 && *moved <= 5), "{costs:?}");
     }
-
-    #[test]
-    fn an_onset_that_is_due_now_is_not_ahead() {
-        // Touching and approaching at the start: the onset then is no onset after it.
-        let p = Parameters { v_start: vec![0.1, 0.0], ..at_rest(2) };
-        let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
-        let next = engine.next_onset();
-        assert!(next.is_settled() && next.time() > 0.5, "{next:?}");
-        engine.advance(next.time(), &mut Unrecorded).unwrap();
-        assert_eq!(engine.pulses(0), 2);
-    }
 }

@@ -57,11 +57,7 @@ impl Engine {
             (copy.time, copy.step.time) = (time, NO_STEP);
             engine.caches.ahead.replace(Some(Box::new(copy)));
         }
-        require(
-            failed || found.is_none_or(|(_, found)| found.time() > engine.time),
-            "the onset that it found ahead lies in the past",
-        )?;
-        engine.caches.found.set(found);
+        engine.caches.found.set(found.filter(|(_, found)| found.time() > engine.time));
         Ok(engine)
     }
 

@@ -102,6 +102,7 @@ proptest! {
         let n = case.p.balls();
         case.p.x_start = (0..n).map(|i| -overlaps[..i].iter().sum::<f64>()).collect();
         let mut engine = case.start()?;
+        prop_assert!(engine.next_onset().time() > 0.0, "what is due now is not ahead");
         for i in 0..n - 1 {
             let overlap = case.p.x_start[i] - case.p.x_start[i + 1];
             prop_assert_eq!((engine.overlap(i), engine.in_contact(i)), (overlap, overlap > 0.0));
