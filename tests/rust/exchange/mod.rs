@@ -7,13 +7,14 @@ mod rigid;
 mod states;
 mod touching;
 
+use cradle_host::exchange::Master;
 use cradle_host::{Host, fmi2OK};
 
-/// A component of five balls with these settings.
-fn exchanging(settings: &str) -> Host {
-    let host = Host::exchanging(5);
+/// A run of so many balls with these settings.
+fn exchanging(balls: usize, settings: &str) -> Master {
+    let host = Host::exchanging(balls);
     host.give(settings);
-    host
+    Master::start(host)
 }
 
 /// Co-simulation with these settings to the time `until` (s).
