@@ -1,14 +1,18 @@
-"""The paper's figures, a master that takes part in events, a fit with derivatives of the run, C12, other engines."""
+"""The paper's figures, a master that takes part in events, a fit with derivatives of the run, C12, other engines, the
+notebook."""
 
 import csv
 import json
+import os
 import re
 import sys
 
+import nbformat
 import numpy as np
 import pytest
 from conftest import ROOT, ended, repacked
 from fmpy.fmi3 import FMU3Slave
+from nbclient import NotebookClient
 from pythonfmu.builder import FmuBuilder
 
 pytestmark = pytest.mark.all
@@ -19,6 +23,7 @@ COUPLED = EXAMPLES / "mechatronics/couple.py"
 PLANT = COUPLED.with_name("plant.py")
 FIT = EXAMPLES / "fit/contacts.py"
 STUDY = EXAMPLES / "study/study.py"
+NOTEBOOK = EXAMPLES / "five_minutes.ipynb"
 
 
 def test_the_papers_experiments(paper):
@@ -142,3 +147,24 @@ def test_another_fmu_is_refused(fmu_path, producer, tmp_path, example, given, co
     assert (str(path) in said and not before) or example != FIT
     assert "DIFFERS" not in done.stdout and "runs" not in done.stdout
     assert not out.exists() or not list(out.iterdir())
+
+
+def test_the_notebook_leads_to_figure_5(tmp_path):
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "python"), "IPYTHONDIR": str(tmp_path)}
+    client = NotebookClient(
+        notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}
+    )
+    client.execute(env=environment)
+    outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == 4
+    printed = "".join(output["text"] for output in outputs if output["output_type"] == "stream")
+    assert "5 balls" in printed
+    assert "in the order in which they close: [[2], [1, 3], [2, 4], [3]]" in printed
+    assert not any(output.get("name") == "stderr" for output in outputs)
+
+
+def test_the_notebook_is_kept_without_outputs():
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert cells and all(cell.outputs == [] and cell.execution_count is None for cell in cells)
