@@ -38,10 +38,10 @@ def test_the_papers_experiments(paper):
     assert table[-1] == "end,stopped,stopped,stopped,moving,moving"
 
 
-def test_a_controller_acts_at_the_very_onset(fmu3_path, tmp_path):
+def test_a_controller_acts_at_the_very_onset(fmu3, tmp_path):
     """With event mode it keeps the exact energy and tempo; on a grid the errors shrink with the step only."""
     script = EXAMPLES / "events/metronome.py"
-    ended(sys.executable, script, "--fmu", fmu3_path, "--out", tmp_path, "--stop", "4.5")
+    ended(sys.executable, script, "--fmu", fmu3.path, "--out", tmp_path, "--stop", "4.5")
     assert (tmp_path / "metronome.png").read_bytes().startswith(b"\x89PNG")
     events, *grids = csv.DictReader((tmp_path / "metronome.csv").open())
     assert events["clicks"] == "4" and float(events["energy_error"]) < 1e-13
@@ -55,9 +55,9 @@ def test_a_controller_acts_at_the_very_onset(fmu3_path, tmp_path):
         assert float(grid["time_error"]) > 1e-2 * step and int(grid["calls"]) == round(4.5 / step)
 
 
-def test_a_fit_finds_stiffness_and_damping(fmu3_path, tmp_path):
+def test_a_fit_finds_stiffness_and_damping(fmu3, tmp_path):
     """Within the statistical error, which is small, and in no more runs than iterations need."""
-    done = ended(sys.executable, FIT, "--fmu", fmu3_path, "--out", tmp_path)
+    done = ended(sys.executable, FIT, "--fmu", fmu3.path, "--out", tmp_path)
     assert (tmp_path / "contacts.png").read_bytes().startswith(b"\x89PNG")
     for row in csv.reader((tmp_path / "contacts.csv").read_text().splitlines()[1:]):
         true, guess, fitted, error = map(float, row[2:])

@@ -251,10 +251,10 @@ def test_an_fmu_of_scalars(packed, fmu_path, clocks):
 
 
 @pytest.mark.parametrize(("contacts", "tolerance"), [(MAPPED, 1e-8), (RESOLVED, 1e-10)])
-def test_model_exchange_in_cvode(fmu3_path, contacts, tolerance):
+def test_model_exchange_in_cvode(fmu3, contacts, tolerance):
     """tests/rust/fmi3 and the crate `fmi-rs` compare model exchange with that of FMI 2.0, bit by bit."""
     result = fmpy.simulate_fmu(
-        str(fmu3_path),
+        str(fmu3.path),
         fmi_type="ModelExchange",
         start_values={"exchange.contacts": contacts},
         output=["E_residual", "pulses", "onset.time", "release.impulse"],
