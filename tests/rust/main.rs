@@ -11,7 +11,6 @@ mod directional_derivatives;
 mod exchange;
 mod ffi;
 mod fmi3;
-mod initial_unknowns;
 mod methods;
 mod properties;
 mod reference;
