@@ -1,4 +1,4 @@
-"""FMI 3.0 through FMPy: description, arrays, the same bits as FMI 2.0, states, derivatives, refusals; nothing is left behind."""
+"""FMI 3.0 through FMPy: arrays, the same bits as FMI 2.0, states, derivatives, refusals, memory."""
 
 import ctypes
 import sys

@@ -12,7 +12,7 @@ const MOST: usize = 12;
 /// Events of a whole run, whatever they do.
 const TOTAL: usize = 300;
 
-/// Integrates so many balls with these settings up to `time` (s), in which events without an onset come to an end; the onsets.
+/// Integrates balls up to `time` (s), in which events without an onset come to an end; the onsets.
 fn onsets(balls: usize, settings: &str, time: f64) -> usize {
     let onsets = |run: &Master| run.pulses().into_iter().sum::<i32>() as usize;
     let mut run = exchanging(balls, settings);
