@@ -6,6 +6,7 @@ The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `py
 import re
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import newtons_cradle as nc
@@ -85,24 +86,17 @@ def fmu3(cradle, fmu_path, producer) -> nc.Fmu:
     return cradle(fmi=3, binaries=fmu_path)
 
 
-@pytest.fixture(scope="session")
-def fmu3_path(fmu3) -> Path:
-    """Its file."""
-    return fmu3.path
-
-
 @pytest.fixture
 def make3(fmu3):
     """Makes instances of the FMU of FMI 3.0; see `Cradle`."""
 
     def make(*values, **options):
-        made.append(Cradle(fmu3, *values, **options))
-        return made[-1]
+        made = Cradle(fmu3, *values, **options)
+        runs.callback(made.run.close)
+        return made
 
-    made = []
-    yield make
-    for cradle in made:
-        cradle.run.close()
+    with ExitStack() as runs:
+        yield make
 
 
 @pytest.fixture(scope="session")

@@ -1,14 +1,18 @@
-"""The paper's figures, a master that takes part in events, a fit with derivatives of the run, C12, other engines."""
+"""The paper's figures, a master that takes part in events, a fit with derivatives of the run, C12, other engines, the
+notebook."""
 
 import csv
 import json
+import os
 import re
 import sys
 
+import nbformat
 import numpy as np
 import pytest
 from conftest import ROOT, ended, repacked
 from fmpy.fmi3 import FMU3Slave
+from nbclient import NotebookClient
 from pythonfmu.builder import FmuBuilder
 
 pytestmark = pytest.mark.all
@@ -19,6 +23,7 @@ COUPLED = EXAMPLES / "mechatronics/couple.py"
 PLANT = COUPLED.with_name("plant.py")
 FIT = EXAMPLES / "fit/contacts.py"
 STUDY = EXAMPLES / "study/study.py"
+NOTEBOOK = EXAMPLES / "five_minutes.ipynb"
 
 
 def test_the_papers_experiments(paper):
@@ -33,10 +38,10 @@ def test_the_papers_experiments(paper):
     assert table[-1] == "end,stopped,stopped,stopped,moving,moving"
 
 
-def test_a_controller_acts_at_the_very_onset(fmu3_path, tmp_path):
+def test_a_controller_acts_at_the_very_onset(fmu3, tmp_path):
     """With event mode it keeps the exact energy and tempo; on a grid the errors shrink with the step only."""
     script = EXAMPLES / "events/metronome.py"
-    ended(sys.executable, script, "--fmu", fmu3_path, "--out", tmp_path, "--stop", "4.5")
+    ended(sys.executable, script, "--fmu", fmu3.path, "--out", tmp_path, "--stop", "4.5")
     assert (tmp_path / "metronome.png").read_bytes().startswith(b"\x89PNG")
     events, *grids = csv.DictReader((tmp_path / "metronome.csv").open())
     assert events["clicks"] == "4" and float(events["energy_error"]) < 1e-13
@@ -50,9 +55,9 @@ def test_a_controller_acts_at_the_very_onset(fmu3_path, tmp_path):
         assert float(grid["time_error"]) > 1e-2 * step and int(grid["calls"]) == round(4.5 / step)
 
 
-def test_a_fit_finds_stiffness_and_damping(fmu3_path, tmp_path):
+def test_a_fit_finds_stiffness_and_damping(fmu3, tmp_path):
     """Within the statistical error, which is small, and in no more runs than iterations need."""
-    done = ended(sys.executable, FIT, "--fmu", fmu3_path, "--out", tmp_path)
+    done = ended(sys.executable, FIT, "--fmu", fmu3.path, "--out", tmp_path)
     assert (tmp_path / "contacts.png").read_bytes().startswith(b"\x89PNG")
     for row in csv.reader((tmp_path / "contacts.csv").read_text().splitlines()[1:]):
         true, guess, fitted, error = map(float, row[2:])
@@ -140,3 +145,24 @@ def test_another_fmu_is_refused(fmu_path, producer, tmp_path, example, given, co
     assert (str(path) in said and not before) or example != FIT
     assert "DIFFERS" not in done.stdout and "runs" not in done.stdout
     assert not out.exists() or not list(out.iterdir())
+
+
+def test_the_notebook_leads_to_figure_5(tmp_path):
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "python"), "IPYTHONDIR": str(tmp_path)}
+    client = NotebookClient(
+        notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}
+    )
+    client.execute(env=environment)
+    outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == 4
+    printed = "".join(output["text"] for output in outputs if output["output_type"] == "stream")
+    assert "5 balls" in printed
+    assert "in the order in which they close: [[2], [1, 3], [2, 4], [3]]" in printed
+    assert not any(output.get("name") == "stderr" for output in outputs)
+
+
+def test_the_notebook_is_kept_without_outputs():
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert cells and all(cell.outputs == [] and cell.execution_count is None for cell in cells)

@@ -1,14 +1,16 @@
-"""FMI 3.0 through FMPy: description, arrays, the same bits as FMI 2.0, states, derivatives, refusals."""
+"""FMI 3.0 through FMPy: arrays, the same bits as FMI 2.0, states, derivatives, refusals, memory."""
 
 import ctypes
+import sys
 from contextlib import contextmanager
+from pathlib import Path
 
 import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
 from conftest import ended, repacked
-from fmi3_host import BOTH, MAPPED, RESOLVED
+from fmi3_host import BOTH, MAPPED, RESOLVED, Cradle
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
@@ -249,10 +251,10 @@ def test_an_fmu_of_scalars(packed, fmu_path, clocks):
 
 
 @pytest.mark.parametrize(("contacts", "tolerance"), [(MAPPED, 1e-8), (RESOLVED, 1e-10)])
-def test_model_exchange_in_cvode(fmu3_path, contacts, tolerance):
+def test_model_exchange_in_cvode(fmu3, contacts, tolerance):
     """tests/rust/fmi3 and the crate `fmi-rs` compare model exchange with that of FMI 2.0, bit by bit."""
     result = fmpy.simulate_fmu(
-        str(fmu3_path),
+        str(fmu3.path),
         fmi_type="ModelExchange",
         start_values={"exchange.contacts": contacts},
         output=["E_residual", "pulses", "onset.time", "release.impulse"],
@@ -288,3 +290,34 @@ def test_derivatives_by_states_are_those_of_the_equations(make3):
     assert rows[5, 1] == 0.0 and rows[9, 1] == pytest.approx(5.0)
     assert rows[[0, 1, 1], [5, 5, 6]].tolist() == [1.0, 1.0, -1.0]
     assert rows[5:10, 10:].tolist() == np.eye(5).tolist()
+
+
+@pytest.mark.all
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_instances_of_fmi_3_leave_no_memory_behind(fmu3):
+    """FMPy loads the library for each and unloads it afterwards: what it keeps in statics is lost. What FMI 2.0 might
+    keep besides, AddressSanitizer finds in tests/rust/ffi."""
+
+    def once() -> None:
+        exchange = Cradle(fmu3, balls=7, exchange=True)
+        exchange.updateDiscreteStates()
+        exchange.enterContinuousTimeMode()
+        exchange.setTime(0.1)
+        exchange.go_to(exchange.to_bytes())
+        exchange.freeInstance()
+        cradle = Cradle(fmu3, balls=7, eventModeUsed=True)
+        cradle.walk(0.0, 1.0)
+        cradle.go_to(cradle.to_bytes())
+        cradle.terminate()
+        cradle.freeInstance()
+
+    def kept() -> float:
+        """Bytes that each of a hundred calls has added to the resident memory of this process."""
+        memory = Path("/proc/self/statm")
+        before = int(memory.read_text().split()[1])
+        for _ in range(100):
+            once()
+        return (int(memory.read_text().split()[1]) - before) * 4096 / 100
+
+    # What a leak takes it takes again. A heap that other tests have used may grow for some hundred calls.
+    assert any(kept() < 1000 for _ in range(10))

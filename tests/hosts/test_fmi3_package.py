@@ -44,9 +44,9 @@ def test_an_impact_in_nanoseconds_is_the_same(fmu, fmu3, method):
         run.step_to_onset()
 
 
-def test_the_recording_is_the_same(fmu_path, fmu3_path):
+def test_the_recording_is_the_same(fmu_path, fmu3):
     setup, told = {"contact.deadBand": 1e-6}, []
-    paths = (fmu_path, fmu3_path)
+    paths = (fmu_path, fmu3.path)
     one, other = (dict(vars(from_fmu(path, setup, stop=2.0, progress=told.append))) for path in paths)
     half = told[: len(told) // 2]
     assert half * 2 == told and half == sorted(half) and half[0] < 0.1 and half[-1] == 1.0

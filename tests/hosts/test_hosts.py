@@ -82,7 +82,7 @@ def by_fmi_rs(fmu, names, step, folder, *options) -> tuple[dict, str]:
 
 
 @pytest.mark.parametrize("options", [(), ("events",), ("events", "early"), ("located",)])
-def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3_path, tmp_path, options):
+def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3, tmp_path, options):
     """Early return adds every onset and release. In model exchange, by a method that ends steps at events, the energy
     grows by that method, less at each step that an event or a communication point cuts in two."""
     pulses = fmu.simulate(stop=STOP).pulses
@@ -91,7 +91,7 @@ def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3_path, t
     names = fmu.names(FAMILIES)
     for step in (0.125,) if "located" in options else (1 / 1024, 0.125, 10.0):
         two, said = by_fmi_rs(fmu.path, names, step, tmp_path, *options)
-        three, _ = by_fmi_rs(fmu3_path, FAMILIES, step, tmp_path, *options)
+        three, _ = by_fmi_rs(fmu3.path, FAMILIES, step, tmp_path, *options)
         assert said == "" and max(two) == STOP
         if "located" in options:
             assert len(two) > 81 and two == three
@@ -106,10 +106,10 @@ def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3_path, t
 
 
 @pytest.mark.parametrize("balls", [1, 2, 5, 13, 1000])
-def test_the_crate_fmi_steps_from_event_to_event(fmu3_path, fmu_path, cradle, balls):
+def test_the_crate_fmi_steps_from_event_to_event(fmu3, fmu_path, cradle, balls):
     """The positions of a run in one step, and a tick of the clocks for each onset and release."""
     stop = 1.0 if balls == 1000 else STOP
-    lines = ended(program("events"), fmu3_path, balls, stop).stdout.splitlines()
+    lines = ended(program("events"), fmu3.path, balls, stop).stdout.splitlines()
     with cradle(balls=balls, fmi=3, binaries=fmu_path).start() as run:
         run.step_to(stop)
         x, pulses = run["x"].tolist(), run.slave.get("pulses").tolist()
@@ -117,10 +117,10 @@ def test_the_crate_fmi_steps_from_event_to_event(fmu3_path, fmu_path, cradle, ba
     assert balls == 1 or any(pulses)
 
 
-def test_what_the_crate_fmi_rs_finds_wrong(fmu_path, fmu3_path, producer, tmp_path):
+def test_what_the_crate_fmi_rs_finds_wrong(fmu_path, fmu3, producer, tmp_path):
     """FMPy wants output clocks among the initial unknowns, this crate does not, and neither minds an FMU without."""
     without = repacked(producer, fmu_path, tmp_path / "no-clocks.fmu", "--fmi", "3", "--clocks", "none")
-    with_clocks, none = (by_fmi_rs(fmu, ["x"], STOP, tmp_path)[1] for fmu in (fmu3_path, without))
+    with_clocks, none = (by_fmi_rs(fmu, ["x"], STOP, tmp_path)[1] for fmu in (fmu3.path, without))
     assert with_clocks.count("\n") == 1 and "initial unknowns" in with_clocks and none == ""
 
 

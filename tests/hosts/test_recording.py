@@ -184,13 +184,13 @@ def test_a_site_is_a_folder(monkeypatch, live_path, capsys):
         assert said in "".join(capsys.readouterr())
 
 
-def test_fmus_of_something_else_or_for_other_machines_are_refused(page, fmu_path, fmu3_path, tmp_path):
+def test_fmus_of_something_else_or_for_other_machines_are_refused(page, fmu_path, fmu3, tmp_path):
     path = tmp_path / "other.fmu"
     another = "the model Other; allowed: FMI 2.0 for co-simulation, or NewtonsCradle of FMI 3.0"
     for fmu, old, new, complaint in (
         (fmu_path, 'name="x[', 'name="z[', "other.fmu: the FMU is no cradle; missing: x[1]\n"),
         (fmu_path, "binaries/", "binaries/mars-", f"only; this machine needs {fmpy.platform}\n"),
-        (fmu3_path, 'modelName="NewtonsCradle"', 'modelName="Other"', f"an FMU of FMI 3.0, {another}\n"),
+        (fmu3.path, 'modelName="NewtonsCradle"', 'modelName="Other"', f"an FMU of FMI 3.0, {another}\n"),
     ):
         with ZipFile(fmu) as source, ZipFile(path, "w") as target:
             for name in source.namelist():

@@ -1,9 +1,10 @@
-//! The program as a user runs it: what it writes, what it leaves behind when it cannot, and what it finds out by
-//! running a binary.
+//! The program as a user runs it: what it writes, what it finds out by running a binary, and what it says to wrong
+//! arguments, none of which leaves anything behind.
 
 use cradle_packaging::build::PRESETS;
+use newtons_cradle::variables::Description;
 
-use super::support::{BINARY, Folder, PROGRAM, ended, text, zip};
+use super::support::{BINARY, Folder, PROGRAM, START, ended, fmu, text, zip};
 
 #[test]
 fn start_values_go_into_description_and_resources() {
@@ -118,4 +119,99 @@ fn a_binary_with_other_results_or_that_crashes_is_found_out() {
         let checked = check(name, &folder.compile(talk, "-Wl,--no-as-needed LIBRARY"), "").output;
         assert!(!checked.contains("results") && !checked.contains("nothing was run"), "{checked}");
     }
+}
+
+#[test]
+fn what_is_refused_is_named_and_leaves_nothing() {
+    let folder = Folder::new("refused");
+    folder.write("bad.toml", "x_start = [1, true]");
+    folder.write("torn.toml", "balls = ");
+    folder.write("quoted.toml", "pendulum.length = \"0.2\"");
+    folder.write("text.fmu", "text");
+    let sound = fmu(&Description::of(&START));
+    let changed = |name: &str, from: &str, to: &str| {
+        let description = text(&sound, "modelDescription.xml");
+        assert!(description.contains(from));
+        let mut entries = sound.clone();
+        entries.insert("modelDescription.xml".to_owned(), description.replacen(from, to, 1).into_bytes());
+        folder.write(name, zip(&entries));
+    };
+    let tool = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
+    changed("foreign.fmu", "modelName=\"NewtonsCradle\"", "modelName=\"BouncingBall\"");
+    changed("old.fmu", tool, "newtons-cradle 0.0.9");
+    changed("changed.fmu", " start=\"9.81\"", " start=\"9.8\"");
+    let written = |what: &str, by: &str| format!("it is \"{what}\", written by {by}; allowed: NewtonsCradle of {tool}");
+    let foreign = format!("--from foreign.fmu is refused: {}", written("BouncingBall", tool));
+    let old = format!("--from old.fmu is refused: {}", written("NewtonsCradle", "newtons-cradle 0.0.9"));
+    let changed = "--from changed.fmu is refused: modelDescription.xml: not the description that belongs to its GUID";
+    let other = if cfg!(windows) { "linux64" } else { "win64" };
+    let for_other = format!("--binary {other}=LIBRARY");
+    let no_library = format!("is not a shared library for {other}, but a ");
+    let cases: &[(&str, &str)] = &[
+        ("--bals 13", "a similar argument exists: '--balls'"),
+        ("--balls 0", "balls = 0 is refused; allowed: 1 to 10000"),
+        ("--balls 1000000000", "balls = 1000000000 is refused"),
+        ("--balls -1", "--balls"),
+        ("--set nothing=1", "--set nothing=1: no variable has the name \"nothing\"; allowed: gravity, "),
+        ("--set contact.stifness=1e9", "\"contact.stifness\"; did you mean \"contact.stiffness\"?"),
+        ("--set radius=0.01", "no variable has the name \"radius\"; did you mean \"ball.radius\"?"),
+        ("--set xstart=0.01", "no variable has the name \"xstart\"; did you mean \"x_start\"?"),
+        ("--set Gravity=1", "no variable has the name \"Gravity\"; did you mean \"gravity\"?"),
+        ("--set T=1", "no variable has the name \"T\"; allowed: gravity, "),
+        ("--set E_total=1", "E_total cannot be set, because its causality is output"),
+        ("--set x=0.1", "--set x=0.1: x cannot be set, because its causality is output; x_start[i] is the posit"),
+        ("--set gravity[1]=1", "gravity is a single value and takes no index"),
+        (
+            "--set x_start[7]=0.1",
+            "--set x_start[7]=0.1: x_start[7]: index 7 is refused; allowed: 1 to 5, in a cradle of 5 ball(s)",
+        ),
+        ("--balls 1 --set contact.gap[1]=0", "index 1 is refused; there are none, in a cradle of 1 ball("),
+        ("--balls 7 --preset desk --set v_start=0,0,0,0,0,0,0", "preset desk is of 5 balls, not 7; "),
+        ("--set x_start=0,0", "x_start takes a list of 5 value(s)"),
+        ("--set gravity=1,2", "gravity takes one value, not 2; write decimals with a point"),
+        ("--set ball.mass=1kg", "--set ball.mass=1kg: ball.mass = 1kg is refused: leave the unit out, 1 is in kg"),
+        ("--set ball.mass=-1", "--set ball.mass=-1: ball.mass = -1 kg is refused; allowed: finite and > 0 kg"),
+        ("--set ball.mass=inf", "allowed: finite and > 0 kg"),
+        ("--set ball.mass=heavy", "--set ball.mass=heavy: ball.mass = heavy is refused; allowed: a number"),
+        ("--set x_start=[-0.1,0,0,0,0]", "x_start = [-0.1 is refused: write the list without brackets"),
+        ("--set contact.model=glue", "contact.model = glue is refused; allowed: powerLaw (1) or hertz (2) or r"),
+        ("--set contact.model=2", "contact.model = 2 is refused; allowed: powerLaw (1)"),
+        ("--set gravity", "allowed: name=value"),
+        ("--preset nothing", "there is no preset \"nothing\"; allowed: textbook, "),
+        ("--preset dest", "there is no preset \"dest\"; did you mean \"desk\"?; allowed: textbook, figure3, "),
+        ("--parameters bad.toml", "bad.toml: x_start is of type boolean"),
+        ("--parameters torn.toml", "torn.toml: "),
+        ("--parameters quoted.toml", "pendulum.length = 0.2 is refused: write the number without quotes"),
+        ("--parameters nowhere.toml", "cannot read nowhere.toml"),
+        ("--from nowhere.fmu", "cannot read nowhere.fmu"),
+        ("--from text.fmu", "--from text.fmu is refused: zip: "),
+        ("--from foreign.fmu", &foreign),
+        ("--from old.fmu", &old),
+        ("--from changed.fmu", changed),
+        ("--out nowhere/x.fmu", "--out: there is no folder nowhere"),
+        ("--clocks none", "--clocks none is refused: FMI 2.0 has no clocks"),
+        ("--binary linux46=x.so", "--binary linux46=x.so is refused: allowed platforms: linux64, "),
+        ("--binary x", "allowed: PLATFORM=FILE"),
+        ("--binary linux64=bad.toml", "is not a shared library for linux64"),
+        (&for_other, &no_library),
+        ("--binary win32=nowhere/x.dll", "--binary win32: cannot read nowhere/x.dll"),
+        ("--scalars", "--scalars is refused: FMI 2.0 has no arrays; allowed: together with --fmi 3"),
+    ];
+    let before = folder.list();
+    for (words, expected) in cases {
+        let out = if words.contains("--out") { "" } else { "--out x.fmu" };
+        // A good binary beside it, so that nothing is compiled if the argument is accepted.
+        let binary = if words.contains("linux64=bad") { "" } else { BINARY };
+        folder.run(&format!("build {out} {binary} {words}")).with(2, &[expected]);
+        assert_eq!(folder.list(), before, "{words}");
+    }
+}
+
+#[test]
+fn without_sources_and_an_fmu_it_says_what_to_do() {
+    let folder = Folder::new("bare");
+    let cures = ["--from", "`pip install newtons-cradle`", "the folder of the sources"];
+    folder.run("build --balls 13").with(1, &["there is no binary to pack", cures[0], cures[1], cures[2]]);
+    folder.run("build --target x86_64-unknown-linux-gnu").with(1, &["to compile, run this in ", cures[2]]);
+    assert!(folder.list().is_empty());
 }

@@ -5,5 +5,4 @@
 mod command;
 mod damage;
 mod installed;
-mod messages;
 mod support;

@@ -31,7 +31,7 @@ const SQUARE: f64 = 1e-8;
 
 /// Error allowed over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest.
 /// Larger ones make steps longer, and balls at rest less quiet (`tests/rust/stiff.rs`,
-/// `tests/rust/output_derivatives.rs`).
+/// `tests/rust/time_derivatives.rs`).
 const OF_VELOCITIES: f64 = 0.01;
 const OF_OVERLAPS: f64 = 0.1;
 

@@ -1,5 +1,7 @@
 //! The host of model exchange: it integrates the states by a method with fixed steps.
 
+use std::ops::Deref;
+
 use super::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
@@ -104,10 +106,10 @@ impl Host {
     }
 }
 
-/// Integrates a component in Continuous-Time Mode.
-pub struct Master<'a> {
-    /// Who is integrated.
-    pub host: &'a Host,
+/// A component that is integrated in Continuous-Time Mode.
+pub struct Master {
+    /// The component itself.
+    pub host: Host,
     /// In s.
     pub time: f64,
     /// When the next event is due, s.
@@ -122,12 +124,21 @@ fn plus(y: &[f64], h: f64, rates: &[f64]) -> Vec<f64> {
     y.iter().zip(rates).map(|(y, rate)| y + h * rate).collect()
 }
 
-impl<'a> Master<'a> {
+impl Deref for Master {
+    type Target = Host;
+
+    fn deref(&self) -> &Host {
+        &self.host
+    }
+}
+
+impl Master {
     /// Starts a component at t = 0.
-    pub fn start(host: &'a Host) -> Self {
+    pub fn start(host: Host) -> Self {
         host.start();
+        let info = host.update();
         let mut master = Self { host, time: 0.0, next: f64::INFINITY, events: 0, indicators: Vec::new() };
-        master.after(host.update());
+        master.after(info);
         master
     }
 
@@ -145,7 +156,7 @@ impl<'a> Master<'a> {
 
     /// A step to the time `to` (s), with an event at its end if one is due.
     pub fn step(&mut self, to: f64, method: Method) {
-        self.host.place(to, &method(self.host, self.time, to));
+        self.host.place(to, &method(&self.host, self.time, to));
         self.time = to;
         let asked = self.host.completed();
         let indicators = self.host.indicators();

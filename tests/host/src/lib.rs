@@ -21,10 +21,17 @@ use newtons_cradle::variables::{
     Access, Description, FILE_NAME, MODEL_IDENTIFIER, Settings, Type, Variable, variables,
 };
 
+pub use log::{Line, Lines, callbacks};
 /// The two answers that tests expect.
 pub use newtons_cradle::fmi2::fmi2Status::{fmi2Error, fmi2OK};
 
-pub use log::{Line, Lines, callbacks};
+/// A row of a table of functions: the name, the states in which it is legal, and a call of it by the host `$host`.
+#[macro_export]
+macro_rules! call {
+    ($host:ident, $states:expr, $function:ident($($argument:expr),*)) => {
+        (stringify!($function), $states, |$host| unsafe { $function($host.c, $($argument),*) })
+    };
+}
 
 /// A component and its log.
 pub struct Host {

@@ -7,6 +7,7 @@ use cradle_host::{Host, fmi2OK};
 use newtons_cradle::model::ContactModel;
 use newtons_cradle::variables::{Causality, Description, Settings, Type, Variable, states, variables};
 
+use super::exchanging;
 use crate::differences::{by_differences, dependencies};
 
 const BALLS: usize = 5;
@@ -25,20 +26,15 @@ const RIGID: &str = "contact.model=rigid";
 const ARCS: &str = "pendulum.model=circular";
 
 /// A component with contacts that are closed from the start.
-fn pressed(settings: &str) -> Host {
-    let host = Host::exchanging(BALLS);
-    host.give(
-        "ball.massRatio=1,1.2,1.4,1.6,1.8 F_ext=5,3,1,-1,-3 a_support=0.7 pendulum.drag=0.3 contact.deadBand=0 \
-         contact.damping=1e2 contact.huntCrossley=0.2 contact.relaxationTime=1e-6 exchange.contacts=resolved",
-    );
-    host.give(if settings == RIGID {
+fn pressed(settings: &str) -> Master {
+    let placed = if settings == RIGID {
         "x_start=0"
     } else {
         "x_start=3e-6,1e-6,-1e-6,1.2,1.1999985 v_start=0.1,0.04,-0.02,-0.08,-0.14"
-    });
-    host.give(settings);
-    Master::start(&host);
-    host
+    };
+    let all = "ball.massRatio=1,1.2,1.4,1.6,1.8 F_ext=5,3,1,-1,-3 a_support=0.7 pendulum.drag=0.3 contact.deadBand=0 \
+               contact.damping=1e2 contact.huntCrossley=0.2 contact.relaxationTime=1e-6 exchange.contacts=resolved";
+    exchanging(BALLS, &format!("{all} {placed} {settings}"))
 }
 
 /// Outputs and derivatives of states that are continuous.
@@ -134,14 +130,13 @@ fn the_structure_is_what_depends() {
 
 #[test]
 fn rates_are_those_of_the_variables() {
-    let host = Host::exchanging(BALLS);
-    let mut master = Master::start(&host);
+    let mut run = exchanging(BALLS, "");
     let (states, rates): (Vec<_>, Vec<_>) = states(BALLS).unzip();
     let arrays = Variable::states().flat_map(|(array, _)| (0..array.len(BALLS)).map(move |i| array.element(i)));
     assert!(states.iter().enumerate().all(|(i, state)| state.state_place(BALLS, true) == Some(i)));
     assert!(arrays.enumerate().all(|(i, state)| state.state_place(BALLS, false) == Some(i)));
     for k in 1..20 {
-        master.steps(0.1 * f64::from(k), 1e-3, rk4);
-        assert_eq!([host.values(&states), host.values(&rates)], [host.states(), host.rates()]);
+        run.steps(0.1 * f64::from(k), 1e-3, rk4);
+        assert_eq!([run.values(&states), run.values(&rates)], [run.states(), run.rates()]);
     }
 }

@@ -3,17 +3,16 @@
 mod derivatives;
 mod events;
 mod masters;
-mod rigid;
-mod states;
 mod touching;
 
+use cradle_host::exchange::{Master, rk4};
 use cradle_host::{Host, fmi2OK};
 
-/// A component of five balls with these settings.
-fn exchanging(settings: &str) -> Host {
-    let host = Host::exchanging(5);
+/// A run of so many balls with these settings.
+fn exchanging(balls: usize, settings: &str) -> Master {
+    let host = Host::exchanging(balls);
     host.give(settings);
-    host
+    Master::start(host)
 }
 
 /// Co-simulation with these settings to the time `until` (s).
@@ -30,5 +29,33 @@ fn assert_close(own: &Host, other: &Host, families: &[&str], tolerance: f64) {
         for (i, (own, other)) in own.each(family).into_iter().zip(other.each(family)).enumerate() {
             assert!((own - other).abs() <= tolerance, "{family}[{}]: {own:e} {other:e}", i + 1);
         }
+    }
+}
+
+/// All values, states, indicators and derivatives, bit by bit.
+fn bits(run: &Master) -> Vec<u64> {
+    let continuous = [run.states(), run.rates(), run.indicators(), run.nominals()].concat();
+    run.everything().into_iter().chain(continuous.into_iter().map(f64::to_bits)).collect()
+}
+
+#[test]
+fn a_restored_run_goes_on_with_the_same_bits() {
+    for (settings, until) in [("", 1.0), ("exchange.contacts=resolved", 0.7025), ("contact.model=rigid", 1.0)] {
+        let mut run = exchanging(5, settings);
+        run.steps(until, 1e-3, rk4);
+        let (time, next, bytes, state) = (run.time, run.next, run.to_bytes(), run.save());
+        let go_on = |run: &mut Master| {
+            (run.time, run.next, run.indicators) = (time, next, run.host.indicators());
+            run.steps(time + 0.5e-4, 1e-6, rk4);
+            (bits(run), run.to_bytes())
+        };
+        let first = go_on(&mut run);
+        assert_eq!(run.restore(state), fmi2OK);
+        assert!(go_on(&mut run) == first);
+        run.free(state);
+        let other = Host::exchanging(5);
+        assert_eq!(other.set_bytes(&bytes), fmi2OK);
+        let mut other = Master { host: other, ..run };
+        assert!(other.to_bytes() == bytes && go_on(&mut other) == first);
     }
 }

@@ -1,9 +1,10 @@
 //! Balls that touch, at rest or pressed: an announced event changes something, so that events do not follow each other
 //! for ever.
 
-use cradle_host::Host;
 use cradle_host::exchange::{Master, rk4};
 use proptest::prelude::*;
+
+use super::exchanging;
 
 /// Events that may follow each other without an onset.
 const MOST: usize = 12;
@@ -11,18 +12,18 @@ const MOST: usize = 12;
 /// Events of a whole run, whatever they do.
 const TOTAL: usize = 300;
 
-/// Integrates a component up to `time` (s), in which events without an onset come to an end; the onsets.
-fn onsets(host: &Host, time: f64) -> usize {
-    let onsets = || host.pulses().into_iter().sum::<i32>() as usize;
-    let mut master = Master::start(host);
-    let (mut before, mut at, mut most) = (onsets(), master.events, 0);
-    while master.time < time && most <= MOST && master.events < TOTAL {
-        master.step((master.time + 1e-5).min(master.next).min(time), rk4);
-        let now = onsets();
-        (before, at) = if now > before { (now, master.events) } else { (before, at) };
-        most = most.max(master.events - at);
+/// Integrates balls up to `time` (s), in which events without an onset come to an end; the onsets.
+fn onsets(balls: usize, settings: &str, time: f64) -> usize {
+    let onsets = |run: &Master| run.pulses().into_iter().sum::<i32>() as usize;
+    let mut run = exchanging(balls, settings);
+    let (mut before, mut at, mut most) = (onsets(&run), run.events, 0);
+    while run.time < time && most <= MOST && run.events < TOTAL {
+        run.step((run.time + 1e-5).min(run.next).min(time), rk4);
+        let now = onsets(&run);
+        (before, at) = if now > before { (now, run.events) } else { (before, at) };
+        most = most.max(run.events - at);
     }
-    assert!(most <= MOST && master.events < TOTAL, "{most} events without an onset, {} in all", master.events);
+    assert!(most <= MOST && run.events < TOTAL, "{most} events without an onset, {} in all", run.events);
     before
 }
 
@@ -30,11 +31,10 @@ fn onsets(host: &Host, time: f64) -> usize {
 fn touching_balls_that_drag_presses_together_close_once() {
     for (heavy, model) in [(1, "powerLaw"), (1, "hertz"), (2, "powerLaw")] {
         for contacts in ["resolved", "mapped"] {
-            let host = Host::exchanging(2);
-            host.give("x_start=-0.03 contact.deadBand=0 pendulum.drag=0.02 contact.stiffness=1e7");
-            host.give(&format!("ball.massRatio[{heavy}]=2 contact.model={model} exchange.contacts={contacts}"));
+            let of_all = "x_start=-0.03 contact.deadBand=0 pendulum.drag=0.02 contact.stiffness=1e7";
+            let own = format!("ball.massRatio[{heavy}]=2 contact.model={model} exchange.contacts={contacts}");
             // The lighter ball is braked more: it is pressed if it goes ahead.
-            assert_eq!(onsets(&host, 5e-4), usize::from(heavy == 1), "{model}, {contacts}");
+            assert_eq!(onsets(2, &format!("{of_all} {own}"), 5e-4), usize::from(heavy == 1), "{model}, {contacts}");
         }
     }
 }
@@ -71,8 +71,6 @@ prop_compose! {
 proptest! {
     #[test]
     fn events_without_onsets_come_to_an_end((balls, values) in touching()) {
-        let host = Host::exchanging(balls);
-        host.give(&values);
-        onsets(&host, 3e-4);
+        onsets(balls, &values, 3e-4);
     }
 }

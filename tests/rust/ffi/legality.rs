@@ -3,7 +3,7 @@
 
 use std::ptr::{null, null_mut};
 
-use cradle_host::{Host, fmi2Error, fmi2OK};
+use cradle_host::{Host, call, fmi2Error, fmi2OK};
 use newtons_cradle::fmi2::*;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,6 @@ fn host_in(state: State, exchange: bool) -> Host {
 
 /// A function, the states in which it is legal, and a call that succeeds there.
 type Function = (&'static str, &'static [State], fn(&Host) -> fmi2Status);
-type Getter = unsafe extern "C" fn(fmi2Component, *mut f64, usize) -> fmi2Status;
 
 const ANY: &[State] = &[Instantiated, Initialization, StepComplete, Event, Continuous, Terminated, Error];
 const READ: &[State] = &[Initialization, StepComplete, Event, Continuous, Terminated, Error];
@@ -65,30 +64,25 @@ fn with_state(host: &Host, function: impl FnOnce(fmi2FMUstate) -> fmi2Status) ->
     status
 }
 
-fn get(host: &Host, getter: Getter, length: usize) -> fmi2Status {
-    let mut values = vec![0.0; length];
-    unsafe { getter(host.c, values.as_mut_ptr(), length) }
-}
-
 /// Functions of both kinds of components.
 const COMMON: &[Function] = &[
-    ("fmi2SetDebugLogging", ANY, |h| unsafe { fmi2SetDebugLogging(h.c, 0, 0, null()) }),
+    call!(h, ANY, fmi2SetDebugLogging(0, 0, null())),
     ("fmi2SetupExperiment", &[Instantiated], |h| h.set_up(0.0)),
     ("fmi2EnterInitializationMode", &[Instantiated], Host::enter),
     ("fmi2ExitInitializationMode", &[Initialization], Host::exit),
     ("fmi2Terminate", &[StepComplete, Event, Continuous], Host::terminate),
     ("fmi2Reset", ANY, Host::reset),
-    ("fmi2GetReal", READ, |h| unsafe { fmi2GetReal(h.c, &h.vr("x[1]"), 1, &mut 0.0) }),
-    ("fmi2GetInteger", READ, |h| unsafe { fmi2GetInteger(h.c, &h.vr("pulses[1]"), 1, &mut 0) }),
-    ("fmi2GetBoolean", READ, |h| unsafe { fmi2GetBoolean(h.c, &h.vr("inContact[1]"), 1, &mut 0) }),
-    ("fmi2GetString", READ, |h| unsafe { fmi2GetString(h.c, null(), 0, null_mut()) }),
+    call!(h, READ, fmi2GetReal(&h.vr("x[1]"), 1, &mut 0.0)),
+    call!(h, READ, fmi2GetInteger(&h.vr("pulses[1]"), 1, &mut 0)),
+    call!(h, READ, fmi2GetBoolean(&h.vr("inContact[1]"), 1, &mut 0)),
+    call!(h, READ, fmi2GetString(null(), 0, null_mut())),
     ("fmi2SetReal", SET_REAL, |h| h.set("F_ext[1]", 0.0)),
-    ("fmi2SetInteger", SET, |h| unsafe { fmi2SetInteger(h.c, null(), 0, null()) }),
-    ("fmi2SetBoolean", SET, |h| unsafe { fmi2SetBoolean(h.c, null(), 0, null()) }),
-    ("fmi2SetString", SET, |h| unsafe { fmi2SetString(h.c, null(), 0, null()) }),
+    call!(h, SET, fmi2SetInteger(null(), 0, null())),
+    call!(h, SET, fmi2SetBoolean(null(), 0, null())),
+    call!(h, SET, fmi2SetString(null(), 0, null())),
     ("fmi2GetFMUstate", ANY, |h| with_state(h, |state| unsafe { fmi2GetFMUstate(h.c, &mut { state }) })),
     ("fmi2SetFMUstate", ANY, |h| with_state(h, |state| h.restore(state))),
-    ("fmi2FreeFMUstate", ANY, |h| unsafe { fmi2FreeFMUstate(h.c, &mut null_mut()) }),
+    call!(h, ANY, fmi2FreeFMUstate(&mut null_mut())),
     ("fmi2SerializedFMUstateSize", ANY, |h| {
         with_state(h, |state| unsafe { fmi2SerializedFMUstateSize(h.c, state, &mut 0) })
     }),
@@ -97,39 +91,33 @@ const COMMON: &[Function] = &[
         with_state(h, |state| unsafe { fmi2SerializeFMUstate(h.c, state, bytes.as_mut_ptr().cast(), bytes.len()) })
     }),
     ("fmi2DeSerializeFMUstate", ANY, |h| h.set_bytes(&h.to_bytes())),
-    ("fmi2GetDirectionalDerivative", READ, |h| unsafe {
-        fmi2GetDirectionalDerivative(h.c, &h.vr("x[1]"), 1, &h.vr("F_ext[1]"), 1, &1.0, &mut 0.0)
-    }),
-    ("fmi2CancelStep", &[], |h| unsafe { fmi2CancelStep(h.c) }),
+    call!(h, READ, fmi2GetDirectionalDerivative(&h.vr("x[1]"), 1, &h.vr("F_ext[1]"), 1, &1.0, &mut 0.0)),
+    call!(h, &[], fmi2CancelStep()),
 ];
 
 /// Those of co-simulation, and those of model exchange.
 const OWN: [&[Function]; 2] = [
     &[
         ("fmi2SetRealInputDerivatives", RATES, |h| h.set_derivative("F_ext[1]", 1, 0.0)),
-        ("fmi2GetRealOutputDerivatives", &[StepComplete, Terminated, Error], |h| unsafe {
-            fmi2GetRealOutputDerivatives(h.c, &h.vr("x[1]"), 1, &1, &mut 0.0)
-        }),
+        call!(h, &[StepComplete, Terminated, Error], fmi2GetRealOutputDerivatives(&h.vr("x[1]"), 1, &1, &mut 0.0)),
         ("fmi2DoStep", &[StepComplete], |h| h.step(0.0, 0.01)),
-        ("fmi2GetStatus", STATUS, |h| unsafe { fmi2GetStatus(h.c, fmi2DoStepStatus, &mut fmi2Error.clone()) }),
-        ("fmi2GetRealStatus", STATUS, |h| unsafe { fmi2GetRealStatus(h.c, fmi2LastSuccessfulTime, &mut 0.0) }),
-        ("fmi2GetIntegerStatus", STATUS, |h| unsafe { fmi2GetIntegerStatus(h.c, 0, &mut 0) }),
-        ("fmi2GetBooleanStatus", STATUS, |h| unsafe { fmi2GetBooleanStatus(h.c, fmi2Terminated, &mut 0) }),
-        ("fmi2GetStringStatus", STATUS, |h| unsafe { fmi2GetStringStatus(h.c, fmi2PendingStatus, &mut null()) }),
+        call!(h, STATUS, fmi2GetStatus(fmi2DoStepStatus, &mut fmi2Error.clone())),
+        call!(h, STATUS, fmi2GetRealStatus(fmi2LastSuccessfulTime, &mut 0.0)),
+        call!(h, STATUS, fmi2GetIntegerStatus(0, &mut 0)),
+        call!(h, STATUS, fmi2GetBooleanStatus(fmi2Terminated, &mut 0)),
+        call!(h, STATUS, fmi2GetStringStatus(fmi2PendingStatus, &mut null())),
     ],
     &[
-        ("fmi2EnterEventMode", &[Event, Continuous], |h| unsafe { fmi2EnterEventMode(h.c) }),
-        ("fmi2NewDiscreteStates", &[Event], |h| unsafe { fmi2NewDiscreteStates(h.c, &mut fmi2EventInfo::default()) }),
-        ("fmi2EnterContinuousTimeMode", &[Event], |h| unsafe { fmi2EnterContinuousTimeMode(h.c) }),
-        ("fmi2CompletedIntegratorStep", &[Continuous], |h| unsafe {
-            fmi2CompletedIntegratorStep(h.c, 1, &mut 0, &mut 0)
-        }),
-        ("fmi2SetTime", &[Event, Continuous], |h| unsafe { fmi2SetTime(h.c, 0.0) }),
-        ("fmi2SetContinuousStates", &[Continuous], |h| unsafe { fmi2SetContinuousStates(h.c, [0.0; 16].as_ptr(), 16) }),
-        ("fmi2GetDerivatives", READ, |h| get(h, fmi2GetDerivatives, 16)),
-        ("fmi2GetEventIndicators", READ, |h| get(h, fmi2GetEventIndicators, 8)),
-        ("fmi2GetContinuousStates", READ, |h| get(h, fmi2GetContinuousStates, 16)),
-        ("fmi2GetNominalsOfContinuousStates", ANY, |h| get(h, fmi2GetNominalsOfContinuousStates, 16)),
+        call!(h, &[Event, Continuous], fmi2EnterEventMode()),
+        call!(h, &[Event], fmi2NewDiscreteStates(&mut fmi2EventInfo::default())),
+        call!(h, &[Event], fmi2EnterContinuousTimeMode()),
+        call!(h, &[Continuous], fmi2CompletedIntegratorStep(1, &mut 0, &mut 0)),
+        call!(h, &[Event, Continuous], fmi2SetTime(0.0)),
+        call!(h, &[Continuous], fmi2SetContinuousStates([0.0; 16].as_ptr(), 16)),
+        call!(h, READ, fmi2GetDerivatives([0.0; 16].as_mut_ptr(), 16)),
+        call!(h, READ, fmi2GetEventIndicators([0.0; 8].as_mut_ptr(), 8)),
+        call!(h, READ, fmi2GetContinuousStates([0.0; 16].as_mut_ptr(), 16)),
+        call!(h, ANY, fmi2GetNominalsOfContinuousStates([0.0; 16].as_mut_ptr(), 16)),
     ],
 ];
 

@@ -11,7 +11,8 @@ use std::collections::BTreeSet;
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
 
-use cradle_host::fmi3::{Getter, Host, vr};
+use cradle_host::call;
+use cradle_host::fmi3::{Host, vr};
 use fmi_schema::fmi3::Fmi3ModelDescription;
 use fmi_schema::traits::FmiModelDescription;
 use newtons_cradle::fmi3::fmi3Status::{fmi3Error, fmi3OK};
@@ -96,10 +97,6 @@ fn derivatives(host: &Host, adjoint: bool) -> fmi3Status {
     host.derivatives(adjoint, [&[vr("x")], &[vr("F_ext")]], &[0.0; 5], &mut [0.0; 5])
 }
 
-fn vector(get: Getter, c: fmi3Instance, length: usize) -> fmi3Status {
-    unsafe { get(c, [0.0; 17].as_mut_ptr(), length) }
-}
-
 /// A function, the states in which it is legal, and a call that succeeds there.
 type Function = (&'static str, &'static [State], Asked);
 
@@ -118,102 +115,88 @@ const SENSITIVE: &[State] = &[Initialization, Event, Step, Continuous, Terminate
 const CONTINUOUS: &[State] = &[Initialization, Event, Continuous, Terminated];
 const NOMINALS: &[State] = &[Instantiated, Initialization, Event, Continuous, Terminated];
 
-/// Getter and setter of a type that no variable has.
-macro_rules! untyped {
-    ($($get:ident $set:ident)*) => {
-        [$(
-            (stringify!($get), START, (|h| unsafe { $get(h.c, null(), 0, null_mut(), 0) }) as Asked),
-            (stringify!($set), SET_DISCRETE, |h| unsafe { $set(h.c, null(), 0, null(), 0) }),
-        )*]
-    };
-}
-
-const UNTYPED: [Function; 16] = untyped!(
-    fmi3GetFloat32 fmi3SetFloat32
-    fmi3GetInt8 fmi3SetInt8
-    fmi3GetUInt8 fmi3SetUInt8
-    fmi3GetInt16 fmi3SetInt16
-    fmi3GetUInt16 fmi3SetUInt16
-    fmi3GetInt32 fmi3SetInt32
-    fmi3GetUInt32 fmi3SetUInt32
-    fmi3GetString fmi3SetString
-);
-
 /// Functions of both kinds of instances.
-const COMMON: [Function; 39] = [
-    ("fmi3SetDebugLogging", LOGGED, |h| unsafe { fmi3SetDebugLogging(h.c, 0, 0, null()) }),
+const COMMON: [Function; 55] = [
+    call!(h, LOGGED, fmi3SetDebugLogging(0, 0, null())),
     ("fmi3EnterInitializationMode", &[Instantiated], Host::enter),
-    ("fmi3ExitInitializationMode", &[Initialization], |h| unsafe { fmi3ExitInitializationMode(h.c) }),
-    ("fmi3EnterEventMode", &[Step, Continuous], |h| unsafe { fmi3EnterEventMode(h.c) }),
-    ("fmi3Terminate", &[Event, Step, Continuous], |h| unsafe { fmi3Terminate(h.c) }),
-    ("fmi3Reset", ANY, |h| unsafe { fmi3Reset(h.c) }),
-    ("fmi3GetFloat64", READ, |h| unsafe { fmi3GetFloat64(h.c, &vr("E_total"), 1, &mut 0.0, 1) }),
-    ("fmi3GetUInt64", READ, |h| unsafe { fmi3GetUInt64(h.c, &vr("pulses"), 1, [0; 5].as_mut_ptr(), 5) }),
-    ("fmi3GetInt64", START, |h| unsafe { fmi3GetInt64(h.c, &vr("contact.model"), 1, &mut 0, 1) }),
-    ("fmi3GetBoolean", READ, |h| unsafe { fmi3GetBoolean(h.c, &vr("inContact"), 1, [0; 5].as_mut_ptr(), 5) }),
-    ("fmi3GetClock", READ, |h| unsafe { fmi3GetClock(h.c, &vr("onset.clock"), 1, &mut 0) }),
-    ("fmi3GetBinary", START, |h| unsafe { fmi3GetBinary(h.c, null(), 0, null_mut(), null_mut(), 0) }),
+    call!(h, &[Initialization], fmi3ExitInitializationMode()),
+    call!(h, &[Step, Continuous], fmi3EnterEventMode()),
+    call!(h, &[Event, Step, Continuous], fmi3Terminate()),
+    call!(h, ANY, fmi3Reset()),
+    call!(h, READ, fmi3GetFloat64(&vr("E_total"), 1, &mut 0.0, 1)),
+    call!(h, READ, fmi3GetUInt64(&vr("pulses"), 1, [0; 5].as_mut_ptr(), 5)),
+    call!(h, START, fmi3GetInt64(&vr("contact.model"), 1, &mut 0, 1)),
+    call!(h, READ, fmi3GetBoolean(&vr("inContact"), 1, [0; 5].as_mut_ptr(), 5)),
+    call!(h, READ, fmi3GetClock(&vr("onset.clock"), 1, &mut 0)),
+    call!(h, START, fmi3GetBinary(null(), 0, null_mut(), null_mut(), 0)),
     ("fmi3SetFloat64", SET, |h| h.set("F_ext", &[0.0; 5])),
-    ("fmi3SetUInt64", &[Configuration], |h| unsafe { fmi3SetUInt64(h.c, &vr("n"), 1, &7, 1) }),
-    ("fmi3SetInt64", SET_DISCRETE, |h| unsafe { fmi3SetInt64(h.c, null(), 0, null(), 0) }),
-    ("fmi3SetBoolean", SET_DISCRETE, |h| unsafe { fmi3SetBoolean(h.c, null(), 0, null(), 0) }),
-    ("fmi3SetClock", SET_DISCRETE, |h| unsafe { fmi3SetClock(h.c, null(), 0, null()) }),
-    ("fmi3SetBinary", SET_DISCRETE, |h| unsafe { fmi3SetBinary(h.c, null(), 0, null(), null(), 0) }),
+    call!(h, &[Configuration], fmi3SetUInt64(&vr("n"), 1, &7, 1)),
+    call!(h, SET_DISCRETE, fmi3SetInt64(null(), 0, null(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetBoolean(null(), 0, null(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetClock(null(), 0, null())),
+    call!(h, SET_DISCRETE, fmi3SetBinary(null(), 0, null(), null(), 0)),
     ("fmi3GetFMUState", ANY, |h| with_state(h.c, |_| fmi3OK)),
     ("fmi3SetFMUState", ANY, |h| with_state(h.c, |state| unsafe { fmi3SetFMUState(h.c, state) })),
-    ("fmi3FreeFMUState", ANY, |h| unsafe { fmi3FreeFMUState(h.c, &mut null_mut()) }),
+    call!(h, ANY, fmi3FreeFMUState(&mut null_mut())),
     ("fmi3SerializedFMUStateSize", ANY, |h| {
         with_state(h.c, |state| unsafe { fmi3SerializedFMUStateSize(h.c, state, &mut 0) })
     }),
     ("fmi3DeserializeFMUState", ANY, |h| with_state(h.c, |_| h.set_bytes(&h.to_bytes()))),
     ("fmi3GetDirectionalDerivative", SENSITIVE, |h| derivatives(h, false)),
     ("fmi3GetAdjointDerivative", SENSITIVE, |h| derivatives(h, true)),
-    ("fmi3EnterConfigurationMode", &[Instantiated], |h| unsafe { fmi3EnterConfigurationMode(h.c) }),
-    ("fmi3ExitConfigurationMode", &[Configuration], |h| unsafe { fmi3ExitConfigurationMode(h.c) }),
+    call!(h, &[Instantiated], fmi3EnterConfigurationMode()),
+    call!(h, &[Configuration], fmi3ExitConfigurationMode()),
     ("fmi3UpdateDiscreteStates", &[Event], |h| h.update().0),
-    ("fmi3EvaluateDiscreteStates", &[Event], |h| unsafe { fmi3EvaluateDiscreteStates(h.c) }),
-    ("fmi3GetIntervalDecimal", INTERVALS, |h| unsafe {
-        fmi3GetIntervalDecimal(h.c, null(), 0, null_mut(), null_mut())
-    }),
-    ("fmi3GetIntervalFraction", INTERVALS, |h| unsafe {
-        fmi3GetIntervalFraction(h.c, null(), 0, null_mut(), null_mut(), null_mut())
-    }),
-    ("fmi3GetShiftDecimal", INTERVALS, |h| unsafe { fmi3GetShiftDecimal(h.c, null(), 0, null_mut()) }),
-    ("fmi3GetShiftFraction", INTERVALS, |h| unsafe { fmi3GetShiftFraction(h.c, null(), 0, null_mut(), null_mut()) }),
-    ("fmi3SetIntervalDecimal", INTERVALS, |h| unsafe { fmi3SetIntervalDecimal(h.c, null(), 0, null()) }),
-    ("fmi3SetIntervalFraction", INTERVALS, |h| unsafe { fmi3SetIntervalFraction(h.c, null(), 0, null(), null()) }),
-    ("fmi3SetShiftDecimal", INTERVALS, |h| unsafe { fmi3SetShiftDecimal(h.c, null(), 0, null()) }),
-    ("fmi3SetShiftFraction", INTERVALS, |h| unsafe { fmi3SetShiftFraction(h.c, null(), 0, null(), null()) }),
+    call!(h, &[Event], fmi3EvaluateDiscreteStates()),
+    call!(h, INTERVALS, fmi3GetIntervalDecimal(null(), 0, null_mut(), null_mut())),
+    call!(h, INTERVALS, fmi3GetIntervalFraction(null(), 0, null_mut(), null_mut(), null_mut())),
+    call!(h, INTERVALS, fmi3GetShiftDecimal(null(), 0, null_mut())),
+    call!(h, INTERVALS, fmi3GetShiftFraction(null(), 0, null_mut(), null_mut())),
+    call!(h, INTERVALS, fmi3SetIntervalDecimal(null(), 0, null())),
+    call!(h, INTERVALS, fmi3SetIntervalFraction(null(), 0, null(), null())),
+    call!(h, INTERVALS, fmi3SetShiftDecimal(null(), 0, null())),
+    call!(h, INTERVALS, fmi3SetShiftFraction(null(), 0, null(), null())),
+    // Of types that no variable has.
+    call!(h, START, fmi3GetFloat32(null(), 0, null_mut(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetFloat32(null(), 0, null(), 0)),
+    call!(h, START, fmi3GetInt8(null(), 0, null_mut(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetInt8(null(), 0, null(), 0)),
+    call!(h, START, fmi3GetUInt8(null(), 0, null_mut(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetUInt8(null(), 0, null(), 0)),
+    call!(h, START, fmi3GetInt16(null(), 0, null_mut(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetInt16(null(), 0, null(), 0)),
+    call!(h, START, fmi3GetUInt16(null(), 0, null_mut(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetUInt16(null(), 0, null(), 0)),
+    call!(h, START, fmi3GetInt32(null(), 0, null_mut(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetInt32(null(), 0, null(), 0)),
+    call!(h, START, fmi3GetUInt32(null(), 0, null_mut(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetUInt32(null(), 0, null(), 0)),
+    call!(h, START, fmi3GetString(null(), 0, null_mut(), 0)),
+    call!(h, SET_DISCRETE, fmi3SetString(null(), 0, null(), 0)),
     // Not offered.
-    ("fmi3GetNumberOfVariableDependencies", &[], |h| unsafe { fmi3GetNumberOfVariableDependencies(h.c, 0, &mut 0) }),
-    ("fmi3GetVariableDependencies", &[], |h| unsafe {
-        fmi3GetVariableDependencies(h.c, 0, null_mut(), null_mut(), null_mut(), null_mut(), 0)
-    }),
+    call!(h, &[], fmi3GetNumberOfVariableDependencies(0, &mut 0)),
+    call!(h, &[], fmi3GetVariableDependencies(0, null_mut(), null_mut(), null_mut(), null_mut(), 0)),
 ];
 
 /// Those of co-simulation, and those of model exchange.
 const OWN: [&[Function]; 2] = [
     &[
-        ("fmi3EnterStepMode", &[Event], |h| unsafe { fmi3EnterStepMode(h.c) }),
-        ("fmi3GetOutputDerivatives", &[Step, Intermediate, Terminated], |h| unsafe {
-            fmi3GetOutputDerivatives(h.c, &vr("E_total"), 1, &1, &mut 0.0, 1)
-        }),
+        call!(h, &[Event], fmi3EnterStepMode()),
+        call!(h, &[Step, Intermediate, Terminated], fmi3GetOutputDerivatives(&vr("E_total"), 1, &1, &mut 0.0, 1)),
         ("fmi3DoStep", &[Step], |h| h.step(0.0, 1.0).0),
-        ("fmi3ActivateModelPartition", &[], |h| unsafe { fmi3ActivateModelPartition(h.c, 0, 0.0) }),
+        call!(h, &[], fmi3ActivateModelPartition(0, 0.0)),
     ],
     &[
-        ("fmi3EnterContinuousTimeMode", &[Event], |h| unsafe { fmi3EnterContinuousTimeMode(h.c) }),
-        ("fmi3CompletedIntegratorStep", &[Continuous], |h| unsafe {
-            fmi3CompletedIntegratorStep(h.c, 1, &mut 0, &mut 0)
-        }),
-        ("fmi3SetTime", &[Continuous], |h| unsafe { fmi3SetTime(h.c, 0.0) }),
-        ("fmi3SetContinuousStates", &[Continuous], |h| unsafe { fmi3SetContinuousStates(h.c, [0.0; 17].as_ptr(), 17) }),
-        ("fmi3GetContinuousStateDerivatives", CONTINUOUS, |h| vector(fmi3GetContinuousStateDerivatives, h.c, 17)),
-        ("fmi3GetEventIndicators", CONTINUOUS, |h| vector(fmi3GetEventIndicators, h.c, 10)),
-        ("fmi3GetContinuousStates", CONTINUOUS, |h| vector(fmi3GetContinuousStates, h.c, 17)),
-        ("fmi3GetNominalsOfContinuousStates", NOMINALS, |h| vector(fmi3GetNominalsOfContinuousStates, h.c, 17)),
-        ("fmi3GetNumberOfEventIndicators", ANY, |h| unsafe { fmi3GetNumberOfEventIndicators(h.c, &mut 0) }),
-        ("fmi3GetNumberOfContinuousStates", ANY, |h| unsafe { fmi3GetNumberOfContinuousStates(h.c, &mut 0) }),
+        call!(h, &[Event], fmi3EnterContinuousTimeMode()),
+        call!(h, &[Continuous], fmi3CompletedIntegratorStep(1, &mut 0, &mut 0)),
+        call!(h, &[Continuous], fmi3SetTime(0.0)),
+        call!(h, &[Continuous], fmi3SetContinuousStates([0.0; 17].as_ptr(), 17)),
+        call!(h, CONTINUOUS, fmi3GetContinuousStateDerivatives([0.0; 17].as_mut_ptr(), 17)),
+        call!(h, CONTINUOUS, fmi3GetEventIndicators([0.0; 10].as_mut_ptr(), 10)),
+        call!(h, CONTINUOUS, fmi3GetContinuousStates([0.0; 17].as_mut_ptr(), 17)),
+        call!(h, NOMINALS, fmi3GetNominalsOfContinuousStates([0.0; 17].as_mut_ptr(), 17)),
+        call!(h, ANY, fmi3GetNumberOfEventIndicators(&mut 0)),
+        call!(h, ANY, fmi3GetNumberOfContinuousStates(&mut 0)),
     ],
 ];
 
@@ -221,9 +204,9 @@ const OWN: [&[Function]; 2] = [
 fn calls_are_legal_where_the_standard_has_them() {
     // All but fmi3GetVersion, three that instantiate, fmi3FreeInstance and fmi3SerializeFMUState, which is called on
     // the way.
-    assert_eq!(COMMON.len() + UNTYPED.len() + OWN[0].len() + OWN[1].len(), 75 - 6);
+    assert_eq!(COMMON.len() + OWN[0].len() + OWN[1].len(), 75 - 6);
     for (exchange, states) in [false, true].into_iter().zip(STATES) {
-        let has = COMMON.iter().chain(&UNTYPED).chain(OWN[usize::from(exchange)]).map(|function| (function, true));
+        let has = COMMON.iter().chain(OWN[usize::from(exchange)]).map(|function| (function, true));
         let others = OWN[usize::from(!exchange)].iter().map(|function| (function, false));
         for ((name, legal, function), has) in has.chain(others) {
             for state in states {

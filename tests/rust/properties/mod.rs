@@ -3,7 +3,6 @@
 //! The cases are the same in every run of the tests. `PROPTEST_CASES=<number>` tries more or fewer of them and
 //! `PROPTEST_RNG_SEED=<number>` others; a failure is shrunk and printed as the parameters to repeat it with.
 
-mod chains;
 mod conservation;
 mod cradles;
 mod grids;
