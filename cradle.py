@@ -60,10 +60,7 @@ def main() -> int:
     tests.set_defaults(function=test)
     wheels = commands.add_parser("wheel", help=make_wheel.__doc__)
     wheels.add_argument(
-        "--fmu",
-        type=Path,
-        metavar="FILE",
-        help="the FMU to include [default: one with this platform's binary only]",
+        "--fmu", type=Path, metavar="FILE", help="the FMU to include [default: one with this platform's binary only]"
     )
     wheels.set_defaults(function=lambda options: make_wheel(options.fmu))
     options = parser.parse_args()

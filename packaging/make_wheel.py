@@ -25,10 +25,7 @@ def make_wheel(fmu: Path | None) -> int:
         target, environment = old_linux()
         build = ["cargo", "zigbuild" if target else "build", "--release", "--package", "cradle-packaging"]
         # What the program runs for long, compression and the FMU, is optimised by itself: the rest compiles sooner.
-        less = [
-            "--config=profile.release.opt-level=1",
-            "--config=profile.release.package.miniz_oxide.opt-level=3",
-        ]
+        less = ["--config=profile.release.opt-level=1", "--config=profile.release.package.miniz_oxide.opt-level=3"]
         run([*build, *less, *target], env=environment)
         # Cargo's folder has the target without the version of glibc.
         triple = target[1].split(".")[0] if target else ""

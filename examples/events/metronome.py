@@ -111,11 +111,7 @@ def compare(path: Path, stop: float) -> tuple[list[dict], list[np.ndarray]]:
                 # stored against the force.
                 total = run["E_total"] + FORCE * abs(sum(run["x"]))
             lates.append(np.array(clicks) - (first + period * np.arange(len(clicks))))
-            row = {
-                "way": "event mode" if step is None else f"grid of {step:g} s",
-                "step": step,
-                "calls": calls,
-            }
+            row = {"way": "event mode" if step is None else f"grid of {step:g} s", "step": step, "calls": calls}
             row |= {"seconds": seconds, "clicks": len(clicks), "energy_error": abs(total / energy - 1)}
             rows.append(row | {"time_error": np.abs(lates[-1]).max()})
     return rows, lates

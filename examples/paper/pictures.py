@@ -47,13 +47,7 @@ def main() -> None:
     with opened(options) as fmus:
         svg(default_run(fmus[5]), assets / "run.svg")
         photographs(fmus, options.out / "report.html", docs, assets / "scene.svg")
-    others = (
-        "study/study",
-        "mechatronics/coupling",
-        "mechatronics/machine",
-        "events/metronome",
-        "fit/contacts",
-    )
+    others = ("study/study", "mechatronics/coupling", "mechatronics/machine", "events/metronome", "fit/contacts")
     pictures = [options.out / "figure3.png", options.out / "figure5.png"]
     for path in [*pictures, *(ROOT / f"out/{name}.png" for name in others)]:
         small(Image.open(path), docs / path.name)

@@ -31,10 +31,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     found.at_least("stiffness", "0.26 µm: change of the outcome / v", change, 0.1)
 
     columns = []
-    for shown, title in (
-        (none, "without a dead band: one curve"),
-        (band, "with a dead band of 0.26 µm"),
-    ):
+    for shown, title in ((none, "without a dead band: one curve"), (band, "with a dead band of 0.26 µm")):
         strips = [Strip(f"F[{i + 1}]", [
             Trace(TIME, force[case][:, i], colour, "line", f"{case[0]:.0e} N/m" if i == 0 else "")
             for case, colour in zip(shown, COLOURS, strict=False)

@@ -25,15 +25,7 @@ hosts on trial, and their judge), `progress` (a progress bar), `recording` and `
 from . import files, look
 from .calibration import Calibration, calibrate
 from .cases import Case, Judgement, benchmark, benchmarks
-from .errors import (
-    CradleError,
-    DoubtfulStart,
-    FileMissing,
-    FmuError,
-    InvalidValue,
-    PackageMissing,
-    UnknownName,
-)
+from .errors import CradleError, DoubtfulStart, FileMissing, FmuError, InvalidValue, PackageMissing, UnknownName
 from .fmu import Fmu, build
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
