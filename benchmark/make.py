@@ -38,8 +38,7 @@ def computed(row, method, seed=0):
     command, text = [BUILT / method, str(seed)], " ".join(map(str, numbers.tolist()))
     found = subprocess.run(command, input=text, stdout=subprocess.PIPE, text=True, check=True).stdout
     lines = [(name, [*map(Decimal, words)]) for name, *words in map(str.split, found.splitlines())]
-    events = {kind: [pair for name, pair in lines if name == kind] for kind in ("closed", "opened")}
-    return dict(lines) | events
+    return dict(lines) | {kind: [pair for name, pair in lines if name == kind] for kind in ("closed", "opened")}
 
 
 def order(result, last, left_out):

@@ -42,8 +42,7 @@ def make_wheel(fmu: Path | None) -> int:
             shutil.copyfile(ENGINE, PACKAGE / ENGINE.name)
         # zig has linked for glibc 2.17, whichever version this machine has.
         platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{triple.split('-')[0]}"} if target else {}
-        pack = [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."]
-        run(pack, env=environment | platform)
+        run([PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."], env=environment | platform)
         (wheel,) = FOLDER.glob("*.whl")
         say(f"  pip install '{wheel.relative_to(ROOT)}[plot]'   ({wheel.stat().st_size / 1e6:.1f} MB)")
     if not ENGINE.exists():

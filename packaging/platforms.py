@@ -116,8 +116,7 @@ def linker(target: str) -> tuple[str, str]:
     if "windows" not in target:
         return "cargo-zigbuild", "pip install ziglang cargo-zigbuild"
     processor = target.split("-")[0]
-    package = f"gcc-mingw-w64-{processor.replace('_', '-')}-win32"
-    return f"{processor}-w64-mingw32-gcc", f"on Debian, apt install {package}"
+    return f"{processor}-w64-mingw32-gcc", f"on Debian, apt install gcc-mingw-w64-{processor.replace('_', '-')}-win32"
 
 
 def possible(toolchain: Path | None, sysroot: Path) -> Iterator[tuple[str, ...]]:
