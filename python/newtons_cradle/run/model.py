@@ -257,8 +257,7 @@ class Model:
 
 def _cure(array: str, count: int) -> str:
     """Advice how to get an FMU with this many elements in arrays over balls."""
-    possible = array.endswith("_start") and count > 0
-    return f"; `nc.build(balls={count})` makes one of {count}" if possible else ""
+    return f"; `nc.build(balls={count})` makes one of {count}" if array.endswith("_start") and count > 0 else ""
 
 
 Place = tuple[str, int]  #: Where FMI 3.0 has an element: the name of its array, and its index from 0.
