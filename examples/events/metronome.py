@@ -122,8 +122,7 @@ def save_plot(path: Path, rows: list[dict], lates: list[np.ndarray]) -> None:
     with diagrams(path, 3.6) as (left, right):
         for row, late, colour in zip(rows, lates, ("#208030", "#c04000", "#0060a0", "#805080"), strict=True):
             left.loglog(row["calls"], max(row["energy_error"], 1e-16), "o", color=colour, label=row["way"])
-            numbers = range(1, len(late) + 1)
-            right.semilogy(numbers, np.maximum(np.abs(late), 1e-16), ".-", color=colour, linewidth=1)
+            right.semilogy(range(1, len(late) + 1), np.maximum(np.abs(late), 1e-16), ".-", color=colour, linewidth=1)
         left.set(xlabel="steps and iterations of events", ylabel="energy error / energy")
         right.set(xlabel="click", ylabel="time error, s")
         left.legend(fontsize=8)

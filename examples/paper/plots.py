@@ -93,8 +93,7 @@ def save_picture(plot: Plot, path: Path, **options) -> None:
     """Draws a plot with its title and caption and writes it, as PNG or what the path's suffix says."""
     plt.rcParams.update(STYLE)
     rows = len(plot.columns[0].strips)
-    size = (9.0, 1.7 + plot.height * rows)
-    shape = {"sharex": "col", "squeeze": False, "layout": "constrained", "figsize": size}
+    shape = {"sharex": "col", "squeeze": False, "layout": "constrained", "figsize": (9.0, 1.7 + plot.height * rows)}
     figure, axes = plt.subplots(rows, len(plot.columns), **shape)
     if plot.title:
         figure.suptitle(plot.title, fontsize=12, fontweight="bold", color=INK, x=0.01, ha="left")
