@@ -99,8 +99,7 @@ def columns(result: Any, case: Case) -> Table:
 def by_name(result: Any) -> dict[str, list[Any]]:
     """The columns of a dict, of a `Result`, or of a structured array."""
     samples = getattr(result, "samples", result)
-    structured = getattr(getattr(samples, "dtype", None), "names", None)
-    names = list(result) if isinstance(result, Mapping) else structured
+    names = list(result) if isinstance(result, Mapping) else getattr(getattr(samples, "dtype", None), "names", None)
     if not names:
         needed("result", result, Mapping, "the path of a CSV file, or a dict of columns by name,")
     return {name: list(samples[name]) for name in names or ()}
