@@ -34,12 +34,6 @@ PLATFORMS = {
     "win32": ("i686-pc-windows-gnu",),
 }
 
-# The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
-SETTINGS = """
-[profile.release]
-strip = "none"
-"""
-
 # What makes Cargo compile the standard library as well. Its code is optimised less, which saves a third of the time:
 # what is inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
 WITH_SOURCES = """
@@ -156,7 +150,8 @@ def main() -> int:
     environment |= with_sources(toolchain) if toolchain else {}
     if "--to-test" in sys.argv:
         environment["RUSTC_WRAPPER"] = str(script(build / "unoptimised", UNOPTIMISED))
-    settings = SETTINGS + (WITH_SOURCES if toolchain else "")
+    # The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
+    settings = '[profile.release]\nstrip = "none"\n' + (WITH_SOURCES if toolchain else "")
     for targets in possible(toolchain, sysroot):
         command += [f"--target={target}" for target in targets]
         if targets == MACOS:
