@@ -45,26 +45,18 @@ def paper(_options) -> int:
 
 def main() -> int:
     """Parses the command line and runs the command."""
-    parser = argparse.ArgumentParser(
-        prog="cradle.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="cradle.py", description=__doc__, formatter_class=form)
     commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test,wheel}")
     commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
     tests = commands.add_parser("test", help=test.__doc__)
     tests.add_argument("--all", action="store_true", help="run everything that checks this project")
-    tests.add_argument(
-        "--strict",
-        action="store_true",
-        help="fail if anything is skipped that a machine with everything installed can run, as CI does",
-    )
+    help = "fail if anything is skipped that a machine with everything installed can run, as CI does"
+    tests.add_argument("--strict", action="store_true", help=help)
     tests.set_defaults(function=test)
     wheels = commands.add_parser("wheel", help=make_wheel.__doc__)
-    wheels.add_argument(
-        "--fmu",
-        type=Path,
-        metavar="FILE",
-        help="the FMU to include [default: one with this platform's binary only]",
-    )
+    help = "the FMU to include [default: one with this platform's binary only]"
+    wheels.add_argument("--fmu", type=Path, metavar="FILE", help=help)
     wheels.set_defaults(function=lambda options: make_wheel(options.fmu))
     options = parser.parse_args()
     try:

@@ -33,13 +33,11 @@ def computed(row, method, seed=0):
     """What a program from exact/ gives for a row: lists of numbers by name, and pairs of contact and time (s)."""
     # With a changed start, slow balls of one row meet long after its `stop`: it runs until all have parted.
     end = row["stop"] if row["name"] != "equal-50-cubic" else 1e300
-    first = row["n"], LAWS.index(row["law"]), row["exponent"], end
-    numbers = np.hstack([*first, *(row[name] for name in INPUT)])
+    numbers = np.hstack([row["n"], LAWS.index(row["law"]), row["exponent"], end, *(row[name] for name in INPUT)])
     command, text = [BUILT / method, str(seed)], " ".join(map(str, numbers.tolist()))
     found = subprocess.run(command, input=text, stdout=subprocess.PIPE, text=True, check=True).stdout
     lines = [(name, [*map(Decimal, words)]) for name, *words in map(str.split, found.splitlines())]
-    events = {kind: [pair for name, pair in lines if name == kind] for kind in ("closed", "opened")}
-    return dict(lines) | events
+    return dict(lines) | {kind: [pair for name, pair in lines if name == kind] for kind in ("closed", "opened")}
 
 
 def order(result, last, left_out):

@@ -130,11 +130,9 @@ def old_linux() -> tuple[list, dict]:
         )
         return [], {}
     caches = {name: str(ROOT / "target/zig") for name in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR")}
-    path = f"{programs}{os.pathsep}{os.environ['PATH']}"
-    return ["--target", f"{host}.2.17"], caches | {"PATH": path}
+    return ["--target", f"{host}.2.17"], caches | {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
 
 
 def rustc(what: str) -> str:
     """What `rustc --print` says of itself: its `sysroot`, or the `host-tuple` that it compiles for."""
-    command = ["rustc", "--print", what]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    return subprocess.run(["rustc", "--print", what], capture_output=True, text=True, check=True).stdout.strip()

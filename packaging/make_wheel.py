@@ -26,10 +26,7 @@ def make_wheel(fmu: Path | None) -> int:
         target, environment = old_linux()
         build = ["cargo", "zigbuild" if target else "build", "--release", "--package", "cradle-packaging"]
         # What the program runs for long, compression and the FMU, is optimised by itself: the rest compiles sooner.
-        less = [
-            "--config=profile.release.opt-level=1",
-            "--config=profile.release.package.miniz_oxide.opt-level=3",
-        ]
+        less = ["--config=profile.release.opt-level=1", "--config=profile.release.package.miniz_oxide.opt-level=3"]
         run([*build, *less, *target], env=environment)
         # Cargo's folder has the target without the version of glibc.
         triple = target[1].split(".")[0] if target else ""
@@ -46,8 +43,7 @@ def make_wheel(fmu: Path | None) -> int:
             shutil.copyfile(ENGINE, PACKAGE / ENGINE.name)
         # zig has linked for glibc 2.17, whichever version this machine has.
         platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{triple.split('-')[0]}"} if target else {}
-        pack = [PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."]
-        run(pack, env=environment | platform)
+        run([PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."], env=environment | platform)
         (wheel,) = FOLDER.glob("*.whl")
         say(f"  pip install '{wheel.relative_to(ROOT)}[plot]'   ({wheel.stat().st_size / 1e6:.1f} MB)")
     if not ENGINE.exists():

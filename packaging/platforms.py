@@ -35,12 +35,6 @@ PLATFORMS = {
     "win32": ("i686-pc-windows-gnu",),
 }
 
-# The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
-SETTINGS = """
-[profile.release]
-strip = "none"
-"""
-
 # What makes Cargo compile the standard library as well. Its code is optimised less, which saves a third of the time:
 # what is inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
 WITH_SOURCES = """
@@ -117,8 +111,7 @@ def linker(target: str) -> tuple[str, str]:
     if "windows" not in target:
         return "cargo-zigbuild", "pip install ziglang cargo-zigbuild"
     processor = target.split("-")[0]
-    package = f"gcc-mingw-w64-{processor.replace('_', '-')}-win32"
-    return f"{processor}-w64-mingw32-gcc", f"on Debian, apt install {package}"
+    return f"{processor}-w64-mingw32-gcc", f"on Debian, apt install gcc-mingw-w64-{processor.replace('_', '-')}-win32"
 
 
 def possible(toolchain: Path | None, sysroot: Path) -> Iterator[tuple[str, ...]]:
@@ -158,7 +151,8 @@ def main() -> int:
     environment |= with_sources(toolchain) if toolchain else {}
     if "--to-test" in sys.argv:
         environment["RUSTC_WRAPPER"] = str(script(build / "unoptimised", UNOPTIMISED))
-    settings = SETTINGS + (WITH_SOURCES if toolchain else "")
+    # The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
+    settings = '[profile.release]\nstrip = "none"\n' + (WITH_SOURCES if toolchain else "")
     for targets in possible(toolchain, sysroot):
         command += [f"--target={target}" for target in targets]
         if targets == MACOS:

@@ -89,8 +89,7 @@ def finish() -> None:
 
 def main() -> int:
     """Parses the command line and makes the files."""
-    raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     steps = {step.__name__: step for step in (fmus, programs, finish)}
     parser.add_argument("step", choices=steps)
     step = steps[parser.parse_args().step]

@@ -51,8 +51,7 @@ def bill() -> Bom:
     whole = component("newtons-cradle release", version, "MIT OR Apache-2.0", **of_release)
     epoch = datetime.fromtimestamp(int(environ.get("SOURCE_DATE_EPOCH", 315532800)), UTC)
     serial = uuid5(NAMESPACE_URL, "\n".join(sorted(str(part.purl) for part in parts.values())))
-    metadata = BomMetaData(component=whole, timestamp=epoch)
-    bom = Bom(components=parts.values(), serial_number=serial, metadata=metadata)
+    bom = Bom(components=parts.values(), serial_number=serial, metadata=BomMetaData(component=whole, timestamp=epoch))
     bom.register_dependency(whole, programs.values())
     for program, own in programs.items():
         bom.register_dependency(own, [parts[key] for key in used[program] if parts[key] is not own])

@@ -14,12 +14,11 @@ import base64
 import gzip
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging"))
-from checkout import ENGINE, LIVE, PYTHON, ROOT, SOME, Stop, make_venv, run
+from checkout import ENGINE, LIVE, PYTHON, ROOT, SOME, Stop, make_venv, run, rustc
 from platforms import with_sources
 
 WEB = Path(__file__).resolve().parent
@@ -35,8 +34,7 @@ def toolchain() -> dict:
     home = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     flags = [f"--remap-path-prefix={ROOT}=.", f"--remap-path-prefix={home}=/cargo"]
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
-    root = ["rustc", "--print", "sysroot"]
-    rustup = Path(subprocess.check_output(root, text=True).strip()) if shutil.which("rustc") else None
+    rustup = Path(rustc("sysroot")) if shutil.which("rustc") else None
     if folder:
         usr = Path(folder).resolve() / "usr"
         if not (usr / "bin/rustc").exists():

@@ -38,8 +38,7 @@ def install() -> None:
         venv.create(OUT / "venv", with_pip=True)
     for line in (HERE / "requirements.txt").read_text(encoding="utf-8").splitlines()[1:]:
         print(f"installing {line}", flush=True)
-        command = [PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", line]
-        if subprocess.run(command).returncode:
+        if subprocess.run([PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", line]).returncode:
             print(f"{line} cannot be installed here and is left out", flush=True)
 
 

@@ -111,11 +111,7 @@ def compare(path: Path, stop: float) -> tuple[list[dict], list[np.ndarray]]:
                 # stored against the force.
                 total = run["E_total"] + FORCE * abs(sum(run["x"]))
             lates.append(np.array(clicks) - (first + period * np.arange(len(clicks))))
-            row = {
-                "way": "event mode" if step is None else f"grid of {step:g} s",
-                "step": step,
-                "calls": calls,
-            }
+            row = {"way": "event mode" if step is None else f"grid of {step:g} s", "step": step, "calls": calls}
             row |= {"seconds": seconds, "clicks": len(clicks), "energy_error": abs(total / energy - 1)}
             rows.append(row | {"time_error": np.abs(lates[-1]).max()})
     return rows, lates
@@ -126,8 +122,7 @@ def save_plot(path: Path, rows: list[dict], lates: list[np.ndarray]) -> None:
     with diagrams(path, 3.6) as (left, right):
         for row, late, colour in zip(rows, lates, ("#208030", "#c04000", "#0060a0", "#805080"), strict=True):
             left.loglog(row["calls"], max(row["energy_error"], 1e-16), "o", color=colour, label=row["way"])
-            numbers = range(1, len(late) + 1)
-            right.semilogy(numbers, np.maximum(np.abs(late), 1e-16), ".-", color=colour, linewidth=1)
+            right.semilogy(range(1, len(late) + 1), np.maximum(np.abs(late), 1e-16), ".-", color=colour, linewidth=1)
         left.set(xlabel="steps and iterations of events", ylabel="energy error / energy")
         right.set(xlabel="click", ylabel="time error, s")
         left.legend(fontsize=8)

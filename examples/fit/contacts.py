@@ -36,16 +36,13 @@ def film(fmu: nc.Fmu, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What a camera sees of a run with these values of the fitted parameters: positions (m; frames, balls), and their
     derivatives by the parameters."""
     positions, derivatives = [], []
-    start = dict(zip(FITTED, values, strict=True)) | {"derivatives.of": "run"}
-    with fmu.start(LINEAR | start) as run:
+    with fmu.start(LINEAR | dict(zip(FITTED, values, strict=True)) | {"derivatives.of": "run"}) as run:
         x, parameters = run.slave.references("x"), run.slave.references(*FITTED)
         for frame in range(1, round(STOP * RATE) + 1):
             run.step_to(frame / RATE)
             positions.append(run["x"])
-            along = [
-                run.slave.getDirectionalDerivative(x, parameters, list(one), fmu.balls) for one in np.eye(len(FITTED))
-            ]
-            derivatives.append(np.transpose(along))
+            ask, seeds = run.slave.getDirectionalDerivative, np.eye(len(FITTED)).tolist()
+            derivatives.append(np.transpose([ask(x, parameters, seed, fmu.balls) for seed in seeds]))
     return np.array(positions), np.array(derivatives)
 
 
@@ -78,8 +75,7 @@ def save_plot(path: Path, fmu: nc.Fmu, filmed: np.ndarray, course: list, errors:
     guessed, fitted = film(fmu, course[0])[0], film(fmu, course[-1])[0]
     with diagrams(path, 3.6, width_ratios=[1.6, 1]) as (left, right):
         for ball, colour in ((0, "#0060a0"), (fmu.balls - 1, "#c04000")):
-            label = f"x[{ball + 1}], filmed"
-            left.plot(time, 1e3 * filmed[:, ball], ".", color=colour, markersize=3, label=label)
+            left.plot(time, 1e3 * filmed[:, ball], ".", color=colour, markersize=3, label=f"x[{ball + 1}], filmed")
             left.plot(time, 1e3 * fitted[:, ball], color=colour, linewidth=0.8, label="fitted")
             left.plot(time, 1e3 * guessed[:, ball], "--", color="#909090", linewidth=0.8, label="first guess")
         left.set(xlabel="time, s", ylabel="position, mm")

@@ -35,13 +35,10 @@ ORDERS = {"FMPy": 0.9, "hold": 0.9, "extrapolate": 2.5, "repeat, at impacts": 1.
 def main() -> int:
     """Runs everything; returns 0 if every check passes, else 1."""
     parser = command_line(__doc__, "mechatronics")
-    parser.add_argument(
-        "--steps", type=int, default=len(STEPS), choices=range(2, len(STEPS) + 1),
-        help=f"how many communication steps to compare, of {STEPS} s",
-    )  # fmt: skip
-    parser.add_argument(
-        "--plant", choices=["c", "python"], default="c", help="language of the plant's FMU [default: c]"
-    )
+    steps = {"type": int, "default": len(STEPS), "choices": range(2, len(STEPS) + 1)}
+    parser.add_argument("--steps", **steps, help=f"how many communication steps to compare, of {STEPS} s")
+    languages = {"choices": ["c", "python"], "default": "c"}
+    parser.add_argument("--plant", **languages, help="language of the plant's FMU [default: %(default)s]")
     options = parser.parse_args()
     found = Found(options.out)
     with opened(options.fmu, options.out, options.plant) as fmus:
@@ -89,8 +86,7 @@ def at_work(fmus: Fmus) -> np.ndarray:
         for time in master.steps(STOP, COARSE):
             plant = map(master.plant.get, of_plant)
             cradle = map(master.cradle.get, of_cradle.values())
-            energies = map(master.energies().get, ENERGIES)
-            rows.append((time, *positions(master), *plant, *cradle, *energies))
+            rows.append((time, *positions(master), *plant, *cradle, *map(master.energies().get, ENERGIES)))
     return np.array(rows, dtype=[(name, "f8") for name in names])
 
 
@@ -106,8 +102,7 @@ def plot_machine(found: Found, table: np.ndarray, momenta: np.ndarray) -> None:
     """Cart, balls, current and energies over time; momenta of the free cart."""
 
     def strip(label, unit, names, table=table):
-        time = table["time"]
-        return Strip(label, [Trace(time, table[n], COLOURS[i], "line", n) for i, n in enumerate(names)], unit)
+        return Strip(label, [Trace(table["time"], table[n], COLOURS[i], "line", n) for i, n in enumerate(names)], unit)
 
     names = momenta.dtype.names[1:]
     momentum = strip("momentum, free cart", "N.s", names, momenta)

@@ -133,8 +133,7 @@ class Master:
         last = f"[{self.cradle.fmu.balls - 1}]"
         sensor = {"F_sensor": self.cradle.get("F_mean" + last), "pulses": self.cradle.get("pulses" + last)}
         to_plant = {"F_support": value[FORCE], "v_coil": value[COIL]}
-        rates = {"F_support_rate": rate[FORCE], "v_coil_rate": rate[COIL]}
-        self.plant.set(to_plant | rates | sensor)
+        self.plant.set(to_plant | {"F_support_rate": rate[FORCE], "v_coil_rate": rate[COIL]} | sensor)
         self.cradle.step_to(end)
         self.plant.step_to(end)
 
@@ -173,8 +172,7 @@ class Master:
             for force, coil in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)):
                 plant.slave.setFMUstate(before)
                 plant.time = begin
-                inputs = {"F_support": force / h, "v_coil": coil / h}
-                plant.set(inputs | {"F_support_rate": 0.0, "v_coil_rate": 0.0})
+                plant.set({"F_support": force / h, "v_coil": coil / h, "F_support_rate": 0.0, "v_coil_rate": 0.0})
                 plant.step_to(end)
                 sent.append([plant.get("v"), plant.get("force_constant") * plant.get("q")])
             zero, *told = map(np.array, sent)

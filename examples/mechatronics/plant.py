@@ -1,8 +1,7 @@
 """The rest of the machine as an FMU of another exporter, PythonFMU: cart, voice coil, controller and force sensor.
 
-The cart (mass, spring and damper to ground) carries the cradle. A voice coil on the cart pulls ball 1; its
-amplifier holds the current at a reference, a pull of the form sin^2 at the beginning. Inputs change linearly over
-a step.
+The cart (mass, spring and damper to ground) carries the cradle. A voice coil on the cart pulls ball 1; its amplifier
+holds the current at a reference, a pull of the form sin^2 at the beginning. Inputs change linearly over a step.
 
     cart:  mass s'' = F_support - F_coil - stiffness s - damping s',  F_coil = force_constant i
     coil:  inductance i' = (resistance + gain) (i_ref - i) - force_constant v_coil
@@ -72,5 +71,4 @@ class CartAndCoil(Fmi2Slave):
         force = support - self.force_constant * i - self.stiffness * s - self.damping * v
         loop = (self.resistance + self.gain) * (pull - i) - self.force_constant * v_coil
         work, loss = self.force_constant * i * v_coil, self.damping * v**2
-        states = [v, force / self.mass, loop / self.inductance, i]
-        return [*states, work, loss, self.F_support_rate, self.v_coil_rate]
+        return [v, force / self.mass, loop / self.inductance, i, work, loss, self.F_support_rate, self.v_coil_rate]

@@ -46,8 +46,7 @@ def save_machine(path: Path, fmus: Fmus) -> None:
         for of, to, names in (("cradle", "plant", TO_PLANT), ("plant", "cradle", TO_CRADLE))
         for start, end in names.items()
     ]
-    connections = SSD.Connections(*lines)
-    files = {"SystemStructure.ssd": system("Machine", fmus, [cradle, plant], "start", STOP, connections)}
+    files = {"SystemStructure.ssd": system("Machine", fmus, [cradle, plant], "start", STOP, SSD.Connections(*lines))}
     files |= parameter_sets("start", CRADLE, fmus.cradle)
     write(path, files, [fmus.cradle.path, fmus.plant.path])
 
@@ -139,7 +138,6 @@ def write(path: Path, files: dict, fmus: list[Path]) -> None:
     """Writes the archive."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, root in files.items():
-            text = etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
-            archive.writestr(name, text)
+            archive.writestr(name, etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8"))
         for fmu in fmus:
             archive.write(fmu, f"resources/{fmu.name}")

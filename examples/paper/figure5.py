@@ -21,7 +21,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     worst = np.abs(micro.stack("v")[-1] / SPEED - OVERLAPPING).max()
     found.conserved(figure, macro, SPEED)
     found.within(figure, "first onset (t_next)", onset, 0.702481473104, 1e-9, "s")
-    found.equal(figure, "pulses, overlapping neighbours", counted(first), (4, 3))
+    found.equal(figure, "pulses, overlapping neighbours", (len(first), nc.overlapping_neighbours(first)), (4, 3))
     found.within(figure, "impact lasts", first["release"].max() - onset, 5.830036335e-7, 1e-12, "s")
     found.at_most(figure, "final velocities / speed, worst error", worst, 1e-8)
 
@@ -31,7 +31,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     states = table1(micro)
     found.conserved(figure, macro, SPEED)
     found.within(figure, "first onset (t_next)", onset, 0.702481589380, 1e-9, "s")
-    found.equal(figure, "pulses, overlapping neighbours", counted(first), (6, 0))
+    found.equal(figure, "pulses, overlapping neighbours", (len(first), nc.overlapping_neighbours(first)), (6, 0))
     found.equal(figure, "pulse order", show_order(nc.pulse_order(first)), show_order(ORDER))
     found.equal(figure, "return stroke", show_order(nc.pulse_order(second)), show_order(MIRRORED))
     found.equal("Table 1", "states, in order", show_states(states), show_states(TABLE1))
@@ -60,11 +60,6 @@ def case(fmu: nc.Fmu, found: Found, label: str, dead_band: float, title: str) ->
     views = {"impact": (-5e-8, 1.1e-6), "onset": (-2e-9, 4e-8)}
     strips = family(micro, "F", origin=onset, limits=(0, 1.8e7))
     return onset, macro, micro, Column(strips, views, title, f"time after the first onset at {onset:.12f} s")
-
-
-def counted(pulses: np.ndarray) -> tuple[int, int]:
-    """Pulses, and pairs of neighbours that overlap."""
-    return len(pulses), nc.overlapping_neighbours(pulses)
 
 
 def show_order(order: list[list[int]]) -> str:

@@ -47,13 +47,7 @@ def main() -> None:
     with opened(options) as fmus:
         svg(default_run(fmus[5]), assets / "run.svg")
         photographs(fmus, options.out / "report.html", docs, assets / "scene.svg")
-    others = (
-        "study/study",
-        "mechatronics/coupling",
-        "mechatronics/machine",
-        "events/metronome",
-        "fit/contacts",
-    )
+    others = ("study/study", "mechatronics/coupling", "mechatronics/machine", "events/metronome", "fit/contacts")
     pictures = [options.out / "figure3.png", options.out / "figure5.png"]
     for path in [*pictures, *(ROOT / f"out/{name}.png" for name in others)]:
         small(Image.open(path), docs / path.name)
@@ -64,8 +58,7 @@ def default_run(fmu: nc.Fmu) -> Plot:
     macro = fmu.simulate(stop=10.0, step=0.05, record=["x"])
     with fmu.start() as run:
         onset, micro = run.zoom(span=1e-4, step=1e-6, record=["F", "E_contact"], before=5e-6)
-    energy = micro.stack("E_contact").sum(axis=1)
-    stored = Trace(micro["time"] - onset, energy, nc.look.COLOURS["contact"], "area")
+    stored = Trace(micro["time"] - onset, micro.stack("E_contact").sum(axis=1), nc.look.COLOURS["contact"], "area")
     pulses = [*family(micro, "F", origin=onset), Strip("stored", [stored], "J")]
     columns = [
         Column(family(macro, "x", limits=(-0.12, 0.12)), {"": (0.0, 10.0)}, "ten seconds"),
@@ -113,8 +106,7 @@ def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
 
 def save_scene(browser, path: Path, width: int = 960) -> None:
     """The balls alone, as SVG to be put into a page: that needs no other file then."""
-    png = browser.find(".cradle").screenshot_as_png
-    picture = Image.open(io.BytesIO(png)).convert("RGB")
+    picture = Image.open(io.BytesIO(browser.find(".cradle").screenshot_as_png)).convert("RGB")
     picture.thumbnail((width, width))
     (width, height), file = picture.size, io.BytesIO()
     picture.save(file, "JPEG", optimize=True, quality=72)

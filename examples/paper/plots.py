@@ -1,6 +1,5 @@
 """Plots as data: strips of traces above a common axis, drawn as PNG here and by the report's script in a browser."""
 
-import sys
 import textwrap
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,14 +9,11 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+import newtons_cradle as nc
 import numpy as np
 from matplotlib.ticker import EngFormatter
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "python"))
-
-import newtons_cradle as nc  # noqa: E402
-
 #: One colour per ball or contact, from left to right; told apart by colour-blind eyes as well.
 COLOURS = nc.look.SERIES
 INK, SOFT, FAINT, GRID = (nc.look.COLOURS[name] for name in ("ink", "soft", "edge", "line"))
@@ -97,8 +93,7 @@ def save_picture(plot: Plot, path: Path, **options) -> None:
     """Draws a plot with its title and caption and writes it, as PNG or what the path's suffix says."""
     plt.rcParams.update(STYLE)
     rows = len(plot.columns[0].strips)
-    size = (9.0, 1.7 + plot.height * rows)
-    shape = {"sharex": "col", "squeeze": False, "layout": "constrained", "figsize": size}
+    shape = {"sharex": "col", "squeeze": False, "layout": "constrained", "figsize": (9.0, 1.7 + plot.height * rows)}
     figure, axes = plt.subplots(rows, len(plot.columns), **shape)
     if plot.title:
         figure.suptitle(plot.title, fontsize=12, fontweight="bold", color=INK, x=0.01, ha="left")

@@ -18,8 +18,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     for case in tracked("Stiffness from 1e10 to 1e14 N/m", cases):
         force[case], outcome[case], neighbours[case] = impact(fmus[5], *case)
     kinds = [("stiffness", "f8"), ("deadBand", "f8"), *((f"v[{i}]", "f8") for i in range(1, 6))]
-    table = np.array([(*case, *velocities) for case, velocities in outcome.items()], dtype=kinds)
-    found.save("stiffness.csv", table)
+    found.save("stiffness.csv", np.array([(*case, *velocities) for case, velocities in outcome.items()], dtype=kinds))
 
     none, band = cases[: len(STIFFNESS)], cases[len(STIFFNESS) :]
     for what, of in (("pulses / v sqrt(k m)", force), ("outcome / v", outcome)):
@@ -31,10 +30,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     found.at_least("stiffness", "0.26 µm: change of the outcome / v", change, 0.1)
 
     columns = []
-    for shown, title in (
-        (none, "without a dead band: one curve"),
-        (band, "with a dead band of 0.26 µm"),
-    ):
+    for shown, title in ((none, "without a dead band: one curve"), (band, "with a dead band of 0.26 µm")):
         strips = [Strip(f"F[{i + 1}]", [
             Trace(TIME, force[case][:, i], colour, "line", f"{case[0]:.0e} N/m" if i == 0 else "")
             for case, colour in zip(shown, COLOURS, strict=False)
@@ -56,5 +52,4 @@ def impact(fmu: nc.Fmu, k: float, dead_band: float) -> tuple[np.ndarray, np.ndar
     unit = 1 / np.sqrt(k)
     with fmu.start(nc.figure5() | nc.power_law(k, dead_band=dead_band)) as run:
         _, micro = run.zoom(span=SPAN * unit, step=SPAN * unit / STEPS, record=["F"])
-        force = micro.stack("F") / (SPEED * np.sqrt(k))
-        return force, run["v"] / SPEED, nc.overlapping_neighbours(micro.pulses)
+        return micro.stack("F") / (SPEED * np.sqrt(k)), run["v"] / SPEED, nc.overlapping_neighbours(micro.pulses)

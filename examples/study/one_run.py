@@ -95,8 +95,7 @@ def measure(fmu: nc.Fmu, case: dict) -> dict:
     first = nc.impact_sequences(run.pulses)[0]
     end = first["release"].max()
     record = [*(f"F[{i}]" for i in range(1, n)), f"E_kinetic[{last}]", f"E_gravity[{last}]", "E_total"]
-    times = nc.sample_times(first, stop=end, step=end, per_pulse=SAMPLES)
-    click = fmu.simulate(values, times=times, record=record)
+    click = fmu.simulate(values, times=nc.sample_times(first, stop=end, step=end, per_pulse=SAMPLES), record=record)
     energy = click[f"E_kinetic[{last}]"] + click[f"E_gravity[{last}]"]
     return {
         "overlap": float(nc.overlaps(click).mean()),

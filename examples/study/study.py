@@ -70,17 +70,14 @@ def command_line() -> argparse.Namespace:
     parser = support.command_line(__doc__, "study")
     axis = {"nargs": "+", "metavar": "X"}
     parser.add_argument("--orders", dest="order", type=float, default=np.linspace(1, 5, 17).tolist(), **axis)
-    parser.add_argument(
-        "--dead-bands", dest="dead_band", type=float, default=np.linspace(0, 1.6, 17).round(1).tolist(), **axis,
-        help="in units of the largest overlap, 1 µm",
-    )  # fmt: skip
+    bands = {"dest": "dead_band", "type": float, "default": np.linspace(0, 1.6, 17).round(1).tolist()}
+    parser.add_argument("--dead-bands", **bands, help="in units of the largest overlap, 1 µm", **axis)
     damping = {"dest": "damping", "type": float, "default": [0.0, 0.2]}
     parser.add_argument("--dampings", **damping, help="Hunt-Crossley, s/m", **axis)
     parser.add_argument("--lifted", type=int, default=[1, 2], help="balls lifted by 0.1 m", **axis)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="address of a dask scheduler, tcp://host:8786")
-    parser.add_argument(
-        "--workers", type=int, default=CPU_COUNT, help="number of local processes [default: one per core]"
-    )
+    help = "number of local processes [default: one per core]"
+    parser.add_argument("--workers", type=int, default=CPU_COUNT, help=help)
     return parser.parse_args()
 
 

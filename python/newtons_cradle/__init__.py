@@ -25,15 +25,7 @@ hosts on trial, and their judge), `progress` (a progress bar), `recording` and `
 from . import files, look
 from .calibration import Calibration, calibrate
 from .cases import Case, Judgement, benchmark, benchmarks
-from .errors import (
-    CradleError,
-    DoubtfulStart,
-    FileMissing,
-    FmuError,
-    InvalidValue,
-    PackageMissing,
-    UnknownName,
-)
+from .errors import CradleError, DoubtfulStart, FileMissing, FmuError, InvalidValue, PackageMissing, UnknownName
 from .fmu import Fmu, build
 from .progress import Progress
 from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
@@ -49,6 +41,5 @@ __all__ += ["CradleError", "DoubtfulStart", "FileMissing", "FmuError"]
 __all__ += ["InvalidValue", "PackageMissing", "RecordingError", "UnknownName"]
 __all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
 __all__ += ["chain", "figure5", "lifted", "power_law", "preset", "presets", "steel"]
-__all__ += ["Case", "Judgement", "benchmark", "benchmarks"]
-__all__ += ["Calibration", "Progress", "calibrate", "overlaps", "resolved", "sample_times"]
-__all__ += ["energy_error", "momentum_of_sequences"]
+__all__ += ["Calibration", "Case", "Judgement", "Progress", "benchmark", "benchmarks", "calibrate"]
+__all__ += ["energy_error", "momentum_of_sequences", "overlaps", "resolved", "sample_times"]

@@ -123,8 +123,7 @@ def calibrate(
         number(name, value, positive=True)
     whole("balls", balls, 2, MOST_BALLS)
     if second > first:
-        rule = f"the second, {interval} s later, must not be larger"
-        raise InvalidValue(f"amplitudes = {amplitudes} is refused: {rule}")
+        raise InvalidValue(f"amplitudes = {amplitudes} is refused: the second, {interval} s later, must not be larger")
     if lift >= length:
         raise InvalidValue(f"lift = {lift} is refused; allowed: less than the length, {length} m")
     delta = math.log(first / second) / interval
@@ -150,5 +149,4 @@ def calibrate(
     if not 0.0 <= restitution <= 1.0:
         least, most = height_of(0.5 ** (balls - 1)), height_of(1.0)
         raise InvalidValue(f"height = {height} is refused; allowed here: {least:.3g} to {most:.3g} m")
-    speed = length * arrival
-    return Calibration(float(restitution), float(2.0 * mass * delta), float(speed), float(height))
+    return Calibration(float(restitution), float(2.0 * mass * delta), float(length * arrival), float(height))

@@ -82,8 +82,7 @@ class Case(SimpleNamespace):
         start: Start = {"gravity": self.g_over_length, "pendulum.length": 1.0, "ball.mass": 1.0}
         start |= {"ball.massRatio": self.mass, "x_start": self.x, "v_start": self.v, "contact.gap": self.gap}
         if self.exponent is None:
-            rigid = {"contact.model": "rigid", "contact.restitution": self.damping, "contact.deadBand": 0.0}
-            return start | rigid
+            return start | {"contact.model": "rigid", "contact.restitution": self.damping, "contact.deadBand": 0.0}
         start |= power_law(1.0, self.exponent) | {"contact.stiffnessRatio": self.stiffness}
         lossy = {"contact.dampingLaw": self.law, COEFFICIENT.get(self.law, ""): self.damping}
         return start | (lossy if self.law != "elastic" else {})
@@ -167,8 +166,7 @@ def benchmark(name: str) -> Case:
     """A case of the benchmark. Raises InvalidValue, which names similar ones."""
     rows = _rows()
     if not isinstance(name, str) or name not in rows:
-        hint = did_you_mean(str(name), rows)
-        raise InvalidValue(f"there is no case {name!r}; `nc.benchmarks()` lists them{hint}")
+        raise InvalidValue(f"there is no case {name!r}; `nc.benchmarks()` lists them{did_you_mean(str(name), rows)}")
     case = Case(**{"radius": [], "material": {}, "published": {}} | rows[name])
     parts = vars(case).pop("results").items()
     case.scale = {quantity: part["scale"] for quantity, part in parts}

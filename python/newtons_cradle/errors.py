@@ -53,13 +53,7 @@ def doubt(text: str) -> None:
 
 
 def number(
-    name: str,
-    value: Any,
-    unit: str = "",
-    *,
-    positive: bool = False,
-    least: float = -math.inf,
-    most: float = math.inf,
+    name: str, value: Any, unit: str = "", *, positive: bool = False, least: float = -math.inf, most: float = math.inf
 ) -> float:
     """The value as a finite number, a positive one if wanted, from `least` to `most`. Raises InvalidValue."""
     real = isinstance(value, numbers.Real) and math.isfinite(value) and not isinstance(value, bool)

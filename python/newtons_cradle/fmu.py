@@ -11,6 +11,7 @@ import subprocess
 import tempfile
 import weakref
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ from .run.model import Values, meant
 MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 
 
-class Fmu(Model):
+class Fmu(Model, AbstractContextManager["Fmu"]):
     """An FMU, unpacked: start as many runs of it as you like, side by side if need be.
 
     `path`: the file; if None, the FMU that comes with the package or, in a checkout, the one that was built last.
@@ -57,9 +58,6 @@ class Fmu(Model):
 
     def __repr__(self) -> str:
         return super().__repr__() if self._remove.alive else f"Fmu({self.path.name}, closed)"
-
-    def __enter__(self) -> "Fmu":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

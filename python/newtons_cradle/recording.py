@@ -80,8 +80,7 @@ def from_csv(
     known = all(f"F_peak[{i}]" in columns for i in range(1, n))
     if not known:
         _refuse_missed_clicks(path, run)
-    shown = vector(columns, "F_peak", n - 1) if known else run.F
-    return replace(run, pulses=_guessed_pulses(run.time, shown))
+    return replace(run, pulses=_guessed_pulses(run.time, vector(columns, "F_peak", n - 1) if known else run.F))
 
 
 def from_result(columns: Columns, pulses: Array, model: "Model | None", given: dict[str, Any]) -> Recording:
@@ -113,8 +112,7 @@ def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
 
 def _checked(source: object, columns: Columns, balls: int | None, **others: Any) -> Recording:
     """The recording of these columns, if complete and fine enough; see `of_columns`."""
-    n = _number_of_balls(source, columns, balls)
-    run = of_columns(str(source), columns, n, **others)
+    run = of_columns(str(source), columns, _number_of_balls(source, columns, balls), **others)
     time, x, v = run.time, run.x, run.v
     if len(time) < 2 or np.any(np.diff(time) <= 0):
         raise RecordingError(f"{source}: at least two rows are needed, with times that rise")

@@ -27,8 +27,7 @@ def preset(name: str) -> Preset:
     """
     known = files.presets()
     if name not in known:
-        hint = did_you_mean(str(name), known)
-        raise InvalidValue(f"there is no preset {name!r}; allowed: {', '.join(known)}{hint}")
+        raise InvalidValue(f"there is no preset {name!r}; allowed: {', '.join(known)}{did_you_mean(str(name), known)}")
     values = Preset()
     for variable, value in known[name].items():
         values |= _vector(variable, value) if isinstance(value, list) else {variable: value}
@@ -58,12 +57,10 @@ def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 0.1) -> 
 
 
 def chain(p: float, strikers: int, *, n: int = 5) -> Start:
-    """Free chain: no gravity, balls of 1 kg exactly in touch, F = overlap^p, strikers at 1 m/s. Raises
-    InvalidValue."""
+    """Free chain: no gravity, balls of 1 kg exactly in touch, F = overlap^p, strikers at 1 m/s. Raises InvalidValue."""
     whole("strikers", strikers, 0, whole("n", n, 1, MOST_BALLS))
-    v = [1.0] * strikers + [0.0] * (n - strikers)
-    at_rest_in_touch = _vector("x_start", [0.0] * n) | _vector("v_start", v)
-    return {"gravity": 0.0, "ball.mass": 1.0} | power_law(1.0, p) | at_rest_in_touch
+    struck = _vector("x_start", [0.0] * n) | _vector("v_start", [1.0] * strikers + [0.0] * (n - strikers))
+    return {"gravity": 0.0, "ball.mass": 1.0} | power_law(1.0, p) | struck
 
 
 def figure5(dead_band: float | None = None) -> Start:

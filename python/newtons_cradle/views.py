@@ -103,8 +103,7 @@ def momentum_of_sequences(result: Result, pause: float = 0.01) -> Array:
         before = np.searchsorted(time, sequence["onset"].min(), side="left") - 1
         after = np.searchsorted(time, sequence["release"].max(), side="right")
         if before >= 0 and after < len(time):
-            change = result["p_total"][after] - result["p_total"][before]
-            defects.append(change + supported[after] - supported[before])
+            defects.append(result["p_total"][after] - result["p_total"][before] + supported[after] - supported[before])
     return np.array(defects)
 
 
@@ -130,8 +129,7 @@ def from_fmu(
         room = max(4, LARGEST // (3 * n + 3) - len(equal_steps(stop, step)))
         per_pulse = int(np.clip(room // max(1, len(pulses)), 4, 48))
         times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
-        record = [name for name in shown if name in fmu.arrays]
-        result = fmu.simulate(values, times=times, record=record, progress=then)
+        result = fmu.simulate(values, times=times, record=[name for name in shown if name in fmu.arrays], progress=then)
     columns = {name: result[name] for name in result.names}
     title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
     return of_columns(title, columns, n, pulses=pulses, **known_of(result.model, result.given))

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -26,7 +27,7 @@ class Saved:
     data: bytes = field(repr=False)
 
 
-class Run:
+class Run(AbstractContextManager["Run"]):
     """One instance, initialised and ready to step. `values`: start values by variable name, as `set` takes them.
 
     `run["F_ext[1]"] = 0.2` sets a variable; `run["v[1]"]` is the current value of one. With `initialize=False` the
@@ -61,9 +62,6 @@ class Run:
     def __repr__(self) -> str:
         state = "closed" if self._closed else f"at {self.time:.9g} s"
         return f"Run({self.fmu.path.name}, {state}; {len(self.pulses)} pulses)"
-
-    def __enter__(self) -> "Run":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -87,8 +87,7 @@ class Result:
         return found
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """The samples as a pandas data frame: index `time` (s), a column for each variable, units in
-        `attrs["units"]`.
+        """The samples as a pandas data frame: index `time` (s), a column for each variable, units in `attrs["units"]`.
 
         The pulses are a table of their own, `pandas.DataFrame(result.pulses)`. Raises PackageMissing without pandas.
         """

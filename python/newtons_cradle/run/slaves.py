@@ -15,8 +15,7 @@ from fmpy.logging import addLoggerProxy
 
 from ..errors import FmuError
 from ..pulses import Array
-from .model import Model, Place
-from .table import split
+from .model import Model, Place, split
 
 
 @dataclass(frozen=True)

@@ -107,10 +107,7 @@ CASES = {
         "In FMI 2.0 the slopes are set by fmi2SetRealInputDerivatives.",
         "A tool without input derivatives holds its inputs, which the standard allows; the error is of first order.",
         ("x[1]", "v[1]", "x[2]", "v[2]"),
-        {
-            "left": "at the lines of the table the slope was that of the line before",
-            "first": FIRST,
-        },
+        {"left": "at the lines of the table the slope was that of the line before", "first": FIRST},
         balls=2,
         other={"held": "the input was held over each step, which FMI allows: its slopes were not set"},
         inputs={"F_ext[1]": TRIANGLE},

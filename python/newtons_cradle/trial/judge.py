@@ -42,8 +42,7 @@ def write_cases(folder: str | Path, binaries: str | Path | None = None) -> list[
     for name, case in CASES.items():
         place = Path(folder, name)
         place.mkdir(parents=True, exist_ok=True)
-        out = place / "cradle.fmu"
-        with build(balls=case.balls, set=case.start, fmi=case.fmi, out=out, binaries=binaries) as fmu:
+        with build(balls=case.balls, set=case.start, fmi=case.fmi, out=place / "cradle.fmu", binaries=binaries) as fmu:
             write_csv(place / "expected.csv", run(fmu, case))
         for input, points in case.inputs.items():
             columns = {"time": [time for time, _ in points], input: [value for _, value in points]}
@@ -100,8 +99,7 @@ def columns(result: Any, case: Case) -> Table:
 def by_name(result: Any) -> dict[str, list[Any]]:
     """The columns of a dict, of a `Result`, or of a structured array."""
     samples = getattr(result, "samples", result)
-    structured = getattr(getattr(samples, "dtype", None), "names", None)
-    names = list(result) if isinstance(result, Mapping) else structured
+    names = list(result) if isinstance(result, Mapping) else getattr(getattr(samples, "dtype", None), "names", None)
     if not names:
         needed("result", result, Mapping, "the path of a CSV file, or a dict of columns by name,")
     return {name: list(samples[name]) for name in names or ()}
@@ -112,16 +110,14 @@ def from_csv(path: Path) -> dict[str, list[Any]]:
     FileMissing, InvalidValue."""
     if not path.is_file():
         raise FileMissing(f"{path}: there is no such file")
-    text = path.read_text(encoding="utf-8-sig", errors="replace")
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [line for line in path.read_text(encoding="utf-8-sig", errors="replace").splitlines() if line.strip()]
     separator = max(",;\t", key=(lines or [""])[0].count)
     header, *rows = list(csv.reader(lines, delimiter=separator, skipinitialspace=True)) or [[]]
     point = separator != "," and not any("." in line for line in lines[1:])  # decimals may have a comma
     rows = [[cell.replace(",", ".") for cell in row] if point else row for row in rows]
     rows = [row for row in rows if row and len(row) >= len(header) and number(row[0]) is not None]
     if not rows:
-        needs = "a header and rows of numbers are needed, separated by commas, semicolons or tabs"
-        raise InvalidValue(f"{path}: {needs}")
+        raise InvalidValue(f"{path}: a header and rows of numbers are needed, separated by commas, semicolons or tabs")
     return {name: list(values) for name, values in zip(header, zip(*rows, strict=False), strict=False)}
 
 
