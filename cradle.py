@@ -51,12 +51,12 @@ def main() -> int:
     commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
     tests = commands.add_parser("test", help=test.__doc__)
     tests.add_argument("--all", action="store_true", help="run everything that checks this project")
-    help = "fail if anything is skipped that a machine with everything installed can run, as CI does"
-    tests.add_argument("--strict", action="store_true", help=help)
+    strict = "fail if anything is skipped that a machine with everything installed can run, as CI does"
+    tests.add_argument("--strict", action="store_true", help=strict)
     tests.set_defaults(function=test)
     wheels = commands.add_parser("wheel", help=make_wheel.__doc__)
-    help = "the FMU to include [default: one with this platform's binary only]"
-    wheels.add_argument("--fmu", type=Path, metavar="FILE", help=help)
+    included = "the FMU to include [default: one with this platform's binary only]"
+    wheels.add_argument("--fmu", type=Path, metavar="FILE", help=included)
     wheels.set_defaults(function=lambda options: make_wheel(options.fmu))
     options = parser.parse_args()
     try:

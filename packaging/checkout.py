@@ -95,7 +95,7 @@ def make_venv(requirements: Path) -> None:
     digest = hashlib.sha256(str(VENV.resolve()).encode() + files).hexdigest()
     stamp = VENV / "requirements.sha256"
     present, _, name = (stamp.read_text() if PYTHON.exists() and stamp.exists() else "").partition(" ")
-    wanted = max(requirements, *(file for file in REQUIREMENTS if file.name == name), key=REQUIREMENTS.index)
+    wanted = max([requirements, *(file for file in REQUIREMENTS if file.name == name)], key=REQUIREMENTS.index)
     if (present, name) == (digest, wanted.name):
         say("  .venv is up to date")
         return

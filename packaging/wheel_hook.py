@@ -16,7 +16,7 @@ class CustomBuildHook(BuildHookInterface):
 
     def initialize(self, _version: str, build_data: dict[str, Any]) -> None:
         """Called before the files are gathered. Raises FileNotFoundError."""
-        built = Path(self.root, "target/wheel/package/NewtonsCradle.fmu")  # made last
+        built = Path(self.root, "target/wheel/package/NewtonsCradle.fmu")  # made after the program
         if not built.exists():
             raise FileNotFoundError(f"{built} is missing: `python3 cradle.py wheel` makes it and the wheel")
         build_data["pure_python"] = False

@@ -73,7 +73,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float) -> dict:
 
 
 def compare(path: Path) -> list[dict]:
-    """All runs, as rows of the table; `verdict`: whether the pulses are those of co-simulation."""
+    """All runs, as rows of the table; `verdict`: right if the pulses are those of co-simulation, else wrong, or gave up."""
     fmu, rows = nc.Fmu(path), []
     ways = [(way, tolerance) for way, tolerances in TOLERANCES.items() for tolerance in tolerances]
     for figure, values in FIGURES.items():
@@ -82,8 +82,10 @@ def compare(path: Path) -> list[dict]:
             row = {"figure": figure, "way": way, "tolerance": tolerance}
             of_figure.append(row | run(fmu, way, values, tolerance))
         for row in of_figure:
-            right = row["pulses"] == of_figure[-1]["pulses"]
-            rows.append(row | {"verdict": "right" if right else "wrong" if row["pulses"] else "gave up"})
+            verdict = "wrong" if row["pulses"] else "gave up"
+            if row["pulses"] == of_figure[-1]["pulses"]:
+                verdict = "right"
+            rows.append(row | {"verdict": verdict})
     return rows
 
 

@@ -62,7 +62,9 @@ def fit(fmu: nc.Fmu, filmed: np.ndarray, guess: np.ndarray) -> tuple[list[np.nda
     if np.linalg.matrix_rank(found.jac) < len(guess):
         why = "the positions do not tell these parameters apart: no contact has closed, or none is damped"
         raise nc.FmuError(f"{fmu.path}: {why}")
-    if not found.success or found.cost >= 0.5 * np.sum((seen(*np.log(guess))[0] - filmed) ** 2):
+    if not found.success:
+        raise nc.FmuError(f"{fmu.path}: {found.message}")
+    if found.cost >= 0.5 * np.sum((seen(*np.log(guess))[0] - filmed) ** 2):
         raise nc.FmuError(f"{fmu.path}: no step along the derivatives makes the sum of squares smaller")
     variance = 2 * found.cost / (filmed.size - len(guess))
     errors = np.sqrt(variance * np.diag(np.linalg.inv(found.jac.T @ found.jac)))

@@ -63,6 +63,8 @@ def threshold(fmu: nc.Fmu, p: float) -> float:
     while separate - overlapping > 1e-6:
         ratio = 0.5 * (overlapping + separate)
         run = fmu.simulate(values(p, ratio, fmu.balls), times=[0.0, 100.0], record=[])
-        overlap = nc.overlapping_neighbours(run.pulses)
-        overlapping, separate = (ratio, separate) if overlap else (overlapping, ratio)
+        if nc.overlapping_neighbours(run.pulses) == 0:
+            separate = ratio
+        else:
+            overlapping = ratio
     return separate

@@ -76,8 +76,8 @@ def command_line() -> argparse.Namespace:
     parser.add_argument("--dampings", **damping, help="Hunt-Crossley, s/m", **axis)
     parser.add_argument("--lifted", type=int, default=[1, 2], help="balls lifted by 0.1 m", **axis)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="address of a dask scheduler, tcp://host:8786")
-    help = "number of local processes [default: one per core]"
-    parser.add_argument("--workers", type=int, default=CPU_COUNT, help=help)
+    workers = "number of local processes [default: one per core]"
+    parser.add_argument("--workers", type=int, default=CPU_COUNT, help=workers)
     return parser.parse_args()
 
 

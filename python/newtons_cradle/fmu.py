@@ -104,8 +104,8 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         }
 
     def start(self, values: Values | None = None, *, initialize: bool = True, **options: bool) -> Run:
-        """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance. `options`: `exchange=True` for model exchange, and those of the
-        instantiation in FMI 3.0, such as `eventModeUsed=True` for a master that steps `run.slave` itself."""
+        """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance. `options`:
+        `exchange=True` for model exchange, and those of the instantiation in FMI 3.0, such as `eventModeUsed=True` for a master that steps `run.slave` itself."""
         if not self._remove.alive:
             raise FmuError(f"{self.path.name} is closed: its `with` block has ended, or `close` was called")
         return Run(self, values, initialize=initialize, **options)

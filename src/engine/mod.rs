@@ -1,7 +1,7 @@
 //! Drives a run. [`Simulation`] is one by any method: the event-driven [`Engine`], or a general solver, [`Continuous`].
 //!
-//! Each module imports only from those before it: `flight`, `records`, `cluster`, `pair_on_arcs`, `pair_impact`, `rigid`,
-//! `run`, `derivatives`, `observation`, `exchange`, `continuous`.
+//! Each module imports only from those before it: `flight`, `records`, `cluster`, `pair_on_arcs`, `pair_impact`,
+//! `rigid`, `run`, `derivatives`, `observation`, `exchange`, `continuous`.
 //!
 //! Events come at their own times: between changes of the inputs, neither communication points nor reading results
 //! change a bit of a trajectory.

@@ -12,7 +12,8 @@ use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
 use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
-/// A run by the selected method; with a [`Snapshot`], as plain data. Its functions have the meaning of those of [`Engine`].
+/// A run by the selected method, whose functions have the meaning of those of [`Engine`]. As plain data it has a
+/// [`Snapshot`] in place of the engine.
 #[expect(clippy::large_enum_variant, reason = "an instance has one")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Simulation<Run = Engine> {

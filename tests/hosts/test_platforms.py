@@ -45,6 +45,7 @@ def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     assert "0 problem(s), 0 remark(s)" in ended(producer, "check", PATH).stdout
     info = ended(producer, "info", PATH).stdout
     folders = {path.name for path in (platforms / "binaries").iterdir()}
+    assert "linux64" in folders
     for folder in folders & {"linux32", "linux64", "aarch64-linux"}:
         assert re.search(rf"(?m)^{folder} .*, for glibc 2\.\d+ or newer, linked with .*libc\.so", info)
     with zipfile.ZipFile(PATH) as archive:

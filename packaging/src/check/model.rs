@@ -35,10 +35,14 @@ impl Model {
     pub fn of(entries: &Entries, report: &mut Report) -> Option<Self> {
         let text = report.accept(format_args!("{FILE}: not in UTF-8"), std::str::from_utf8(entries.get(FILE)?))?;
         let document = report.accept(format_args!("{FILE}: not well-formed XML"), Document::parse(text))?;
-        let model = Self::read(document.root_element());
+        let root = document.root_element();
+        if !root.has_tag_name("fmiModelDescription") {
+            report.problem(format_args!("{FILE}: its root is {}, not fmiModelDescription", root.tag_name().name()));
+            return None;
+        }
+        let model = Self::read(root);
         let version = &model.fmi_version;
-        let known =
-            document.root_element().has_tag_name("fmiModelDescription") && (model.is_fmi3() || version == "2.0");
+        let known = model.is_fmi3() || version == "2.0";
         report.require(known, format_args!("{FILE}: fmiVersion = \"{version}\"; only 2.0 and 3.0 can be read"));
         known.then_some(model)
     }

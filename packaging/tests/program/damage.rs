@@ -63,7 +63,7 @@ fn damaged_entries_are_found() {
         ("documentation/index.html", None, "documentation/index.html: missing"),
         (DESCRIPTION, Some(&description[..5000]), "not well-formed XML"),
         (DESCRIPTION, Some(&not_utf8), "not in UTF-8"),
-        (DESCRIPTION, Some(b"<other fmiVersion=\"2.0\"/>"), "only 2.0 and 3.0 can be read"),
+        (DESCRIPTION, Some(b"<other fmiVersion=\"2.0\"/>"), "its root is other, not fmiModelDescription"),
         (&library, Some(&sound[&library][..100]), "not a shared library for "),
         (&library, Some(b"MZ"), "not a shared library for "),
         (resources, Some(b"{\"format\":1,\"balls\":4}"), "that of the resources is {"),

@@ -32,7 +32,7 @@ class Case:
     slopes: bool = False  # of the inputs are given
     events: bool = False  # event mode is used
     early: bool = False  # early return is allowed
-    trial: tuple[Any, ...] = ()  # a step that is tried and taken back: its time (s), an input with its value
+    trial: tuple[Any, ...] = ()  # a step that is tried and taken back: its time (s), and inputs by name
     act: Mapping[str, float] = field(default_factory=dict)  # what is set at the first intermediate update
     parts: float = 32  # steps of the judge's solver in one communication step
     tolerance: float = 0.0  # relative, of that solver

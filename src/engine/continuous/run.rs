@@ -100,6 +100,8 @@ impl Continuous {
         let on_path = path.end >= self.now() && path.start() <= self.now();
         let times = [self.inputs.since, self.step_start].iter().all(|time| (start..=self.time).contains(time));
         require(failed || (on_path && times), "its time is not that of its solver")?;
+        let found = self.foreseen.get().is_none_or(|(asked, found)| asked != self.time || found.time() > self.time);
+        require(failed || found, "the onset that it found ahead lies in the past")?;
         require(
             failed || (self.energy_at_start.is_finite() && self.ledgers.iter().all(Ledger::is_sound)),
             "a sum is not finite",
