@@ -277,3 +277,20 @@ fn dependencies_are_those_of_any_contact_model() {
         assert!(listed, "{unknown} on {dependencies:?}");
     }
 }
+
+/// Also of a step that returns early, again and again.
+#[test]
+fn a_step_past_the_stop_time_is_told_once() {
+    let (host, mut time, mut steps) = (Host::new(true, true), 0.0, 0);
+    assert_eq!(unsafe { fmi3EnterInitializationMode(host.c, 0, 0.0, 0.0, 1, 3.0) }, fmi3OK);
+    assert_eq!(unsafe { fmi3ExitInitializationMode(host.c) }, fmi3OK);
+    while time < 3.5 {
+        assert_eq!(unsafe { fmi3EnterStepMode(host.c) }, fmi3OK);
+        (_, _, time) = host.step(time, 3.5 - time);
+        assert_eq!(unsafe { fmi3EnterEventMode(host.c) }, fmi3OK);
+        host.update();
+        steps += 1;
+    }
+    let told = host.log().into_iter().filter(|line| line.contains("stopTime = 3 s"));
+    assert_eq!((steps > 3, told.count()), (true, 1));
+}
