@@ -165,6 +165,11 @@ def test_variables_are_tables(fmu):
     assert re.search(r"^F\[1\] to \[4\] +N .* between balls i and i\+1 ", shown, re.MULTILINE), shown
 
 
+def test_a_list_sets_an_array(fmu):
+    with fmu.start({"x_start": [-0.03, 0.0, 0.0, 0.0, 0.01]}) as run:
+        assert run["x"] == pytest.approx([-0.03, 0.0, 0.0, 0.0, 0.01])
+
+
 def test_other_cradles_are_built(fmu, tmp_path):
     lift, hertz = [-0.1] + 12 * [0.0], {"contact.model": "hertz"}
     with (
