@@ -12,6 +12,13 @@ pub enum EngineError {
         /// Whose, from 0.
         ball: usize,
     },
+    /// In model exchange: no place on its arc is what the states say of a ball.
+    NoPlace {
+        /// When, s.
+        time: f64,
+        /// Which, from 0.
+        ball: usize,
+    },
     /// A ball cannot go on along its arc.
     OffArc {
         /// When, s.
@@ -60,6 +67,13 @@ impl std::fmt::Display for EngineError {
         match *self {
             Self::NotFinite { time, ball } => {
                 write!(f, "the state of ball {} is not finite at t = {} s", ball + 1, Plain(time))
+            }
+            Self::NoPlace { time, ball: 0 } => {
+                write!(f, "x[1] lies farther out than its pendulum is long at t = {} s", Plain(time))
+            }
+            Self::NoPlace { time, ball: j } => {
+                let (ball, time) = (j + 1, Plain(time));
+                write!(f, "no place of ball {ball} within 90 degrees gives overlap[{j}] at t = {time} s")
             }
             Self::OffArc { time, ball, fault } => {
                 let (ball, time) = (ball + 1, Plain(time));

@@ -271,11 +271,17 @@ export! {
     };
     /// Derivatives of the continuous states by time.
     fn fmi2GetDerivatives(derivatives: *mut f64, nx: usize) as GET_CONTINUOUS |instance| {
-        write("derivatives", derivatives, ("nx", nx), instance.state_derivatives()?)
+        let found = instance.state_derivatives()?;
+        let exist = instance.require_numbers("the derivative of state", &found);
+        write("derivatives", derivatives, ("nx", nx), found)?;
+        exist
     };
     /// The event indicators.
     fn fmi2GetEventIndicators(eventIndicators: *mut f64, ni: usize) as GET_CONTINUOUS |instance| {
-        write("eventIndicators", eventIndicators, ("ni", ni), instance.event_indicators()?)
+        let found = instance.event_indicators()?;
+        let exist = instance.require_numbers("event indicator", &found);
+        write("eventIndicators", eventIndicators, ("ni", ni), found)?;
+        exist
     };
     /// The continuous states.
     fn fmi2GetContinuousStates(x: *mut f64, nx: usize) as GET_CONTINUOUS |instance| {

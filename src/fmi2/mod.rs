@@ -15,8 +15,8 @@ pub use functions::*;
 pub use types::*;
 
 use crate::ffi::Version;
-use crate::instance::Instance;
-use crate::variables::Refusal;
+use crate::instance::{Instance, Severity};
+use crate::variables::{Fault, LogCategory, Refusal};
 
 struct Fmi2;
 
@@ -31,6 +31,10 @@ impl Version for Fmi2 {
 
     /// The instance is unchanged.
     fn refused(instance: &mut Instance, function: &str, refusal: &Refusal) -> fmi2Status {
+        if refusal.fault == Fault::State {
+            instance.log.write(Severity::Discard, LogCategory::Discard, format_args!("{function}: {refusal}"));
+            return fmi2Status::fmi2Discard;
+        }
         instance.log.error(format_args!("{function}: {refusal}"));
         fmi2Status::fmi2Error
     }
@@ -40,7 +44,7 @@ impl Version for Fmi2 {
 mod tests {
     use super::*;
     use crate::ffi::{Component, call};
-    use crate::instance::{Call, Kind, Log, Purpose, Severity, Start};
+    use crate::instance::{Call, Kind, Log, Purpose, Start};
     use crate::variables::Settings;
     use std::cell::RefCell;
     use std::ffi::c_void;

@@ -357,11 +357,17 @@ export! {
     };
     /// Derivatives of the continuous states by time.
     fn fmi3GetContinuousStateDerivatives(derivatives: *mut f64, nContinuousStates: usize) as GET_CONTINUOUS |instance| {
-        write("derivatives", derivatives, ("nContinuousStates", nContinuousStates), instance.state_derivatives()?)
+        let found = instance.state_derivatives()?;
+        let exist = instance.require_numbers("the derivative of state", &found);
+        write("derivatives", derivatives, ("nContinuousStates", nContinuousStates), found)?;
+        exist
     };
     /// The event indicators: the elements of `z.contact` and `z.clip`.
     fn fmi3GetEventIndicators(eventIndicators: *mut f64, nEventIndicators: usize) as GET_CONTINUOUS |instance| {
-        write("eventIndicators", eventIndicators, ("nEventIndicators", nEventIndicators), instance.event_indicators()?)
+        let found = instance.event_indicators()?;
+        let exist = instance.require_numbers("event indicator", &found);
+        write("eventIndicators", eventIndicators, ("nEventIndicators", nEventIndicators), found)?;
+        exist
     };
     /// The continuous states.
     fn fmi3GetContinuousStates(continuousStates: *mut f64, nContinuousStates: usize) as GET_CONTINUOUS |instance| {

@@ -90,11 +90,10 @@ impl Instance {
             return Ok(1.0);
         }
         let exchange = self.exchange()?;
-        Ok(if of == Extra::ContactIndicator {
-            exchange.contact_indicator(index)
-        } else {
-            exchange.clip_indicator(index)
-        })
+        let of_contact = of == Extra::ContactIndicator;
+        let found = if of_contact { exchange.contact_indicator(index) } else { exchange.clip_indicator(index) };
+        self.require_numbers(if of_contact { "z.contact" } else { "z.clip" }, &[found])?;
+        Ok(found)
     }
 
     /// Goes from integration to events. With clocks, handles all that is due and activates the clocks of the first.

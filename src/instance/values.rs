@@ -1,14 +1,18 @@
 //! Reading and setting by value reference: whole arrays or, in FMI 2.0 and where variables are scalars, one element.
 
+use std::fmt::Display;
 use std::mem::MaybeUninit;
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::{Instance, Run, Start};
-use crate::engine::{NEVER, Pulse};
+use crate::engine::{Exchange, NEVER, Pulse};
 use crate::model::{Inputs, Tunables};
 use crate::variables::{
     Access, Causality, Extra, Number, Refusal, Settings, Shape, TABLE, Type, Variability, Variable, padding,
 };
+
+/// In messages: why a value is no number.
+const BEYOND_RANGE: &str = "what it is calculated from is beyond the range of doubles";
 
 impl Start {
     /// The variable behind a value reference in a cradle of `balls` balls: an array or, where variables are scalars,
@@ -123,7 +127,7 @@ impl Instance {
                 let value = get(self.results()?, index);
                 // In the error state values may be anything.
                 if value.is_nan() && self.run.phase != Phase::Error {
-                    return Err(no_number(variable, self.time()));
+                    return Err(self.no_number(variable));
                 }
                 value
             }
@@ -131,6 +135,23 @@ impl Instance {
             Access::Flag(get) => get(self.results()?, index).into(),
             _ => variable.value(&self.run.settings).unwrap_or_default(),
         })
+    }
+
+    /// Refuses `values` of which one is no number. Hosts that ignore this had better see it: they are written first.
+    pub fn require_numbers(&self, name: &str, values: &[f64]) -> Result<(), Refusal> {
+        let lost = || self.run.exchange.as_ref().and_then(Exchange::lost).map(|_| 0);
+        let missing = values.iter().position(|value| value.is_nan()).or_else(lost);
+        let missing = missing.filter(|_| self.run.phase != Phase::Error);
+        missing.map_or(Ok(()), |i| Err(self.no_number(format_args!("{name} {}", i + 1))))
+    }
+
+    /// Why there is no value of `what`.
+    #[cold]
+    pub(super) fn no_number(&self, what: impl Display) -> Refusal {
+        let (time, lost) = (Number(self.time()), self.run.exchange.as_ref().and_then(Exchange::lost));
+        let why = lost.map_or_else(|| BEYOND_RANGE.to_owned(), |error| error.to_string());
+        let text = format_args!("{what} has no value at t = {time} s: {why}");
+        if self.run.phase == Phase::ContinuousTimeMode { Refusal::of_state(text) } else { Refusal::no_value(text) }
     }
 
     /// The value after the last tick of a variable that changes in Event Mode only.
@@ -341,12 +362,6 @@ impl Instance {
     }
 }
 
-fn refuse_reference(variable: Variable, allowed: impl std::fmt::Display) -> Refusal {
+fn refuse_reference(variable: Variable, allowed: impl Display) -> Refusal {
     Refusal::argument("valueReference", variable, allowed)
-}
-
-#[cold]
-fn no_number(variable: Variable, time: f64) -> Refusal {
-    let why = "what it is calculated from is beyond the range of doubles";
-    Refusal::no_value(format_args!("{variable} has no value at t = {} s: {why}", Number(time)))
 }

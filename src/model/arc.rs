@@ -6,10 +6,6 @@ use super::cradle::{BallModel, Cradle};
 use super::parameters::{Parameters, PendulumModel};
 use crate::solver::dual::Scalar;
 
-/// Iterations of Newton's method at most, and the relative correction that ends them.
-const ITERATIONS: usize = 50;
-const RESOLVED: f64 = 1e-15;
-
 /// A place on the path of a ball.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place<S = f64> {
@@ -63,7 +59,10 @@ pub(crate) fn check_start_on_arcs(p: &Parameters) -> Result<(), String> {
     let Cradle { balls, contacts, .. } = Cradle::new(p);
     for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
         if x.abs() >= *length {
-            return Err(format!("x_start[{i}] = {x} m lies beyond its pendulum; allowed: -{length} to {length} m"));
+            let text = format_args!("x_start[{i}] = {x} m lifts its ball to 90 degrees or farther");
+            let allowed =
+                format_args!("allowed: more than -{length} m and less than {length} m, its pendulum's length");
+            return Err(format!("{text}; {allowed}"));
         }
     }
     for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(contacts) {
@@ -162,26 +161,65 @@ impl<S: Scalar> Pair<'_, S> {
         l.1 * left - r.1 * right
     }
 
-    /// The place of the right one for that of the left and their overlap (m), by Newton's method; NaN if it has none.
-    pub fn place_beside(&self, left: S, overlap: S) -> S {
-        let Self { balls, law } = self;
-        if !balls[0].on_arc {
+    /// Acceleration of the overlap (m/s2) in these states, with these accelerations along the paths (m/s2).
+    pub fn overlap_acceleration(&self, states: [(S, S); 2], [left, right]: [S; 2]) -> S {
+        let [a, b] = self.balls;
+        if !a.on_arc {
+            return left - right;
+        }
+        let [(l, u), (r, w)] = states;
+        let [width, height] = self.distances([l, r]);
+        let [l, r] = [a.place(l), b.place(r)];
+        let line = Line::new(&l, &r, self.law.pivots);
+        let [out_l, out_r] = [line.outward(&l), line.outward(&r)];
+        let across = out_r * w - out_l * u;
+        let round = w * w / b.length * out_r - u * u / a.length * out_l;
+        let distance = (width * width + height * height).sqrt();
+        line.along(&l) * left - line.along(&r) * right + (round - across * across / distance)
+    }
+
+    /// Whether the right one lies beyond the line from the left one through its pivot: then it is the other of the two
+    /// places at this distance. Balls that hang side by side do not; those that swing far out to both sides may.
+    pub fn is_beyond(&self, places: [S; 2]) -> bool {
+        self.parts_along(places)[1].value() < 0.0
+    }
+
+    /// The place of the right one for that of the left and their overlap (m), [beyond](Self::is_beyond) that line or
+    /// not. NaN if it has none within 90 degrees.
+    pub fn place_beside(&self, left: S, overlap: S, beyond: bool) -> S {
+        let Self { balls: [_, ball], law } = self;
+        if !ball.on_arc {
             return left - (overlap + law.clearance);
         }
-        let mut place = left * balls[1].length / balls[0].length;
-        let (highest, mut settled) = (balls[1].length.value() * std::f64::consts::FRAC_PI_2, false);
-        for _ in 0..ITERATIONS {
-            let missing = self.overlap([left, place]) - overlap;
-            let [_, slope] = self.parts_along([left, place]);
-            let next = place + missing / slope;
-            let last = std::mem::replace(&mut settled, (next - place).value().abs() <= RESOLVED * highest);
-            place = S::from(next.value().clamp(-highest, highest)) + (next - S::from(next.value()));
-            // Derivatives follow one iteration later.
-            if last {
-                return place;
-            }
-        }
-        S::from(f64::NAN)
+        let [one, two, half] = [1.0, 2.0, 0.5].map(S::from);
+        // From the angle of the left one the right one is turned such that they come closer by as much as they have to.
+        let angle = left / self.balls[0].length;
+        let start = ball.length * angle;
+        let [width, height] = self.relative_displacement([left, start]);
+        let (sin, cos) = angle.sin_cos();
+        let along = (law.pivots + width) * cos + height * sin;
+        let outward = (law.pivots + width) * sin - height * cos;
+        let closer = law.clearance + overlap;
+        let excess = width * (two * law.pivots + width) + height * height + closer * (two * law.pivots - closer);
+        // Law of cosines for the tangent t of half the turn: a t^2 + along t + c = 0, with the root of its discriminant.
+        let c = half * half * excess / ball.length;
+        let a = ball.length - outward + c;
+        let root = (along * along - excess * (one - outward / ball.length) - two * two * c * c).sqrt();
+        let root = if beyond { -root } else { root };
+        // Without cancellation.
+        let tangent = if (along.value() < 0.0) == (root.value() < 0.0) {
+            -two * c / (along + root)
+        } else {
+            (root - along) / (two * a)
+        };
+        let place = start.value() + 2.0 * ball.length.value() * libm::atan(tangent.value());
+        // A step of Newton's: unequal pendulums leave a difference of squares above, and it has the derivatives.
+        let place = S::from(place);
+        let missing = self.overlap([left, place]) - overlap;
+        let place = place + missing / self.parts_along([left, place])[1];
+        let within = place.value().abs() <= std::f64::consts::FRAC_PI_2 * ball.length.value();
+        let found = within && closer.value() < law.pivots.value();
+        if found { place } else { S::from(f64::NAN) }
     }
 }
 

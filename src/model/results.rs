@@ -46,6 +46,12 @@ pub trait Chain<S: Scalar = f64> {
         self.cradle().pair(i).overlap_rate([self.state_of(i), self.state_of(i + 1)])
     }
 
+    /// Acceleration of the overlap of contact `i`, m/s2.
+    fn overlap_acceleration(&self, i: usize) -> S {
+        let states = [i, i + 1].map(|ball| self.state_of(ball));
+        self.cradle().pair(i).overlap_acceleration(states, [i, i + 1].map(|ball| along_path(self, ball)))
+    }
+
     /// Position of ball `i` from its rest position, relative to the support, m.
     fn x(&self, i: usize) -> S {
         place(self, i).x
@@ -68,14 +74,11 @@ pub trait Chain<S: Scalar = f64> {
 
     /// Acceleration of ball `i` relative to the support, m/s2.
     fn a(&self, i: usize) -> S {
-        let (ball, (s, u)) = (&self.cradle().balls[i], self.state_of(i));
-        let [force, _] = pushed(self, i);
+        let (ball, (s, u), along) = (&self.cradle().balls[i], self.state_of(i), along_path(self, i));
         if !ball.on_arc {
-            return ball.acceleration(s, u, force, self.forcing_of(i));
+            return along;
         }
         let Place { sin, cos, .. } = ball.place(s);
-        let gravity = ball.gravity * sin;
-        let along = force / ball.mass + self.forcing_of(i) * cos - gravity - S::from(2.0) * ball.gamma * u;
         along * cos - u * u / ball.length * sin
     }
 
@@ -218,6 +221,17 @@ pub trait Results: Chain {
 /// The place of ball `i` on its path.
 fn place<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> Place<S> {
     chain.cradle().balls[i].place(chain.state_of(i).0)
+}
+
+/// Acceleration of ball `i` along its path, m/s2.
+fn along_path<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
+    let (ball, (s, u), [force, _]) = (&chain.cradle().balls[i], chain.state_of(i), pushed(chain, i));
+    if !ball.on_arc {
+        return ball.acceleration(s, u, force, chain.forcing_of(i));
+    }
+    let Place { sin, cos, .. } = ball.place(s);
+    let gravity = ball.gravity * sin;
+    force / ball.mass + chain.forcing_of(i) * cos - gravity - S::from(2.0) * ball.gamma * u
 }
 
 /// The sum of the contact forces on ball `i` along its path, and that away from the pivot, N.

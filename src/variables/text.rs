@@ -7,15 +7,25 @@ use std::fmt::{self, Display, Formatter};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     text: String,
-    /// Whether only the value is at fault: the run can go on, and FMI 3.0 returns fmi3Discard.
-    pub(crate) of_value: bool,
+    pub(crate) fault: Fault,
+}
+
+/// What is at fault where something is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fault {
+    Call,
+    /// Only a value: the run can go on, and FMI 3.0 returns fmi3Discard.
+    Value,
+    /// Only the states that a solver tries in model exchange: FMI 2.0 returns fmi2Discard as well, upon which the solver
+    /// tries a shorter step.
+    State,
 }
 
 impl Refusal {
     /// A refusal with this text.
     #[cold]
     pub fn new(text: impl Display) -> Self {
-        Self { text: text.to_string(), of_value: false }
+        Self { text: text.to_string(), fault: Fault::Call }
     }
 
     /// An argument whose `value` is not among those `allowed`.
@@ -37,12 +47,18 @@ impl Refusal {
 
     /// A value of a variable that is not among those `allowed`.
     pub fn value(variable: impl Display, value: impl Display, allowed: impl Display) -> Self {
-        Self { of_value: true, ..Self::argument(variable, value, allowed) }
+        Self { fault: Fault::Value, ..Self::argument(variable, value, allowed) }
     }
 
     /// A value that does not exist, with this text.
     pub fn no_value(text: impl Display) -> Self {
-        Self { of_value: true, ..Self::new(text) }
+        Self { fault: Fault::Value, ..Self::new(text) }
+    }
+
+    /// A value that does not exist in the states that a solver tries, with this text.
+    #[cfg(feature = "engine")]
+    pub(crate) fn of_state(text: impl Display) -> Self {
+        Self { fault: Fault::State, ..Self::new(text) }
     }
 
     /// No variable has this `key`, a name or a value reference, in a cradle of `balls` balls.

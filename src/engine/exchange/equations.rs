@@ -19,6 +19,10 @@ pub struct State<S = f64> {
     pub(super) cradle: Cradle<S>,
     /// Flags of the contacts, which change in events only.
     pub(super) modes: Vec<Mode>,
+    /// Which balls lie beyond the line from their left neighbour through their pivot, as at the start: where it hangs
+    /// follows from the overlap but for this.
+    #[serde(skip)]
+    pub(super) beyond: Vec<bool>,
     /// Positions and velocities along the paths.
     #[serde(skip)]
     pub(super) x: Vec<S>,
@@ -35,19 +39,19 @@ pub struct State<S = f64> {
 
 impl<S: Scalar> State<S> {
     /// The state `y` of the host. A position is that to its left less overlap and clearance, on arcs along the paths.
-    pub(super) fn new(cradle: Cradle<S>, modes: Vec<Mode>, y: &[S], forcings: Vec<S>) -> Self {
+    pub(super) fn new(cradle: Cradle<S>, (modes, beyond): (Vec<Mode>, Vec<bool>), y: &[S], forcings: Vec<S>) -> Self {
         let n = cradle.balls.len();
         let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());
         let mut x = Vec::with_capacity(n);
         let (mut place, _) = cradle.balls[0].along_path(y[0], S::default());
         x.push(place);
-        for (j, overlap) in overlaps.iter().enumerate() {
-            place = cradle.pair(j).place_beside(place, *overlap);
+        for (j, (overlap, beyond)) in overlaps.iter().zip(&beyond).enumerate() {
+            place = cradle.pair(j).place_beside(place, *overlap, *beyond);
             x.push(place);
         }
         let along = |((ball, x), v): ((&BallModel<S>, &S), &S)| *v / ball.place(*x).cos;
         let v = cradle.balls.iter().zip(&x).zip(&v).map(along).collect();
-        let mut state = Self { cradle, modes, x, v, overlaps, forcings, forces: Vec::new() };
+        let mut state = Self { cradle, modes, beyond, x, v, overlaps, forcings, forces: Vec::new() };
         state.forces = if state.cradle.restitution.is_some() {
             state.constraint_forces()
         } else {

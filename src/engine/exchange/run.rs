@@ -62,7 +62,7 @@ impl Exchange {
             next: engine.next_onset(),
             next_contact: None,
             at_start: true,
-            state: State { cradle, modes, ..State::default() },
+            state: State { beyond: beyond_at_start(&cradle, parameters), cradle, modes, ..State::default() },
             y,
         };
         run.refresh();
@@ -87,6 +87,7 @@ impl Exchange {
         let sums = self.energy_at_start.is_finite() && self.contacts.iter().all(|contact| contact.ledger.is_sound());
         require(failed || sums, "a sum is not finite")?;
         self.state.cradle = Cradle::new(parameters);
+        self.state.beyond = beyond_at_start(&self.cradle, parameters);
         require(
             self.modes.iter().zip(&self.cradle.contacts).all(|(mode, law)| *mode != Mode::Clipped || law.clips()),
             "a contact is clipped whose law does not clip",
@@ -98,8 +99,8 @@ impl Exchange {
     /// Recomputes the values from the states, the flags and the inputs.
     pub(super) fn refresh(&mut self) {
         let forcings = self.forcings();
-        let State { cradle, modes, .. } = std::mem::take(&mut self.state);
-        self.state = State::new(cradle, modes, &self.y, forcings);
+        let State { cradle, modes, beyond, .. } = std::mem::take(&mut self.state);
+        self.state = State::new(cradle, (modes, beyond), &self.y, forcings);
     }
 
     fn forcings(&self) -> Vec<f64> {
@@ -148,6 +149,14 @@ impl Exchange {
         self.refresh();
     }
 
+    /// Why these states are none of the cradle, if they are not.
+    pub fn lost(&self) -> Option<EngineError> {
+        let (time, State { x, v, .. }) = (self.time, &self.state);
+        let ball = (0..self.balls()).find(|&i| !(x[i].is_finite() && v[i].is_finite()))?;
+        let of_arc = self.cradle.on_arcs() && x[ball].is_nan();
+        Some(if of_arc { EngineError::NoPlace { time, ball } } else { EngineError::NotFinite { time, ball } })
+    }
+
     /// Orders of magnitude of the states, all of them positive.
     pub fn nominals(&self) -> &[f64] {
         &self.scales.nominals
@@ -194,7 +203,7 @@ impl Exchange {
             Dual::with_tangent(value, inputs.force[i] / self.cradle.balls[i].mass - inputs.support_acceleration)
         };
         let forcings = self.forcings().into_iter().enumerate().map(forcing).collect();
-        let state = State::new(self.cradle.map(Dual::from), self.modes.clone(), &y, forcings);
+        let state = State::new(self.cradle.map(Dual::from), (self.modes.clone(), self.beyond.clone()), &y, forcings);
         let [loss, work] = self.sums_place();
         let mut outputs = Differential::along(&&state);
         outputs.impulse = states[self.impulse_place(0)..self.impulse_place(self.modes.len())].to_vec();
@@ -262,6 +271,13 @@ impl Exchange {
             None => law.unclipped_force(overlap.max(f64::MIN_POSITIVE), rate) / self.scales.forces[j] + shift,
         }
     }
+}
+
+/// Which balls start [beyond](crate::model::Pair::is_beyond) the line from their left neighbour through their pivot.
+fn beyond_at_start(cradle: &Cradle, parameters: &Parameters) -> Vec<bool> {
+    let Parameters { x_start, v_start, .. } = parameters;
+    let place = |i: usize| cradle.balls[i].along_path(x_start[i], v_start[i]).0;
+    (0..cradle.contacts.len()).map(|j| cradle.pair(j).is_beyond([j, j + 1].map(place))).collect()
 }
 
 impl Deref for Exchange {

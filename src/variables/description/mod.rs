@@ -38,7 +38,7 @@ enumerations! {
         Events = 0 "logEvents" "One line for each finished pulse: contact, onset, release, peak force and impulse",
         Solver "logSolver" "What the solver does with the settings it was given",
         Warning "logStatusWarning" "Warnings",
-        Discard "logStatusDiscard" "Refused values that leave the instance as it was, with the reason",
+        Discard "logStatusDiscard" "Refused values that leave the instance as it was, or that the states do not have, with the reason",
         Error "logStatusError" "Refused calls and failed steps, with the reason",
     }
 }
@@ -138,13 +138,9 @@ impl<'a> Description<'a> {
             "types" => write_types(out, self.fmi3),
             "variables" => write_variables(out, self.start, self.fmi3, &self.states(), &self.variables()),
             "structure" => write_structure(out, self.start, self.fmi3, &self.states(), &self.variables()),
-            // In FMI 2.0 every refused call is an error.
-            "log_categories" => {
-                let known = |item: &&Item| self.fmi3 || item.value != LogCategory::Discard as i32;
-                LogCategory::ITEMS.iter().filter(known).try_for_each(|Item { name, description, .. }| {
-                    writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", escaped(description))
-                })
-            }
+            "log_categories" => LogCategory::ITEMS.iter().try_for_each(|Item { name, description, .. }| {
+                writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", escaped(description))
+            }),
             _ => write!(out, "{{{{{key}}}}}"),
         }
     }

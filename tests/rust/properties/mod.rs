@@ -5,6 +5,7 @@
 
 mod conservation;
 mod cradles;
+mod exchange;
 mod grids;
 mod methods;
 mod onsets;

@@ -25,8 +25,8 @@ const GROUPS: usize = 10_000;
 impl Exchange {
     /// Handles all events due now; `observer` is notified of finished pulses. Without due events nothing changes.
     pub fn update(&mut self, observer: &mut dyn Observer) -> Result<Update, EngineError> {
-        if let Some(i) = (0..self.balls()).find(|&i| !(self.state.x[i].is_finite() && self.state.v[i].is_finite())) {
-            return Err(EngineError::NotFinite { time: self.time, ball: i });
+        if let Some(lost) = self.lost() {
+            return Err(lost);
         }
         if self.cradle.on_arcs() {
             let balls = if self.is_rigid() { self.engine_now().balls } else { self.flights() };
@@ -64,8 +64,7 @@ impl Exchange {
             if self.modes[j] == Mode::Pressing && !self.is_rigid() {
                 let ((overlap, rate), law) = (self.overlap_and_rate(j), &self.cradle.contacts[j]);
                 let (by_overlap, by_rate) = law.force_slopes(overlap, rate);
-                let [left, right] = [j, j + 1].map(|i| self.a(i));
-                let slope = by_overlap * rate + by_rate * (left - right);
+                let slope = by_overlap * rate + by_rate * self.overlap_acceleration(j);
                 self.contacts[j].pass(self.time, self.state.forces[j], slope);
             }
         }
