@@ -60,9 +60,8 @@ pub(crate) fn check_start_on_arcs(p: &Parameters) -> Result<(), String> {
     for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
         if x.abs() >= *length {
             let text = format_args!("x_start[{i}] = {x} m lifts its ball to 90 degrees or farther");
-            let allowed =
-                format_args!("allowed: more than -{length} m and less than {length} m, its pendulum's length");
-            return Err(format!("{text}; {allowed}"));
+            let allowed = format_args!("more than -{length} m and less than {length} m");
+            return Err(format!("{text}; allowed: {allowed}"));
         }
     }
     for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(contacts) {
@@ -192,7 +191,7 @@ impl<S: Scalar> Pair<'_, S> {
             return left - (overlap + law.clearance);
         }
         let [one, two, half] = [1.0, 2.0, 0.5].map(S::from);
-        // From the angle of the left one the right one is turned such that they come closer by as much as they have to.
+        // It is turned about its pivot from the angle of the left one, where equal pendulums are as far apart as pivots.
         let angle = left / self.balls[0].length;
         let start = ball.length * angle;
         let [width, height] = self.relative_displacement([left, start]);
@@ -201,7 +200,8 @@ impl<S: Scalar> Pair<'_, S> {
         let outward = (law.pivots + width) * sin - height * cos;
         let closer = law.clearance + overlap;
         let excess = width * (two * law.pivots + width) + height * height + closer * (two * law.pivots - closer);
-        // Law of cosines for the tangent t of half the turn: a t^2 + along t + c = 0, with the root of its discriminant.
+        // Law of cosines for the tangent t of half the turn: a t^2 + along t + c = 0. The root of the discriminant has the
+        // sign of the part along the path.
         let c = half * half * excess / ball.length;
         let a = ball.length - outward + c;
         let root = (along * along - excess * (one - outward / ball.length) - two * two * c * c).sqrt();
@@ -213,7 +213,7 @@ impl<S: Scalar> Pair<'_, S> {
             (root - along) / (two * a)
         };
         let place = start.value() + 2.0 * ball.length.value() * libm::atan(tangent.value());
-        // A step of Newton's: unequal pendulums leave a difference of squares above, and it has the derivatives.
+        // A step of Newton's, for the derivatives, and for the digits that the excess of unequal pendulums has lost.
         let place = S::from(place);
         let missing = self.overlap([left, place]) - overlap;
         let place = place + missing / self.parts_along([left, place])[1];
@@ -251,4 +251,99 @@ pub(crate) fn overlap_of_approach<S: Scalar>([g, rate, bend]: [S; 3], touch: S) 
     let (one, two) = (S::from(1.0), S::from(2.0));
     let q = (one - two * g / touch).sqrt();
     [two * g / (one + q), rate / q, bend / q + rate * rate / (touch * q * q * q)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::Dual;
+
+    /// Pendulums of these lengths (m), of balls with the radius 0.03 m.
+    fn cradle(lengths: [f64; 2]) -> Cradle {
+        let mut p = Parameters { pendulum: PendulumModel::Circular, ..Parameters::default_for(2) };
+        (p.length, p.length_ratio, p.radius) = (1.0, lengths.to_vec(), 0.03);
+        Cradle::new(&p)
+    }
+
+    /// Angles, rad, of equal and of unequal pendulums, from side by side to far out; some of them beyond.
+    fn each(mut check: impl FnMut(&Pair, [f64; 2], bool)) {
+        let angles = [-1.48, -0.7, -1e-3, -1e-9, 0.0, 1e-6, 0.02, 0.9, 1.48];
+        for lengths in [[1.0; 2], [0.5, 2.0], [2.0, 0.5], [1.0, 1.01]] {
+            let cradle = cradle(lengths);
+            for (left, right) in angles.into_iter().flat_map(|left| angles.map(|right| (left, right))) {
+                let (pair, places) = (cradle.pair(0), [left * lengths[0], right * lengths[1]]);
+                if pair.parts_along(places)[1].abs() > 0.02 {
+                    check(&pair, places, pair.is_beyond(places));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_place_follows_from_that_beside_and_the_overlap() {
+        let mut beyond_some = false;
+        each(|pair, [left, right], beyond| {
+            let overlap = pair.overlap([left, right]);
+            let (found, part) = (pair.place_beside(left, overlap, beyond), pair.parts_along([left, right])[1].abs());
+            let off = (found - right).abs() / left.abs().max(right.abs()).max(overlap.abs());
+            assert!(off <= 8.0 * f64::EPSILON / part, "{left} {right}: {found}, off by {off:e}");
+            let other = pair.place_beside(left, overlap, !beyond);
+            assert!(other.is_nan() || (other - right).abs() > 1e-6, "{left} {right}: {other}");
+            beyond_some |= beyond;
+        });
+        assert!(beyond_some);
+    }
+
+    #[test]
+    fn there_is_no_place_beyond_90_degrees_or_out_of_reach() {
+        let cradle = cradle([1.0, 0.5]);
+        let pair = cradle.pair(0);
+        // Centres that would be apart by less than nothing; too close, and too far, for the arc.
+        for (left, overlap) in [(0.0, 0.0601), (-0.9, 0.05), (0.0, -1.2)] {
+            assert!(pair.place_beside(left, overlap, false).is_nan(), "{left} {overlap}");
+        }
+        assert_eq!(pair.place_beside(0.0, pair.overlap([0.0; 2]), false), 0.0);
+    }
+
+    #[test]
+    fn derivatives_of_a_place_are_differences() {
+        each(|pair, [left, right], beyond| {
+            let (overlap, part) = (pair.overlap([left, right]), pair.parts_along([left, right])[1]);
+            // By the place of the left one, the overlap and the length in turn.
+            for along in 0..3 {
+                let number = |value: f64, k: usize| Dual::with_tangent(value, if k == along { 1.0 } else { 0.0 });
+                let (balls, law) = (pair.balls.map(|ball| ball.map(Dual::from)), pair.law.map(Dual::from));
+                let right = BallModel { length: number(balls[1].length.value(), 2), ..balls[1] };
+                let dual = Pair { balls: [&balls[0], &right], law: &law };
+                let exact = dual.place_beside(number(left, 0), number(overlap, 1), beyond);
+                let shifted = |h: f64| {
+                    let by = |k: usize| if k == along { h } else { 0.0 };
+                    let right = BallModel { length: pair.balls[1].length + by(2), ..*pair.balls[1] };
+                    let pair = Pair { balls: [pair.balls[0], &right], law: pair.law };
+                    pair.place_beside(left + by(0), overlap + by(1), beyond)
+                };
+                let h = 1e-5 * part.abs().powi(2);
+                let difference = (shifted(h) - shifted(-h)) / (2.0 * h);
+                let allowed = 1e-4 * (1.0 + exact.tangent().abs() / part.abs());
+                assert!((exact.value() - pair.place_beside(left, overlap, beyond)).abs() <= 1e-14 / part.abs());
+                assert!((exact.tangent() - difference).abs() <= allowed, "{left} {right:?}: {exact:?} {difference}");
+            }
+        });
+    }
+
+    #[test]
+    fn the_acceleration_of_an_overlap_is_that_along_the_motion() {
+        each(|pair, places, _| {
+            let ([u, w], [a, b], h) = ([0.7, -0.4], [0.3, 1.1], 1e-4);
+            let at = |t: f64| {
+                pair.overlap_rate([
+                    (places[0] + t * (u + 0.5 * t * a), u + t * a),
+                    (places[1] + t * (w + 0.5 * t * b), w + t * b),
+                ])
+            };
+            let exact = pair.overlap_acceleration([(places[0], u), (places[1], w)], [a, b]);
+            let difference = (at(h) - at(-h)) / (2.0 * h);
+            assert!((exact - difference).abs() <= 1e-4 * (1.0 + exact.abs()), "{places:?}: {exact} {difference}");
+        });
+    }
 }

@@ -82,6 +82,14 @@ pub trait Chain<S: Scalar = f64> {
         along * cos - u * u / ball.length * sin
     }
 
+    /// Tension of the string of ball `i` on an arc, N.
+    fn tension(&self, i: usize) -> S {
+        let (ball, (s, u)) = (&self.cradle().balls[i], self.state_of(i));
+        let Place { sin, cos, .. } = ball.place(s);
+        let pull = ball.gravity * cos + u * u / ball.length + self.forcing_of(i) * sin;
+        ball.mass * pull + pushed(self, i)[1]
+    }
+
     /// Kinetic energy of ball `i`, J.
     fn kinetic_energy(&self, i: usize) -> S {
         let (_, v) = self.state_of(i);
@@ -262,8 +270,7 @@ fn on_support<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
         return [ball.support_force(s, u), -ball.mass * ball.gravity];
     }
     let Place { sin, cos, .. } = ball.place(s);
-    let pull = ball.gravity * cos + u * u / ball.length + chain.forcing_of(i) * sin;
-    let (tension, drag) = (ball.mass * pull + pushed(chain, i)[1], S::from(2.0) * ball.gamma * ball.mass * u);
+    let (tension, drag) = (chain.tension(i), S::from(2.0) * ball.gamma * ball.mass * u);
     [tension * sin + drag * cos, drag * sin - tension * cos]
 }
 

@@ -16,8 +16,8 @@ pub(crate) enum Fault {
     Call,
     /// Only a value: the run can go on, and FMI 3.0 returns fmi3Discard.
     Value,
-    /// Only the states that a solver tries in model exchange: FMI 2.0 returns fmi2Discard as well, upon which the solver
-    /// tries a shorter step.
+    /// Only the states that a solver tries in model exchange: FMI 2.0 returns fmi2Discard as well, and the solver takes
+    /// a shorter step.
     State,
 }
 

@@ -143,4 +143,4 @@ def test_states_of_model_exchange_in_their_order(fmu):
 
 def test_log_categories(fmu):
     names = {category.name for category in fmu.description.logCategories or []}
-    assert names == {"logEvents", "logSolver", "logStatusWarning", "logStatusError"}
+    assert names == {"logEvents", "logSolver", "logStatusWarning", "logStatusDiscard", "logStatusError"}

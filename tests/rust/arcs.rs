@@ -104,7 +104,8 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
     let expect = |p: Parameters, text: &str| assert!(start(&p).contains(text), "{}", start(&p));
     expect(
         Parameters { x_start: vec![0.0, 1.962], ..p.clone() },
-        "x_start[2] = 1.962 m lies beyond its pendulum; allowed: -1.962 to 1.962 m",
+        "x_start[2] = 1.962 m lifts its ball to 90 degrees or farther; allowed: more than -1.962 m and less than \
+         1.962 m",
     );
     expect(
         Parameters { x_start: vec![0.03, 0.0], ..rigid(2, 0, 0.0, 1.0) },

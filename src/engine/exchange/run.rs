@@ -219,12 +219,16 @@ impl Exchange {
         contacts.clone().map(|j| self.contact_indicator(j)).chain(contacts.map(|j| self.clip_indicator(j))).collect()
     }
 
-    /// Whether an indicator contradicts the flags.
+    /// Whether an indicator contradicts the flags, or an event would end the run.
     pub(super) fn is_event_due(&self) -> bool {
-        (0..self.modes.len()).any(|j| {
-            (self.contact_indicator(j) > 0.0) != (self.modes[j] != Mode::Open) && !self.is_virtual(j)
-                || (self.clip_indicator(j) < 0.0) != (self.modes[j] == Mode::Clipped)
-        })
+        let is_closed = |j: usize| self.modes.get(j).is_some_and(|mode| *mode != Mode::Open);
+        let flies = |i: usize| !is_closed(i) && !(i > 0 && is_closed(i - 1));
+        let slack = |i: usize| flies(i) && self.tension(i) < 0.0;
+        self.cradle.on_arcs() && (0..self.balls()).any(slack)
+            || (0..self.modes.len()).any(|j| {
+                (self.contact_indicator(j) > 0.0) != (self.modes[j] != Mode::Open) && !self.is_virtual(j)
+                    || (self.clip_indicator(j) < 0.0) != (self.modes[j] == Mode::Clipped)
+            })
     }
 
     /// Whether contact `j` overlaps only because its balls have yet to part after an event, or their flight to begin.

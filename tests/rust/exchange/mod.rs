@@ -1,5 +1,6 @@
 //! Model exchange, through a host with fixed steps.
 
+mod arcs;
 mod derivatives;
 mod events;
 mod masters;
