@@ -191,7 +191,7 @@ impl<S: Scalar> Pair<'_, S> {
             return left - (overlap + law.clearance);
         }
         let [one, two, half] = [1.0, 2.0, 0.5].map(S::from);
-        // It is turned about its pivot from the angle of the left one, where equal pendulums are as far apart as pivots.
+        // It is turned about its pivot from the angle of the left one: equal ones are as far apart there as pivots.
         let angle = left / self.balls[0].length;
         let start = ball.length * angle;
         let [width, height] = self.relative_displacement([left, start]);
@@ -200,8 +200,8 @@ impl<S: Scalar> Pair<'_, S> {
         let outward = (law.pivots + width) * sin - height * cos;
         let closer = law.clearance + overlap;
         let excess = width * (two * law.pivots + width) + height * height + closer * (two * law.pivots - closer);
-        // Law of cosines for the tangent t of half the turn: a t^2 + along t + c = 0. The root of the discriminant has the
-        // sign of the part along the path.
+        // Law of cosines for the tangent t of half the turn: a t^2 + along t + c = 0. The root of the discriminant has
+        // the sign of the part along the path.
         let c = half * half * excess / ball.length;
         let a = ball.length - outward + c;
         let root = (along * along - excess * (one - outward / ball.length) - two * two * c * c).sqrt();

@@ -18,6 +18,7 @@ pub(crate) enum Fault {
     Value,
     /// Only the states that a solver tries in model exchange: FMI 2.0 returns fmi2Discard as well, and the solver takes
     /// a shorter step.
+    #[cfg(feature = "engine")]
     State,
 }
 

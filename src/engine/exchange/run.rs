@@ -221,14 +221,18 @@ impl Exchange {
 
     /// Whether an indicator contradicts the flags, or an event would end the run.
     pub(super) fn is_event_due(&self) -> bool {
-        let is_closed = |j: usize| self.modes.get(j).is_some_and(|mode| *mode != Mode::Open);
-        let flies = |i: usize| !is_closed(i) && !(i > 0 && is_closed(i - 1));
-        let slack = |i: usize| flies(i) && self.tension(i) < 0.0;
+        let slack = |i: usize| self.flies(i) && self.tension(i) < 0.0;
         self.cradle.on_arcs() && (0..self.balls()).any(slack)
             || (0..self.modes.len()).any(|j| {
                 (self.contact_indicator(j) > 0.0) != (self.modes[j] != Mode::Open) && !self.is_virtual(j)
                     || (self.clip_indicator(j) < 0.0) != (self.modes[j] == Mode::Clipped)
             })
+    }
+
+    /// Whether all contacts of ball `i` are open. While one is closed, its string counts as taut.
+    pub(super) fn flies(&self, i: usize) -> bool {
+        let is_open = |j: usize| self.modes.get(j).is_none_or(|mode| *mode == Mode::Open);
+        is_open(i) && (i == 0 || is_open(i - 1))
     }
 
     /// Whether contact `j` overlaps only because its balls have yet to part after an event, or their flight to begin.

@@ -30,7 +30,8 @@ impl Exchange {
         }
         if self.cradle.on_arcs() {
             let balls = if self.is_rigid() { self.engine_now().balls } else { self.flights() };
-            if let Some((ball, fault)) = (0..).zip(&balls).find_map(|(i, ball)| Some((i, ball.fault(ball.anchor)?.1))) {
+            let mut flying = (0..).zip(&balls).filter(|(i, _)| self.is_rigid() || self.flies(*i));
+            if let Some((ball, fault)) = flying.find_map(|(i, ball)| Some((i, ball.fault(ball.anchor)?.1))) {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
             }
         }
