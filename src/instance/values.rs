@@ -148,9 +148,10 @@ impl Instance {
     /// Why there is no value of `what`.
     #[cold]
     pub(super) fn no_number(&self, what: impl Display) -> Refusal {
-        let (time, lost) = (Number(self.time()), self.run.exchange.as_ref().and_then(Exchange::lost));
-        let why = lost.map_or_else(|| BEYOND_RANGE.to_owned(), |error| error.to_string());
-        let text = format_args!("{what} has no value at t = {time} s: {why}");
+        let text = match self.run.exchange.as_ref().and_then(Exchange::lost) {
+            Some(error) => format!("{what} has no value: {error}"),
+            None => format!("{what} has no value at t = {} s: {BEYOND_RANGE}", Number(self.time())),
+        };
         if self.run.phase == Phase::ContinuousTimeMode { Refusal::of_state(text) } else { Refusal::no_value(text) }
     }
 
