@@ -1,7 +1,8 @@
-//! Runs at the corners of what is legal: parameters at their least, tiny, default, huge and largest values, inputs with
-//! derivatives, steps of a nanosecond to a million seconds. Every variable is read after every step. No call may end
-//! the process, answer a NaN with fmi2OK, or, but for a step, take more than a fixed amount of work; memory is bounded
-//! by the options of libFuzzer.
+//! Runs at the corners of what is legal: parameters at their least, tiny, default, huge and largest values, and at
+//! extremes of any magnitude; inputs with derivatives, steps to a million seconds. Every variable is read after every
+//! step, the state is written and read, and derivatives are asked for, also before the run. No call may end the process,
+//! answer what is not finite with fmi2OK, write a state that is refused, or, but for a step, take more than a fixed
+//! amount of work; memory, and the time of steps, are bounded by the options of libFuzzer.
 //!
 //! Steps grow as long as little happens in them, by the FMU's own counters and by the clock: how many events a step has
 //! to follow, and how many swings it has to search for one, is up to the cradle and to the host.
@@ -15,14 +16,39 @@ use std::time::{Duration, Instant};
 use arbitrary::Arbitrary;
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
-use newtons_cradle::variables::{Access, Causality, Settings, Variability, Variable, variables};
+use newtons_cradle::fmi2::fmi2GetDirectionalDerivative;
+use newtons_cradle::variables::{Access, Causality, Settings, Type, Variability, Variable, variables};
 
 /// Numbers of balls.
 const BALLS: [usize; 5] = [1, 2, 3, 5, 13];
 
-/// What any call but a step may take here, where it is instrumented and others may be at work: a thousand times what it
-/// should.
-const LONGEST: Duration = Duration::from_secs(2);
+/// What any call but a step may take here, where it is instrumented and others may be at work: thousands of times what
+/// it should.
+const LONGEST: Duration = Duration::from_secs(10);
+
+/// The first step, s, unless the next onset is nearer.
+const FIRST: f64 = 1e-9;
+
+/// Magnitudes from the smallest double to the largest: those whose products and squares are still in range, and those
+/// whose are not.
+const EXTREMES: [f64; 16] = [
+    5e-324,
+    1e-310,
+    1e-300,
+    1e-200,
+    1e-150,
+    1e-100,
+    1e-30,
+    1e-12,
+    1e8,
+    2e11,
+    1e30,
+    1e100,
+    1e150,
+    1e200,
+    1e300,
+    f64::MAX,
+];
 
 /// A step is followed by one `LONGER` times as long if the counters of work grew by less than this, and it took less
 /// time than that.
@@ -39,6 +65,8 @@ struct Run {
     /// Parameters, start values and inputs away from their defaults.
     settings: Vec<Setting>,
     start: Start,
+    /// An output, and what it is derived by.
+    along: (u8, u8),
     steps: Vec<Step>,
 }
 
@@ -60,6 +88,8 @@ enum Corner {
     Negative,
     /// This many thirds of the default, or of one where that is 0.
     Ordinary(u8),
+    /// One of the [`EXTREMES`], every other one negative.
+    Extreme(u8),
 }
 
 /// What makes a run out of it.
@@ -92,7 +122,7 @@ thread_local! {
 fuzz_target!(|run: Run| HOSTS.with_borrow_mut(|hosts| {
     let balls = BALLS[usize::from(run.balls) % BALLS.len()];
     let host = hosts.entry(balls).or_insert_with(|| Host::with_balls(balls));
-    let extreme = ["Least", "Largest"].iter().any(|corner| format!("{run:?}").contains(corner));
+    let extreme = ["Least", "Largest", "Extreme"].iter().any(|corner| format!("{run:?}").contains(corner));
     let (variables, defaults) = (variables(balls).collect(), Settings::default_for(balls));
     Driver { host, variables, defaults, run: &run, extreme }.make();
 }));
@@ -101,7 +131,7 @@ impl Corner {
     /// Which item of an enumeration it selects.
     fn index(self) -> usize {
         match self {
-            Self::Ordinary(thirds) => thirds.into(),
+            Self::Ordinary(index) | Self::Extreme(index) => index.into(),
             Self::Least | Self::Tiny => 0,
             Self::Small | Self::Default => 1,
             Self::Large | Self::Huge => 2,
@@ -124,6 +154,10 @@ impl Corner {
             Self::Largest => range.max.unwrap_or(f64::MAX),
             Self::Negative => -scale,
             Self::Ordinary(thirds) => f64::from(thirds) / 3.0 * scale,
+            Self::Extreme(code) => {
+                let sign = if code.is_multiple_of(2) { 1.0 } else { -1.0 };
+                sign * EXTREMES[usize::from(code / 2) % EXTREMES.len()]
+            }
         };
         if range.contains(value) { value } else { start }
     }
@@ -145,6 +179,7 @@ impl Driver<'_> {
         host.log();
         self.arrange();
         assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
+        self.derive(self.run.along, |variable| variable.row.settable());
         if self.timed(&"fmi2ExitInitializationMode", || host.exit()) != fmi2OK {
             return self.refused();
         }
@@ -155,7 +190,9 @@ impl Driver<'_> {
                 return self.refused();
             }
             let longest = 10f64.powi(i32::from(step.decade % 16) - 9);
-            let mut length = 1e-9;
+            let ahead = host.read(host.variable("t_next")).map_or(FIRST, |next| next - time);
+            host.log();
+            let mut length = FIRST.min(ahead);
             while length <= longest {
                 let (before, begin) = (self.work(), Instant::now());
                 let (status, taken) = (host.step(time, length), begin.elapsed());
@@ -164,6 +201,9 @@ impl Driver<'_> {
                 }
                 time += length;
                 self.read();
+                let (bytes, read) = (host.to_bytes(), |bytes: Vec<u8>| host.set_bytes(&bytes));
+                assert_eq!(read(bytes), fmi2OK, "{:?}: {:?}", host.log(), self.run);
+                self.derive(self.run.along, |variable| variable.row.causality == Causality::Input);
                 if self.work() - before > LITTLE || taken > SHORT {
                     break;
                 }
@@ -217,7 +257,9 @@ impl Driver<'_> {
             let (name, value) = (input.to_string(), corner.value(input, &self.defaults));
             let status = match i32::from(order % 4) {
                 // A step can take a minute under a force that grows to the largest doubles within a nanosecond.
-                order if order == 0 || matches!(corner, Corner::Least | Corner::Largest) => self.host.set(&name, value),
+                order if order == 0 || matches!(corner, Corner::Least | Corner::Largest | Corner::Extreme(_)) => {
+                    self.host.set(&name, value)
+                }
                 order => self.host.set_derivative(&name, order, value),
             };
             accepted &= status == fmi2OK;
@@ -235,12 +277,29 @@ impl Driver<'_> {
             let value = self.timed(variable, || self.host.read(*variable));
             let log = self.host.log();
             let lacks = log.iter().any(|line| line.text.contains("beyond the range of doubles"));
-            assert!(!value.is_some_and(f64::is_nan), "{variable} is NaN: {:?}", self.run);
+            assert!(value.is_none_or(f64::is_finite), "{variable} = {value:?}: {:?}", self.run);
             assert!(value.is_some() || lacks && self.extreme, "{variable}: {log:?}: {:?}", self.run);
         }
         let (time, next) = (self.host.time(), self.host.read(self.host.variable("t_next")));
         assert!(time.is_some() && next > time, "t_next = {next:?} at {time:?}");
         // A step may have told that it took long.
+        self.host.log();
+    }
+
+    /// Asks for a derivative of a real output by one of the variables `known`; it is finite or does not exist.
+    fn derive(&self, (unknown, known): (u8, u8), is_known: fn(&Variable) -> bool) {
+        let real = |variable: &&Variable| variable.row.derivative.is_some();
+        let outputs = self.variables.iter().filter(real).filter(|output| output.row.causality == Causality::Output);
+        let knowns =
+            self.variables.iter().filter(|known| is_known(known) && known.row.access.data_type() == Type::Real);
+        let of = |all: Vec<&Variable>, index: u8| *all[usize::from(index) % all.len()];
+        let (unknown, known) = (of(outputs.collect(), unknown), of(knowns.collect(), known));
+        let (c, seed, mut found) = (self.host.c, 1.0, f64::NAN);
+        let of = [unknown, known].map(|variable| variable.reference());
+        let status = self.timed(&format_args!("d {unknown} / d {known}"), || unsafe {
+            fmi2GetDirectionalDerivative(c, &of[0], 1, &of[1], 1, &seed, &mut found)
+        });
+        assert!(status != fmi2OK || found.is_finite(), "d {unknown} / d {known} = {found}: {:?}", self.run);
         self.host.log();
     }
 

@@ -19,6 +19,13 @@ pub enum EngineError {
         /// Which, from 0.
         ball: usize,
     },
+    /// The overlap, the force or the impulse of a contact became infinite or NaN.
+    ContactNotFinite {
+        /// When, s.
+        time: f64,
+        /// Whose, from 0.
+        contact: usize,
+    },
     /// A ball cannot go on along its arc.
     OffArc {
         /// When, s.
@@ -28,6 +35,8 @@ pub enum EngineError {
         /// Why.
         fault: Fault,
     },
+    /// A coefficient of the equations is beyond the range of doubles; the text says which, and what is allowed.
+    NoCoefficient(String),
     /// Balls on arcs cannot start like this; the text says why, and what is allowed.
     NoArc(String),
     /// Rigid contacts cannot start like this, or not by this method; the text says why, and what is allowed.
@@ -74,6 +83,9 @@ impl std::fmt::Display for EngineError {
             Self::NoPlace { time, ball: j } => {
                 let (ball, time) = (j + 1, Plain(time));
                 write!(f, "no place of ball {ball} within 90 degrees gives overlap[{j}] at t = {time} s")
+            Self::ContactNotFinite { time, contact } => {
+                let (contact, time) = (contact + 1, Plain(time));
+                write!(f, "the overlap, the force or the impulse of contact {contact} is not finite at t = {time} s")
             }
             Self::OffArc { time, ball, fault } => {
                 let (ball, time) = (ball + 1, Plain(time));
@@ -95,7 +107,7 @@ impl std::fmt::Display for EngineError {
                 write!(f, "{what} at t = {time} s; allowed with pendulum.model = circular: {allowed}")
             }
             Self::NoArc(ref text) => write!(f, "with pendulum.model = circular, {text}"),
-            Self::NotRigid(ref text) => f.write_str(text),
+            Self::NoCoefficient(ref text) | Self::NotRigid(ref text) => f.write_str(text),
             Self::EnergyNotFinite { time } => {
                 write!(f, "the energy of the cradle at t = {} s is beyond the range of doubles", Plain(time))
             }

@@ -93,6 +93,13 @@ pub(crate) struct BallStart {
     pub support_impulse: f64,
 }
 
+impl BallStart {
+    fn is_finite(&self) -> bool {
+        let Self { state: (x, v), support_impulse } = self;
+        x.is_finite() && v.is_finite() && support_impulse.is_finite()
+    }
+}
+
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct StepStart {
     /// Number of the step; 0 before the first.
@@ -124,16 +131,18 @@ impl StepStart {
         }
     }
 
+    /// Whether what is recorded of this ball is finite.
+    pub fn is_finite_at(&self, ball: usize) -> bool {
+        self.balls[ball].as_ref().is_none_or(BallStart::is_finite)
+    }
+
     /// Whether all values are finite, and contacts recorded with their balls.
     pub fn is_sound(&self) -> bool {
-        let finite = |start: &BallStart| {
-            let BallStart { state: (x, v), support_impulse } = start;
-            x.is_finite() && v.is_finite() && support_impulse.is_finite()
-        };
         let contact = |(contact, balls): (&Option<(f64, Mode)>, &[Option<BallStart>])| {
             contact.is_none_or(|(overlap, _)| overlap.is_finite() && balls.iter().any(Option::is_some))
         };
-        self.balls.iter().flatten().all(finite) && self.contacts.iter().zip(self.balls.windows(2)).all(contact)
+        self.balls.iter().flatten().all(BallStart::is_finite)
+            && self.contacts.iter().zip(self.balls.windows(2)).all(contact)
     }
 
     pub fn restored(self) -> Self {

@@ -126,7 +126,7 @@ impl Instance {
             Access::Real(get) => {
                 let value = get(self.results()?, index);
                 // In the error state values may be anything.
-                if value.is_nan() && self.run.phase != Phase::Error {
+                if !value.is_finite() && self.run.phase != Phase::Error {
                     return Err(self.no_number(variable));
                 }
                 value

@@ -70,6 +70,31 @@ impl Cradle {
         Self::along(p, p)
     }
 
+    /// Refuses parameters whose products or quotients leave the range of doubles, although each of them is in its range.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let check = |holds: bool, what: std::fmt::Arguments, value: f64| {
+            let side = if value == 0.0 { "below" } else { "beyond" };
+            let text = || format!("{what} is {side} the range of doubles; allowed: values for which it is within");
+            if holds { Ok(()) } else { Err(text()) }
+        };
+        let finite = |what: std::fmt::Arguments, value: f64| check(value.is_finite(), what, value);
+        let positive = |what: std::fmt::Arguments, value: f64| check(value > 0.0 && value.is_finite(), what, value);
+        for (i, ball) in (1..).zip(&self.balls) {
+            positive(format_args!("ball.mass ball.massRatio[{i}]"), ball.mass)?;
+            positive(format_args!("pendulum.length pendulum.lengthRatio[{i}]"), ball.length)?;
+            finite(format_args!("gravity / (pendulum.length pendulum.lengthRatio[{i}])"), ball.omega2)?;
+            finite(format_args!("pendulum.drag / (2 ball.mass ball.massRatio[{i}])"), ball.gamma)?;
+        }
+        for (i, law) in (1..).zip(&self.contacts) {
+            finite(format_args!("the stiffness times contact.stiffnessRatio[{i}]"), law.stiffness)?;
+            finite(format_args!("the damping of contact {i}"), law.damping_coefficient())?;
+            finite(format_args!("contact.gap[{i}] + contact.deadBand"), law.clearance)?;
+            let pivots = if self.on_arcs() { law.pivots } else { 0.0 };
+            finite(format_args!("2 ball.radius + contact.gap[{i}]"), pivots)?;
+        }
+        Ok(())
+    }
+
     /// Reduced mass of the balls of contact `j`, kg.
     pub fn reduced_mass(&self, j: usize) -> f64 {
         let (left, right) = (self.balls[j].mass, self.balls[j + 1].mass);

@@ -2,7 +2,7 @@
 
 use super::root;
 use super::series::{
-    MOST, NUMBERS, about, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, sample_derivative,
+    self, MOST, NUMBERS, bound, bound_of_change_of_derivative, derivative_by_lanes, sample, sample_derivative,
     sample_terms, value_and_derivatives, value_by_lanes,
 };
 
@@ -13,6 +13,10 @@ const SAMPLES: usize = 8;
 /// a few suffice unless it almost touches.
 const HALVINGS: usize = 4;
 const EXPANSIONS: usize = 50;
+
+/// Halvings of an interval that begins at 0, where an expansion would change nothing: down to 5e-20 of its length, far
+/// below what the series resolves.
+const HALVINGS_FROM_0: usize = 64;
 
 /// Rounding below which a series is noise.
 const NOISE: f64 = 4.0 * f64::EPSILON;
@@ -52,41 +56,63 @@ fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
     std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64)
 }
 
-/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series minus `level` is positive.
+/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series minus `level` is positive; NaN for a
+/// series that leaves the range of doubles, so that it is noticed where that time is used.
 ///
 /// At 0 it should not be positive; a value that is counts as 0. If it is 0 there, the derivatives decide: rising, the
 /// result is 0; falling, the search continues after it. A maximum that touches 0 within rounding is not a crossing.
 /// None is missed: between two places a function exceeds its chord by no more than its curvature allows.
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
-    first_within(c, sign, level, until, EXPANSIONS)
+    match first_near(c, sign, level, until) {
+        Ok(found) => found,
+        Err(undecided) => first_beyond(c, sign, until, undecided),
+    }
 }
 
-/// The same, with a limited number of expansions about later places.
-fn first_within(c: &[f64], sign: f64, level: f64, until: f64, expansions: usize) -> Option<f64> {
+/// A place up to which there is no crossing, and the level after it.
+type Undecided = (f64, f64);
+
+/// Goes on from place to place, with coefficients about each, which give tighter bounds after it.
+fn first_beyond(c: &[f64], sign: f64, mut until: f64, (mut clear, mut level): Undecided) -> Option<f64> {
+    let (mut about, mut places) = ([0.0; MOST], [0.0; EXPANSIONS]);
+    about[..c.len()].copy_from_slice(c);
+    for expansion in 0..EXPANSIONS {
+        places[expansion] = clear;
+        until -= clear;
+        about = series::about(&about[..c.len()], clear);
+        match first_near(&about[..c.len()], sign, level, until) {
+            Ok(found) => return found.map(|t| places[..=expansion].iter().rev().fold(t, |t, place| place + t)),
+            Err(undecided) => (clear, level) = undecided,
+        }
+    }
+    None
+}
+
+/// The same as [`first_positive`] by these coefficients alone.
+fn first_near(c: &[f64], sign: f64, level: f64, until: f64) -> Result<Option<f64>, Undecided> {
     let (value, slope, curvature) = (sign * (c[0] - level), sign * c[1], sign * c[2]);
+    let (chord, bend) = (value + until * slope, until * until * bound(&c[2..], until));
     // A cheap bound: most searches would find nothing.
-    if value.max(value + until * slope) < -until * until * bound(&c[2..], until) {
-        return None;
+    if value.max(chord) < -bend {
+        return Ok(None);
+    }
+    // Of numbers beyond the range of doubles nothing is known.
+    if !(chord + bend).is_finite() {
+        return Ok(Some(f64::NAN));
     }
     if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
-        return Some(0.0);
+        return Ok(Some(0.0));
     }
     let level = if value > 0.0 { c[0] } else { level };
-    // Coefficients about a later place give tighter bounds after it.
-    let beyond = |clear: f64| {
-        let about: [f64; MOST] = about(c, clear);
-        let found = first_within(&about[..c.len()], sign, level, until - clear, expansions.checked_sub(1)?);
-        found.map(|t| clear + t)
-    };
     // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
     if [value, slope, curvature] == [0.0; 3] {
-        let lead = 3 + c[3..].iter().position(|&c| c != 0.0)?;
+        let Some(lead) = c[3..].iter().position(|&c| c != 0.0).map(|more| 3 + more) else { return Ok(None) };
         if sign * c[lead] > 0.0 {
-            return Some(0.0);
+            return Ok(Some(0.0));
         }
         // On this stretch the leading term dominates.
         let (half, rest) = (0.5 * c[lead].abs(), bound(&c[lead + 1..], until));
-        return if rest * until <= half { None } else { beyond(half / rest) };
+        return if rest * until <= half { Ok(None) } else { Err((half / rest, level)) };
     }
     let places = eighths(0.0, until);
     let values = sample(c, &places).map(|value| sign * (value - level));
@@ -95,13 +121,17 @@ fn first_within(c: &[f64], sign: f64, level: f64, until: f64, expansions: usize)
     let search = Search { c, sign, level };
     let mut left = (0.0, value.min(0.0));
     for (p, right) in places.into_iter().zip(values).enumerate() {
-        match search.between(left, right, curvatures[p / 2], HALVINGS) {
+        let found = match p {
+            0 => search.from_0(left.1, right, curvatures[0]),
+            _ => search.between(left, right, curvatures[p / 2], HALVINGS),
+        };
+        match found {
             Ok(None) => left = right,
-            Ok(found) => return found,
-            Err(clear) => return beyond(clear),
+            Ok(found) => return Ok(found),
+            Err(clear) => return Err((clear, level)),
         }
     }
-    None
+    Ok(None)
 }
 
 /// Bounds of the absolute second derivative from 0 to each place.
@@ -117,10 +147,12 @@ struct Search<'a> {
     level: f64,
 }
 
+/// A place and the value there, with its sign and above the level.
+type Point = (f64, f64);
+
 impl Search<'_> {
-    /// The crossing between two places with their values, where the curvature is at most `curvature`; or, if halving
-    /// does not decide, up to where there is none.
-    fn between(&self, from: (f64, f64), to: (f64, f64), curvature: f64, halvings: usize) -> Result<Option<f64>, f64> {
+    /// The crossing between two places where the curvature is at most `curvature`; `Err` if the bounds do not decide.
+    fn decide(&self, from: Point, to: Point, curvature: f64) -> Result<Option<f64>, ()> {
         let &Self { c, sign, level } = self;
         let distance = to.0 - from.0;
         let bend = distance * curvature;
@@ -139,19 +171,62 @@ impl Search<'_> {
             };
             return Ok(Some(root::rising_zero(g, from, to)));
         }
-        if halvings == 0 && from.0 > 0.0 {
-            return Err(from.0);
+        Err(())
+    }
+
+    /// The place half way between two, unless doubles do not resolve it.
+    fn middle(&self, from: f64, to: f64) -> Option<Point> {
+        let middle = 0.5 * (from + to);
+        let value = || self.sign * (value_by_lanes(self.c, middle) - self.level);
+        (from < middle && middle < to).then(|| (middle, value()))
+    }
+
+    /// A bound of the absolute second derivative from 0 to `place`.
+    fn curvature_up_to(&self, place: f64) -> f64 {
+        let [curvature] = largest_curvatures(self.c, &[place]);
+        curvature
+    }
+
+    /// The crossing between two places, the first one above 0, where the curvature is at most `curvature`; or, if so
+    /// many `halvings` do not decide, up to where there is none.
+    fn between(&self, from: Point, to: Point, curvature: f64, halvings: usize) -> Result<Option<f64>, f64> {
+        if let Ok(decided) = self.decide(from, to, curvature) {
+            return Ok(decided);
         }
-        let middle = 0.5 * (from.0 + to.0);
-        if middle <= from.0 || middle >= to.0 {
-            return Ok((to.1 > 0.0).then_some(to.0));
+        let Some(halvings) = halvings.checked_sub(1) else { return Err(from.0) };
+        let Some(middle) = self.middle(from.0, to.0) else { return Ok((to.1 > 0.0).then_some(to.0)) };
+        match self.between(from, middle, self.curvature_up_to(middle.0), halvings)? {
+            None => self.between(middle, to, curvature, halvings),
+            found => Ok(found),
         }
-        let [of_left] = largest_curvatures(c, &[middle]);
-        let middle = (middle, sign * (value_by_lanes(c, middle) - level));
-        match self.between(from, middle, of_left, halvings.saturating_sub(1)) {
-            Ok(None) => self.between(middle, to, curvature, halvings.saturating_sub(1)),
-            found => found,
+    }
+
+    /// The same from 0, where the value is `at_0`: in ever shorter intervals, then back through those left out.
+    fn from_0(&self, at_0: f64, mut to: Point, mut curvature: f64) -> Result<Option<f64>, f64> {
+        let (mut later, mut count) = ([((0.0, 0.0), 0.0); HALVINGS_FROM_0], 0);
+        loop {
+            match self.decide((0.0, at_0), to, curvature) {
+                Ok(None) => break,
+                Ok(found) => return Ok(found),
+                Err(()) => {}
+            }
+            let Some(middle) = self.middle(0.0, to.0).filter(|_| count < HALVINGS_FROM_0) else {
+                if to.1 > 0.0 {
+                    return Ok(Some(to.0));
+                }
+                break;
+            };
+            later[count] = (to, curvature);
+            count += 1;
+            (to, curvature) = (middle, self.curvature_up_to(middle.0));
         }
+        for (count, &(next, curvature)) in later[..count].iter().enumerate().rev() {
+            match self.between(to, next, curvature, HALVINGS.saturating_sub(count + 1))? {
+                None => to = next,
+                found => return Ok(found),
+            }
+        }
+        Ok(None)
     }
 }
 
@@ -168,6 +243,47 @@ mod tests {
             [s, c, -s, -c][k % 4] * term + if k == 0 { offset } else { 0.0 }
         };
         (0..40).map(of).collect()
+    }
+
+    /// Of a series with one coefficient that is none nothing is known, and the search ends.
+    #[test]
+    fn what_is_no_number_gives_none() {
+        for (k, strange) in (0..12).flat_map(|k| [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX].map(|c| (k, c)))
+        {
+            let mut c = wave(0.5, 1.9, -1.4);
+            c[k] = strange;
+            for (sign, level, until) in [(1.0, 0.0, 1.0), (-1.0, 0.3, 1e-300), (1.0, 0.0, f64::INFINITY)] {
+                let found = first_positive(&c, sign, level, until);
+                assert!(found.is_none_or(|t| t.is_nan() || (0.0..=until).contains(&t)), "{k} {strange}: {found:?}");
+                assert!(maximum(&c, 0.0, until).0 >= 0.0);
+            }
+            let noticed = first_positive(&c, 1.0, 0.0, 1.0).is_some_and(f64::is_nan);
+            assert!(noticed || !strange.is_nan(), "{k} {strange}");
+        }
+        assert!(first_positive(&wave(0.0, 1.0, 0.0), 1.0, f64::NAN, 1.0).is_some_and(f64::is_nan));
+        assert!(first_positive(&wave(0.0, 1.0, 0.0), 1.0, 1.0, f64::NAN).is_some_and(f64::is_nan));
+    }
+
+    /// Near 0, where no expansion helps, the intervals become ever shorter; from a touch at 0 down to the shortest.
+    #[test]
+    fn crossings_right_after_the_start() {
+        for exponent in [-1, -10, -30, -100, -300] {
+            let gap = libm::exp10(f64::from(exponent));
+            // t^2 - gap, and t^3 - gap, which turns only after the crossing.
+            for (k, place) in [(2, gap.sqrt()), (3, gap.cbrt())] {
+                let mut c = [0.0; 12];
+                (c[0], c[k]) = (-gap, 1.0);
+                let t = first_positive(&c, 1.0, 0.0, 1.0).unwrap();
+                assert!((t - place).abs() <= 1e-9 * place + 1e-19, "{t}, not {place}");
+                c[k] = -1.0;
+                assert_eq!(first_positive(&c, 1.0, 0.0, 1.0), None);
+            }
+        }
+        // It touches 0 at the start, falls, and comes back.
+        let mut c = [0.0; 12];
+        (c[2], c[3]) = (-0.25, 1.0);
+        let t = first_positive(&c, 1.0, 0.0, 1.0).unwrap();
+        assert!((t - 0.25).abs() < 1e-12, "{t}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ const GROWTH: f64 = 1000.0;
 /// The first `t` in `[from, until]` from which on `g` is positive, with at most `allowed` evaluations, which it counts
 /// down.
 ///
-/// `g(from)` should not be positive; a value that is counts as 0. If it is 0, the derivatives decide: rising, the
+/// The time is NaN, to be noticed, where `g` is. `g(from)` should not be positive; a value that is counts as 0. If it is 0, the derivatives decide: rising, the
 /// result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is no crossing.
 pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Next {
     let mut t = from;
@@ -30,6 +30,9 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
     while *allowed > 0 {
         *allowed -= 1;
         let [value, slope, curvature] = g.at(t);
+        if value.is_nan() {
+            return Next::At(value);
+        }
         if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
             return Next::At(t);
         }

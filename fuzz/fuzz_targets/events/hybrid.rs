@@ -114,12 +114,14 @@ pub struct Picture {
     pub time: f64,
     /// When it last went from integration to events, s.
     pub event: f64,
+    /// Whether extreme values have been set: what is legal may then be refused, where values leave the range of doubles.
+    pub extreme: bool,
 }
 
 impl Picture {
     /// A new instance of five balls.
     pub fn new(events: bool, exchange: bool) -> Self {
-        Self { phase: Instantiated, events, exchange, balls: 5, time: 0.0, event: 0.0 }
+        Self { phase: Instantiated, events, exchange, balls: 5, time: 0.0, event: 0.0, extreme: false }
     }
 
     /// Whether a call is legal now, as far as its arguments do not decide.

@@ -21,7 +21,7 @@ use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Type, Variable};
 
 use hybrid::{Operation, Phase, Picture, Vector, Within, few, of_type};
-use inspection::{FLOATS, forge, look};
+use inspection::{FLOATS, floats, forge, look};
 use values::{Current, LONGEST_STEP, Step, Value};
 
 use Phase::{Configuration, ContinuousTime, Event, Initialization, Instantiated, Terminated};
@@ -43,6 +43,10 @@ const SETUPS: [&[(&str, &[f64])]; 4] = [
     &[HIT, ("contact.exponent", &[3.0]), ("ball.massRatio", &[1.0, 1.0, 2.0, 1.0, 1.0])],
     &[("x_start", &[0.0; 5]), ("contact.gap", &[-1e-5; 5]), ("contact.damping", &[2e4]), ("contact.deadBand", &[0.0])],
 ];
+
+/// Times to the next onset that a step with extreme values may take.
+const FEW_ONSETS: f64 = 3.0;
+
 const HIT: (&str, &[f64]) = ("v_start", &[5.0, 5.0, 0.0, 0.0, 0.0]);
 
 #[derive(Debug, Arbitrary)]
@@ -120,7 +124,8 @@ impl Driver<'_> {
             (true, false) => fmi3Discard,
             (true, true) => fmi3OK,
         };
-        assert_eq!(status, expected, "{what} in {:?}", self.picture);
+        let beyond_range = self.picture.extreme && expected == fmi3OK && [fmi3Error, fmi3Discard].contains(&status);
+        assert!(status == expected || beyond_range, "{what} in {:?}: {status:?}, not {expected:?}", self.picture);
         self.given_up(status)
     }
 
@@ -253,7 +258,7 @@ impl Driver<'_> {
                     self.ended = true;
                 }
                 Operation::SetTime(step) => {
-                    let time = self.picture.time + step.length(self.ahead(operation), LONGEST_STEP);
+                    let time = self.picture.time + self.length(operation, step);
                     let status = fmi3SetTime(c, time);
                     if self.take(operation, time.is_finite() && time >= self.picture.event, status) {
                         self.picture.time = time;
@@ -294,7 +299,7 @@ impl Driver<'_> {
 
     fn step(&mut self, operation: &Operation, current: &Current, step: &Step, within: &Within) {
         let own = self.picture.time;
-        let (current, length) = (current.time(own), step.length(self.ahead(operation), LONGEST_STEP));
+        let (current, length) = (current.time(own), self.length(operation, step));
         self.prepare(within.clone());
         let (status, events, reached) = self.host.step(current, length);
         let near = (current - own).abs() <= 1e-12 * own.abs().max(1.0);
@@ -310,13 +315,13 @@ impl Driver<'_> {
 
     /// What the host does when it is called within the next step.
     fn prepare(&self, within: Within) {
-        let (n, mut last, mut calls) = (self.picture.balls, self.picture.time, 0_u8);
+        let (n, extreme, mut last, mut calls) = (self.picture.balls, self.picture.extreme, self.picture.time, 0_u8);
         self.host.within(move |c, time, may_end| {
             assert!(time >= last);
             (last, calls) = (time, calls.saturating_add(1));
             let mut x = vec![f64::NAN; n];
-            assert_eq!(unsafe { fmi3GetFloat64(c, &vr("x"), 1, x.as_mut_ptr(), n) }, fmi3OK);
-            assert!(x.iter().all(|x| x.is_finite()));
+            let status = unsafe { fmi3GetFloat64(c, &vr("x"), 1, x.as_mut_ptr(), n) };
+            assert!(status == fmi3OK && x.iter().all(|x| x.is_finite()) || extreme && status == fmi3Discard);
             if let Some(size) = within.force {
                 let forces = vec![f64::from(size) / 128.0 - 1.0; n];
                 assert_eq!(unsafe { fmi3SetFloat64(c, &vr("F_ext"), 1, forces.as_ptr(), n) }, fmi3OK);
@@ -325,9 +330,21 @@ impl Driver<'_> {
         });
     }
 
-    /// How long it is to the next onset, s, where this call is legal.
+    /// How long it is to the next onset, s, where this call is legal and that is known.
     fn ahead(&self, operation: &Operation) -> f64 {
-        if self.picture.allows(operation) { self.host.floats("t_next", 1)[0] - self.picture.time } else { 0.0 }
+        let next = self.picture.allows(operation).then(|| self.floats("t_next")).flatten();
+        next.map_or(0.0, |next| next[0] - self.picture.time)
+    }
+
+    /// The length of a step, s. With extreme values, a longer one than to the next onset might take days.
+    fn length(&self, operation: &Operation, step: &Step) -> f64 {
+        let ahead = self.ahead(operation);
+        let length = step.length(ahead, LONGEST_STEP);
+        if self.picture.extreme { length.min(FEW_ONSETS * ahead) } else { length }
+    }
+
+    fn floats(&self, name: &str) -> Option<Vec<f64>> {
+        floats(self.host, &self.picture, FLOATS.iter().copied().find(|array| array.row.name == name)?)
     }
 
     fn vector(&self, of: Vector, length: usize) -> (fmi3Status, Vec<f64>) {
@@ -342,12 +359,12 @@ impl Driver<'_> {
     }
 
     fn set_states(&mut self, operation: &Operation, step: &Step, excess: i8) {
-        let length = step.length(self.ahead(operation), LONGEST_STEP);
+        let length = self.length(operation, step);
         let mut y = vec![0.0; self.picture.length(Vector::States)];
         if self.picture.allows(operation) {
             let [(read, states), (derived, rates)] =
                 [Vector::States, Vector::Derivatives].map(|of| self.vector(of, y.len()));
-            assert_eq!((read, derived), (fmi3OK, fmi3OK));
+            assert!((read, derived) == (fmi3OK, fmi3OK) || self.picture.extreme, "{read:?}, {derived:?}");
             y = states.iter().zip(rates).map(|(y, rate)| y + length * rate).collect();
         }
         let states = y.len();
@@ -365,6 +382,7 @@ impl Driver<'_> {
             value.number(array.element(index).of_fmi2(BALLS))
         };
         let set: Vec<f64> = (0..few(n, excess)).map(value).collect();
+        let extreme = values.iter().any(|value| matches!(value, Value::Extreme(_)));
         let before = self.host.to_bytes();
         let status = self.host.set(&array.to_string(), &set);
         let admitted = |(index, value): (usize, &f64)| {
@@ -375,6 +393,7 @@ impl Driver<'_> {
         let valid = set.iter().all(|value| value.is_finite()) && set.iter().enumerate().all(admitted);
         let told = array.element(0).of_fmi2(BALLS).is_some_and(|own| own.row.settable());
         if self.take_of_setter(format_args!("{operation:?} of {array} to {set:?}"), legal, valid, status) {
+            self.picture.extreme |= extreme;
             assert!(!told || !self.picture.may_get(array) || self.host.floats(&array.to_string(), n) == set, "{array}");
         } else if status == fmi3Discard {
             assert!(self.host.to_bytes() == before, "{operation:?} was discarded and changed something");

@@ -1,5 +1,4 @@
-//! From the bytes of the fuzzer to values of everyday cradles, and some that are not: of magnitudes at which a step
-//! takes little time. The extremes are for the target `corners`.
+//! From the bytes of the fuzzer to values of everyday cradles, and some that are not.
 
 use arbitrary::Arbitrary;
 
@@ -9,6 +8,8 @@ use newtons_cradle::variables::Variable;
 #[derive(Clone, Debug, Arbitrary)]
 pub enum Value {
     Everyday(u16),
+    /// Of this magnitude and sign, of which balls make runs that leave the range of doubles, or do nothing.
+    Extreme(u8),
     Min,
     Max,
     BelowMin,
@@ -79,12 +80,34 @@ const EVERYDAY: &[(&str, f64, f64, bool)] = &[
     ("a_support", -1.0, 1.0, false),
 ];
 
+/// From the smallest double to the largest: those whose products and squares are still in range, and those whose are
+/// not.
+const EXTREMES: [f64; 16] = [
+    5e-324,
+    1e-310,
+    1e-300,
+    1e-200,
+    1e-150,
+    1e-100,
+    1e-30,
+    1e-12,
+    1e8,
+    2e11,
+    1e30,
+    1e100,
+    1e150,
+    1e200,
+    1e300,
+    f64::MAX,
+];
+
 impl Value {
     /// For `variable`, or for a number that has no range.
     pub fn number(&self, variable: Option<Variable>) -> f64 {
         let (min, max) = variable.map_or((None, None), |variable| (variable.row.range.min, variable.row.range.max));
         match self {
             Self::Everyday(code) => everyday(*code, variable),
+            Self::Extreme(code) => extreme(*code),
             // Without a limit there is nothing at it.
             Self::Min => min.unwrap_or(0.0),
             Self::Max => max.unwrap_or_else(|| everyday(u16::MAX, variable)),
@@ -95,6 +118,12 @@ impl Value {
             Self::MinusInfinite => f64::NEG_INFINITY,
         }
     }
+}
+
+/// A finite number of any magnitude, every other one negative.
+fn extreme(code: u8) -> f64 {
+    let sign = if code.is_multiple_of(2) { 1.0 } else { -1.0 };
+    sign * EXTREMES[usize::from(code / 2) % EXTREMES.len()]
 }
 
 fn everyday(code: u16, variable: Option<Variable>) -> f64 {
@@ -121,6 +150,7 @@ impl Current {
 }
 
 impl Step {
+    /// In s. The next onset lies `ahead`, if that is known.
     pub fn length(&self, ahead: f64, longest: f64) -> f64 {
         match self {
             Self::Length(code) => {

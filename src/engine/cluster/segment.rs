@@ -87,6 +87,13 @@ impl Cluster {
         self.start + self.length
     }
 
+    /// The first ball or contact that has left the range of doubles, as that of the contact at its right.
+    pub fn lost(&self) -> Option<usize> {
+        let overlaps = self.contacts.iter().map(|contact| contact.overlap).chain([0.0]);
+        let lost = |(flight, overlap): (&Flight, f64)| !(flight.is_finite() && overlap.is_finite());
+        self.flights.iter().zip(overlaps).position(lost).map(|ball| self.window.start + ball)
+    }
+
     fn output(&self) -> &dyn DenseOutput {
         match self.method {
             Method::Modes => &self.modes,

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::path::Path;
-use crate::engine::HeldInputs;
 use crate::engine::flight::{Forcing, forcing_at, shifted};
+use crate::engine::{EngineError, HeldInputs};
 use crate::model::{BallModel, ContactLaw, Cradle};
 use crate::solver::{DoubleDouble, crossing, series};
 
@@ -98,6 +98,16 @@ impl Dynamics {
     /// Places of the energy dissipated, the work of the inputs and the integral of the force on the support.
     pub fn sums(&self) -> [usize; 3] {
         [2, 1, 0].map(|before| 4 * self.balls() - before)
+    }
+
+    /// The error where this component of the state has left the range of doubles.
+    pub fn lost(&self, component: usize, time: DoubleDouble) -> EngineError {
+        let (time, n) = (time.value(), self.balls());
+        match component {
+            i if i < 2 * n => EngineError::NotFinite { time, ball: i % n },
+            i if i < self.sums()[0] => EngineError::ContactNotFinite { time, contact: (i - 2 * n) % (n - 1) },
+            _ => EngineError::EnergyNotFinite { time },
+        }
     }
 
     /// Acceleration of ball `i` by the inputs, m/s2.

@@ -39,7 +39,12 @@ impl Trajectory {
             Ordering::Greater => self.raise_order(),
             Ordering::Equal => {}
         }
-        self.path.rescale(self.step / self.path.step);
+        let change = self.step / self.path.step;
+        if change.is_nan() {
+            // The rates allow no step at all.
+            self.check_finite()?;
+        }
+        self.path.rescale(change);
         let mut failures = 0;
         for _ in 0..MAX_ATTEMPTS {
             if !resolved(self.path.end, self.path.step) {

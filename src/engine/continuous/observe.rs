@@ -62,11 +62,11 @@ impl Continuous {
     /// does not reach it, the time reached, from which the next look continues.
     fn look_ahead(&self, now: DoubleDouble) -> Next {
         let limit = now + ONSET_PERIODS * self.cradle().period();
-        let mut ahead = self.ahead.borrow_mut();
-        if ahead.as_ref().is_some_and(|ahead| ahead.path.end < self.trajectory.path.end) {
-            *ahead = None;
+        let mut known = self.ahead.borrow_mut();
+        if known.as_ref().is_some_and(|ahead| ahead.path.end < self.trajectory.path.end) {
+            *known = None;
         }
-        let ahead = ahead.get_or_insert_with(|| Box::new(self.trajectory.clone()));
+        let ahead = known.get_or_insert_with(|| Box::new(self.trajectory.clone()));
         let mut work = 0;
         loop {
             if let Some(onset) = onset_after(ahead, now) {
@@ -77,7 +77,11 @@ impl Continuous {
                 return Next::Never;
             }
             ahead.events.clear();
-            if work >= LOOK_AHEAD || ahead.advance().is_err() {
+            let goes_on = work < LOOK_AHEAD;
+            if !(goes_on && ahead.advance().is_ok()) {
+                if goes_on {
+                    *known = None; // What has failed is no state to save.
+                }
                 return Next::not_before(reached.value_down(), self.time);
             }
             work += self.ledgers.len() + 1;

@@ -37,13 +37,14 @@ pub struct Continuous {
 impl Continuous {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub(crate) fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+        Cradle::new(parameters).check().map_err(EngineError::NoCoefficient)?;
         let since = DoubleDouble::from(start_time);
         let y = Dynamics::start(&Cradle::new(parameters), &parameters.x_start, &parameters.v_start);
-        if let Some(i) = y.iter().position(|y| !y.is_finite()) {
-            return Err(EngineError::NotFinite { time: start_time, ball: i % parameters.balls() });
-        }
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let dynamics = Dynamics::new(Cradle::new(parameters), &inputs, start_time, &y, parameters.tolerance);
+        if let Some(component) = y.iter().position(|y| !y.is_finite()) {
+            return Err(dynamics.lost(component, since));
+        }
         let mut run = Self {
             inputs,
             trajectory: Trajectory::new(
@@ -127,6 +128,7 @@ impl Continuous {
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.trajectory.dynamics.cradle {
+            cradle.check().map_err(EngineError::NoCoefficient)?;
             self.restart(cradle);
         }
         Ok(())
@@ -184,7 +186,17 @@ impl Continuous {
             }
         }
         self.time = time;
-        Ok(())
+        if steps > 0 { self.check_finite() } else { Ok(()) }
+    }
+
+    /// Fails if the last steps have left the range of doubles, or their sums: what is saved after a step is finite.
+    fn check_finite(&self) -> Result<(), EngineError> {
+        self.trajectory.check_finite()?;
+        if let Some(component) = self.y_at_step.iter().position(|y| !y.is_finite()) {
+            return Err(self.trajectory.dynamics.lost(component, self.step_start.into()));
+        }
+        let contact = self.ledgers.iter().position(|ledger| !ledger.is_sound());
+        contact.map_or(Ok(()), |contact| Err(EngineError::ContactNotFinite { time: self.time, contact }))
     }
 
     fn enter(&mut self, event: Event, observer: &mut dyn Observer) {

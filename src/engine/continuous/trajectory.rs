@@ -192,8 +192,7 @@ impl Trajectory {
         self.work.steps = self.work.steps.saturating_add(1);
         let dynamic = &self.path.last()[..2 * self.dynamics.balls()];
         if let Some(i) = dynamic.iter().position(|y| y.is_nan() || y.abs() > LARGEST) {
-            let ball = i % self.dynamics.balls();
-            return Err(EngineError::NotFinite { time: self.path.end.value(), ball });
+            return Err(self.dynamics.lost(i, self.path.end));
         }
         for i in 0..self.closed.len() {
             let closes = self.path.last()[self.dynamics.overlap(i)] > 0.0;
@@ -204,6 +203,13 @@ impl Trajectory {
         }
         self.events.make_contiguous().sort_by(|a, b| a.time.partial_cmp(&b.time).unwrap_or(std::cmp::Ordering::Equal));
         Ok(())
+    }
+
+    /// Fails if anything of the last step has left the range of doubles.
+    pub fn check_finite(&self) -> Result<(), EngineError> {
+        let columns = (0..=self.path.degree).map(|j| self.path.column(j)).chain([&self.correction[..], &self.kept]);
+        let lost = columns.filter_map(|column| column.iter().position(|y| !y.is_finite())).next();
+        lost.map_or(Ok(()), |component| Err(self.dynamics.lost(component, self.path.end)))
     }
 
     /// Finds onset or release of contact `i` and the largest force on the last step.

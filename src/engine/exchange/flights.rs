@@ -101,6 +101,9 @@ impl Exchange {
         let farthest = if pace > 0.0 { FARTHEST / pace } else { FARTHEST };
         let [overlap, rate, _] = at(from);
         let mut way = -overlap / rate;
+        if way == 0.0 {
+            return Some(from); // As near as that.
+        }
         while at(from + way.clamp(-farthest, farthest))[0] > 0.0 {
             if way.abs() >= farthest {
                 return None;

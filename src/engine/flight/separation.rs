@@ -99,11 +99,15 @@ impl Separation {
         let own = self.other.is_none() || left.oscillator != right.oscillator;
         let differ = own || self.approach.is_some() && left.model.on_arc;
         let pendulums = self.motion.0 == left.oscillator && right_oscillator == right.oscillator && differ;
-        let finite = self.motions().all(|(_, flight)| flight.is_finite());
-        let numbers =
-            [self.overlap, self.noise, self.resolution[0], self.resolution[1]].iter().all(|value| value.is_finite());
+        pendulums && self.is_finite() && self.anchor.is_sound() && self.anchor <= now
+    }
+
+    pub fn is_finite(&self) -> bool {
+        let numbers = [self.overlap, self.noise, self.resolution[0], self.resolution[1]];
         let approach = self.approach.as_ref().is_none_or(|approach| approach.is_sound());
-        pendulums && finite && numbers && approach && self.anchor.is_sound() && self.anchor <= now
+        self.motions().all(|(_, flight)| flight.is_finite())
+            && numbers.iter().all(|value| value.is_finite())
+            && approach
     }
 
     /// Overlap (m) and its rate (m/s) at the time `t`.
@@ -152,7 +156,8 @@ impl Separation {
     /// Where the series of balls on arcs ends on the way to the time `t`, if it does not hold until then.
     pub fn end_before(&self, t: DoubleDouble) -> Option<DoubleDouble> {
         let (length, tau) = (self.approach.as_ref()?.length, (t - self.anchor).value());
-        (tau.abs() > length).then(|| self.anchor + length.copysign(tau))
+        let end = self.anchor + length.copysign(tau);
+        (tau.abs() > length && end != self.anchor).then_some(end)
     }
 
     /// Whether the series of balls on arcs will not hold for long after the time `t`.

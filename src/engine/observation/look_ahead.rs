@@ -72,6 +72,8 @@ impl Engine {
             {}
             copy.seek_onset(self.onsets, self.time, limit, LOOK_AHEAD)
         });
+        // A copy that has left the range of doubles is no state to save.
+        copy.take_if(|copy| copy.queue.first().is_some_and(|(t, _)| !t.value().is_finite()));
         match found {
             Next::At((t, _)) => Next::At(t.value_up()),
             Next::NotBefore((t, _)) => Next::not_before(t.value_down(), self.time),

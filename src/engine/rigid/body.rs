@@ -128,9 +128,12 @@ impl Constraint {
     /// Whether it fits `left` and `right` at the time `now`, with finite values.
     pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
         let of_balls = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
-        let numbers =
-            [self.stiffness, self.drag, self.rounding].iter().chain(&self.load).all(|value| value.is_finite());
-        of_balls(left) && of_balls(right) && numbers && self.flight.is_finite() && self.anchor <= now
+        of_balls(left) && of_balls(right) && self.is_finite() && self.anchor <= now
+    }
+
+    pub fn is_finite(&self) -> bool {
+        let numbers = [self.stiffness, self.drag, self.rounding];
+        numbers.iter().chain(&self.load).all(|value| value.is_finite()) && self.flight.is_finite()
     }
 
     /// The force at the time `t`, N.
@@ -176,7 +179,7 @@ impl Constraint {
         }
         // Overdamped: ever slower.
         let (mut low, mut width) = (from, 0.25 / (o.omega() + o.gamma()));
-        while low < to {
+        while low < to && width > 0.0 {
             let high = (low + width).min(to);
             peak = peak.max(self.largest_maximum(low, high, 1));
             (low, width) = (high, 1.25 * width);

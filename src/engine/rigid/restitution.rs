@@ -121,9 +121,11 @@ fn sequence<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, roundin
     };
     (0..contacts).for_each(|j| enter(&mut queue, v, j));
     let mut tied = Vec::new();
-    while let Some((fastest, _)) = queue.first()
+    while let Some((fastest, first)) = queue.first()
         && outcome.impacts.len() < most
     {
+        queue.remove(first);
+        tied.push(first);
         while let Some((speed, j)) = queue.first().filter(|(speed, _)| speed.value() <= fastest.value() + rounding) {
             debug_assert!(speed >= fastest);
             queue.remove(j);

@@ -30,8 +30,8 @@ impl Engine {
         let Some(t) = self.clusters[id].as_ref().map(|cluster| cluster.end()) else { return Ok(()) };
         let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
         self.account_until(&mut cluster, t);
-        if let Some(ball) = cluster.flights.iter().position(|flight| !flight.is_finite()) {
-            let error = EngineError::NotFinite { time: t.value(), ball: cluster.window.start + ball };
+        if let Some(ball) = cluster.lost() {
+            let error = EngineError::NotFinite { time: t.value(), ball };
             self.follow(id, cluster); // What is left can still be looked at.
             return Err(error);
         }

@@ -39,6 +39,21 @@ impl Default for Phase {
 }
 
 impl Contact {
+    /// Whether its sums and its motion are finite, where that is its own.
+    pub fn is_finite(&self) -> bool {
+        let sound = |forecast: &Next<DoubleDouble>| match forecast {
+            Next::At(time) | Next::NotBefore(time) => time.is_sound(),
+            Next::Never => true,
+        };
+        let motion = match &self.phase {
+            Phase::Open(separation, forecast) => separation.is_finite() && sound(forecast),
+            Phase::Constraint(constraint, forecast) => constraint.is_finite() && sound(forecast),
+            Phase::BesideImpact(overlap) => overlap.is_finite(),
+            Phase::Unassigned(_) | Phase::Window(_) | Phase::Impact(_) => true,
+        };
+        motion && self.ledger.is_sound()
+    }
+
     /// The cluster whose window it belongs to.
     pub fn cluster(&self) -> Option<u32> {
         if let Phase::Window(cluster) = self.phase { Some(cluster) } else { None }

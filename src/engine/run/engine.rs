@@ -101,6 +101,7 @@ impl Clone for Caches {
 impl Engine {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+        Cradle::new(parameters).check().map_err(EngineError::NoCoefficient)?;
         check_start_on_arcs(parameters).map_err(EngineError::NoArc)?;
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let mut engine = Self::apart(parameters, inputs, start_time);
@@ -173,14 +174,16 @@ impl Engine {
                 ball.flight.forcing = self.inputs.forcing(i, ball.model.mass);
             }
             self.resume();
+            self.check_finite(0..self.balls.len())?;
         }
-        self.check_finite(0..self.balls.len())
+        Ok(())
     }
 
     /// From the current time on, the drag and the losses of the contacts of `parameters` (the tunable ones) act.
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.cradle {
+            cradle.check().map_err(EngineError::NoCoefficient)?;
             self.step.begin(self.time);
             self.suspend();
             for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
@@ -190,8 +193,9 @@ impl Engine {
             }
             self.cradle = cradle;
             self.resume();
+            self.check_finite(0..self.balls.len())?;
         }
-        self.check_finite(0..self.balls.len())
+        Ok(())
     }
 
     /// Moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses that
@@ -295,10 +299,24 @@ impl Engine {
         })
     }
 
-    fn check_finite(&self, mut balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
+    /// Fails if `balls`, all that have moved, or what has been summed up meanwhile have left the range of doubles: what
+    /// is saved after a step is finite.
+    fn check_finite(&self, balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
         self.check_fault(0.0)?;
-        let infinite = |ball: &usize| !self.balls[*ball].flight.is_finite();
-        balls.find(infinite).map_or(Ok(()), |ball| Err(EngineError::NotFinite { time: self.time, ball }))
+        if let Some((_, key)) = self.queue.first().filter(|(t, _)| !t.value().is_finite()) {
+            return Err(self.lost(key));
+        }
+        let time = self.time;
+        for ball in balls {
+            if !self.balls[ball].is_finite() || !self.step.is_finite_at(ball) {
+                return Err(EngineError::NotFinite { time, ball });
+            }
+            let mut beside = ball.saturating_sub(1)..(ball + 1).min(self.contacts.len());
+            if let Some(contact) = beside.find(|contact| !self.contacts[*contact].is_finite()) {
+                return Err(EngineError::ContactNotFinite { time, contact });
+            }
+        }
+        if self.totals.contact_loss.is_finite() { Ok(()) } else { Err(EngineError::EnergyNotFinite { time }) }
     }
 }
 

@@ -29,7 +29,7 @@ impl Engine {
         observer: &mut dyn Observer,
     ) -> Result<(), EngineError> {
         if t.value() == f64::NEG_INFINITY {
-            return Err(EngineError::NotFinite { time: self.totals.last_event.value(), ball: key });
+            return Err(self.lost(key));
         }
         self.watch_progress(t, self.switching(key))?;
         self.handled = self.handled.saturating_add(1);
@@ -65,6 +65,14 @@ impl Engine {
             }
         }
         Ok(())
+    }
+
+    /// What has left the range of doubles, where the time of the queue entry `key` is no number.
+    pub(crate) fn lost(&self, key: usize) -> EngineError {
+        let (time, contact) = (self.totals.last_event.value(), self.switching(key));
+        let infinite = |ball: &usize| !self.balls[*ball].is_finite();
+        let of_ball = |ball| EngineError::NotFinite { time, ball };
+        (contact..contact + 2).find(infinite).map_or(EngineError::ContactNotFinite { time, contact }, of_ball)
     }
 
     /// The contact of the queue entry `key`; for a cluster, the one that switches.

@@ -162,7 +162,7 @@ impl Engine {
         self.queue.remove(i);
         let mut moved = [0.0; 2];
         loop {
-            let goes_on = cluster.end() < t && cluster.switch.is_none() && cluster.length > 0.0;
+            let goes_on = cluster.start < cluster.end() && cluster.end() < t && cluster.switch.is_none();
             let end = if goes_on { cluster.end() } else { t };
             let tau = (end - cluster.start).value();
             for (side, moved) in moved.iter_mut().enumerate() {
@@ -212,8 +212,8 @@ impl Engine {
     /// The segment after `last`, unless the impact is over or the time stalls.
     fn after(&self, last: &Interior, i: usize, impact: &PairImpact) -> Option<Interior> {
         let over = matches!(last.segment.switch, Some((_, Switch::Release)));
-        let length = last.segment.length;
-        let goes_on = last.segment.end() < impact.end() && length > 0.0; // Not where they are no numbers.
+        let (length, end) = (last.segment.length, last.segment.end());
+        let goes_on = last.segment.start < end && end < impact.end(); // Not where they are no numbers.
         if over || !goes_on {
             return None;
         }

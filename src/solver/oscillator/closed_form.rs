@@ -37,6 +37,9 @@ impl From<(f64, f64)> for Oscillator {
     }
 }
 
+/// Doublings that lead from 1 to the largest double: an infinite time takes no more.
+const MOST_DOUBLINGS: f64 = f64::MAX_EXP as f64;
+
 impl Oscillator {
     /// `omega2` >= 0 in 1/s2, `gamma` >= 0 in 1/s; both may be 0 (a free body).
     pub fn new(omega2: f64, gamma: f64) -> Self {
@@ -239,7 +242,7 @@ impl Oscillator {
     /// The series at a fraction of the time, then the law of composition of the flow with itself: near critical
     /// damping, where the other forms would cancel.
     fn basis_by_doubling<const COUNT: usize>(&self, t: f64, reach: f64) -> [f64; COUNT] {
-        let doublings = libm::ceil(libm::log2(reach / 0.5)).max(1.0) as i32;
+        let doublings = libm::ceil(libm::log2(reach / 0.5)).max(1.0).min(MOST_DOUBLINGS) as i32;
         let mut h = t * libm::exp2(-doublings as f64);
         let mut u = self.basis_by_series(h);
         for _ in 0..doublings {

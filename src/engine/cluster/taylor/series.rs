@@ -158,8 +158,9 @@ impl Series {
     /// A switching at the scaled time `s`, if there is one and it comes before `until` (s).
     fn switching(&self, s: Option<f64>, until: f64) -> Next {
         match s.map(|s| s * self.unit) {
-            Some(tau) if tau < until => Next::At(tau),
-            _ => Next::Never,
+            None => Next::Never,
+            Some(tau) if tau >= until => Next::Never,
+            Some(tau) => Next::At(tau), // Also one that is no number, to be noticed.
         }
     }
 
