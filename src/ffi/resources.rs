@@ -47,8 +47,7 @@ fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, Refusal> {
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
             Err(error) => return Err(Refusal::new(format_args!("{}: {error}", file.display()))),
         };
-        return Recipe::from_json(&text)
-            .map_err(|refusal| Refusal::new(format_args!("{}: {refusal}", file.display())));
+        return Recipe::from_json(&text).map_err(|refusal| Refusal::new(format_args!("{}: {refusal}", file.display())));
     }
     Ok(Recipe::default())
 }

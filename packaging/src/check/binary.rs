@@ -7,7 +7,7 @@ use object::read::elf::{ElfFile, FileHeader};
 use object::read::macho::{LoadCommandVariant, MachOFile64};
 use object::{Architecture, File, Object, ReadRef, elf, macho};
 
-use super::report::Report;
+use super::report::{Report, one_line};
 use crate::universal;
 
 /// Functions of FMI 2.0, without the prefix `fmi2`.
@@ -133,8 +133,9 @@ impl Library {
     }
 }
 
+/// A name as it can be shown.
 fn text(name: &[u8]) -> String {
-    String::from_utf8_lossy(name).into_owned()
+    one_line(String::from_utf8_lossy(name))
 }
 
 /// 0x000b0000 to (11, 0): the lowest byte is a patch level.
