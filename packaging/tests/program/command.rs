@@ -187,6 +187,11 @@ fn a_binary_with_other_results_or_that_crashes_is_found_out() {
         let crashed = ["does not export fmi2CancelStep, ", "reference results: its binary crashed"];
         check(name, &library, "").with(1, &crashed);
         assert!(!check(name, &library, "--no-load").output.contains("crashed"));
+        let source = "const char *source = \"/srv/build/src/x.rs\";\n";
+        let built = folder.compile(source, "-Wl,-soname,/srv/build/libx.so -Wl,-rpath,/opt/lib");
+        let path = "holds a path of the machine it was built on: ";
+        let paths = ["/srv/build/src/x.rs", "/srv/build/libx.so", "/opt/lib"].map(|own| format!("{path}{own}\n"));
+        check(name, &built, "").with(1, &paths.each_ref().map(String::as_str));
         let talk = "#include <stdio.h>\n__attribute__((constructor)) static void talk(void) { puts(\"Hello\"); }\n";
         let checked = check(name, &folder.compile(talk, "-Wl,--no-as-needed LIBRARY"), "").output;
         assert!(!checked.contains("results") && !checked.contains("nothing was run"), "{checked}");
