@@ -1,4 +1,5 @@
-//! Keeps the time of linking out of binaries for Windows: the same sources give the same bytes.
+//! Keeps the time of linking out of binaries for Windows, and the place out of those for macOS: the same sources give the
+//! same bytes.
 
 use std::env;
 
@@ -8,5 +9,9 @@ fn main() {
     if target("OS") == "windows" {
         let flag = if target("ENV") == "gnu" { "-Wl,--no-insert-timestamp" } else { "/Brepro" };
         println!("cargo::rustc-cdylib-link-arg={flag}");
+    }
+    if target("VENDOR") == "apple" {
+        // By default the name by which others would link with it is the path that it is written to.
+        println!("cargo::rustc-cdylib-link-arg=-Wl,-install_name,@rpath/NewtonsCradle.dylib");
     }
 }

@@ -13,6 +13,7 @@ is optimised, at level 1: the others are compiled in a third of the time.
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -50,12 +51,15 @@ proc_macro.opt-level = 0
 std.opt-level = 1
 """
 
-# lld has another option to leave out symbols that are not exported.
+# lld has another option to leave out symbols that are not exported, and takes its own without the `-Wl,` of a compiler.
 LLD = """#!/bin/sh
 for argument; do
     shift
-    [ "$argument" != -s ] || argument=-x
-    set -- "$@" "$argument"
+    case $argument in
+    -s) set -- "$@" -x ;;
+    -Wl,-install_name,*) set -- "$@" -install_name "${{argument##*,}}" ;;
+    *) set -- "$@" "$argument" ;;
+    esac
 done
 exec {} "$@"
 """
@@ -90,7 +94,7 @@ def script(path: Path, text: str) -> Path:
 def for_macos(sysroot: Path, build: Path) -> tuple[str, dict]:
     """Cargo's settings and environment to link for macOS; makes the files that they name."""
     (lld,) = sysroot.glob("lib/rustlib/*/bin/rust-lld")
-    linker = script(build / "rust-lld", LLD.format(lld))  # rustc knows by the name what it is
+    linker = script(build / "rust-lld", LLD.format(shlex.quote(str(lld))))  # rustc knows by the name what it is
     library = build / "sdk/usr/lib"
     shutil.rmtree(library, ignore_errors=True)
     library.mkdir(parents=True)

@@ -54,6 +54,7 @@ pub mod engine;
 // In a browser no host could call them: web/ has functions of its own.
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]
 mod ffi;
+pub mod files;
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]
 pub mod fmi2;
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]

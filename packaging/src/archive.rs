@@ -2,10 +2,11 @@
 //! contents give the same bytes.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::{Cursor, Write};
-use std::path::Path;
+use std::io::{self, Cursor, Write};
+use std::path::{Path, PathBuf};
+use std::{fs, process};
 
+use newtons_cradle::files;
 use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
@@ -15,16 +16,33 @@ use crate::error::Error;
 /// Files of an FMU by their path in it.
 pub type Entries = BTreeMap<String, Vec<u8>>;
 
+/// Where the file of this name is to be written: what a link leads to is replaced, and nothing but regular files.
+pub fn target(path: &Path) -> io::Result<PathBuf> {
+    let is_link = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(path.to_owned()),
+        found => found?.is_symlink(),
+    };
+    files::regular(&fs::metadata(path)?)?;
+    if is_link { fs::canonicalize(path) } else { Ok(path.to_owned()) }
+}
+
 /// Writes a file, which appears only when it is complete.
 pub fn replace(path: &Path, contents: &[u8]) -> Result<(), Error> {
-    let failed = |error: &dyn std::fmt::Display| Error::Failure(format!("cannot write {}: {error}", path.display()));
-    let name = path.file_name().ok_or_else(|| failed(&"it names no file"))?;
-    let draft = path.with_file_name(format!(".{}.{}", name.to_string_lossy(), std::process::id()));
-    let written = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&draft, contents));
-    written.and_then(|()| fs::rename(&draft, path)).map_err(|error| {
+    let failed = |error: io::Error| Error::Failure(format!("cannot write {}: {error}", path.display()));
+    let target = target(path).map_err(failed)?;
+    let name = target.file_name().ok_or_else(|| failed(io::Error::other("it names no file")))?;
+    let draft = target.with_file_name(format!(".{}.{}", name.to_string_lossy(), process::id()));
+    let write = || {
+        target.parent().map_or(Ok(()), fs::create_dir_all)?;
+        // Of an earlier process with this number, if it was killed; or a link, which would lead elsewhere.
+        let _ = fs::remove_file(&draft);
+        fs::File::create_new(&draft)?.write_all(contents)?;
+        fs::rename(&draft, &target)
+    };
+    write().map_err(|error| {
         // It may not be there.
         let _ = fs::remove_file(&draft);
-        failed(&error)
+        failed(error)
     })
 }
 

@@ -42,7 +42,7 @@ pub enum Request {
         #[arg(long)]
         no_load: bool,
     },
-    /// List the contents of any FMU
+    /// List the contents of an FMU of FMI 2.0 or 3.0, of this or any other program
     #[command(after_help = EXIT_CODES)]
     Info {
         /// The FMU
@@ -63,9 +63,9 @@ pub enum Request {
     /// Say what a tool did right or wrong in one of those cases, from its result in CSV
     #[command(after_help = PYTHON)]
     Judge(Python),
-    /// Run the binary in a folder for the reference results of this name (used by `build` and `check`)
+    /// Run a binary, from standard input, in a new folder for reference results (used by `build` and `check`)
     #[command(hide = true)]
-    Record { folder: PathBuf, name: String },
+    Record { folder: PathBuf, names: Vec<String> },
 }
 
 /// A command of the Python package.

@@ -1,4 +1,4 @@
-//! The contents of an FMU, for people.
+//! The contents of an FMU, for people. What comes from its names and texts is shown without control characters.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -37,7 +37,7 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
                     writeln!(out, "             {variable} = {value}")?;
                 }
             }
-            Err(refusal) => writeln!(out, "             {refusal}")?,
+            Err(refusal) => writeln!(out, "             {}", check::one_line(refusal))?,
         }
     }
     let seconds = |value: &String| if value.is_empty() { "-".to_owned() } else { format!("{value} s") };
@@ -57,7 +57,7 @@ fn write(out: &mut String, model: &Model, entries: &Entries) -> std::fmt::Result
     }
     writeln!(out, "files")?;
     let mut others = entries.iter().filter(|(name, _)| libraries.iter().all(|(_, path, _)| path != *name));
-    others.try_for_each(|(name, contents)| writeln!(out, "{:>12} {name}", contents.len()))
+    others.try_for_each(|(name, contents)| writeln!(out, "{:>12} {}", contents.len(), check::one_line(name)))
 }
 
 fn write_library(out: &mut String, folder: &str, bytes: &[u8]) -> std::fmt::Result {

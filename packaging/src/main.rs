@@ -47,7 +47,7 @@ fn answer(request: Request) -> Result<ExitCode, Error> {
         Request::Page(of) => return python("page", of),
         Request::Cases(of) => return python("cases", of),
         Request::Judge(of) => return python("judge", of),
-        Request::Record { folder, name } => reference::run(&folder, &name)?,
+        Request::Record { folder, names } => reference::run(folder, names),
     }
     Ok(ExitCode::SUCCESS)
 }

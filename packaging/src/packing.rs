@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use cradle_packaging::archive;
 use cradle_packaging::build::{self, Choice, Preset, Ready, Workspace};
 use cradle_packaging::platform::Platform;
-use cradle_packaging::{Error, environment, reference};
+use cradle_packaging::{Error, check, environment, reference};
 
 use super::arguments::Build;
 
@@ -26,6 +26,10 @@ impl Build {
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.is_dir();
         if let Some(missing) = self.out.as_deref().and_then(Path::parent).filter(missing) {
             return Err(Error::Usage(format!("--out: there is no folder {}", missing.display())));
+        }
+        if let Some(out) = &self.out {
+            archive::target(out)
+                .map_err(|error| Error::Usage(format!("--out: cannot write {}: {error}", out.display())))?;
         }
         let (ready, folder) = self.ready()?;
         let out = self.out.clone().unwrap_or_else(|| folder.join(format!("{name}.fmu")));
@@ -121,7 +125,7 @@ const NO_BINARY: &str = concat!(
 
 fn add(ready: &mut Ready, platform: &'static Platform, file: &Path, argument: &str) -> Result<(), Error> {
     let name = file.display();
-    let contents = fs::read(file).map_err(|error| Error::Usage(format!("{argument}: cannot read {name}: {error}")))?;
+    let contents = check::read(file).map_err(|error| Error::Usage(format!("{argument}: {error}")))?;
     platform.check(&contents).map_err(|error| Error::Usage(format!("{argument}: {name} is {error}")))?;
     ready.add((platform, contents)).map_err(|error| Error::Usage(format!("{argument}: {error}")))
 }

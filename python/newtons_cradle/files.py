@@ -11,6 +11,7 @@ from .errors import FileMissing, InvalidValue, needed
 
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]  # if this is one
+LARGEST = 512 << 20  # bytes of a text that is read, as of an FMU by cradle-fmu
 MODEL = "NewtonsCradle"  # of which the FMUs of this package are
 IN_CHECKOUT = (CHECKOUT / "packaging/presets").is_dir()  # the package runs from its sources
 
@@ -44,15 +45,33 @@ def newest(*paths: Path) -> Path:
     return max(found, key=lambda path: path.stat().st_mtime)
 
 
+def regular(path: Path, what: str = "") -> Path:
+    """The path of something that is there, if it is a regular file or a link to one: a device may have no end, and a
+    pipe waits for its other end. Raises FileMissing, InvalidValue."""
+    if not path.exists():
+        raise FileMissing(f"{what}{path}: there is no such file")
+    if not path.is_file():
+        kind = "a folder" if path.is_dir() else "a device, a pipe or a socket"
+        raise InvalidValue(f"{what}{path} is {kind}; allowed: a regular file")
+    return path
+
+
+def text(path: Path) -> str:
+    """The text of a regular file that somebody else has written. Raises FileMissing, InvalidValue, OSError."""
+    with regular(path).open("rb") as file:
+        read = file.read(LARGEST + 1)  # whatever length the system says it has
+    if len(read) > LARGEST:
+        raise InvalidValue(f"{path} has more than {LARGEST} bytes, which is the largest that is read")
+    return read.decode("utf-8-sig", errors="replace")
+
+
 def in_folder(path: str | Path, what: str = "path") -> Path:
-    """The path of a file to write. Raises FileMissing if there is no such folder, InvalidValue if it is no path
-    or a folder."""
+    """The path of a file to write. Raises FileMissing if there is no such folder, InvalidValue if it is no path, or
+    something other than a regular file is there."""
     needed(what, path, str | Path, "the path of a file")
     if not (folder := Path(path).parent).is_dir():
         raise FileMissing(f"{what}: there is no folder {folder}")
-    if Path(path).is_dir():
-        raise InvalidValue(f"{what}: {path} is a folder; name a file in it")
-    return Path(path)
+    return regular(Path(path), f"{what}: ") if Path(path).exists() else Path(path)
 
 
 def presets() -> dict[str, dict[str, Any]]:

@@ -20,7 +20,7 @@ import numpy as np
 from fmpy import extract, read_model_description
 
 from . import files
-from .errors import MOST_BALLS, FileMissing, FmuError, InvalidValue, doubt, needed, number, whole
+from .errors import MOST_BALLS, FmuError, InvalidValue, doubt, needed, number, whole
 from .run import Model, Result, Run
 from .run.model import Values, meant
 
@@ -32,15 +32,13 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
 
     `path`: the file; if None, the FMU that comes with the package or, in a checkout, the one that was built last.
     `folder`: where to unpack it; if None, a temporary folder. `close`, or the end of the program, removes it.
-    Raises FileMissing or FmuError.
+    Raises FileMissing, InvalidValue or FmuError.
     """
 
     def __init__(self, path: str | Path | None = None, folder: str | Path | None = None):
         needed("path", path, str | Path | None, "the path of an .fmu file")
         needed("folder", folder, str | Path | None, "the path of a folder")
-        path = files.newest(files.FMU) if path is None else Path(path)
-        if not path.exists():
-            raise FileMissing(f"{path}: there is no such file")
+        path = files.newest(files.FMU) if path is None else files.regular(Path(path))
         try:
             description = read_model_description(str(path))
         except Exception as problem:  # FMPy passes on its parser's exceptions

@@ -56,7 +56,7 @@ def save_site(folder: str | Path) -> int:
     source, folder = PAGE / "site", Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("cradle.webmanifest", "icon.svg", "worker.js"):
-        (folder / name).write_bytes((source / name).read_bytes())
+        in_folder(folder / name).write_bytes((source / name).read_bytes())
     return save_page(folder / "index.html", head=(source / "head.html").read_text(encoding="utf-8"))
 
 

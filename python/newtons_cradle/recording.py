@@ -1,6 +1,7 @@
 """What a page shows of a finished run: motion, forces, energies and pulses."""
 
 import csv
+import io
 import re
 from dataclasses import dataclass, field, replace
 from itertools import groupby
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import MOST_BALLS, CradleError, number, whole
-from .files import MODEL
+from .files import MODEL, text
 from .pulses import FIELDS, PULSE, Array
 
 if TYPE_CHECKING:
@@ -179,20 +180,19 @@ def _guessed_pulses(time: Array, force: Array) -> Array:
 
 def _read_columns(path: Path, what: str = "a run", first: tuple[str, ...] = ("time", "x[1]", "...")) -> Columns:
     """A CSV file of numbers below one line of names, with these `first`."""
-    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
-        lines = csv.reader(file)
-        names = [name.strip() for name in next(lines, [])]
-        if first[0] not in names:
-            needed = f"its first line must name {', '.join(first)}, separated by commas"
-            raise RecordingError(f"{path}: this is not a table of {what}: {needed}")
-        rows = []
-        for row in lines:
-            try:
-                rows.append([float(TRUTH.get(cell, cell)) for cell in row])
-            except ValueError as problem:
-                raise RecordingError(f"{path}, line {lines.line_num}: {problem}") from None
-            if (count := len(row)) != len(names):
-                raise RecordingError(f"{path}, line {lines.line_num}: {count} numbers for {len(names)} names")
+    lines = csv.reader(io.StringIO(text(path), newline=""))
+    names = [name.strip() for name in next(lines, [])]
+    if first[0] not in names:
+        needed = f"its first line must name {', '.join(first)}, separated by commas"
+        raise RecordingError(f"{path}: this is not a table of {what}: {needed}")
+    rows = []
+    for row in lines:
+        try:
+            rows.append([float(TRUTH.get(cell, cell)) for cell in row])
+        except ValueError as problem:
+            raise RecordingError(f"{path}, line {lines.line_num}: {problem}") from None
+        if (count := len(row)) != len(names):
+            raise RecordingError(f"{path}, line {lines.line_num}: {count} numbers for {len(names)} names")
     table = np.array(rows, dtype=float).reshape(len(rows), len(names))
     if not np.isfinite(table).all():
         raise RecordingError(f"{path}: NaN or infinite numbers cannot be drawn")

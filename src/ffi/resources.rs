@@ -1,15 +1,12 @@
 //! The recipe in the FMU's resources, whose location hosts give in very different ways.
 
 use std::ffi::{CStr, OsString};
-use std::fmt::Display;
+use std::io;
 use std::path::PathBuf;
-use std::{fs, io};
 
+use crate::files::{self, MAX_START_VALUES};
 use crate::instance::{Purpose, Start};
 use crate::variables::{Description, FILE_NAME, Recipe, Refusal, ensure};
-
-/// Largest file that is read: n = 10000 with every value changed has 3 MB.
-const MAX_BYTES: u64 = 32 << 20;
 
 /// The recipe at `location`, a URI; the default one if there is no location or no file. Only the one file is looked
 /// for.
@@ -45,15 +42,12 @@ pub(crate) fn start(
 fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, Refusal> {
     for folder in folders {
         let file = os_path(folder).join(FILE_NAME);
-        let failed = |reason: &dyn Display| Refusal::new(format_args!("{}: {reason}", file.display()));
-        let length = match fs::metadata(&file) {
-            Ok(metadata) => metadata.len(),
+        let text = match files::read(&file, MAX_START_VALUES) {
+            Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(failed(&error)),
+            Err(error) => return Err(Refusal::new(format_args!("{}: {error}", file.display()))),
         };
-        ensure(length <= MAX_BYTES, || failed(&format_args!("{length} bytes; allowed: at most {MAX_BYTES}")))?;
-        let text = fs::read(&file).map_err(|error| failed(&error))?;
-        return Recipe::from_json(&text).map_err(|error| failed(&error));
+        return Recipe::from_json(&text).map_err(|refusal| Refusal::new(format_args!("{}: {refusal}", file.display())));
     }
     Ok(Recipe::default())
 }

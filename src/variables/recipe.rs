@@ -1,7 +1,9 @@
 //! The file in the FMU's resources by which the producer tells the instance n and changed start values.
 
 use std::collections::BTreeMap;
+use std::fmt::Formatter;
 
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use super::settings::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Settings};
@@ -23,7 +25,7 @@ pub struct Recipe {
     /// Number of balls n, 1 to 10000.
     pub balls: usize,
     /// Start values that are not the defaults, by name.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "each_once")]
     pub start: BTreeMap<String, StartValue>,
 }
 
@@ -35,6 +37,31 @@ pub enum StartValue {
     Number(f64),
     /// Name of an item of an enumeration.
     Item(String),
+}
+
+/// The start values of a file, which gives none twice.
+fn each_once<'de, D: Deserializer<'de>>(file: D) -> Result<BTreeMap<String, StartValue>, D::Error> {
+    struct Each;
+
+    impl<'de> Visitor<'de> for Each {
+        type Value = BTreeMap<String, StartValue>;
+
+        fn expecting(&self, f: &mut Formatter) -> std::fmt::Result {
+            f.write_str("start values by name")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut file: A) -> Result<Self::Value, A::Error> {
+            let mut start = BTreeMap::new();
+            while let Some((name, value)) = file.next_entry::<String, _>()? {
+                if start.insert(name.clone(), value).is_some() {
+                    return Err(A::Error::custom(format_args!("{name} is given twice; allowed: once")));
+                }
+            }
+            Ok(start)
+        }
+    }
+
+    file.deserialize_map(Each)
 }
 
 impl Default for Recipe {
@@ -130,6 +157,7 @@ mod tests {
             ("{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":null}}", "not readable"),
             ("{\"format\":1,\"balls\":5,\"start\":{\"ball.mass\":\"heavy\"}}", "ball.mass = \"heavy\" is refused"),
             ("{\"format\":1,\"balls\":5,\"start\":{\"contact.model\":2}}", "contact.model = 2 is refused"),
+            ("{\"format\":1,\"balls\":5,\"start\":{\"gravity\":1,\"gravity\":2}}", "gravity is given twice"),
         ];
         for (text, expected) in bad {
             let error =

@@ -1,8 +1,11 @@
 """Recordings: what the command and `Result.page` take, and what they refuse in words."""
 
+import os
 import pickle
 import sys
+import threading
 from dataclasses import replace
+from functools import partial
 from zipfile import ZipFile
 
 import fmpy
@@ -12,9 +15,11 @@ import pytest
 from conftest import ended
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
-from newtons_cradle import __main__
+from newtons_cradle import __main__, files
 from newtons_cradle.page import save_page
 from newtons_cradle.recording import RecordingError, from_csv, known_of
+from newtons_cradle.trial.cases import CASES
+from newtons_cradle.trial.judge import columns
 
 pytestmark = pytest.mark.all
 
@@ -158,12 +163,12 @@ def test_names_do_not_become_markup(fine, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["missing.csv"], "No such file"),
+        (["missing.csv"], "missing.csv: there is no such file\n"),
         (["missing.fmu"], "missing.fmu: there is no such file\n"),
         (["README.md"], "only .fmu and .csv files can be shown"),
         (["FMU", "--stop", "100000"], "--stop 100000 is refused; allowed: up to 3600 s, more with --force"),
         (["FMU", "--out", "nowhere/x.html"], "--out: there is no folder nowhere"),
-        (["FMU", "--out", "."], "--out: . is a folder; name a file in it"),
+        (["FMU", "--out", "."], "--out: . is a folder; allowed: a regular file"),
         (["FMU", "--set", "foo=1"], "has no variable 'foo'"),
         (["FMU", "--set", "ball.mass=-1"], "ball.mass = -1 kg is refused"),
         (["FMU", "--set", "ball.mass=heavy"], "ball.mass = heavy is not a number"),
@@ -172,6 +177,28 @@ def test_names_do_not_become_markup(fine, tmp_path):
 )
 def test_a_bad_command_is_refused_in_words(page, fmu_path, arguments, complaint):
     page(*(fmu_path if argument == "FMU" else argument for argument in arguments), refused=complaint)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_only_regular_files_are_read_and_replaced(tmp_path, monkeypatch):
+    """A device may have no end, and a pipe waits for its other end."""
+    link, pipe = tmp_path / "link.csv", tmp_path / "pipe.csv"
+    link.symlink_to(os.devnull)
+    os.mkfifo(pipe)
+    for use in (nc.Fmu, from_csv, partial(columns, case=CASES["pair"]), files.in_folder):
+        # Were the pipe opened, this would be what is read.
+        writer = threading.Thread(target=pipe.write_text, args=["text"], daemon=True)
+        writer.start()
+        for path in (link, pipe):
+            with pytest.raises(nc.InvalidValue, match=f"{path.name} is a device, a pipe or a socket; allowed: a reg"):
+                use(path)
+        assert pipe.read_text() == "text"
+        writer.join()
+    large = tmp_path / "large.csv"
+    large.write_text("time,x[1]\n")
+    monkeypatch.setattr(files, "LARGEST", 9)
+    with pytest.raises(nc.InvalidValue, match=r"large\.csv has more than 9 bytes"):
+        from_csv(large)
 
 
 def test_a_site_is_a_folder(monkeypatch, live_path, capsys):

@@ -1,8 +1,10 @@
 //! The cradle that the user chooses: a preset, parameter files, single start values, checked by the FMU's own code.
 
-use std::fs;
+use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::Path;
 
+use newtons_cradle::files::{self, MAX_START_VALUES};
 use newtons_cradle::variables::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Shape, StartValue};
 use toml::{Table, Value};
 
@@ -58,13 +60,27 @@ pub struct Choice {
     balls: usize,
     /// The preset, and its number of balls.
     preset: Option<(&'static str, usize)>,
-    /// Origin, name and values of each start value; one value, or one for each variable of an array.
-    assignments: Vec<(String, String, Vec<StartValue>)>,
+    sources: Vec<Source>,
+}
+
+/// What one file or argument gives. Within it no value replaces another.
+struct Source {
+    /// What it is, for messages.
+    origin: String,
+    assignments: Vec<Assignment>,
+}
+
+struct Assignment {
+    /// The name as it is written: in TOML, `contact.model` and `"contact.model"` are two keys.
+    key: String,
+    name: String,
+    /// One value, or one for each variable of an array.
+    values: Vec<StartValue>,
 }
 
 impl Default for Choice {
     fn default() -> Self {
-        Self { name: MODEL_IDENTIFIER.to_owned(), balls: DEFAULT_BALLS, preset: None, assignments: Vec::new() }
+        Self { name: MODEL_IDENTIFIER.to_owned(), balls: DEFAULT_BALLS, preset: None, sources: Vec::new() }
     }
 }
 
@@ -88,7 +104,9 @@ impl Choice {
     /// Takes everything from a parameter file.
     pub fn file(&mut self, path: &Path) -> Result<(), Error> {
         let origin = path.display().to_string();
-        let text = fs::read_to_string(path).map_err(|error| Error::Usage(format!("cannot read {origin}: {error}")))?;
+        let refused = |reason: &dyn Display| Error::Usage(format!("cannot read {origin}: {reason}"));
+        let bytes = files::read(path, MAX_START_VALUES).map_err(|error| refused(&error))?;
+        let text = String::from_utf8(bytes).map_err(|_| refused(&"it is not in UTF-8"))?;
         self.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         self.toml(&origin, &text)
     }
@@ -98,32 +116,13 @@ impl Choice {
         let mut table: Table = text.parse().map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
         if let Some(balls) = table.remove("balls") {
             let whole = balls.as_integer().and_then(|balls| usize::try_from(balls).ok());
-            let refused = || Error::Usage(format!("{origin}: balls is refused; allowed: {MIN_BALLS} to {MAX_BALLS}"));
+            let (given, allowed) = (shown(&balls), format_args!("a whole number from {MIN_BALLS} to {MAX_BALLS}"));
+            let refused = || Error::Usage(format!("{origin}: balls = {given} is refused; allowed: {allowed}"));
             self.balls = whole.ok_or_else(refused)?;
         }
-        self.table(origin, "", table)
-    }
-
-    fn table(&mut self, origin: &str, prefix: &str, table: Table) -> Result<(), Error> {
-        for (key, value) in table {
-            let name = format!("{prefix}{key}");
-            let values = match value {
-                Value::Table(inner) => {
-                    self.table(origin, &format!("{name}."), inner)?;
-                    continue;
-                }
-                Value::Array(values) => values,
-                value => vec![value],
-            };
-            // Integers become reals.
-            let start = |value: Value| {
-                let (kind, allowed) = (value.type_str(), "a number, the name of an item, or a list of numbers");
-                let refused = |_| Error::Usage(format!("{origin}: {name} is of type {kind}; allowed: {allowed}"));
-                value.try_into::<StartValue>().map_err(refused)
-            };
-            let values = values.into_iter().map(start).collect::<Result<_, _>>()?;
-            self.assignments.push((origin.to_owned(), name, values));
-        }
+        let mut assignments = Vec::new();
+        of_table(&mut assignments, ["", ""], table).map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
+        self.sources.push(Source { origin: origin.to_owned(), assignments });
         Ok(())
     }
 
@@ -137,8 +136,8 @@ impl Choice {
             let value = value.trim();
             value.parse().map_or_else(|_| StartValue::Item(value.to_owned()), StartValue::Number)
         };
-        let values = values.split(',').map(value).collect();
-        self.assignments.push((origin, name.trim().to_owned(), values));
+        let (name, values) = (name.trim().to_owned(), values.split(',').map(value).collect());
+        self.sources.push(Source { origin, assignments: vec![Assignment { key: name.clone(), name, values }] });
         Ok(())
     }
 
@@ -154,16 +153,68 @@ impl Choice {
                 recipe.balls
             )));
         }
-        for (origin, name, values) in self.assignments {
+        for Source { origin, assignments } in self.sources {
             // Checked alone, so that the error can name where it was given.
-            let mut alone = Recipe::new(recipe.balls);
-            let elements = elements(&name, values, recipe.balls);
-            alone.start.extend(elements.map_err(|error| Error::Usage(format!("{origin}: {error}")))?);
-            alone.settings().map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
-            recipe.start.append(&mut alone.start);
+            let mut alone =
+                start(assignments, recipe.balls).map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
+            recipe.start.append(&mut alone);
         }
         Ok(recipe)
     }
+}
+
+/// A value of TOML, for messages.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Integer(number) => number.to_string(),
+        Value::Float(number) => format!("{number:?}"),
+        Value::Boolean(truth) => truth.to_string(),
+        Value::String(text) => format!("{text:?}"),
+        Value::Datetime(time) => time.to_string(),
+        Value::Array(_) => "a list".to_owned(),
+        Value::Table(_) => "a table".to_owned(),
+    }
+}
+
+/// Appends what a table of TOML assigns, whose key and name, each with a dot at its end, these are.
+fn of_table(assignments: &mut Vec<Assignment>, before: [&str; 2], table: Table) -> Result<(), String> {
+    for (part, value) in table {
+        let is_bare = !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+        let written = if is_bare { part.clone() } else { format!("{part:?}") };
+        let [key, name] = [before[0].to_owned() + &written, before[1].to_owned() + &part];
+        let values = match value {
+            Value::Table(inner) => {
+                of_table(assignments, [&format!("{key}."), &format!("{name}.")], inner)?;
+                continue;
+            }
+            Value::Array(values) => values,
+            value => vec![value],
+        };
+        // Integers become reals.
+        let start = |value: Value| {
+            let (given, allowed) = (shown(&value), "a number, the name of an item, or a list of numbers");
+            value.try_into::<StartValue>().map_err(|_| format!("{name} = {given} is refused; allowed: {allowed}"))
+        };
+        let values = values.into_iter().map(start).collect::<Result<_, _>>()?;
+        assignments.push(Assignment { key, name, values });
+    }
+    Ok(())
+}
+
+/// The start values of one source by variable, checked.
+fn start(assignments: Vec<Assignment>, balls: usize) -> Result<BTreeMap<String, StartValue>, String> {
+    let mut recipe = Recipe::new(balls);
+    let mut keys = BTreeMap::new();
+    for Assignment { key, name, values } in assignments {
+        for (variable, value) in elements(&name, values, balls)? {
+            if let Some(other) = keys.insert(variable.clone(), key.clone()) {
+                return Err(format!("{variable} is given twice, as {other} and as {key}; allowed: once"));
+            }
+            recipe.start.insert(variable, value);
+        }
+    }
+    recipe.settings().map_err(|refusal| refusal.to_string())?;
+    Ok(recipe.start)
 }
 
 /// The variables of `name`, with their values.
@@ -198,7 +249,7 @@ mod tests {
     #[test]
     fn every_file_is_a_preset() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
-        assert_eq!(fs::read_dir(folder).unwrap().count(), PRESETS.len() + 1);
+        assert_eq!(std::fs::read_dir(folder).unwrap().count(), PRESETS.len() + 1);
     }
 
     #[test]

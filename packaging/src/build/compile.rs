@@ -4,10 +4,14 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use newtons_cradle::files;
+
 use crate::error::Error;
 use crate::platform::Platform;
 
 const PACKAGE: &str = "newtons-cradle";
+/// Largest Cargo.toml that is read, bytes: the project's has some kB.
+const MAX_MANIFEST: u64 = 1 << 20;
 
 /// The folders of the sources and of Cargo's builds.
 pub struct Workspace {
@@ -21,8 +25,8 @@ impl Workspace {
     pub fn find() -> Option<Self> {
         let here = std::env::current_dir().ok()?;
         let is_ours = |folder: &&Path| {
-            let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
-            manifest.lines().any(|line| line == format!("name = \"{PACKAGE}\""))
+            let manifest = files::read(&folder.join("Cargo.toml"), MAX_MANIFEST).unwrap_or_default();
+            String::from_utf8_lossy(&manifest).lines().any(|line| line == format!("name = \"{PACKAGE}\""))
         };
         let root = here.ancestors().find(is_ours)?.to_owned();
         let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |named| here.join(named));

@@ -62,7 +62,12 @@ pub fn not_a_number(row: &Row, value: &StartValue) -> Option<String> {
     let of_unit = |c: char| c.is_ascii_alphabetic() && !matches!(c, 'e' | 'E') || c.is_whitespace() || c == '%';
     let is_number = |text: &&str| text.parse::<f64>().is_ok();
     let number = text.find(of_unit).and_then(|end| text.get(..end)).filter(is_number);
+    let prefix = text.trim_start_matches(['-', '+']).get(..2).unwrap_or_default();
     Some(match number {
+        // What follows is no unit.
+        _ if ["0x", "0b", "0o"].contains(&prefix.to_lowercase().as_str()) => {
+            format!("{refused}; allowed: a decimal number")
+        }
         Some(number) if row.unit() == "1" => format!("{refused}: leave the unit out, {number} has no unit"),
         Some(number) => format!("{refused}: leave the unit out, {number} is in {}", row.unit()),
         None if is_number(&text.as_str()) => format!("{refused}: write the number without quotes"),

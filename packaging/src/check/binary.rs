@@ -7,7 +7,7 @@ use object::read::elf::{ElfFile, FileHeader};
 use object::read::macho::{LoadCommandVariant, MachOFile64};
 use object::{Architecture, File, Object, ReadRef, elf, macho};
 
-use super::report::Report;
+use super::report::{Report, one_line};
 use crate::universal;
 
 /// Functions of FMI 2.0, without the prefix `fmi2`.
@@ -34,8 +34,14 @@ const FMI3: &str =
 const TYPES_OF_FMI3: &str =
     "Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock";
 
-/// Beginnings of paths on somebody's machine.
+/// Beginnings of paths on somebody's machine, wherever they are.
 const PATHS: [&[u8]; 5] = [b"/home/", b"/root/", b"/Users/", b"/tmp/", b":\\Users\\"];
+
+/// What absolute paths begin with of the sources of Rust's standard library and of what it uses: those of no machine.
+const OF_RUST: [&[u8]; 2] = [b"/rustc/", b"/rust/deps/"];
+
+/// The extension of sources.
+const RUST: &[u8] = b".rs";
 
 /// Libraries that every system of a kind has: of glibc, of Windows, of macOS.
 const SYSTEM: &str =
@@ -91,7 +97,17 @@ impl Library {
             File::MachO64(file) => library.mach_o(file)?,
             _ => library.libraries = file.imports()?.iter().map(|import| text(import.library())).collect(),
         }
+        if let Some(symbols) = file.pdb_info()? {
+            library.place(symbols.path());
+        }
         Ok(library)
+    }
+
+    /// Takes a name or a folder that a linker has written, if it is an absolute path.
+    fn place(&mut self, path: &[u8]) {
+        if path.starts_with(b"/") || begins_with_drive(path) {
+            self.paths.insert(text(path));
+        }
     }
 
     fn mach_o(&mut self, file: &MachOFile64) -> object::Result<()> {
@@ -105,6 +121,8 @@ impl Library {
                 LoadCommandVariant::Dylib(dylib) => {
                     self.libraries.insert(text(command.string(endian, dylib.dylib.name)?));
                 }
+                LoadCommandVariant::IdDylib(own) => self.place(command.string(endian, own.dylib.name)?),
+                LoadCommandVariant::Rpath(folder) => self.place(command.string(endian, folder.path)?),
                 LoadCommandVariant::BuildVersion(version) => self.macos = Some(macos(version.minos.get(endian))),
                 LoadCommandVariant::VersionMin(version) => self.macos = Some(macos(version.version.get(endian))),
                 LoadCommandVariant::LinkeditData(data) => {
@@ -118,8 +136,12 @@ impl Library {
 
     fn elf<'data, Elf: FileHeader, R: ReadRef<'data>>(&mut self, file: &ElfFile<'data, Elf, R>) -> object::Result<()> {
         let table = file.elf_dynamic_table()?;
-        for entry in table.iter().filter(|entry| entry.tag == elf::DT_NEEDED) {
-            self.libraries.insert(text(table.string(entry)?));
+        for entry in table.iter() {
+            match entry.tag {
+                elf::DT_NEEDED => _ = self.libraries.insert(text(table.string(entry)?)),
+                elf::DT_SONAME | elf::DT_RPATH | elf::DT_RUNPATH => self.place(table.string(entry)?),
+                _ => {}
+            }
         }
         let (endian, sections) = (file.endian(), file.elf_section_table());
         let Some((mut needs, link)) = sections.gnu_verneed(endian, file.data())? else { return Ok(()) };
@@ -133,8 +155,9 @@ impl Library {
     }
 }
 
+/// A name as it can be shown.
 fn text(name: &[u8]) -> String {
-    String::from_utf8_lossy(name).into_owned()
+    one_line(String::from_utf8_lossy(name))
 }
 
 /// 0x000b0000 to (11, 0): the lowest byte is a patch level.
@@ -148,6 +171,27 @@ fn glibc(version: &[u8]) -> Option<(u32, u32)> {
     Some((numbers.next()?.ok()?, numbers.next()?.ok()?))
 }
 
+/// Whether this is an absolute path of Windows.
+fn begins_with_drive(path: &[u8]) -> bool {
+    matches!(path, [drive, b':', b'/' | b'\\', next, ..] if drive.is_ascii_alphabetic() && next.is_ascii_alphanumeric())
+}
+
+/// The absolute path of a file of Rust's sources, of which the extension is at `end`. Rust writes texts without a gap:
+/// one of Unix is recognized behind what cannot be part of a path, and behind another source, as most are.
+fn source(bytes: &[u8], end: usize) -> Option<&[u8]> {
+    let in_path = |byte: &u8| byte.is_ascii_alphanumeric() || b"/\\:._-+@~%".contains(byte);
+    let length = bytes[..end].iter().rev().take_while(|byte| in_path(byte)).count();
+    let path = &bytes[end - length..end + RUST.len()];
+    let other = path[..length].windows(RUST.len()).rposition(|window| window == RUST);
+    let path = &path[other.map_or(0, |at| at + RUST.len())..];
+    if let Some(drive) = (0..path.len()).find(|at| begins_with_drive(&path[*at..])) {
+        return Some(&path[drive..]);
+    }
+    let is_absolute =
+        path.starts_with(b"/") && path[1..].contains(&b'/') && !OF_RUST.iter().any(|rust| path.starts_with(rust));
+    is_absolute.then_some(path)
+}
+
 fn paths(bytes: &[u8]) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     // A loop, which is fast enough without optimisation.
@@ -155,6 +199,9 @@ fn paths(bytes: &[u8]) -> BTreeSet<String> {
         if matches!(byte, b'/' | b':') && PATHS.iter().any(|path| bytes[begin..].starts_with(path)) {
             let path = bytes[begin..].iter().take(80).take_while(|byte| byte.is_ascii_graphic());
             found.insert(path.map(|byte| char::from(*byte)).collect());
+        }
+        if *byte == b'.' && bytes[begin..].starts_with(RUST) {
+            found.extend(source(bytes, begin).map(text));
         }
     }
     found
@@ -215,7 +262,18 @@ mod tests {
         assert!(glibc(b"GLIBC_2.17") > glibc(b"GLIBC_2.4"));
         assert_eq!(glibc(b"GCC_3.0"), None);
         assert_eq!((macos(0x000b_0000), macos(0x000a_0d06)), ((11, 0), (10, 13)));
-        let found = paths(b"..\0/home/somebody/x.rs\0 /usr/lib C:\\Users\\me\\x");
-        assert_eq!(found.into_iter().collect::<Vec<_>>(), ["/home/somebody/x.rs", ":\\Users\\me\\x"]);
+        for (bytes, expected) in [
+            ("..\0/home/somebody/x\0 /usr/lib C:\\Users\\me\\x", &["/home/somebody/x", ":\\Users\\me\\x"][..]),
+            ("failed/srv/build/src/a.rs/data/x/lib.rs", &["/data/x/lib.rs"]),
+            (
+                "(/opt/cargo/registry/src/index-1/nalgebra-0.34/src/base.rs",
+                &["/opt/cargo/registry/src/index-1/nalgebra-0.34/src/base.rs"],
+            ),
+            ("failedD:\\a\\src\\x.rsE:/b/y.rs", &["D:\\a\\src\\x.rs", "E:/b/y.rs"]),
+            ("/usr/lib/libm.so src/lib.rs/rustc/59807616/library/core/src/x.rs (/x.rs https://docs.rs/getrandom", &[]),
+            ("failed/rust/deps/gimli-0.32.3/src/x.rs/rust/deps/gimli-0.32.3/src/y.rs", &[]),
+        ] {
+            assert_eq!(paths(bytes.as_bytes()).into_iter().collect::<Vec<_>>(), expected);
+        }
     }
 }

@@ -9,9 +9,9 @@ mod model;
 mod report;
 mod unpack;
 
-use std::fs;
 use std::path::Path;
 
+use newtons_cradle::files;
 use newtons_cradle::variables::{Description, FILE_NAME, MODEL_IDENTIFIER, Recipe};
 
 use crate::archive::Entries;
@@ -21,18 +21,14 @@ use crate::platform::libraries;
 pub(crate) use binary::Library;
 pub(crate) use model::{Model, TOOL};
 pub use report::Report;
+pub(crate) use report::one_line;
 
 /// Largest FMU that is read, and largest contents, bytes.
 pub const MAX_BYTES: u64 = 512 << 20;
 
-/// The bytes of a file that is not too large.
+/// The bytes of an FMU, or of a binary for one.
 pub fn read(path: &Path) -> Result<Vec<u8>, Error> {
-    let refused = |reason: String| Error::Usage(format!("cannot read {}: {reason}", path.display()));
-    let length = fs::metadata(path).map_err(|error| refused(error.to_string()))?.len();
-    if length > MAX_BYTES {
-        return Err(refused(format!("{length} bytes; allowed: at most {MAX_BYTES}")));
-    }
-    fs::read(path).map_err(|error| refused(error.to_string()))
+    files::read(path, MAX_BYTES).map_err(|error| Error::Usage(format!("cannot read {}: {error}", path.display())))
 }
 
 /// The recipe of an FMU of this program, if it can be read.

@@ -5,7 +5,7 @@
 use newtons_cradle::variables::MODEL_IDENTIFIER;
 use roxmltree::{Document, Node};
 
-use super::report::Report;
+use super::report::{Report, one_line};
 use crate::archive::Entries;
 
 /// The file in an FMU.
@@ -14,7 +14,7 @@ pub const FILE: &str = "modelDescription.xml";
 /// What FMUs of this version of this program give as their generation tool.
 pub const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
 
-/// A description, with empty texts for absent parts.
+/// A description, with empty texts for absent parts. Texts are as they can be shown.
 pub struct Model {
     pub fmi_version: String,
     pub name: String,
@@ -58,7 +58,7 @@ impl Model {
     }
 
     fn read(root: Node) -> Self {
-        let attribute = |node: Node, name| node.attribute(name).unwrap_or_default().to_owned();
+        let attribute = |node: Node, name| one_line(node.attribute(name).unwrap_or_default());
         let child = |name| root.children().find(|child| child.has_tag_name(name));
         let interface = |child: Node| {
             let kind = child.tag_name().name();

@@ -16,11 +16,11 @@ pub struct Report {
 
 impl Report {
     pub(crate) fn problem(&mut self, text: impl Display) {
-        self.problems.push(line(text));
+        self.problems.push(one_line(text));
     }
 
     pub(crate) fn remark(&mut self, text: impl Display) {
-        self.remarks.push(line(text));
+        self.remarks.push(one_line(text));
     }
 
     /// A problem unless this `holds`.
@@ -36,9 +36,12 @@ impl Report {
     }
 }
 
-/// Foreign names may contain line breaks; a finding stays one line.
-fn line(text: impl Display) -> String {
-    text.to_string().replace(char::is_control, "?")
+/// Foreign text as it can be shown on a terminal: line breaks and other control characters, also those that turn the
+/// direction of writing, become question marks.
+pub(crate) fn one_line(text: impl Display) -> String {
+    let turns =
+        |c| matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    text.to_string().replace(|c: char| c.is_control() || turns(c) || matches!(c, '\u{2028}' | '\u{2029}'), "?")
 }
 
 /// One line for each finding, and a summary.

@@ -1,26 +1,45 @@
 //! The entries of the zip file: names that every host can unpack, methods that every host knows, sizes within reason.
 
+use std::collections::BTreeSet;
 use std::io::{Cursor, Read};
 
 use zip::{CompressionMethod, ZipArchive};
 
 use super::model;
-use super::report::Report;
+use super::report::{Report, one_line};
 use crate::archive::Entries;
 
 /// Longer paths exceed the limit of Windows once a host has unpacked them.
 const LONG_PATH: usize = 160;
+
+/// In an entry of the zip file's directory, the bytes with the kind of the file as in Unix, and what these give for a
+/// file or a folder; nothing at all is usual as well. They count on whatever system the file was made.
+const KIND: (usize, u16) = (40, 0o170_000);
+const FILE: u16 = 0o100_000;
+const FOLDER: u16 = 0o040_000;
 
 /// Every entry that can be read, at most `limit` bytes together.
 pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Entries {
     let mut entries = Entries::new();
     let Some(mut archive) = report.accept("zip", ZipArchive::new(Cursor::new(bytes))) else { return entries };
     let mut left = limit;
+    report.require(!archive.has_duplicate_names(), "zip: several entries have the same name");
+    let mut names = BTreeSet::new();
     for index in 0..archive.len() {
-        let entry = archive.by_index_raw(index);
-        let entry = entry.map(|entry| (String::from_utf8_lossy(entry.name_raw()).into_owned(), entry.compression()));
-        let Some((name, method)) = report.accept(format_args!("zip: entry {}", index + 1), entry) else { continue };
+        let entry = archive.by_index_raw(index).map(|entry| {
+            let name = String::from_utf8_lossy(entry.name_raw()).into_owned();
+            (name, kind(bytes, entry.central_header_start()), entry.compression())
+        });
+        let Some((name, kind, method)) = report.accept(format_args!("zip: entry {}", index + 1), entry) else {
+            continue;
+        };
         check_name(&name, report);
+        let same = !names.insert(name.trim_end_matches('/').to_lowercase());
+        report.require(!same, format_args!("{name}: on some systems, another entry has the same name"));
+        report.require(
+            matches!(kind, 0 | FILE | FOLDER),
+            format_args!("{name}: a link, a pipe or a device; allowed: a file"),
+        );
         if !matches!(method, CompressionMethod::Stored | CompressionMethod::Deflated) {
             report.problem(format_args!("{name}: compressed by {method}; allowed: deflated, stored"));
             continue;
@@ -44,11 +63,19 @@ pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Entries {
     entries
 }
 
+/// The kind of the entry whose place in the directory this is.
+fn kind(bytes: &[u8], entry: u64) -> u16 {
+    let (offset, mask) = KIND;
+    let at = usize::try_from(entry).ok().and_then(|entry| bytes.get(entry.checked_add(offset)?..));
+    at.and_then(|at| at.first_chunk()).map_or(0, |kind| u16::from_le_bytes(*kind) & mask)
+}
+
 fn check_name(name: &str, report: &mut Report) {
     report.require(!name.contains('\\'), format_args!("{name}: a backslash in the name; allowed: forward slashes"));
     let parts = || name.trim_end_matches('/').split(['/', '\\']);
     let leaves = parts().any(|part| part.is_empty() || part == "." || part == ".." || part.contains(':'));
     report.require(!leaves, format_args!("{name}: not a path that stays in the folder of the FMU"));
+    report.require(one_line(name) == name, format_args!("{name}: a name with control characters"));
     if name.len() > LONG_PATH || parts().any(|part| part.len() > 100) {
         report.remark(format_args!("{name}: a path of {} bytes, too long for some hosts on Windows", name.len()));
     }

@@ -57,8 +57,80 @@ fn a_target_that_cannot_be_written_leaves_nothing() {
     let folder = Folder::new("target");
     folder.write("folder/file", "");
     folder.run(&format!("build {BINARY} --out folder/file/x.fmu")).with(2, &["there is no folder "]);
-    folder.run(&format!("build {BINARY} --out folder")).with(1, &["cannot write "]);
+    folder.run(&format!("build {BINARY} --out folder")).with(2, &["cannot write folder: it is a folder; allowed: "]);
     assert_eq!(folder.list().len(), 1);
+}
+
+/// A device may have no end, and a pipe waits for its other end. Neither is replaced; the target of a link is.
+#[cfg(unix)]
+#[test]
+fn only_regular_files_are_read_and_replaced() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    use std::{fs, thread};
+
+    let folder = Folder::new("devices");
+    ended(&mut folder.command("mkfifo", "pipe")).with(0, &[]);
+    symlink("/dev/null", folder.file("link")).unwrap();
+    let kinds = || ["pipe", "link"].map(|name| fs::symlink_metadata(folder.file(name)).unwrap().file_type());
+    for words in [
+        "check NAME",
+        "info NAME",
+        "build --out x.fmu --from NAME",
+        "build --out x.fmu --binary HOST=NAME",
+        "build --out x.fmu --binary HOST=LIBRARY --parameters NAME",
+        "build --binary HOST=LIBRARY --out NAME",
+    ] {
+        let refused = |name: &str| {
+            let words = words.replace("NAME", name);
+            let reason = format!("{name}: it is a device, a pipe or a socket; allowed: a regular file");
+            folder.run(&words).with(2, &[&reason]);
+        };
+        refused("link");
+        let pipe = folder.file("pipe");
+        // Were the pipe opened, this would be what is read.
+        let writer = thread::spawn(move || fs::write(pipe, "text"));
+        refused("pipe");
+        assert_eq!(folder.read("pipe"), b"text", "{words}");
+        writer.join().unwrap().unwrap();
+        assert!(kinds()[0].is_fifo() && kinds()[1].is_symlink() && folder.list().len() == 2, "{words}");
+    }
+    symlink("x.fmu", folder.file("to.fmu")).unwrap();
+    folder.write("x.fmu", "old");
+    folder.run(&format!("build {BINARY} --out to.fmu")).with(0, &["which was: 3 bytes, not an FMU"]);
+    assert!(
+        fs::symlink_metadata(folder.file("to.fmu")).unwrap().is_symlink() && folder.read("x.fmu").starts_with(b"PK")
+    );
+}
+
+/// Its binary waits for ever, so that the program is in the midst of it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_that_is_ended_leaves_no_temporary_files() {
+    use std::os::unix::process::CommandExt;
+    use std::time::{Duration, Instant};
+    use std::{fs, thread};
+
+    let folder = Folder::new("ended");
+    folder.compile("#include <unistd.h>\nvoid *fmi2Instantiate(void) { for (;;) pause(); }\n", "");
+    fs::create_dir(folder.file("temporary")).unwrap();
+    let is_empty = || fs::read_dir(folder.file("temporary")).unwrap().next().is_none();
+    let until = |what: &str, holds: &dyn Fn() -> bool| {
+        let begin = Instant::now();
+        while !holds() {
+            assert!(begin.elapsed() < Duration::from_secs(50), "{what}"); // before the run itself is given up
+            thread::sleep(Duration::from_millis(5));
+        }
+    };
+    for signal in ["INT", "TERM", "KILL"] {
+        let mut build = folder.command(PROGRAM, "build --binary HOST=x.so --out x.fmu");
+        let mut build = build.env("TMPDIR", folder.file("temporary")).process_group(0).spawn().unwrap();
+        until("no temporary files", &|| !is_empty());
+        // To all of its group, as a terminal does.
+        ended(&mut folder.command("kill", &format!("-s {signal} -- -{}", build.id()))).with(0, &[]);
+        assert!(!build.wait().unwrap().success());
+        until(signal, &is_empty);
+    }
+    assert!(!fs::exists(folder.file("x.fmu")).unwrap());
 }
 
 #[cfg(unix)]
@@ -115,6 +187,11 @@ fn a_binary_with_other_results_or_that_crashes_is_found_out() {
         let crashed = ["does not export fmi2CancelStep, ", "reference results: its binary crashed"];
         check(name, &library, "").with(1, &crashed);
         assert!(!check(name, &library, "--no-load").output.contains("crashed"));
+        let source = "const char *source = \"/srv/build/src/x.rs\";\n";
+        let built = folder.compile(source, "-Wl,-soname,/srv/build/libx.so -Wl,-rpath,/opt/lib");
+        let path = "holds a path of the machine it was built on: ";
+        let paths = ["/srv/build/src/x.rs", "/srv/build/libx.so", "/opt/lib"].map(|own| format!("{path}{own}\n"));
+        check(name, &built, "").with(1, &paths.each_ref().map(String::as_str));
         let talk = "#include <stdio.h>\n__attribute__((constructor)) static void talk(void) { puts(\"Hello\"); }\n";
         let checked = check(name, &folder.compile(talk, "-Wl,--no-as-needed LIBRARY"), "").output;
         assert!(!checked.contains("results") && !checked.contains("nothing was run"), "{checked}");
@@ -127,6 +204,10 @@ fn what_is_refused_is_named_and_leaves_nothing() {
     folder.write("bad.toml", "x_start = [1, true]");
     folder.write("torn.toml", "balls = ");
     folder.write("quoted.toml", "pendulum.length = \"0.2\"");
+    folder.write("twice.toml", "\"contact.model\" = \"rigid\"\ncontact.model = \"hertz\"");
+    folder.write("element.toml", "x_start = [-0.1, 0, 0, 0, 0]\n\"x_start[2]\" = 0.1");
+    folder.write("real.toml", "balls = 3.0");
+    folder.write("latin.toml", b"balls = 3 # \xfc");
     folder.write("text.fmu", "text");
     let sound = fmu(&Description::of(&START));
     let changed = |name: &str, from: &str, to: &str| {
@@ -172,6 +253,8 @@ fn what_is_refused_is_named_and_leaves_nothing() {
         ("--set ball.mass=1kg", "--set ball.mass=1kg: ball.mass = 1kg is refused: leave the unit out, 1 is in kg"),
         ("--set ball.mass=-1", "--set ball.mass=-1: ball.mass = -1 kg is refused; allowed: finite and > 0 kg"),
         ("--set ball.mass=inf", "allowed: finite and > 0 kg"),
+        ("--set ball.mass=0x10", "ball.mass = 0x10 is refused; allowed: a decimal number"),
+        ("--set ball.mass=5m/s2", "ball.mass = 5m/s2 is refused: leave the unit out, 5 is in kg"),
         ("--set ball.mass=heavy", "--set ball.mass=heavy: ball.mass = heavy is refused; allowed: a number"),
         ("--set x_start=[-0.1,0,0,0,0]", "x_start = [-0.1 is refused: write the list without brackets"),
         ("--set contact.model=glue", "contact.model = glue is refused; allowed: powerLaw (1) or hertz (2) or r"),
@@ -179,7 +262,14 @@ fn what_is_refused_is_named_and_leaves_nothing() {
         ("--set gravity", "allowed: name=value"),
         ("--preset nothing", "there is no preset \"nothing\"; allowed: textbook, "),
         ("--preset dest", "there is no preset \"dest\"; did you mean \"desk\"?; allowed: textbook, figure3, "),
-        ("--parameters bad.toml", "bad.toml: x_start is of type boolean"),
+        ("--parameters bad.toml", "bad.toml: x_start = true is refused; allowed: a number, the name of an item, or a"),
+        ("--parameters real.toml", "real.toml: balls = 3.0 is refused; allowed: a whole number from 1 to 10000"),
+        (
+            "--parameters twice.toml",
+            "twice.toml: contact.model is given twice, as contact.model and as \"contact.model\"; allowed: once",
+        ),
+        ("--parameters element.toml", "x_start[2] is given twice, as x_start and as \"x_start[2]\"; allowed: once"),
+        ("--parameters latin.toml", "cannot read latin.toml: it is not in UTF-8"),
         ("--parameters torn.toml", "torn.toml: "),
         ("--parameters quoted.toml", "pendulum.length = 0.2 is refused: write the number without quotes"),
         ("--parameters nowhere.toml", "cannot read nowhere.toml"),

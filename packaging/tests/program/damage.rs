@@ -7,7 +7,7 @@ use ::zip::CompressionMethod::Stored;
 use ::zip::ZipWriter;
 use ::zip::write::SimpleFileOptions;
 
-use super::support::{Folder, START, fmu, text, zip};
+use super::support::{BINARY, Folder, START, fmu, text, zip};
 use cradle_packaging::archive::Entries;
 use cradle_packaging::build;
 use cradle_packaging::check::{MAX_BYTES, bytes};
@@ -73,10 +73,65 @@ fn damaged_entries_are_found() {
         ("a/./b", Some(b"1"), "a/./b: not a path that stays"),
         ("C:/x", Some(b"1"), "C:/x: not a path that stays"),
         ("a\\b", Some(b"1"), "a\\b: a backslash"),
+        ("a\x1b[2Jb\n\u{9b}\u{202e}", Some(b"1"), "a?[2Jb???: a name with control characters"),
+        ("MODEL.PNG", Some(b"1"), "model.png: on some systems, another entry has the same name"),
     ];
     for (name, contents, expected) in cases {
         let found = problems(&with(name, *contents));
         assert!(found.contains(expected), "{expected}: {found}");
+    }
+}
+
+/// Unpacked as such, a link leads out of the FMU, and who reads a pipe waits for ever.
+#[test]
+fn links_pipes_and_names_that_come_twice_are_found() {
+    let made = |name: &str, kind: u32, system: u8| {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, contents) in &*SMALL {
+            zip.start_file(name.as_str(), SimpleFileOptions::default()).unwrap();
+            zip.write_all(contents).unwrap();
+        }
+        zip.start_file(name, SimpleFileOptions::default().external_attributes(kind << 16)).unwrap();
+        zip.write_all(b"/etc/passwd").unwrap();
+        let mut bytes = zip.finish().unwrap().into_inner();
+        let last = bytes.windows(4).rposition(|four| four == b"PK\x01\x02").unwrap();
+        bytes[last + 5] = system;
+        bytes
+    };
+    let sound = problems(&zip(&SMALL));
+    // As if made on DOS, Unix and macOS.
+    for system in [0, 3, 19] {
+        for kind in [0o120_777, 0o010_644, 0o020_666, 0o060_666, 0o140_777] {
+            let found = problems(&made("resources/x", kind, system));
+            assert!(found.contains("resources/x: a link, a pipe or a device; allowed: a file"), "{kind:o}: {found}");
+        }
+        for kind in [0, 0o644, 0o100_755] {
+            assert_eq!(problems(&made("resources/x", kind, system)), sound);
+        }
+    }
+    let mut twice = made("resources/cradle.jsom", 0, 3);
+    let places: Vec<usize> =
+        twice.windows(4).enumerate().filter(|(_, four)| four == b"jsom").map(|(at, _)| at).collect();
+    places.into_iter().for_each(|at| twice[at + 3] = b'n');
+    assert!(problems(&twice).contains("zip: several entries have the same name"));
+}
+
+/// Names, and texts of the description.
+#[test]
+fn what_is_foreign_is_shown_without_control_characters() {
+    let mut entries = SMALL.clone();
+    let name = "resources/\x1b]0;title\x07\u{9b}31m\u{202e}\nfile";
+    entries.insert(name.to_owned(), b"1".to_vec());
+    let description = text(&entries, DESCRIPTION).replacen("modelName=\"", "modelName=\"&#x9b;2J&#10;", 1);
+    entries.insert(DESCRIPTION.to_owned(), description.into_bytes());
+    let folder = Folder::new("control");
+    folder.write("x.fmu", zip(&entries));
+    let of_name = "1 resources/?]0;title??31m??file\n";
+    let shown = folder.run("info x.fmu").with(0, &["model        ?2J?NewtonsCradle ", of_name]);
+    let replaced =
+        folder.run(&format!("build {BINARY} --balls 3 --out x.fmu")).with(0, &["which was: \"?2J?NewtonsCradle\""]);
+    for said in [shown.output, replaced.error] {
+        assert!(!said.contains(|c: char| (c.is_control() && c != '\n') || c == '\u{202e}'), "{said:?}");
     }
 }
 

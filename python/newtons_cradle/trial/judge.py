@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import FileMissing, InvalidValue, did_you_mean, needed
-from ..files import FMU, newest
+from ..errors import InvalidValue, did_you_mean, needed
+from ..files import FMU, in_folder, newest, text
 from ..fmu import Fmu, build
 from .cases import CASES, Case
 from .master import Table, run
@@ -49,14 +49,14 @@ def write_cases(folder: str | Path, binaries: str | Path | None = None) -> list[
             write_csv(place / "inputs.csv", columns)
         lines = [f"{name}: {case.title}", "", case.instructions(), "", case.meaning, "", "Known mistakes:"]
         lines += [f"- {words}" for words in case.wrong.values()]
-        (place / "case.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        in_folder(place / "case.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
         folders.append(place)
     return folders
 
 
 def write_csv(path: Path, table: Mapping[str, list[Any]]) -> None:
     """Writes a table, whose numbers read back as the same doubles."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with in_folder(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(table)
         writer.writerows(zip(*table.values(), strict=True))
@@ -108,9 +108,7 @@ def by_name(result: Any) -> dict[str, list[Any]]:
 def from_csv(path: Path) -> dict[str, list[Any]]:
     """The columns of a CSV file: separated by commas, semicolons or tabs; a line of units is left out. Raises
     FileMissing, InvalidValue."""
-    if not path.is_file():
-        raise FileMissing(f"{path}: there is no such file")
-    lines = [line for line in path.read_text(encoding="utf-8-sig", errors="replace").splitlines() if line.strip()]
+    lines = [line for line in text(path).splitlines() if line.strip()]
     separator = max(",;\t", key=(lines or [""])[0].count)
     header, *rows = list(csv.reader(lines, delimiter=separator, skipinitialspace=True)) or [[]]
     point = separator != "," and not any("." in line for line in lines[1:])  # decimals may have a comma

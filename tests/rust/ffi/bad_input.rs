@@ -295,3 +295,26 @@ fn missing_resources_mean_the_defaults_and_damaged_ones_are_refused() {
     fs::remove_dir(folder.join(FILE_NAME)).unwrap();
     refused(with("https://example.org/resources"), "fmuResourceLocation = https://example.org/resources is refused");
 }
+
+/// What is no file may have no end, and a pipe waits for somebody to write into it.
+#[cfg(unix)]
+#[test]
+fn resources_that_are_no_file_or_too_large_are_refused() {
+    let (folder, location) = resources("devices", b"");
+    let with = || Instantiate { location: Some(location.clone()), ..Default::default() };
+    let file = folder.join(FILE_NAME);
+    fs::File::create(&file).unwrap().set_len((32 << 20) + 1).unwrap();
+    refused(with(), &format!("{FILE_NAME}: more than 33554432 bytes"));
+    fs::remove_file(&file).unwrap();
+    std::os::unix::fs::symlink("/dev/null", &file).unwrap();
+    refused(with(), "it is a device, a pipe or a socket; allowed: a regular file");
+    fs::remove_file(&file).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&file).status().unwrap().success());
+    // Were it opened, this would be what is read.
+    let pipe = file.clone();
+    let writer = std::thread::spawn(move || fs::write(pipe, "{"));
+    refused(with(), "it is a device, a pipe or a socket; allowed: a regular file");
+    assert_eq!(fs::read(&file).unwrap(), b"{");
+    writer.join().unwrap().unwrap();
+    fs::remove_file(&file).unwrap();
+}
