@@ -140,7 +140,7 @@ impl Instance {
     /// Refuses `values` of which one is no number. Hosts that ignore this had better see it: they are written first.
     pub fn require_numbers(&self, name: &str, values: &[f64]) -> Result<(), Refusal> {
         let lost = || self.run.exchange.as_ref().and_then(Exchange::lost).map(|_| 0);
-        let missing = values.iter().position(|value| value.is_nan()).or_else(lost);
+        let missing = values.iter().position(|value| !value.is_finite()).or_else(lost);
         let missing = missing.filter(|_| self.run.phase != Phase::Error);
         missing.map_or(Ok(()), |i| Err(self.no_number(format_args!("{name} {}", i + 1))))
     }
