@@ -102,12 +102,19 @@ mod registers {
         #[inline]
         pub(super) fn change(self, to: Self) {
             if self.mxcsr != to.mxcsr {
-                // SAFETY: reads these four bytes, which are the default or were in the register. Code of Rust relies on
-                // the default, which is set for all of it; no flag traps before an exception occurs again.
-                unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const to.mxcsr, options(nostack, readonly)) };
+                to.write_mxcsr();
             }
             #[cfg(target_arch = "x86")]
             self.x87.change(to.x87);
+        }
+
+        /// Not inlined, so that only who changes the register stores what it is to be.
+        #[cold]
+        #[inline(never)]
+        fn write_mxcsr(self) {
+            // SAFETY: reads these four bytes, which are the default or were in the register. Code of Rust relies on the
+            // default, which is set for all of it; no flag traps before an exception occurs again.
+            unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const self.mxcsr, options(nostack, readonly)) };
         }
     }
 
