@@ -4,6 +4,7 @@ use std::cell::{Cell, UnsafeCell};
 use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use super::fenv::HostFenv;
 use crate::instance::{Call, Instance, Log, Severity, Start};
 use crate::variables::{LogCategory, Refusal};
 
@@ -28,6 +29,7 @@ pub(crate) struct Component<V> {
     magic: Cell<u64>,
     /// The host's callbacks beside its logger.
     callbacks: V,
+    fenv: HostFenv,
     /// Whether a call is in progress: another one can only come from the host's logger, and is refused.
     busy: Cell<bool>,
     /// Whether a panic was caught: the instance can only be freed.
@@ -37,26 +39,28 @@ pub(crate) struct Component<V> {
     instance: UnsafeCell<Instance>,
 }
 
-/// The pointer to a new component for the host; NULL if `make` panics, or if it refuses: then the log says why
-/// `function` failed.
+/// The pointer to a new component for the host, which `log` calls in its own `fenv`; NULL if `make` panics, or
+/// if it refuses: then the log says why `function` failed.
 pub(crate) fn create<V: Version>(
     function: &str,
-    log: Log,
+    (fenv, log): (HostFenv, Log),
     callbacks: V,
     make: impl FnOnce(&Log) -> Result<Start, Refusal>,
 ) -> *mut c_void {
+    let _inside = fenv.enter();
     let made = catch_unwind(AssertUnwindSafe(|| {
         let start = make(&log).map_err(|reason| log.error(format_args!("{function}: {reason}"))).ok()?;
-        Some(Component::into_raw(Instance::new(start, log), callbacks))
+        Some(Component::into_raw(Instance::new(start, log), callbacks, fenv.clone()))
     }));
     made.ok().flatten().unwrap_or(std::ptr::null_mut())
 }
 
 impl<V: Version> Component<V> {
-    pub(crate) fn into_raw(instance: Instance, callbacks: V) -> *mut c_void {
+    pub(crate) fn into_raw(instance: Instance, callbacks: V, fenv: HostFenv) -> *mut c_void {
         let component = Self {
             magic: Cell::new(V::MAGIC),
             callbacks,
+            fenv,
             busy: Cell::new(false),
             poisoned: Cell::new(false),
             calling_host: Cell::new(false),
@@ -83,6 +87,8 @@ impl<V: Version> Component<V> {
         // SAFETY: as the caller promises.
         let component = unsafe { Self::from_raw(c) };
         if let Some(component) = component.filter(|component| !component.busy.get() && !component.calling_host.get()) {
+            let fenv = component.fenv.clone();
+            let _inside = fenv.enter();
             component.magic.set(0);
             // SAFETY: it came out of `into_raw`, as the magic number says, and no reference to it is left.
             let owned = unsafe { Box::from_raw(c.cast::<Self>()) };
@@ -90,7 +96,7 @@ impl<V: Version> Component<V> {
         }
     }
 
-    /// Calls the host between two parts of a step; none if there is no component.
+    /// Calls the host between two parts of a step, in its own floating-point environment; none if there is no component.
     ///
     /// # Safety
     /// As for [`Component::from_raw`].
@@ -118,8 +124,8 @@ pub(super) unsafe fn marked<T>(pointer: *mut c_void, magic: u64) -> Option<*mut 
     known.then_some(place)
 }
 
-/// Executes one call of the host: checks the component and the legality of the call, runs `body`, logs a refusal, and
-/// catches a panic.
+/// Executes one call of the host: checks the component and the legality of the call, runs `body` in the default
+/// floating-point environment, logs a refusal, and catches a panic.
 ///
 /// # Safety
 /// As for [`Component::from_raw`].
@@ -137,6 +143,7 @@ pub(crate) unsafe fn call<V: Version>(
     if component.busy.replace(true) {
         return V::status(Severity::Error);
     }
+    let _inside = component.fenv.enter();
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: `busy` makes this the only reference while the call lasts.
         let instance = unsafe { &mut *component.instance.get() };

@@ -1,7 +1,8 @@
 //! The common part of the C functions of all versions of the standard.
 //!
 //! Every exported function goes through [`call`]: null and foreign components are refused, calls that are illegal in
-//! the current phase are refused and logged, and panics are caught. Pointers are checked for null and alignment; beyond
+//! the current phase are refused and logged, panics are caught, and arithmetic is in the default floating-point
+//! environment, whatever the host's is. Pointers are checked for null and alignment; beyond
 //! that the standard's rules are relied on.
 #![allow(unsafe_code)]
 
@@ -36,10 +37,12 @@ pub(crate) use export_by;
 
 mod arrays;
 mod component;
+mod fenv;
 mod resources;
 mod states;
 
 pub(crate) use arrays::{answer, array, array_mut, categories, fill, log_line, text, write};
 pub(crate) use component::{Component, Version, call, create};
+pub(crate) use fenv::HostFenv;
 pub(crate) use resources::{at_location, at_path, start};
 pub(crate) use states::{export_states, free, saved, store};

@@ -4,7 +4,7 @@
 use std::ffi::{CStr, c_char};
 use std::ptr::null_mut;
 
-use crate::ffi::{self, Component, Version, answer, array, array_mut, fill, log_line, text, write};
+use crate::ffi::{self, Component, HostFenv, Version, answer, array, array_mut, fill, log_line, text, write};
 use crate::fmi2::Fmi2;
 use crate::fmi2::types::*;
 use crate::instance::{Experiment, Handled, Kind, Log, Phase, Purpose, Sink};
@@ -50,7 +50,8 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let functions = unsafe { *functions };
     // SAFETY: the host promises null-terminated texts, or NULL.
     let [name, guid, location] = [instanceName, fmuGUID, fmuResourceLocation].map(|given| unsafe { text(given) });
-    let log = Log::new(sink(functions, name), loggingOn != fmi2False, true);
+    let fenv = HostFenv::default();
+    let log = Log::new(sink(functions, name, fenv.clone()), loggingOn != fmi2False, true);
     let start = |_: &Log| {
         ensure(!name.is_empty(), || Refusal::new("instanceName is missing or empty; allowed: any other text"))?;
         let kind = match fmuType {
@@ -63,17 +64,19 @@ pub unsafe extern "C" fn fmi2Instantiate(
         };
         ffi::start(Purpose::fmi2(kind), ffi::at_location(location.to_bytes()), ("fmuGUID", guid))
     };
-    ffi::create("fmi2Instantiate", log, Fmi2, start)
+    ffi::create("fmi2Instantiate", (fenv, log), Fmi2, start)
 }
 
 /// A sink for the host's logger, if it has one. The name is copied, because the host may free its own.
-fn sink(functions: fmi2CallbackFunctions, name: &CStr) -> Option<Sink> {
+fn sink(functions: fmi2CallbackFunctions, name: &CStr, fenv: HostFenv) -> Option<Sink> {
     let (logger, environment, name) = (functions.logger?, functions.componentEnvironment, name.to_owned());
     Some(Box::new(move |severity, category, text| {
         let [category, message] = log_line(category, text, true);
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives. The
         // message is a format without conversions, so that no further argument is read.
-        unsafe { logger(environment, name.as_ptr(), Fmi2::status(severity), category.as_ptr(), message.as_ptr()) }
+        fenv.outside(|| unsafe {
+            logger(environment, name.as_ptr(), Fmi2::status(severity), category.as_ptr(), message.as_ptr());
+        });
     }))
 }
 

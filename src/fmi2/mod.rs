@@ -43,7 +43,7 @@ impl Version for Fmi2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ffi::{Component, call};
+    use crate::ffi::{Component, HostFenv, call};
     use crate::instance::{Call, Kind, Log, Purpose, Start};
     use crate::variables::Settings;
     use std::cell::RefCell;
@@ -53,7 +53,7 @@ mod tests {
     fn component(log: Log) -> *mut c_void {
         let purpose = Purpose::fmi2(Kind::CoSimulation);
         let start = Start { purpose, settings: Settings::default_for(5), scalars: true, guid: String::new() };
-        Component::into_raw(Instance::new(start, log), Fmi2)
+        Component::into_raw(Instance::new(start, log), Fmi2, HostFenv::default())
     }
 
     /// Resets the component, with `body` as the body of that call.

@@ -313,12 +313,14 @@ pub unsafe extern "C" fn fmi3DoStep(
         part(Call::DO_STEP, &|instance| instance.step(currentCommunicationPoint, communicationStepSize, calls));
     while let (fmi3Status::fmi3OK, Some(StepEnd { time, .. })) = (status, interrupted) {
         let end = unsafe { Component::call_host(instance, |callbacks| update(callbacks, time)) }.flatten();
-        (status, interrupted) = part(Call::CONTINUE_STEP, &|instance| instance.continue_step(end));
+        (status, interrupted) =
+            part(Call::CONTINUE_STEP, &|instance| instance.continue_step(end.filter(|end| !end.is_nan())));
     }
     status
 }
 
-/// Calls the host within a step, at `time` (s). Returns the time at which it wants the step to end early.
+/// Calls the host within a step, at `time` (s). Returns the time at which it wants the step to end early, which it may
+/// have set to NaN.
 ///
 /// # Safety
 /// The host's callback may be called with its environment.
@@ -329,7 +331,7 @@ unsafe fn update(callbacks: &Fmi3, time: f64) -> Option<f64> {
     unsafe {
         callbacks.update?(callbacks.environment, time, fmi3True, fmi3True, fmi3True, may_end, &mut requested, &mut end)
     };
-    (callbacks.may_end_early && requested != fmi3False && !end.is_nan()).then_some(end)
+    (callbacks.may_end_early && requested != fmi3False).then_some(end)
 }
 
 // Model exchange: events are those of co-simulation with event mode.

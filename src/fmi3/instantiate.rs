@@ -1,6 +1,6 @@
 //! Creating and freeing instances.
 
-use crate::ffi::{self, Component, Version, array, log_line, text};
+use crate::ffi::{self, Component, HostFenv, Version, array, log_line, text};
 use crate::fmi3::Fmi3;
 use crate::fmi3::types::*;
 use crate::instance::{Kind, Log, Purpose, Sink};
@@ -80,7 +80,8 @@ unsafe fn create(
 ) -> fmi3Instance {
     // SAFETY: as the caller promises.
     let [name, token, path] = names.map(|given| unsafe { text(given) });
-    let log = Log::new(sink(logger, callbacks.environment), on != fmi3False, false);
+    let fenv = HostFenv::default();
+    let log = Log::new(sink(logger, callbacks.environment, fenv.clone()), on != fmi3False, false);
     let start = |log: &Log| {
         let is_blank = name.to_string_lossy().trim().is_empty();
         ensure(!is_blank, || Refusal::new("instanceName is missing or blank; allowed: any other text"))?;
@@ -93,7 +94,7 @@ unsafe fn create(
         }
         Ok(start)
     };
-    ffi::create(function, log, callbacks, start)
+    ffi::create(function, (fenv, log), callbacks, start)
 }
 
 /// Not offered: returns NULL, and logs why if logging is on.
@@ -113,9 +114,10 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _lockPreemption: Option<unsafe extern "C" fn()>,
     _unlockPreemption: Option<unsafe extern "C" fn()>,
 ) -> fmi3Instance {
-    let log = Log::new(sink(logMessage, instanceEnvironment), loggingOn != fmi3False, false);
+    let fenv = HostFenv::default();
+    let log = Log::new(sink(logMessage, instanceEnvironment, fenv.clone()), loggingOn != fmi3False, false);
     let callbacks = Fmi3 { environment: instanceEnvironment, update: None, may_end_early: false };
-    ffi::create("fmi3InstantiateScheduledExecution", log, callbacks, |_| Err(no_scheduled_execution()))
+    ffi::create("fmi3InstantiateScheduledExecution", (fenv, log), callbacks, |_| Err(no_scheduled_execution()))
 }
 
 /// Frees an instance in any phase; NULL and an instance within a step are ignored.
@@ -129,12 +131,12 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: fmi3Instance) {
 }
 
 /// A sink for the host's logger, if it has one.
-fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment) -> Option<Sink> {
+fn sink(logger: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment, fenv: HostFenv) -> Option<Sink> {
     let logger = logger?;
     Some(Box::new(move |severity, category, text| {
         let [category, message] = log_line(category, text, false);
         // SAFETY: the host promises that its logger can be called with its environment while the instance lives.
-        unsafe { logger(environment, Fmi3::status(severity), category.as_ptr(), message.as_ptr()) }
+        fenv.outside(|| unsafe { logger(environment, Fmi3::status(severity), category.as_ptr(), message.as_ptr()) });
     }))
 }
 

@@ -117,12 +117,14 @@ impl Instance {
     }
 
     /// The result of a step to the time `asked` (s), or of a part of it.
+    #[inline]
     fn reached(&self, asked: f64, interrupted: bool) -> StepEnd {
         let time = self.time();
         StepEnd { time, early: time < asked, events: self.run.clocks.are_due(), interrupted }
     }
 
     /// Ends the step; the inputs keep the values they reached.
+    #[inline]
     fn end_step(&mut self, step: StepUnderWay) -> StepEnd {
         self.run.under_way = None;
         self.keep_inputs();

@@ -117,7 +117,10 @@ impl Cradle {
 
     /// Period of the first ball for small angles, s; infinite without gravity.
     pub fn period(&self) -> f64 {
-        std::f64::consts::TAU / self.balls[0].omega2.sqrt()
+        match self.balls[0].omega2 {
+            0.0 => f64::INFINITY,
+            omega2 => std::f64::consts::TAU / omega2.sqrt(),
+        }
     }
 }
 

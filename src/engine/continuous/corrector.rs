@@ -33,7 +33,7 @@ pub(super) struct Coefficients {
     pub corrector: Polynomial,
     /// Error of the step over that of `e`.
     pub error: f64,
-    /// Error that the order below would make, over the highest coefficient.
+    /// Error that the order below would make, over the highest coefficient; nothing for order 1.
     pub lower: f64,
     /// Error that the order above would make, over the change of `e` from step to step.
     pub higher: f64,
@@ -92,7 +92,9 @@ pub(super) fn bdf(order: usize, xi: &[f64]) -> Coefficients {
     let highest = corrector[order];
     let a1 = 1.0 + (of_points + last) - leading;
     let a2 = 1.0 + q * a1;
-    let lower = {
+    let lower = if order == 1 {
+        0.0
+    } else {
         let (a3, a4) = (1.0 / q - leading, -of_points);
         moved / highest * (1.0 - a4 + a3) / a3
     };

@@ -178,9 +178,14 @@ impl Oscillator {
         self.gamma > 0.0 && self.gamma >= 1.25 * self.omega.value()
     }
 
-    /// Reciprocal of the natural frequency, or of the slow rate where the motion is a sum of two decays, s.
+    /// Reciprocal of the natural frequency, or of the slow rate where the motion is a sum of two decays, s; infinite for
+    /// a free body.
     pub fn time_scale(&self) -> f64 {
-        if self.is_overdamped() { 1.0 / self.decay_rates().1 } else { 1.0 / self.omega.value() }
+        match self.omega.value() {
+            0.0 => f64::INFINITY,
+            _ if self.is_overdamped() => 1.0 / self.decay_rates().1,
+            omega => 1.0 / omega,
+        }
     }
 
     /// The rate at which a velocity decays right after the start, 1/s: the fast one of two decays.

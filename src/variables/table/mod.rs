@@ -47,7 +47,10 @@ const KELVIN_VOIGT: Used =
 /// Period of ball 1, s; `NEVER` without gravity.
 fn period(parameters: &Parameters) -> f64 {
     let length = parameters.length * parameters.length_ratio.first().copied().unwrap_or(1.0);
-    (2.0 * std::f64::consts::PI * (length / parameters.gravity).sqrt()).min(NEVER)
+    match parameters.gravity {
+        0.0 => NEVER,
+        gravity => (2.0 * std::f64::consts::PI * (length / gravity).sqrt()).min(NEVER),
+    }
 }
 
 // What initial values depend on. During initialization rigid contacts transmit nothing.

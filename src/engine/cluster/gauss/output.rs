@@ -126,6 +126,9 @@ impl Motion {
 
     fn early(&self, tau: f64) -> Ref<'_, Option<(Samples, Nodes)>> {
         let compute = || {
+            if self.length == 0.0 {
+                return None;
+            }
             let end = self.stretching.inverse(tau / self.length);
             (end <= EARLY).then(|| {
                 let [times, weights] = self.stretching.nodes_up_to(end).map(|nodes| nodes.map(|t| self.length * t));

@@ -205,8 +205,9 @@ impl Motion {
     fn longest(&self) -> f64 {
         let pace = self.pace();
         let longest = if pace > 0.0 { LONGEST / pace } else { f64::INFINITY };
+        let moving = self.arcs.balls.iter().zip(&self.flights).filter(|(_, flight)| flight.v != 0.0);
         let turn = |(ball, flight): (&BallModel, &Flight)| SMALL_ANGLE * ball.length / flight.v.abs();
-        self.arcs.balls.iter().zip(&self.flights).map(turn).fold(longest, f64::min)
+        moving.map(turn).fold(longest, f64::min)
     }
 
     /// Whether a step with its time stretched to a release ends shortly before the branch point of another contact.
@@ -287,6 +288,9 @@ fn to_release(motion: &Motion, j: usize, time: f64) -> Plan {
 
 /// The next step over the last one, from its error over the allowed one.
 fn change_for(error: f64) -> f64 {
+    if error == 0.0 {
+        return CHANGE[1];
+    }
     // The sixteenth root, which is nearly that of the order.
     let root = error.sqrt().sqrt().sqrt().sqrt();
     (SAFETY / root).clamp(CHANGE[0], CHANGE[1])

@@ -133,7 +133,7 @@ impl Motion {
                     measured = still < TOO_LONG;
                 }
                 // Right after the end has moved far, the change falls faster than it will later.
-                let rate = (change / last_change).max(0.5 * last_rate);
+                let rate = rate_of(change, last_change).max(0.5 * last_rate);
                 // From this change to the next one or, with the sensitivity, to the one after it.
                 let ahead = rate.min(1.0) * (sensitivity * rate).min(1.0);
                 let converged = change <= CONVERGED
@@ -152,7 +152,7 @@ impl Motion {
                     }
                 }
             }
-            (last_change, last_rate) = (change, change / last_change);
+            (last_change, last_rate) = (change, rate_of(change, last_change));
         }
         Outcome::Failed
     }
@@ -252,5 +252,14 @@ impl Motion {
             self.move_balls();
         }
         Outcome::Stands(error)
+    }
+}
+
+/// A change over the one before it; no number, which `max` passes over, where nothing has changed twice.
+fn rate_of(change: f64, before: f64) -> f64 {
+    match before {
+        0.0 if change > 0.0 => f64::INFINITY,
+        0.0 => f64::NAN,
+        _ => change / before,
     }
 }

@@ -40,13 +40,13 @@ impl Motion {
         self.tracks[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
 
-    /// Smallest overlap of a pressing contact over the largest.
+    /// Smallest overlap of a pressing contact over the largest: 0 if none overlaps yet, infinite if none presses.
     pub(super) fn evenness(&self) -> f64 {
         let pressing =
             self.tracks.iter().zip(&self.at_nodes.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
         let largest = pressing.map(|(_, overlaps)| range(overlaps)[1]);
         let [least, most] = largest.fold([f64::INFINITY, 0.0], |[least, most], d| [d.min(least), d.max(most)]);
-        least / most
+        if most > 0.0 { least / most } else { least.max(0.0) }
     }
 
     /// The earliest onset or release by the present accelerations: contact, switching, and time (s).

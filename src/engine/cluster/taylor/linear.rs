@@ -183,7 +183,8 @@ impl Workspace {
             self.largest.rotate_left(1);
             self.largest[TERMS_AT_LEAST] = self.largest();
             power *= look;
-            negligible = if self.largest[TERMS_AT_LEAST] * power <= allowed { negligible + 1 } else { 0 };
+            let is_negligible = switching.is_some() && self.largest[TERMS_AT_LEAST] * power <= allowed;
+            negligible = if is_negligible { negligible + 1 } else { 0 };
             if negligible > TERMS_AT_LEAST || known >= most {
                 return known;
             }
