@@ -10,8 +10,8 @@ use crate::solver::{DoubleDouble, crossing, series};
 
 /// Velocities down to this part of the largest are computed to the tolerance, or resting balls would creep apart.
 const SLOW: f64 = 1e-4;
-/// Positions (m) and velocities (m/s) stay below this, or energies overflow.
-pub(super) const LARGEST: f64 = 1e150;
+/// Positions, overlaps (m) and velocities (m/s) stay below this, or energies overflow.
+const LARGEST: f64 = 1e150;
 /// Overlaps are computed to the tolerance above this many overlaps of an impact; below, the velocities decide.
 const DEEP: f64 = 100.0;
 
@@ -98,6 +98,12 @@ impl Dynamics {
     /// Places of the energy dissipated, the work of the inputs and the integral of the force on the support.
     pub fn sums(&self) -> [usize; 3] {
         [2, 1, 0].map(|before| 4 * self.balls() - before)
+    }
+
+    /// The first component of a state, or of its rates, that cannot be gone on from.
+    pub fn beyond_range(&self, y: &[f64]) -> Option<usize> {
+        let dynamic = self.impulse(0);
+        (0..y.len()).find(|&i| !y[i].is_finite() || i < dynamic && y[i].abs() > LARGEST)
     }
 
     /// The error where this component of the state has left the range of doubles.

@@ -41,8 +41,9 @@ impl Trajectory {
         }
         let change = self.step / self.path.step;
         if change.is_nan() {
-            // The rates allow no step at all.
-            self.check_finite()?;
+            // State or rates allow no first step at all.
+            let lost = [0, 1].into_iter().find_map(|j| self.dynamics.beyond_range(self.path.column(j)));
+            return Err(self.dynamics.lost(lost.unwrap_or(0), self.path.end));
         }
         self.path.rescale(change);
         let mut failures = 0;

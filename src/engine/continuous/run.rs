@@ -42,7 +42,7 @@ impl Continuous {
         let y = Dynamics::start(&Cradle::new(parameters), &parameters.x_start, &parameters.v_start);
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let dynamics = Dynamics::new(Cradle::new(parameters), &inputs, start_time, &y, parameters.tolerance);
-        if let Some(component) = y.iter().position(|y| !y.is_finite()) {
+        if let Some(component) = dynamics.beyond_range(&y) {
             return Err(dynamics.lost(component, since));
         }
         let mut run = Self {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use super::corrector::MAX_ORDER;
-use super::dynamics::{Dynamics, LARGEST};
+use super::dynamics::Dynamics;
 use super::path::Path;
 use crate::engine::{EngineError, flight::Forcing};
 use crate::model::{Cradle, SolverMethod, WorkCounters};
@@ -190,9 +190,8 @@ impl Trajectory {
     pub fn advance(&mut self) -> Result<(), EngineError> {
         if self.method == SolverMethod::Rk4 { self.runge_kutta() } else { self.multistep() }?;
         self.work.steps = self.work.steps.saturating_add(1);
-        let dynamic = &self.path.last()[..2 * self.dynamics.balls()];
-        if let Some(i) = dynamic.iter().position(|y| y.is_nan() || y.abs() > LARGEST) {
-            return Err(self.dynamics.lost(i, self.path.end));
+        if let Some(component) = self.dynamics.beyond_range(self.path.last()) {
+            return Err(self.dynamics.lost(component, self.path.end));
         }
         for i in 0..self.closed.len() {
             let closes = self.path.last()[self.dynamics.overlap(i)] > 0.0;
