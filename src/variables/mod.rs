@@ -20,5 +20,7 @@ pub use table::TABLE;
 pub use table::extra::MAX_LOG;
 pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Range, Row, Shape, Type, Variability};
 pub use table::types::{Enumeration, QUANTITIES, Quantity};
-pub use text::{Number, Refusal, ensure, escaped};
+pub use text::{Refusal, ensure, escaped};
 pub use variable::{Variable, enumerations, states, variables};
+
+pub use crate::number::Number;
