@@ -64,6 +64,7 @@ mod instance;
 #[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 pub mod model;
 pub mod next;
+mod number;
 #[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 mod solver;
 #[doc = include_str!("../docs/theory.md")]

@@ -1,6 +1,8 @@
 //! Why a run cannot go on.
 
 pub use super::flight::Fault;
+use super::observer::Busy;
+use crate::number::Number;
 
 /// Why a run cannot go on, with the time and the values.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,14 +55,14 @@ pub enum EngineError {
         /// Where, from 0.
         contact: usize,
     },
-    /// Events and searches are so frequent that the end of the step is out of reach.
-    TooFast {
+    /// So much has to be computed that the end of the step is days away.
+    OutOfReach {
         /// When, s.
         time: f64,
-        /// Where, from 0.
-        contact: usize,
-        /// Events in a second of the run, 1/s.
-        event_rate: f64,
+        /// What for.
+        by: Busy,
+        /// Steps and events in a second of the run, 1/s.
+        rate: f64,
     },
     /// A general-purpose solver fails even with such small steps.
     StepTooSmall {
@@ -75,20 +77,21 @@ impl std::fmt::Display for EngineError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match *self {
             Self::NotFinite { time, ball } => {
-                write!(f, "the state of ball {} is not finite at t = {} s", ball + 1, Plain(time))
+                write!(f, "the state of ball {} is not finite at t = {} s", ball + 1, Number(time))
             }
             Self::NoPlace { time, ball: 0 } => {
-                write!(f, "x[1] lies farther out than its pendulum is long at t = {} s", Plain(time))
+                write!(f, "x[1] lies farther out than its pendulum is long at t = {} s", Number(time))
             }
             Self::NoPlace { time, ball: j } => {
-                let (ball, time) = (j + 1, Plain(time));
+                let (ball, time) = (j + 1, Number(time));
                 write!(f, "no place of ball {ball} within 90 degrees gives overlap[{j}] at t = {time} s")
+            }
             Self::ContactNotFinite { time, contact } => {
-                let (contact, time) = (contact + 1, Plain(time));
+                let (contact, time) = (contact + 1, Number(time));
                 write!(f, "the overlap, the force or the impulse of contact {contact} is not finite at t = {time} s")
             }
             Self::OffArc { time, ball, fault } => {
-                let (ball, time) = (ball + 1, Plain(time));
+                let (ball, time) = (ball + 1, Number(time));
                 let next = ball + 1;
                 let what = match fault {
                     Fault::Horizontal => format!("pendulum {ball} swings beyond 90 degrees"),
@@ -109,32 +112,24 @@ impl std::fmt::Display for EngineError {
             Self::NoArc(ref text) => write!(f, "with pendulum.model = circular, {text}"),
             Self::NoCoefficient(ref text) | Self::NotRigid(ref text) => f.write_str(text),
             Self::EnergyNotFinite { time } => {
-                write!(f, "the energy of the cradle at t = {} s is beyond the range of doubles", Plain(time))
+                write!(f, "the energy of the cradle at t = {} s is beyond the range of doubles", Number(time))
             }
             Self::Stalled { time, contact } => {
-                write!(f, "no progress in contact {} at t = {} s", contact + 1, Plain(time))
+                write!(f, "no progress in contact {} at t = {} s", contact + 1, Number(time))
             }
-            Self::TooFast { time, contact, event_rate } => write!(
-                f,
-                "contact {} keeps the run too busy to reach the end of the step: {event_rate:.1e} events per second at \
-                 t = {} s",
-                contact + 1,
-                Plain(time)
-            ),
+            Self::OutOfReach { time, by, rate } => {
+                let (who, rounds) = match by {
+                    Busy::Contact(contact) => (format!("contact {}", contact + 1), "steps and events"),
+                    Busy::Flight(ball) => (format!("the flight of ball {}", ball + 1), "steps"),
+                    Busy::Solver => ("the solver".to_owned(), "steps"),
+                };
+                let time = Number(time);
+                write!(f, "the step would take days: at t = {time} s, {who} takes {rate:.1e} {rounds} per second")
+            }
             Self::StepTooSmall { time, step } => {
-                write!(f, "the solver cannot go on at t = {} s, even with a step of {} s", Plain(time), Plain(step))
+                write!(f, "the solver cannot go on at t = {} s, even with a step of {} s", Number(time), Number(step))
             }
         }
-    }
-}
-
-/// All digits of a number, with a power of ten instead of many zeros.
-struct Plain(f64);
-
-impl std::fmt::Display for Plain {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self(value) = *self;
-        if value == 0.0 || (1e-4..1e9).contains(&value.abs()) { write!(f, "{value}") } else { write!(f, "{value:e}") }
     }
 }
 

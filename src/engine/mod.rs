@@ -21,6 +21,7 @@ mod records;
 mod rigid;
 mod run;
 mod simulation;
+mod watchdog;
 
 pub use crate::model::{Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, Results, WorkCounters};
 pub use crate::next::{NEVER, Next};
@@ -29,8 +30,9 @@ pub use derivatives::{Gradient, History, LastStep, Tape};
 pub use error::{EngineError, Fault};
 pub use exchange::{Exchange, Update, state_count};
 pub(crate) use inputs::HeldInputs;
-pub use observer::{Observer, Progress, Pulse, Unrecorded};
+pub use observer::{Busy, Observer, Progress, Pulse, Unrecorded};
 pub(crate) use records::{Ledger, RAPID, StepStart};
 pub(crate) use run::require;
 pub use run::{Engine, Snapshot, Unsound};
 pub use simulation::Simulation;
+use watchdog::Watchdog;

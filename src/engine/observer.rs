@@ -31,10 +31,21 @@ impl Pulse {
 pub struct Progress {
     /// Time reached, s.
     pub time: f64,
-    /// Events handled, or steps of a general-purpose solver made, in this call so far.
-    pub events: u64,
-    /// The contact that the last event was about, from 0; none for a step of the whole chain.
-    pub contact: Option<usize>,
+    /// Rounds of work in this call so far: steps and events.
+    pub rounds: u64,
+    /// What the last one was about.
+    pub by: Busy,
+}
+
+/// What a run is busy with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Busy {
+    /// Steps and events of this contact, from 0, and of those that press at the same time.
+    Contact(usize),
+    /// The flight of this ball on its arc, from 0: steps by one power series each.
+    Flight(usize),
+    /// Steps of a general-purpose solver for the whole chain.
+    Solver,
 }
 
 /// Is notified of events during a run. It can change nothing but the end of a call.

@@ -96,20 +96,22 @@ impl Simulation {
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which began at `start`
-    /// (s) and has this history; `None` if it cannot be followed. `parameters` are the current ones.
+    /// (s) and has this history; `None` if it cannot be followed. `parameters` are the current ones; that of the next
+    /// onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_run(
         &self,
         parameters: &Parameters,
         start: f64,
         history: &History,
-        tangent: &Parameters,
-        inputs: &Inputs,
+        (tangent, inputs): (&Parameters, &Inputs),
+        next_onset_wanted: bool,
     ) -> Option<Differential> {
+        let last_step = self.last_step().with_next_onset(next_onset_wanted);
         if self.time() == start {
-            return Some(self.last_step().along_parameters(parameters, tangent, inputs));
+            return Some(last_step.along_parameters(parameters, tangent, inputs));
         }
         let (stretches, begun) = self.begun_again(parameters, start, history)?;
-        self.last_step().along_run(parameters, (start, &begun.last_step().end), &stretches, (tangent, inputs))
+        last_step.along_run(parameters, (start, &begun.last_step().end), &stretches, (tangent, inputs))
     }
 
     /// The run from `start` (s) to now in parts, for derivatives both ways; only elastic event-driven runs have one.

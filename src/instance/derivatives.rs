@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::{Instance, Run};
-use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
+use crate::engine::{Differential, History, LastStep, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
 use crate::variables::{Access, Causality, DerivativesOf, Extra, Refusal, Settings, Type, Variable, ensure};
 
 /// In messages: the variables that have derivatives, by time and along a direction.
@@ -127,11 +127,15 @@ impl Instance {
         let Settings { parameters: tangent, inputs, .. } = &along.settings;
         let (derived, parameters) = (self.derived(), self.run.effective_parameters());
         let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
+        // The motion is followed beyond now only for who asks.
+        let of_next_onset = Differential { next_onset: 1.0, ..Differential::all(self.balls(), 0.0) };
+        let asks = |unknown: &Variable| value(Some(&of_next_onset), unknown) != 0.0;
+        let next_onset = unknowns.iter().flatten().any(asks);
         let found = match derived {
             Derived::Exchanged => Some(self.exchange()?.along(&along.states, inputs)),
-            Derived::Start => Some(self.simulation()?.last_step().along_parameters(&parameters, tangent, inputs)),
-            Derived::Step if at_point => Some(self.simulation()?.last_step().at_end_along_inputs(inputs)),
-            Derived::Step => self.simulation()?.last_step().along_inputs(inputs),
+            Derived::Start => Some(self.last_step(next_onset)?.along_parameters(&parameters, tangent, inputs)),
+            Derived::Step if at_point => Some(self.last_step(next_onset)?.at_end_along_inputs(inputs)),
+            Derived::Step => self.last_step(next_onset)?.along_inputs(inputs),
             Derived::Run if taped => self.tape()?.map(|tape| tape.along(tangent, inputs)),
             Derived::Run => None,
         };
@@ -141,7 +145,7 @@ impl Instance {
         let mut values = all_of(found.as_ref());
         if derived == Derived::Run && values.iter().any(|value| !value.is_finite()) {
             let (simulation, history, start) = self.so_far()?;
-            let followed = simulation.sensitivity_of_run(&parameters, start, history, tangent, inputs);
+            let followed = simulation.sensitivity_of_run(&parameters, start, history, (tangent, inputs), next_onset);
             for (derivative, followed) in values.iter_mut().zip(all_of(followed.as_ref())) {
                 *derivative = if derivative.is_finite() { *derivative } else { followed };
             }
@@ -151,6 +155,11 @@ impl Instance {
             None => Ok(derivative),
         };
         unknowns.iter().zip(values).map(finite).collect()
+    }
+
+    /// The last step, with the derivative of the next onset if that is `wanted`.
+    fn last_step(&mut self, wanted: bool) -> Result<LastStep<'_>, Refusal> {
+        Ok(self.simulation()?.last_step().with_next_onset(wanted))
     }
 
     fn derived(&self) -> Derived {

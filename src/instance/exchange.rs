@@ -7,7 +7,7 @@ use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
 use super::step::Handled;
 use crate::engine::state_count;
-use crate::variables::{Extra, Refusal, ensure};
+use crate::variables::{Extra, Number, Refusal, ensure};
 
 impl Instance {
     pub fn count_states(&self) -> usize {
@@ -32,11 +32,11 @@ impl Instance {
     /// event.
     pub fn set_time(&mut self, time: f64) -> Result<(), Refusal> {
         if let Some(event) = self.run.last_event.filter(|event| time < *event) {
-            let allowed = format_args!("at least {event} s, the time of the last event");
+            let allowed = format_args!("at least {} s, the time of the last event", Number(event));
             return Err(Refusal::number("time", time, "s", allowed));
         }
         let start = self.run.start_time();
-        let allowed = format_args!("finite and at least startTime = {start} s");
+        let allowed = format_args!("finite and at least startTime = {} s", Number(start));
         ensure(time.is_finite() && time >= start, || Refusal::number("time", time, "s", allowed))?;
         self.exchange()?.time = time;
         Ok(())

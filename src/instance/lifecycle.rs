@@ -9,7 +9,7 @@ use super::legality::{Call, Kind, PHASES, Phase, Purpose};
 use super::log::{Log, Severity};
 use crate::engine::{EngineError, Exchange, History, MAX_INPUT_DERIVATIVE, Results, Simulation, Unsound, require};
 use crate::model::{Inputs, Parameters, SolverMethod, Tunables};
-use crate::variables::{DerivativesOf, LogCategory, Refusal, Settings, Variable, ensure, variables};
+use crate::variables::{DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, ensure, variables};
 
 const MIN_TOLERANCE: f64 = 1e-14;
 
@@ -28,7 +28,7 @@ impl Experiment {
         let Self { start, stop, .. } = *self;
         ensure(start.is_finite(), || Refusal::number("startTime", start, "s", "any finite value"))?;
         let stop = stop.unwrap_or(start);
-        let allowed = format_args!("not before startTime = {start} s");
+        let allowed = format_args!("not before startTime = {} s", Number(start));
         ensure(stop >= start, || Refusal::number("stopTime", stop, "s", allowed))
     }
 
@@ -232,7 +232,7 @@ impl Instance {
         // Only in FMI 3.0 a run may end where it starts.
         let start = experiment.start;
         let lasts = self.run.purpose.fmi3 || experiment.stop != Some(start);
-        let allowed = format_args!("later than startTime = {start} s");
+        let allowed = format_args!("later than startTime = {} s", Number(start));
         ensure(lasts, || Refusal::number("stopTime", start, "s", allowed))?;
         self.run.experiment = Some(experiment);
         self.run.exchange = None;

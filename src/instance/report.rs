@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use super::clocks::Clocks;
 use super::legality::Purpose;
 use super::log::{Log, Severity};
-use crate::engine::{Observer, Progress, Pulse};
-use crate::variables::LogCategory;
+use crate::engine::{Busy, Observer, Progress, Pulse};
+use crate::variables::{LogCategory, Number};
 
 /// When the progress of a long step is first logged, and how often from then on.
 const FIRST: Duration = Duration::from_secs(2);
@@ -28,8 +28,8 @@ pub(super) struct Recorder<'a> {
     since: Option<Instant>,
     /// When the next line is due, after that.
     due: Duration,
-    /// Events of each contact seen so far.
-    seen: BTreeMap<usize, u64>,
+    /// What the step was busy with, and how often.
+    seen: BTreeMap<Busy, u64>,
 }
 
 impl<'a> Recorder<'a> {
@@ -70,26 +70,26 @@ impl Observer for Recorder<'_> {
     }
 
     #[cold]
-    fn progress(&mut self, Progress { time, events, contact }: Progress) {
+    fn progress(&mut self, Progress { time, rounds, by }: Progress) {
         let taken = self.since.get_or_insert_with(Instant::now).elapsed();
-        if let Some(contact) = contact {
-            *self.seen.entry(contact).or_default() += 1;
-        }
+        *self.seen.entry(by).or_default() += 1;
         if taken < self.due {
             return;
         }
         self.due = taken + EVERY;
+        let most = self.seen.iter().max_by_key(|(_, times)| **times).map_or(by, |(by, _)| *by);
+        let work = match most {
+            Busy::Contact(contact) => format!("{rounds} steps and events, most of them in contact {}", contact + 1),
+            Busy::Flight(ball) => format!("{rounds} steps, most of them for the flight of ball {}", ball + 1),
+            Busy::Solver => format!("{rounds} steps of the solver"),
+        };
+        let (until, time, taken) = (Number(self.until), Number(time), taken.as_secs());
         // A warning, so that it is seen without switching anything on: the host is waiting.
-        let busiest = self.seen.iter().max_by_key(|(_, times)| **times);
-        let busiest = busiest.map(|(contact, _)| format!(", most of them in contact {}", contact + 1));
         self.log.write(
             Severity::Warning,
             LogCategory::Warning,
             format_args!(
-                "the step to t = {} s has taken {} s so far: it has reached t = {time} s after {events} events{}",
-                self.until,
-                taken.as_secs(),
-                busiest.unwrap_or_default()
+                "the step to t = {until} s has taken {taken} s so far: it has reached t = {time} s after {work}"
             ),
         );
     }
@@ -110,19 +110,31 @@ mod tests {
         let sink = move |severity, category, text: &str| kept.borrow_mut().push((severity, category, text.to_owned()));
         let log = Log::new(Some(Box::new(sink)), false, true);
         let (mut clocks, purpose) = (Clocks::default(), Purpose::fmi2(Kind::CoSimulation));
-        let mut recorder = Recorder::new(&log, &mut clocks, purpose, 7.0, false);
-        let progress = |contact: usize| Progress { time: 0.25, events: 1000, contact: Some(contact) };
-        recorder.progress(progress(3));
+        let mut recorder = Recorder::new(&log, &mut clocks, purpose, 1e300, false);
+        let mut progress = |seconds: Option<u64>, by: Busy| {
+            let since = |seconds| Instant::now().checked_sub(Duration::from_secs(seconds));
+            recorder.since = seconds.map_or(recorder.since, since);
+            recorder.progress(Progress { time: 2.5e-7, rounds: 1000, by });
+        };
+        progress(None, Busy::Contact(3));
         assert!(lines.borrow().is_empty());
-        for seconds in [3, 9, 14] {
-            recorder.since = Instant::now().checked_sub(Duration::from_secs(seconds));
-            recorder.progress(progress(2));
-        }
         // At first both contacts have been seen once.
-        let expected = [(3, 4), (14, 3)].map(|(seconds, contact)| {
+        for seconds in [3, 9, 14] {
+            progress(Some(seconds), Busy::Contact(2));
+        }
+        (0..4).for_each(|_| progress(None, Busy::Flight(0)));
+        progress(Some(25), Busy::Flight(0));
+        (0..9).for_each(|_| progress(None, Busy::Solver));
+        progress(Some(36), Busy::Solver);
+        let work = [
+            (3, "1000 steps and events, most of them in contact 4"),
+            (14, "1000 steps and events, most of them in contact 3"),
+            (25, "1000 steps, most of them for the flight of ball 1"),
+            (36, "1000 steps of the solver"),
+        ];
+        let expected = work.map(|(seconds, work)| {
             let text = format!(
-                "the step to t = 7 s has taken {seconds} s so far: it has reached t = 0.25 s after 1000 events, most \
-                 of them in contact {contact}"
+                "the step to t = 1e300 s has taken {seconds} s so far: it has reached t = 2.5e-7 s after {work}"
             );
             (Severity::Warning, LogCategory::Warning, text)
         });

@@ -5,7 +5,7 @@ use super::lifecycle::{Instance, StepUnderWay};
 use super::report::Recorder;
 use crate::engine::{EngineError, Results};
 use crate::model::{ContactModel, Inputs};
-use crate::variables::{Refusal, ensure};
+use crate::variables::{Number, Refusal, ensure};
 
 /// Allowed difference between the host's time and ours, relative to the larger of 1 s and the time.
 const CLOCK_TOLERANCE: f64 = 1e-12;
@@ -69,6 +69,7 @@ impl Instance {
             && !self.run.past_stop_logged
         {
             self.run.past_stop_logged = true;
+            let [end, stop] = [end, stop].map(Number);
             let text = format_args!("the step to t = {end} s passes stopTime = {stop} s; it is computed as usual");
             self.log.solver(text);
         }
@@ -249,7 +250,7 @@ fn refuse_times(own: f64, current: f64, step: f64) -> Refusal {
     if !(step > 0.0 && step.is_finite()) {
         Refusal::number("communicationStepSize", step, "s", "finite and > 0 s")
     } else {
-        let allowed = format_args!("the time reached, {own} s, to within 1e-12 of max(1 s, |t|)");
+        let allowed = format_args!("the time reached, {} s, to within 1e-12 of max(1 s, |t|)", Number(own));
         Refusal::number("currentCommunicationPoint", current, "s", allowed)
     }
 }

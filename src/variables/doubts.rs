@@ -1,8 +1,8 @@
 //! Start values that are allowed, but hardly ever meant.
 
 use super::settings::Settings;
-use super::text::Number;
 use crate::model::PendulumModel;
+use crate::number::Number;
 
 /// Largest overlap at the start without a warning, over the radius.
 const OVERLAP: f64 = 1e-3;

@@ -22,5 +22,7 @@ pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Range, Row, Sh
 pub use table::types::{Enumeration, QUANTITIES, Quantity};
 #[cfg(feature = "engine")]
 pub(crate) use text::Fault;
-pub use text::{Number, Refusal, ensure, escaped};
+pub use text::{Refusal, ensure, escaped};
 pub use variable::{Variable, enumerations, states, variables};
+
+pub use crate::number::Number;

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::settings::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, Settings};
 use super::table::row::Access;
-use super::text::{Number, Refusal, ensure};
+use super::text::{Refusal, ensure};
 use super::variable::Variable;
+use crate::number::Number;
 
 /// Name of the file in `resources/`.
 pub const FILE_NAME: &str = "cradle.json";

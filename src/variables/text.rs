@@ -1,6 +1,8 @@
-//! Text for hosts and readers: refusals, numbers that read back as the same double, and XML escapes.
+//! Text for hosts and readers: refusals, and XML escapes.
 
 use std::fmt::{self, Display, Formatter};
+
+use crate::number::Number;
 
 /// Why a variable, a value or a call is refused: what was wrong, and what is allowed. Unless it says otherwise, nothing
 /// has changed.
@@ -81,20 +83,6 @@ impl Display for Refusal {
 }
 
 impl std::error::Error for Refusal {}
-
-/// A number in the shortest form that reads back as the same double: `0.1`, `2.6e-6`, `1e10`.
-pub struct Number(pub f64);
-
-impl Display for Number {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let magnitude = self.0.abs();
-        if magnitude != 0.0 && magnitude.is_finite() && !(1e-3..1e5).contains(&magnitude) {
-            write!(f, "{:e}", self.0)
-        } else {
-            write!(f, "{}", self.0)
-        }
-    }
-}
 
 /// The standard's name of an item: ours with its first letter in lower case.
 pub(crate) fn camel(item: &impl fmt::Debug) -> String {

@@ -12,8 +12,9 @@ use super::table::TABLE;
 use super::table::extra::{BEFORE, EXTRA, INTERMEDIATE, STATES};
 use super::table::row::{ANY, Access, Causality, Extra, Row, Shape, Type, Variability};
 use super::table::types::Enumeration;
-use super::text::{Number, Refusal, ensure};
+use super::text::{Refusal, ensure};
 use crate::model::{Inputs, MAX_INPUT_DERIVATIVE};
+use crate::number::Number;
 
 const INDEX_BITS: u32 = 14;
 const INDEX_MASK: u32 = (1 << INDEX_BITS) - 1;

@@ -56,7 +56,8 @@ impl Course {
 
     /// Its derivatives along a direction, by repeating it.
     fn along(&self, along: &Settings) -> Option<Differential> {
-        self.simulation.sensitivity_of_run(&self.parameters, START, &self.history, &along.parameters, &along.inputs)
+        let direction = (&along.parameters, &along.inputs);
+        self.simulation.sensitivity_of_run(&self.parameters, START, &self.history, direction, true)
     }
 
     fn tape(&self) -> Option<Tape> {
@@ -174,7 +175,8 @@ fn contacts_that_close_from_rest() {
             simulation
         };
         let along = Parameters { mass: 1.0, ..Settings::zero(2).parameters };
-        let found = run(1.0).sensitivity_of_run(&p, 0.0, &History::default(), &along, &Inputs::zero(2));
+        let direction = (&along, &Inputs::zero(2));
+        let found = run(1.0).sensitivity_of_run(&p, 0.0, &History::default(), direction, false);
         let found = found.unwrap_or_else(|| panic!("{law} is not followed"));
         let (differences, _) = by_differences(1e-6, false, |change| {
             let changed = run(1.0 + change);

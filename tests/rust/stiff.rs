@@ -1,7 +1,7 @@
 //! Strong damping, and contacts that stay closed for long: the results of explicit steps at the cost of the slow
 //! motion.
 
-use newtons_cradle::engine::{Chain, Engine, Results, Unrecorded, WorkCounters};
+use newtons_cradle::engine::{Chain, Engine, Results, Simulation, Unrecorded, WorkCounters};
 use newtons_cradle::model::{Inputs, Parameters};
 
 use crate::runs::{assert_energy, cradle, energy, run, run_under, started, touching};
@@ -285,11 +285,28 @@ fn a_wave_through_many_balls_is_not_hopeless() {
     assert!(engine.pulses(4998) > 0 && engine.work().events < 100_000, "{:?}", engine.work());
 }
 
+/// A step of this length (s) that would take days ends in an error, which says why.
+#[track_caller]
+fn is_hopeless(parameters: &Parameters, step: f64, why: &str) {
+    let mut run = Simulation::new(parameters, &Inputs::zero(parameters.balls()), 0.0).unwrap();
+    let error = run.advance(step, &mut Vec::new()).unwrap_err().to_string();
+    assert!(error.starts_with("the step would take days: at t = ") && error.contains(why), "{error}");
+}
+
 #[test]
-fn a_hopeless_step_ends_in_an_error() {
-    let mut engine = started(&cradle(2, "gravity=1e308"));
-    let error = engine.advance(1.0, &mut Vec::new()).unwrap_err();
-    assert!(error.to_string().contains("too busy to reach the end of the step"), "{error}");
+fn a_step_of_too_many_events_ends_in_an_error() {
+    is_hopeless(&cradle(2, "gravity=1e308"), 1.0, "contact 1 takes ");
+}
+
+/// The drag is so strong that the series of its flight are short.
+#[test]
+fn a_step_of_too_long_a_flight_ends_in_an_error() {
+    is_hopeless(&cradle(1, "pendulum.model=circular pendulum.drag=1e18"), 0.25, "the flight of ball 1 takes ");
+}
+
+#[test]
+fn a_step_that_is_too_long_for_a_general_purpose_solver_ends_in_an_error() {
+    is_hopeless(&cradle(5, "solver.method=rk4 solver.fixedStep=1e-20"), 0.01, "the solver takes 1.0e20 steps ");
 }
 
 /// Free balls whose drag ends every motion sooner than the clock can tell, under a force that grows, and a short

@@ -49,6 +49,27 @@ fn a_collision_with_any_exponent() {
     }
 }
 
+/// Damped balls that are pressed together take thousands of segments to the next onset, which is followed only for who
+/// asks for its time.
+#[test]
+fn a_derivative_costs_what_its_step_costs() {
+    let parameters = touching(5, "contact.damping=1e4 x_start[1]=-0.1");
+    let (pressed, along) = ([0.0, 5.0, 0.0, 0.0, -5.0], [1.0, 0.0, 0.0, 0.0, 0.0]);
+    let [pressed, along] = [pressed, along].map(|force| Inputs { force: force.to_vec(), ..Inputs::zero(5) });
+    let mut run = Simulation::new(&parameters, &pressed, 0.0).unwrap();
+    run.advance(1e-6, &mut Vec::new()).unwrap();
+    let derivatives = |next_onset: bool| {
+        let step = run.last_step().with_next_onset(next_onset);
+        let found = step.along_inputs(&along).unwrap();
+        assert!((found.x[0] - 5e-13).abs() < 1e-24, "{:e}", found.x[0]);
+        (found.next_onset, step.segments())
+    };
+    let (not_asked, few) = derivatives(false);
+    assert!(not_asked.is_nan() && few < 10, "{not_asked}, {few} segments");
+    let (asked, many) = derivatives(true);
+    assert!(asked < 0.0 && many > 1000, "{asked}, {many} segments");
+}
+
 /// Orders and steps follow from the errors that a step has made, and that other orders would have: who is wrong about
 /// one of them by a factor takes more steps, to the same result.
 #[test]

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, forcings};
 use super::trajectory::{Event, Kind, Trajectory};
 use crate::engine::run::{Unsound, require};
-use crate::engine::{EngineError, HeldInputs, Ledger, Next, Observer, Progress};
+use crate::engine::{Busy, EngineError, HeldInputs, Ledger, Next, Observer, Watchdog};
 use crate::model::{Chain, Cradle, Inputs, Parameters, WorkCounters};
 use crate::solver::DoubleDouble;
 
-/// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
-const WORK_PER_REPORT: u64 = 16_384;
+/// Balls for which an evaluation of the rates, with its part of a step, takes a unit of effort: see [`Watchdog`].
+const BALLS: usize = 4;
 
 /// A cradle and its trajectory up to the current time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -162,7 +162,8 @@ impl Continuous {
 
     /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
     pub fn continue_step(&mut self, mut time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        let mut steps = 0_u64;
+        let before = self.effort();
+        let mut watchdog = Watchdog::new(self.now(), time, self.ledgers.len(), before);
         loop {
             while let Some(&event) = self.trajectory.events.front().filter(|event| event.time <= time.into()) {
                 self.trajectory.events.pop_front();
@@ -179,14 +180,11 @@ impl Continuous {
                 }
             }
             self.trajectory.advance()?;
-            steps += 1;
-            if steps.is_multiple_of(WORK_PER_REPORT / (self.ledgers.len() as u64 + 1) + 1) {
-                let time = self.trajectory.path.start().value();
-                observer.progress(Progress { time, events: steps, contact: None });
-            }
+            let reached = self.trajectory.path.start();
+            watchdog.check(reached, (1, Busy::Solver), self.effort(), observer)?;
         }
         self.time = time;
-        if steps > 0 { self.check_finite() } else { Ok(()) }
+        if self.effort() > before { self.check_finite() } else { Ok(()) }
     }
 
     /// Fails if the last steps have left the range of doubles, or their sums: what is saved after a step is finite.
@@ -197,6 +195,12 @@ impl Continuous {
         }
         let contact = self.ledgers.iter().position(|ledger| !ledger.is_sound());
         contact.map_or(Ok(()), |contact| Err(EngineError::ContactNotFinite { time: self.time, contact }))
+    }
+
+    /// Work so far, as a [`Watchdog`] counts it.
+    fn effort(&self) -> u64 {
+        let evaluation = self.trajectory.dynamics.balls().div_ceil(BALLS);
+        self.trajectory.work.evaluations.saturating_mul(evaluation as u64)
     }
 
     fn enter(&mut self, event: Event, observer: &mut dyn Observer) {

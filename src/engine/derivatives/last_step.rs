@@ -1,6 +1,8 @@
 //! Derivatives of the outputs at the end of the last step, by the inputs over it or by all since the start; and those
 //! at the start.
 
+use std::cell::Cell;
+
 use super::chain_state::ChainState;
 use super::history::Stretch;
 use super::tangent::Run;
@@ -11,6 +13,7 @@ use crate::solver::{Dual, Scalar};
 
 /// The last step of a run, by any method: the data for its derivatives.
 pub struct LastStep<'a> {
+    run: &'a dyn Results,
     cradle: &'a Cradle,
     /// State and inputs at its start.
     start: ChainState,
@@ -18,8 +21,10 @@ pub struct LastStep<'a> {
     /// Its length, s; 0 before the first.
     length: f64,
     pub(crate) end: ChainState,
-    /// Whether an onset ahead is known.
-    onset_ahead: bool,
+    /// Whether to follow the motion beyond its end, for the derivative of the time of the next onset.
+    to_next_onset: bool,
+    /// Segments that the derivatives have taken so far.
+    segments: Cell<usize>,
 }
 
 impl Engine {
@@ -33,8 +38,19 @@ impl Engine {
 impl<'a> LastStep<'a> {
     /// Of this run, with its states at the start and at the end of the step, and the inputs at the start.
     pub(crate) fn new(run: &'a dyn Results, [start, end]: [ChainState; 2], inputs: HeldInputs) -> Self {
-        let onset_ahead = run.next_onset().found().is_some();
-        Self { cradle: run.cradle(), start, inputs, length: run.step_length(), end, onset_ahead }
+        let (cradle, length, segments) = (run.cradle(), run.step_length(), Cell::new(0));
+        Self { run, cradle, start, inputs, length, end, to_next_onset: false, segments }
+    }
+
+    /// If `wanted`, with the derivative of the time of the next onset, which may take many times the work of the step;
+    /// otherwise that is NaN.
+    pub fn with_next_onset(self, wanted: bool) -> Self {
+        Self { to_next_onset: wanted, ..self }
+    }
+
+    /// Segments that the derivatives have taken so far.
+    pub fn segments(&self) -> usize {
+        self.segments.get()
     }
 
     /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
@@ -113,12 +129,15 @@ impl<'a> LastStep<'a> {
         outputs
     }
 
-    /// Derivative of the time of the next onset after `run`; NaN if it cannot be followed.
+    /// Derivative of the time of the next onset after `run`; NaN if it is not wanted, or cannot be followed.
     fn next_onset(&self, mut run: Run) -> f64 {
-        if !self.onset_ahead {
-            return 0.0;
-        }
-        run.follow(None).map_or(f64::NAN, |()| run.delay)
+        let delay = match self.to_next_onset {
+            true if self.run.next_onset().found().is_none() => 0.0,
+            true => run.follow(None).map_or(f64::NAN, |()| run.delay),
+            false => f64::NAN,
+        };
+        self.segments.set(self.segments.get() + run.segments);
+        delay
     }
 }
 

@@ -42,6 +42,8 @@ pub(super) struct Run {
     impulse_before: Vec<Dual>,
     peak: Vec<Dual>,
     support_impulse: Dual,
+    /// Segments so far.
+    pub segments: usize,
 }
 
 impl Run {
@@ -57,6 +59,7 @@ impl Run {
             impulse_before: none.clone(),
             peak: none,
             support_impulse: Dual::default(),
+            segments: 0,
         }
     }
 
@@ -119,6 +122,7 @@ impl Run {
             return None;
         }
         for _ in 0..MAX_SEGMENTS {
+            self.segments += 1;
             let rest = until.map_or(f64::INFINITY, |until| (DoubleDouble::from(until) - self.elapsed).value());
             let series = self.expand();
             let length = series.converges_for.min(rest);

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use serde::{Deserialize, Serialize};
 
 use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, shifted};
-use super::path::{Fault, Path, Piece};
+use super::path::{Fault, Origin, Path, Piece};
 use crate::model::BallModel;
 use crate::solver::{BASIS, DoubleDouble, Oscillator, Steady, quadrature::gauss_legendre};
 
@@ -40,9 +40,10 @@ pub(crate) struct Ball {
     pub regime: Regime,
     /// Whether a flight on an arc begins with a long step: no impact is near.
     pub flies_on: bool,
-    /// The part of a flight on an arc that was asked for last.
+    /// The parts of its flight on an arc that were asked for last: the farthest, and one before it, as that at the start
+    /// of a step. There may be millions of parts from the anchor on.
     #[serde(skip)]
-    piece: RefCell<Option<Box<Piece>>>,
+    pieces: RefCell<Pieces>,
 }
 
 impl Ball {
@@ -56,7 +57,7 @@ impl Ball {
             integrals,
             regime: Regime::Flight,
             flies_on: false,
-            piece: RefCell::default(),
+            pieces: RefCell::default(),
         }
     }
 
@@ -69,13 +70,17 @@ impl Ball {
     // Inlined, it would take the place of other code in the processor's cache: 14 % of the misses of separate impacts.
     #[inline(never)]
     fn piece<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> T {
-        let (mut known, origin) = (self.piece.borrow_mut(), (self.anchor, self.flight, self.flies_on));
-        let piece = known.take().filter(|piece| piece.leads_to(origin, t));
-        let mut piece = piece.unwrap_or_else(|| Box::new(Piece::first(&self.model, origin)));
-        piece.go_on(&self.model, t);
-        let said = say(&piece, (t - piece.start).value());
-        *known = Some(piece);
-        said
+        self.go_on(t, u64::MAX, |piece, _| say(piece, (t - piece.start).value()))
+    }
+
+    /// Asks that part or, after at most so many series on the way there, the one reached; `say` gets to know which.
+    #[inline(always)]
+    fn go_on<T>(&self, t: DoubleDouble, most: u64, say: impl FnOnce(&Piece, bool) -> T) -> T {
+        let (mut known, origin) = (self.pieces.borrow_mut(), (self.anchor, self.flight, self.flies_on));
+        let place = if leads_to(&known[0], origin, t) { 0 } else { make_room(&mut known, origin, t) };
+        let piece = known[place].get_or_insert_with(|| Box::new(Piece::first(&self.model, origin)));
+        let is_there = piece.holds_at(t) || piece.go_on(&self.model, t, most);
+        say(piece, is_there)
     }
 
     /// Asks the series of its flight on an arc about the time `t`.
@@ -89,14 +94,22 @@ impl Ball {
     /// What has ended its motion on an arc up to the time `t`, and when. In a cluster only the angle is checked, at
     /// its anchor, the end of the last segment; the string is taken as taut.
     pub fn fault(&self, t: DoubleDouble) -> Option<(DoubleDouble, Fault)> {
+        self.fault_within(t, u64::MAX).unwrap_or_default()
+    }
+
+    /// The same after at most so many series of a flight; `Err` with the time reached if that is not `t`.
+    pub fn fault_within(&self, t: DoubleDouble, most: u64) -> Result<Option<(DoubleDouble, Fault)>, DoubleDouble> {
         match self.regime {
-            _ if !self.model.on_arc => None,
-            Regime::Impact(_) => None,
+            _ if !self.model.on_arc => Ok(None),
+            Regime::Impact(_) => Ok(None),
             Regime::Cluster(_) => {
                 let beyond = self.flight.x.abs() > FRAC_PI_2 * self.model.length;
-                beyond.then_some((self.anchor, Fault::Horizontal))
+                Ok(beyond.then_some((self.anchor, Fault::Horizontal)))
             }
-            Regime::Flight | Regime::Body => self.piece(t, |piece, _| piece.fault).filter(|(time, _)| *time <= t),
+            Regime::Flight | Regime::Body => self.go_on(t, most, |piece, is_there| match is_there {
+                true => Ok(piece.fault.filter(|(time, _)| *time <= t)),
+                false => Err(piece.start),
+            }),
         }
     }
 
@@ -208,6 +221,21 @@ impl Ball {
     }
 }
 
+/// Parts of a flight, the farthest first.
+type Pieces = [Option<Box<Piece>>; 2];
+
+#[inline(always)]
+fn leads_to(piece: &Option<Box<Piece>>, origin: Origin, t: DoubleDouble) -> bool {
+    piece.as_ref().is_some_and(|piece| piece.leads_to(origin, t))
+}
+
+/// The place for a part on the way to the time `t`, to which the farthest does not lead; empty if there is none yet.
+fn make_room(known: &mut Pieces, origin: Origin, t: DoubleDouble) -> usize {
+    let place = usize::from(known[0].as_ref().is_some_and(|piece| piece.origin == origin));
+    known[place].take_if(|piece| !piece.leads_to(origin, t));
+    place
+}
+
 /// The places (m) of neighbours at these distances (m), each to the left of the one before, from the first one on.
 pub(crate) fn places(distances: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item = f64> + Clone {
     let place = |place: &mut f64, distance| {
@@ -226,4 +254,30 @@ pub(crate) fn start_by_centre(balls: impl Iterator<Item = ((f64, f64), f64)> + C
         total += mass;
     }
     first + moment / total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Cradle, Parameters, PendulumModel};
+
+    /// Strong drag makes the series of a flight short. The way from the anchor on is gone once, also if results of the
+    /// start of a step are asked for in between.
+    #[test]
+    fn a_long_flight_is_followed_once() {
+        let p = Parameters { pendulum: PendulumModel::Circular, drag: 1e4, ..Parameters::default_for(1) };
+        let flight = Flight { x: -0.1, v: 0.0, forcing: Forcing::default() };
+        let ball = Ball::new(&Cradle::new(&p).balls[0], DoubleDouble::ZERO, flight);
+        let [early, late] = [0.5, 1.0].map(DoubleDouble::from);
+        let reached = ball.fault_within(late, 100).unwrap_err();
+        assert!(reached > DoubleDouble::ZERO && reached < early, "{reached:?}");
+        assert_eq!((ball.fault(late), ball.fault_within(late, 1)), (None, Ok(None)));
+        assert!(ball.fault_within(early, 100).is_err());
+        for _ in 0..2 {
+            ball.moved(early);
+            assert_eq!([early, late].map(|t| ball.fault_within(t, 1)), [Ok(None); 2]);
+        }
+        // Backwards there are others.
+        assert!(ball.fault_within(DoubleDouble::from(-1e-3), 1).is_err());
+    }
 }

@@ -182,7 +182,7 @@ pub(super) type Origin = (DoubleDouble, Flight, bool);
 /// The part of a flight that one [`Path`] describes.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
-    origin: Origin,
+    pub origin: Origin,
     pub start: DoubleDouble,
     /// The state at the start of this part, and the integrals up to there.
     pub flight: Flight,
@@ -202,6 +202,7 @@ impl Piece {
     }
 
     /// Whether it is, or follows, the first one of this flight on the way to the time `t`.
+    #[inline]
     pub fn leads_to(&self, origin: Origin, t: DoubleDouble) -> bool {
         let (anchor, ..) = origin;
         let forwards = anchor <= self.start && self.start <= t;
@@ -216,22 +217,28 @@ impl Piece {
         }
     }
 
-    /// Goes on to that for the time `t`.
-    pub fn go_on(&mut self, ball: &BallModel, t: DoubleDouble) {
-        loop {
-            let (tau, length) = ((t - self.start).value(), self.path.length);
-            // False for what is no number.
-            let beyond = tau.abs() > length && length > 0.0;
-            if !beyond {
-                return;
+    /// Whether it is the part for the time `t`, or that is no number.
+    #[inline]
+    pub fn holds_at(&self, t: DoubleDouble) -> bool {
+        let (tau, length) = ((t - self.start).value(), self.path.length);
+        let beyond = tau.abs() > length && length > 0.0;
+        !beyond
+    }
+
+    /// Goes on to that part, by at most so many; returns whether it is there.
+    pub fn go_on(&mut self, ball: &BallModel, t: DoubleDouble, most: u64) -> bool {
+        for _ in 0..most {
+            if self.holds_at(t) {
+                return true;
             }
-            let step = length.copysign(tau);
+            let step = self.path.length.copysign((t - self.start).value());
             self.before = self.integrals(ball, step);
             self.flight = self.flight_at(step);
             self.start += step;
             self.path = Path::new(ball, &self.flight, true);
             self.look_for_fault(ball);
         }
+        false
     }
 
     /// Displacement since the anchor of the flight (m) and rate (m/s), `tau` (s) after the start of this part.

@@ -1,4 +1,4 @@
-//! The state of an event-driven run, and the calls that advance it.
+//! The state of an event-driven run, its start, and changes of what acts.
 
 use std::cell::{Cell, RefCell};
 use std::ops::Range;
@@ -6,12 +6,9 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Contact, Keep};
-use super::watchdog::Watchdog;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::flight::{Ball, Flight};
-use crate::engine::{
-    EngineError, Fault, HeldInputs, Next, Observer, StepStart, Unrecorded, pair_impact::ImpactCoefficients,
-};
+use crate::engine::{EngineError, Fault, HeldInputs, Next, StepStart, Unrecorded, pair_impact::ImpactCoefficients};
 use crate::model::{Chain, Cradle, Inputs, Parameters, WorkCounters, check_start_on_arcs};
 use crate::solver::{DoubleDouble, EventQueue, Stretching};
 
@@ -198,51 +195,6 @@ impl Engine {
         Ok(())
     }
 
-    /// Moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses that
-    /// finish on the way, in the order of their release. The values "over the last step" refer to this call.
-    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        self.advance_within(time, u64::MAX, observer)
-    }
-
-    /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
-    pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        self.follow_events(time, u64::MAX, observer)
-    }
-
-    /// Like [`Self::advance`], but stops before an event once it has spent this `effort`, in units of about a tenth of
-    /// a microsecond, at [`Self::time`]. The trajectory does not depend on it.
-    pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        self.step.begin(self.time);
-        self.follow_events(time, effort, observer)
-    }
-
-    fn follow_events(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        let (mut until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
-        let mut reached = time;
-        let mut watchdog = Watchdog::new(self.time, until, self.contacts.len(), self.effort);
-        while let Some((t, key)) = self.queue.first()
-            && t <= until
-        {
-            if self.effort >= enough
-                && let between = t.value_down()
-                && between >= self.time
-                && DoubleDouble::from(between) >= self.totals.last_event
-            {
-                reached = between;
-                break;
-            }
-            watchdog.check(t, self.switching(key), self.effort, observer)?;
-            self.process(t, key, observer)?;
-            self.check_fault(0.0)?;
-            if let Some(stop) = observer.stop().filter(|stop| *stop < reached) {
-                (reached, until) = (stop, stop.into());
-            }
-        }
-        self.time = reached;
-        self.look_for_faults(0..self.balls.len(), reached.into());
-        self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
-    }
-
     /// Puts all balls in flight, anchored at the current time, with unassigned contacts.
     fn suspend(&mut self) {
         let now = DoubleDouble::from(self.time);
@@ -301,7 +253,7 @@ impl Engine {
 
     /// Fails if `balls`, all that have moved, or what has been summed up meanwhile have left the range of doubles: what
     /// is saved after a step is finite.
-    fn check_finite(&self, balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
+    pub(super) fn check_finite(&self, balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
         self.check_fault(0.0)?;
         if let Some((_, key)) = self.queue.first().filter(|(t, _)| !t.value().is_finite()) {
             return Err(self.lost(key));

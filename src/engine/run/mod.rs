@@ -1,7 +1,9 @@
-//! An event-driven run; see "A run" in docs/theory.md. [`Engine`] is its state; `hold`, `retune` and `advance` move it
-//! on. An event regroups the balls about one contact (`contact`): onsets, releases and forecasts (`events`), clusters
-//! (`clusters`), impacts of two (`pair_impacts`), rigid contacts (`rigid_contacts`). `snapshot` saves and restores it.
+//! An event-driven run; see "A run" in docs/theory.md. [`Engine`] is its state; `hold`, `retune` and `advance`
+//! (`advance`) move it on. An event regroups the balls about one contact (`contact`): onsets, releases and forecasts
+//! (`events`), clusters (`clusters`), impacts of two (`pair_impacts`), rigid contacts (`rigid_contacts`). `snapshot`
+//! saves and restores it.
 
+mod advance;
 mod clusters;
 mod contact;
 mod engine;
@@ -9,7 +11,6 @@ mod events;
 mod pair_impacts;
 mod rigid_contacts;
 mod snapshot;
-mod watchdog;
 
 pub(crate) use contact::{Keep, Phase, around};
 pub use engine::Engine;

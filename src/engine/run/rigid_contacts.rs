@@ -14,6 +14,9 @@ use crate::solver::{DoubleDouble, Oscillator};
 /// Smallest approach speed over the rounding of the velocities.
 const RESOLVED: f64 = 16.0;
 
+/// Effort (see [`Engine::effort`]) of an impact: there may be millions in an event.
+const IMPACT: u64 = 1;
+
 /// Bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last. Bounces of elastic
 /// balls pressed together, slowed only by drag, would end in rounding after billions.
 const MANY: u64 = 1 << 16;
@@ -65,6 +68,7 @@ impl Engine {
         let approach = row.approach(&v, i - first);
         let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
         let mut outcome = restitution::collide(&row, &mut v, e, unresolved, rounding);
+        self.effort = self.effort.saturating_add(IMPACT * outcome.impacts.len() as u64);
         let impulse_of_rounding =
             |j: usize| rounding * self.balls[first + j].model.mass.min(self.balls[first + j + 1].model.mass);
         let (mut impacts, traces): (Vec<_>, Vec<_>) =

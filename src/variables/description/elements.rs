@@ -5,11 +5,12 @@ use std::fmt::{self, Display, Write};
 
 use super::structure::numbering;
 use crate::model::Item;
+use crate::number::Number;
 use crate::variables::settings::Settings;
 use crate::variables::table::extra::MAX_LOG;
 use crate::variables::table::row::{Access, Causality, Row, Shape, Type, Variability};
 use crate::variables::table::types::{QUANTITIES, Quantity};
-use crate::variables::text::{Number, camel, escaped};
+use crate::variables::text::{camel, escaped};
 use crate::variables::variable::{Variable, enumerations};
 
 pub(super) fn write_units(out: &mut String) -> fmt::Result {

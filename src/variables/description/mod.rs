@@ -9,9 +9,10 @@ use std::fmt::{self, Write};
 pub use elements::padding;
 
 use super::settings::Settings;
-use super::text::{Number, escaped};
+use super::text::escaped;
 use super::variable::{Variable, states, variables};
 use crate::model::{Item, enumerations};
+use crate::number::Number;
 use elements::{write_types, write_units, write_variables};
 use structure::write_structure;
 

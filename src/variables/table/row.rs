@@ -2,8 +2,8 @@
 
 use super::types::{Enumeration, Quantity};
 use crate::model::{Differential, Parameters, Results};
+use crate::number::Number;
 use crate::variables::settings::Settings;
-use crate::variables::text::Number;
 
 /// How many variables a row stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

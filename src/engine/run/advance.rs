@@ -1,0 +1,96 @@
+//! The calls that advance a run: from event to event, and between them along flights that take long.
+
+use std::ops::Range;
+
+use super::contact::{Phase, around};
+use super::engine::Engine;
+use crate::engine::{Busy, EngineError, Next, Observer, Watchdog};
+use crate::solver::DoubleDouble;
+
+/// Series of a flight on an arc from one look of the watchdog to the next, and the effort of one.
+const SERIES_AT_ONCE: u64 = 1 << 10;
+const SERIES: u64 = 16;
+
+impl Engine {
+    /// Moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses that
+    /// finish on the way, in the order of their release. The values "over the last step" refer to this call.
+    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        self.advance_within(time, u64::MAX, observer)
+    }
+
+    /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
+    pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        self.follow_events(time, u64::MAX, observer)
+    }
+
+    /// Like [`Self::advance`], but stops before an event once it has spent this `effort`, in units of about a tenth of
+    /// a microsecond, at [`Self::time`]. The trajectory does not depend on it.
+    pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        self.step.begin(self.time);
+        self.follow_events(time, effort, observer)
+    }
+
+    fn follow_events(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        let (mut until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
+        let mut reached = time;
+        let mut watchdog = Watchdog::new(self.time.into(), time, self.contacts.len(), self.effort);
+        while let Some((t, key)) = self.queue.first()
+            && t <= until
+        {
+            if self.effort >= enough
+                && let between = t.value_down()
+                && between >= self.time
+                && DoubleDouble::from(between) >= self.totals.last_event
+            {
+                reached = between;
+                break;
+            }
+            watchdog.check(t, (1, self.busy_with(key)), self.effort, observer)?;
+            if self.is_rigid() && self.cradle.on_arcs() {
+                // Bodies fly from event to event; other series of neighbours are renewed by events.
+                let body = around(key, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
+                self.follow_flights(body.start..body.end + 1, t, &mut watchdog, observer)?;
+            }
+            self.process(t, key, observer)?;
+            self.check_fault(0.0)?;
+            if let Some(stop) = observer.stop().filter(|stop| *stop < reached) {
+                (reached, until) = (stop, stop.into());
+            }
+        }
+        self.follow_flights(0..self.balls.len(), reached.into(), &mut watchdog, observer)?;
+        self.time = reached;
+        self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
+    }
+
+    /// Follows the flights of `balls` on arcs to the time `t`, which may take long without any event, and notes faults.
+    fn follow_flights(
+        &mut self,
+        balls: Range<usize>,
+        t: DoubleDouble,
+        watchdog: &mut Watchdog,
+        observer: &mut dyn Observer,
+    ) -> Result<(), EngineError> {
+        if !self.cradle.on_arcs() {
+            return Ok(());
+        }
+        for ball in balls {
+            let fault = loop {
+                match self.balls[ball].fault_within(t, SERIES_AT_ONCE) {
+                    Ok(fault) => break fault,
+                    Err(reached) => {
+                        self.effort = self.effort.saturating_add(SERIES * SERIES_AT_ONCE);
+                        watchdog.check(reached, (SERIES_AT_ONCE, Busy::Flight(ball)), self.effort, observer)?;
+                    }
+                }
+            };
+            self.note(ball, fault);
+        }
+        Ok(())
+    }
+
+    /// What the event of the queue entry `key` is about.
+    fn busy_with(&self, key: usize) -> Busy {
+        let renews = self.cradle.on_arcs() && matches!(self.contacts[key].phase, Phase::Open(_, Next::NotBefore(_)));
+        if renews { Busy::Flight(key) } else { Busy::Contact(self.switching(key)) }
+    }
+}
