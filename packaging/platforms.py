@@ -2,15 +2,17 @@
 """Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that this machine
 can compile for.
 
-    python3 packaging/platforms.py [--to-test]
+    python3 packaging/platforms.py [--to-test] [PLATFORM...]
 
 It needs `cargo build --package cradle-packaging`, and reuses the binary of target/fmu/NewtonsCradle.fmu, which is for
 this machine. For the other platforms it takes the
 Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. Lines that
 begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for Linux on ARM,
-is optimised, at level 1: the others are compiled in a third of the time.
+is optimised, at level 1: the others are compiled in a third of the time. Platforms, such as win64, are those to compile
+for instead of all.
 """
 
+import argparse
 import os
 import re
 import shlex
@@ -24,6 +26,7 @@ from pathlib import Path
 from checkout import FMU, PRODUCER, ROOT, rustc
 
 FOLDER = ROOT / "target/fmu/platforms"
+TO_TEST = ROOT / "target/platforms-to-test"  # of Cargo
 
 # Linked by Rust's lld with the names of the system's functions that zig knows: zig's own linker exports every function.
 MACOS = ("x86_64-apple-darwin", "aarch64-apple-darwin")
@@ -118,9 +121,10 @@ def linker(target: str) -> tuple[str, str]:
     return f"{processor}-w64-mingw32-gcc", f"on Debian, apt install gcc-mingw-w64-{processor.replace('_', '-')}-win32"
 
 
-def possible(toolchain: Path | None, sysroot: Path) -> Iterator[tuple[str, ...]]:
-    """The targets of each platform that can be compiled for."""
-    for folder, targets in PLATFORMS.items():
+def possible(wanted: list[str], toolchain: Path | None, sysroot: Path) -> Iterator[tuple[str, ...]]:
+    """The targets of each of these platforms that can be compiled for."""
+    for folder in wanted:
+        targets = PLATFORMS[folder]
         triples = [target.split(".")[0] for target in targets]
         missing = [triple for triple in triples if not (sysroot / "lib/rustlib" / triple).exists()]
         program, advice = linker(targets[0])
@@ -137,7 +141,13 @@ def possible(toolchain: Path | None, sysroot: Path) -> Iterator[tuple[str, ...]]
 
 
 def main() -> int:
-    """Compiles for all platforms together, and packs the results with the binary for this machine."""
+    """Compiles for the platforms together, and packs the results with the binary for this machine."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--to-test", action="store_true")
+    parser.add_argument("platforms", nargs="*", metavar="PLATFORM")
+    options = parser.parse_args()
+    if unknown := set(options.platforms) - set(PLATFORMS):
+        parser.error(f"{', '.join(unknown)}: no such platform; allowed: {', '.join(PLATFORMS)}")
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
     toolchain = Path(folder).resolve() / "usr" if folder else None
     sysroot = Path(rustc("sysroot"))
@@ -148,16 +158,16 @@ def main() -> int:
     command = [PRODUCER, "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
     command += [f"--binary={name.split('/')[1]}={FOLDER / name}" for name in ready]
     # What is compiled: what runs while compiling serves all targets.
-    build = ROOT / ("target/platforms-to-test" if "--to-test" in sys.argv else "target/platforms")
+    build = TO_TEST if options.to_test else ROOT / "target/platforms"
     # Cargo reads its settings from the folder it runs in, and from those above.
     (build / ".cargo").mkdir(parents=True, exist_ok=True)
     environment = {"CARGO_TARGET_DIR": str(build), "CARGO_TERM_QUIET": "true", "RUSTFLAGS": "-Clink-arg=-s"}
     environment |= with_sources(toolchain) if toolchain else {}
-    if "--to-test" in sys.argv:
+    if options.to_test:
         environment["RUSTC_WRAPPER"] = str(script(build / "unoptimised", UNOPTIMISED))
     # The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
     settings = '[profile.release]\nstrip = "none"\n' + (WITH_SOURCES if toolchain else "")
-    for targets in possible(toolchain, sysroot):
+    for targets in possible(options.platforms or [*PLATFORMS], toolchain, sysroot):
         command += [f"--target={target}" for target in targets]
         if targets == MACOS:
             linking, more = for_macos(sysroot, build)

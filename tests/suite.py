@@ -34,6 +34,10 @@ FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 9_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
+# Where some of the binaries are compiled once more, to compare the bytes: one platform for each linker but zig, whose
+# binary for Linux is compared by tests/hosts/test_documents.py.
+COPY = ROOT / "target/another folder/newtons-cradle"
+OF_BOTH_LINKERS = ("darwin64", "win64")
 CLIPPY = "clippy-driver"
 # In which clippy, where it is there, compiles the workspace, and a warning is an error: by itself it would look at all
 # packages once more, which costs a minute of processor time.
@@ -185,7 +189,23 @@ def all_platforms(results: Results) -> None:
     _, environment = old_linux()
     idle = ["nice", "-n", "10"] if shutil.which("nice") else []
     command = [*idle, sys.executable, "packaging/platforms.py", "--to-test"]
-    results.step("FMU for all platforms", command, env=environment)
+    if results.step("FMU for all platforms", command, env=environment):
+        elsewhere(results, environment, *idle)
+
+
+def elsewhere(results: Results, environment: dict, *idle: str) -> None:
+    """The binaries of two platforms once more, in a copy of the checkout in a folder with a space in its name."""
+    shutil.rmtree(COPY.parent, ignore_errors=True)
+    others = ("target", "out", ".venv", ".git", "__pycache__", ".*_cache")
+    shutil.copytree(ROOT, COPY, ignore=shutil.ignore_patterns(*others))
+    for file in (PRODUCER, FMU):
+        copy = COPY / file.relative_to(ROOT)
+        copy.parent.mkdir(parents=True)
+        shutil.copy2(file, copy)
+    if rust := os.environ.get("CRADLE_DEBIAN_RUST"):
+        environment = environment | {"CRADLE_DEBIAN_RUST": str(ROOT / rust)}
+    command = [*idle, sys.executable, "packaging/platforms.py", "--to-test", *OF_BOTH_LINKERS]
+    results.step("Binaries in another folder", command, env=environment, cwd=COPY)
 
 
 def apart(results: Results, background: ThreadPoolExecutor) -> None:

@@ -30,7 +30,7 @@ LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "packaging/assets/third-party.txt")
 
 def toolchain() -> dict:
     """The environment in which the program CARGO compiles for the target. Raises Stop, which says what is missing."""
-    # Paths of this machine have no place in the file.
+    # Paths of this machine have no place in the file; they may have spaces, as flags in RUSTFLAGS may not.
     home = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     flags = [f"--remap-path-prefix={ROOT}=.", f"--remap-path-prefix={home}=/cargo"]
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
@@ -48,7 +48,7 @@ def toolchain() -> dict:
             "CARGO_UNSTABLE_BUILD_STD": "std,panic_abort",
             "CARGO_UNSTABLE_BUILD_STD_FEATURES": "",  # no backtraces, which a page has no use for
             f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}_LINKER": linker,
-            "RUSTFLAGS": " ".join([*flags, f"--remap-path-prefix={usr}=/rust"]),
+            "CARGO_ENCODED_RUSTFLAGS": "\x1f".join([*flags, f"--remap-path-prefix={usr}=/rust"]),
         }
     if rustup is None:
         raise Stop("there is no Rust: https://rustup.rs")
@@ -57,7 +57,7 @@ def toolchain() -> dict:
             f"there is no Rust for {TARGET}: `rustup target add {TARGET}`; where rustup cannot fetch it, on Debian, "
             "`.ci/debian-rust target/debian-rust` and CRADLE_DEBIAN_RUST=target/debian-rust"
         )
-    return {"CARGO": "cargo", "RUSTFLAGS": " ".join(flags)}
+    return {"CARGO": "cargo", "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
 
 
 def part() -> str:

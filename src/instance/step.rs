@@ -1,5 +1,7 @@
 //! Communication steps, which may end or be interrupted at onsets and releases, and events.
 
+use std::slice;
+
 use super::legality::{Kind, Phase, Purpose};
 use super::lifecycle::{Instance, StepUnderWay};
 use super::report::Recorder;
@@ -50,13 +52,13 @@ impl Instance {
     /// Refused, with nothing changed, if a time is invalid or `current` does not match the instance's time. If the
     /// simulation fails, the instance enters the error state.
     pub fn step(&mut self, current: f64, step: f64, interruptible: bool) -> Result<StepEnd, Refusal> {
-        self.apply_slopes();
         let own = self.time();
         // Comparisons that are false for NaN, so that NaN is refused.
         let in_time = (current - own).abs() <= CLOCK_TOLERANCE * own.abs().max(1.0);
         let end = current + step;
         ensure(in_time && step > 0.0 && end.is_finite(), || refuse_times(own, current, step))?;
         self.check_inputs_after(end - own)?;
+        self.apply_slopes();
         if end <= own {
             // A step below the resolution of doubles, by a host whose clock lags by some ulps: the end is reached
             // already.
@@ -132,10 +134,15 @@ impl Instance {
         self.reached(step.asked, false)
     }
 
-    /// Slopes act over each step, like derivatives that are given again.
-    fn apply_slopes(&mut self) {
+    /// Slopes that are not 0. They act over each step, like derivatives that are given again.
+    fn slopes(&self) -> Option<&Inputs> {
         let slopes = &self.run.settings.slopes;
-        if self.run.purpose.fmi3 && *slopes != Inputs::zero(self.balls()) {
+        let act = slopes.support_acceleration != 0.0 || slopes.force.iter().any(|slope| *slope != 0.0);
+        (self.run.purpose.fmi3 && act).then_some(slopes)
+    }
+
+    fn apply_slopes(&mut self) {
+        if let Some(slopes) = self.slopes() {
             self.run.input_derivatives = vec![slopes.clone()];
             self.run.inputs_changed = true;
         }
@@ -143,11 +150,12 @@ impl Instance {
 
     /// Checks that inputs with derivatives are finite after a step of `length` (s).
     fn check_inputs_after(&self, length: f64) -> Result<(), Refusal> {
-        if self.run.input_derivatives.is_empty() {
+        let derivatives = self.slopes().map_or(&*self.run.input_derivatives, slice::from_ref);
+        if derivatives.is_empty() {
             return Ok(());
         }
         let length = length.max(0.0); // A host's clock may lag by some ulps.
-        let reached = self.run.settings.inputs.continued(&self.run.input_derivatives, length);
+        let reached = self.run.settings.inputs.continued(derivatives, length);
         let allowed = "a step over which the inputs, with their given derivatives, stay finite";
         ensure(reached.is_finite(), || Refusal::number("communicationStepSize", length, "s", allowed))
     }
@@ -252,5 +260,32 @@ fn refuse_times(own: f64, current: f64, step: f64) -> Refusal {
     } else {
         let allowed = format_args!("the time reached, {} s, to within 1e-12 of max(1 s, |t|)", Number(own));
         Refusal::number("currentCommunicationPoint", current, "s", allowed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lifecycle::{Experiment, Start};
+    use super::super::log::Log;
+    use super::*;
+    use crate::variables::Settings;
+
+    #[test]
+    fn a_refused_step_changes_nothing() {
+        let mut settings = Settings::default_for(2);
+        settings.slopes.support_acceleration = 1e308;
+        let purpose = Purpose { fmi3: true, ..Purpose::default() };
+        let start = Start { purpose, settings, scalars: false, guid: String::new() };
+        let mut instance = Instance::new(start, Log::new(None, false, false));
+        instance.set_up(Experiment::default()).unwrap();
+        instance.enter_initialization().unwrap();
+        instance.exit_initialization().unwrap();
+        // Backwards, later than now, and so long that an input is no longer finite.
+        for (current, step) in [(0.0, -1.0), (3.0, 0.1), (0.0, 100.0)] {
+            instance.step(current, step, false).unwrap_err();
+            assert!(instance.run.input_derivatives.is_empty() && !instance.run.inputs_changed, "{current}, {step}");
+        }
+        instance.step(0.0, 1e-3, false).unwrap();
+        assert_eq!(instance.run.settings.inputs.support_acceleration, 1e305);
     }
 }

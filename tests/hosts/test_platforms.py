@@ -19,6 +19,8 @@ from pathlib import Path
 import fmpy
 import pytest
 from conftest import ROOT, ended
+from platforms import TO_TEST
+from suite import COPY
 
 pytestmark = pytest.mark.all
 
@@ -57,6 +59,17 @@ def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     # The others are unoptimised, where they are only tested.
     assert without() < 16_000_000
     assert without(*(f"binaries/{other}/" for other in ("linux32", "win64", "win32", "darwin64"))) < 2_600_000
+
+
+def test_the_folder_in_which_it_is_compiled_does_not_matter():
+    """Of each linker a binary has the same bytes from another folder; for Linux see test_documents.py."""
+    copy = COPY / TO_TEST.relative_to(ROOT)
+    if not copy.exists():
+        pytest.skip(f"{copy} is missing: cradle.py test --all makes it where a toolchain is to be had")
+    compiled = [path for path in copy.glob("*/release/*newtons_cradle*") if path.suffix in (".dylib", ".dll")]
+    assert compiled
+    for path in compiled:
+        assert path.read_bytes() == (TO_TEST / path.relative_to(copy)).read_bytes(), path
 
 
 def test_the_binary_for_macos_on_arm_is_signed(platforms):
