@@ -1,6 +1,8 @@
 /* A host for Linux and Windows: runs an FMU and prints the values of variables at every communication point, doubles
  * bit by bit, so that platforms can be compared. Halfway it writes the state to the file OWN; at the end it goes back
- * to the state in the file GIVEN, be it this one or that of another platform, and runs the second half again. */
+ * to the state in the file GIVEN, be it this one or that of another platform, and runs the second half again. It has
+ * traps for floating-point exceptions, rounds upwards and flushes to zero, which must change nothing and be left alone.
+ */
 
 #include <inttypes.h>
 #include <stdarg.h>
@@ -8,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "environments.h"
 #include "fmi2FunctionTypes.h"
 
 #ifdef _WIN32
@@ -35,22 +38,28 @@ static void fail(const char *what) {
     exit(1);
 }
 
+static uint64_t hosts;
+#define CALL(call) CALL_IN(hosts, call, fail("another floating-point environment after " #call))
+
 static void say(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status, fmi2String category,
                 fmi2String format, ...) {
     va_list arguments;
+    set_environment(DEFAULT);
     (void)environment, (void)instance, (void)status, (void)category;
     va_start(arguments, format);
     vfprintf(stderr, format, arguments);
     va_end(arguments);
     fputc('\n', stderr);
+    set_environment(hosts);
 }
 
 static void write_state(fmi2Component c, const char *path) {
     fmi2FMUstate state = NULL;
     size_t size = 0;
-    if (fmi2GetFMUstate(c, &state) || fmi2SerializedFMUstateSize(c, state, &size)) fail("the state was not saved");
+    if (CALL(fmi2GetFMUstate(c, &state)) || CALL(fmi2SerializedFMUstateSize(c, state, &size)))
+        fail("the state was not saved");
     char *bytes = malloc(size);
-    if (!bytes || fmi2SerializeFMUstate(c, state, bytes, size) || fmi2FreeFMUstate(c, &state))
+    if (!bytes || CALL(fmi2SerializeFMUstate(c, state, bytes, size)) || CALL(fmi2FreeFMUstate(c, &state)))
         fail("the state was not serialized");
     FILE *file = fopen(path, "wb");
     if (!file || fwrite(bytes, 1, size, file) != size || fclose(file)) fail("the state was not written");
@@ -64,7 +73,8 @@ static void read_state(fmi2Component c, const char *path) {
     if (!file) fail("there is no state");
     size_t size = fread(bytes, 1, sizeof bytes, file);
     if (!feof(file) || fclose(file)) fail("the state was not read");
-    if (fmi2DeSerializeFMUstate(c, bytes, size, &state) || fmi2SetFMUstate(c, state) || fmi2FreeFMUstate(c, &state))
+    if (CALL(fmi2DeSerializeFMUstate(c, bytes, size, &state)) || CALL(fmi2SetFMUstate(c, state)) ||
+        CALL(fmi2FreeFMUstate(c, &state)))
         fail("the state is refused");
 }
 
@@ -79,31 +89,34 @@ int main(int count, char **arguments) {
     fmi2CallbackFunctions callbacks = {say, calloc, free, NULL, NULL};
     double step = atof(arguments[4]);
     long steps = atol(arguments[5]), half = steps / 2;
-    fmi2Component c = fmi2Instantiate("outputs", fmi2CoSimulation, arguments[3], arguments[2], &callbacks, 0, 0);
+    hosts = host_environment(ENVIRONMENTS - 1);
+    fmi2Component c = CALL(fmi2Instantiate("outputs", fmi2CoSimulation, arguments[3], arguments[2], &callbacks, 0, 0));
     if (!c) fail("no instance");
     int first = 8;
     for (char *start; first < count && (start = strchr(arguments[first], '=')); first++) {
         fmi2ValueReference reference = strtoul(arguments[first] + 2, NULL, 10);
         double real = atof(start + 1);
         int integer = atoi(start + 1);
-        if (arguments[first][0] == 'r' ? fmi2SetReal(c, &reference, 1, &real)
-                                       : fmi2SetInteger(c, &reference, 1, &integer))
+        if (arguments[first][0] == 'r' ? CALL(fmi2SetReal(c, &reference, 1, &real))
+                                       : CALL(fmi2SetInteger(c, &reference, 1, &integer)))
             fail("a start value is refused");
     }
-    if (fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) || fmi2EnterInitializationMode(c) || fmi2ExitInitializationMode(c))
+    if (CALL(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0)) || CALL(fmi2EnterInitializationMode(c)) ||
+        CALL(fmi2ExitInitializationMode(c)))
         fail("initialization failed");
     int again = 0;
     for (long i = 0; i <= steps; i++) {
-        if (i > 0 && fmi2DoStep(c, (double)(i - 1) * step, step, 0)) fail("the step failed");
+        volatile double time = (double)(i - 1) * step;
+        if (i > 0 && CALL(fmi2DoStep(c, time, step, 0))) fail("the step failed");
         for (int k = first; k < count; k++) {
             fmi2ValueReference reference = strtoul(arguments[k] + 2, NULL, 10);
             uint64_t bits = 0;
             double real = 0.0;
             int integer = 0;
             char type = arguments[k][0];
-            if (type == 'r'   ? fmi2GetReal(c, &reference, 1, &real)
-                : type == 'i' ? fmi2GetInteger(c, &reference, 1, &integer)
-                              : fmi2GetBoolean(c, &reference, 1, &integer))
+            if (type == 'r'   ? CALL(fmi2GetReal(c, &reference, 1, &real))
+                : type == 'i' ? CALL(fmi2GetInteger(c, &reference, 1, &integer))
+                              : CALL(fmi2GetBoolean(c, &reference, 1, &integer)))
                 fail("reading failed");
             memcpy(&bits, &real, sizeof bits);
             if (type == 'r') printf("%016" PRIx64 " ", bits);
@@ -117,7 +130,7 @@ int main(int count, char **arguments) {
             i = half;
         }
     }
-    if (fmi2Terminate(c)) fail("terminate failed");
-    fmi2FreeInstance(c);
+    if (CALL(fmi2Terminate(c))) fail("terminate failed");
+    CALL((fmi2FreeInstance(c), 0));
     return 0;
 }
