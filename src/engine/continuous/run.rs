@@ -178,7 +178,7 @@ impl Continuous {
             }
             self.trajectory.advance()?;
             let reached = self.trajectory.path.start();
-            watchdog.check(reached, (1, Busy::Solver), self.effort(), observer)?;
+            watchdog.check(reached, (1, || Busy::Solver), self.effort(), observer)?;
         }
         self.time = time;
         Ok(())
