@@ -40,8 +40,8 @@ pub(crate) struct Ball {
     pub regime: Regime,
     /// Whether a flight on an arc begins with a long step: no impact is near.
     pub flies_on: bool,
-    /// Parts of its flight on an arc: the farthest that was asked for, and one before it, as that at the start of a step.
-    /// There may be millions from the anchor on.
+    /// Parts of its flight on an arc: the farthest that was asked for, and one before it, as that at the start of a
+    /// step. There may be millions from the anchor on.
     #[serde(skip)]
     pieces: RefCell<Pieces>,
 }
