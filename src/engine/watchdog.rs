@@ -41,14 +41,14 @@ impl Watchdog {
     pub fn check(
         &mut self,
         t: DoubleDouble,
-        (rounds, by): (u64, Busy),
+        (rounds, by): (u64, impl Fn() -> Busy),
         effort: u64,
         observer: &mut dyn Observer,
     ) -> Result<(), EngineError> {
         self.rounds += rounds;
         if effort > self.quiet_until {
             self.quiet_until = effort.saturating_add(Self::REPORT);
-            observer.progress(Progress { time: t.value(), rounds: self.rounds, by });
+            observer.progress(Progress { time: t.value(), rounds: self.rounds, by: by() });
         }
         let (last, rounds_then, effort_then) = self.last;
         if effort - effort_then < self.look {
@@ -62,7 +62,7 @@ impl Watchdog {
             return Ok(());
         }
         let rate = per_second(self.rounds - rounds_then).min(f64::MAX);
-        Err(EngineError::OutOfReach { time: t.value(), by, rate })
+        Err(EngineError::OutOfReach { time: t.value(), by: by(), rate })
     }
 }
 
@@ -86,7 +86,7 @@ mod tests {
         let mut piece = |length: f64| {
             t += length;
             so_far += effort;
-            watchdog.check(t, (2, Busy::Flight(3)), so_far, &mut reports)
+            watchdog.check(t, (2, || Busy::Flight(3)), so_far, &mut reports)
         };
         let error = lengths.map(&mut piece).find_map(Result::err);
         (error, reports.0)

@@ -181,7 +181,7 @@ impl Continuous {
             }
             self.trajectory.advance()?;
             let reached = self.trajectory.path.start();
-            watchdog.check(reached, (1, Busy::Solver), self.effort(), observer)?;
+            watchdog.check(reached, (1, || Busy::Solver), self.effort(), observer)?;
         }
         self.time = time;
         if self.effort() > before { self.check_finite() } else { Ok(()) }

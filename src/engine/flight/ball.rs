@@ -40,8 +40,8 @@ pub(crate) struct Ball {
     pub regime: Regime,
     /// Whether a flight on an arc begins with a long step: no impact is near.
     pub flies_on: bool,
-    /// The parts of its flight on an arc that were asked for last: the farthest, and one before it, as that at the start
-    /// of a step. There may be millions of parts from the anchor on.
+    /// Parts of its flight on an arc: the farthest that was asked for, and one before it, as that at the start of a
+    /// step. There may be millions from the anchor on.
     #[serde(skip)]
     pieces: RefCell<Pieces>,
 }
@@ -81,6 +81,12 @@ impl Ball {
         let piece = known[place].get_or_insert_with(|| Box::new(Piece::first(&self.model, origin)));
         let is_there = piece.holds_at(t) || piece.go_on(&self.model, t, most);
         say(piece, is_there)
+    }
+
+    /// Keeps the part reached so far for results of the start of a step, which goes on from there.
+    pub fn keep_part(&self) {
+        let [farthest, earlier] = &mut *self.pieces.borrow_mut();
+        earlier.clone_from(farthest);
     }
 
     /// Asks the series of its flight on an arc about the time `t`.
@@ -268,16 +274,17 @@ mod tests {
         let p = Parameters { pendulum: PendulumModel::Circular, drag: 1e4, ..Parameters::default_for(1) };
         let flight = Flight { x: -0.1, v: 0.0, forcing: Forcing::default() };
         let ball = Ball::new(&Cradle::new(&p).balls[0], DoubleDouble::ZERO, flight);
-        let [early, late] = [0.5, 1.0].map(DoubleDouble::from);
-        let reached = ball.fault_within(late, 100).unwrap_err();
-        assert!(reached > DoubleDouble::ZERO && reached < early, "{reached:?}");
-        assert_eq!((ball.fault(late), ball.fault_within(late, 1)), (None, Ok(None)));
-        assert!(ball.fault_within(early, 100).is_err());
-        for _ in 0..2 {
-            ball.moved(early);
-            assert_eq!([early, late].map(|t| ball.fault_within(t, 1)), [Ok(None); 2]);
-        }
+        let [before, start, end] = [0.25, 0.5, 1.0].map(DoubleDouble::from);
+        let reached = ball.fault_within(start, 100).unwrap_err();
+        assert!(reached > DoubleDouble::ZERO && reached < before, "{reached:?}");
+        assert_eq!((ball.fault(start), ball.fault_within(start, 1)), (None, Ok(None)));
+        ball.keep_part();
+        assert!(ball.fault_within(end, 100).is_err() && ball.fault(end).is_none());
+        let at_once = |t: DoubleDouble| ball.fault_within(t, 1).is_ok();
+        assert!([end, start, end, start].into_iter().all(at_once));
+        assert!(!at_once(before) && ball.fault(before).is_none());
+        assert!([end, before, end].into_iter().all(at_once));
         // Backwards there are others.
-        assert!(ball.fault_within(DoubleDouble::from(-1e-3), 1).is_err());
+        assert!(!at_once(DoubleDouble::from(-1e-3)));
     }
 }

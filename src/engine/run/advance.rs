@@ -45,7 +45,7 @@ impl Engine {
                 reached = between;
                 break;
             }
-            watchdog.check(t, (1, self.busy_with(key)), self.effort, observer)?;
+            watchdog.check(t, (1, || self.busy_with(key)), self.effort, observer)?;
             if self.is_rigid() && self.cradle.on_arcs() {
                 // Bodies fly from event to event; other series of neighbours are renewed by events.
                 let body = around(key, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
@@ -57,7 +57,9 @@ impl Engine {
                 (reached, until) = (stop, stop.into());
             }
         }
-        self.follow_flights(0..self.balls.len(), reached.into(), &mut watchdog, observer)?;
+        if self.cradle.on_arcs() {
+            self.follow_flights(0..self.balls.len(), reached.into(), &mut watchdog, observer)?;
+        }
         self.time = reached;
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
@@ -70,16 +72,18 @@ impl Engine {
         watchdog: &mut Watchdog,
         observer: &mut dyn Observer,
     ) -> Result<(), EngineError> {
-        if !self.cradle.on_arcs() {
-            return Ok(());
-        }
         for ball in balls {
+            let mut at_once = 0;
             let fault = loop {
-                match self.balls[ball].fault_within(t, SERIES_AT_ONCE) {
+                match self.balls[ball].fault_within(t, at_once) {
                     Ok(fault) => break fault,
+                    Err(_) if at_once == 0 => {
+                        self.balls[ball].keep_part();
+                        at_once = SERIES_AT_ONCE;
+                    }
                     Err(reached) => {
-                        self.effort = self.effort.saturating_add(SERIES * SERIES_AT_ONCE);
-                        watchdog.check(reached, (SERIES_AT_ONCE, Busy::Flight(ball)), self.effort, observer)?;
+                        self.effort = self.effort.saturating_add(SERIES * at_once);
+                        watchdog.check(reached, (at_once, || Busy::Flight(ball)), self.effort, observer)?;
                     }
                 }
             };
