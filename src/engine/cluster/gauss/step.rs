@@ -81,7 +81,7 @@ impl Motion {
         (self.stretching, self.length, self.end) = (plan.stretching, plan.length, None);
         let closed = self.tracks.iter().filter(|track| track.mode == Mode::Pressing).count() as u64;
         self.begin(table);
-        let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, 0.0, false, false);
+        let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, Some(0.0), false, false);
         let smooth = self.on_arcs() && self.stretching_power().is_none();
         let (mut turns, mut turned) = (0, [f64::INFINITY, 0.0, 0.0]);
         let exponent = self.tracks[0].law.exponent; // contacts have one
@@ -133,12 +133,14 @@ impl Motion {
                     measured = still < TOO_LONG;
                 }
                 // Right after the end has moved far, the change falls faster than it will later.
-                let rate = rate_of(change, last_change).max(0.5 * last_rate);
+                let rates = [rate_of(change, last_change), last_rate.map(|rate| 0.5 * rate)];
+                let rate = rates.into_iter().flatten().reduce(f64::max);
                 // From this change to the next one or, with the sensitivity, to the one after it.
-                let ahead = rate.min(1.0) * (sensitivity * rate).min(1.0);
+                let ahead = rate.map_or(1.0, |rate| rate.min(1.0) * (sensitivity * rate).min(1.0));
                 let converged = change <= CONVERGED
-                    || (rate < 0.5 && change * ahead <= CONVERGED)
-                    || (change <= NOISE && rate > 0.5);
+                    || rate.is_some_and(|rate| {
+                        (rate < 0.5 && change * ahead <= CONVERGED) || (change <= NOISE && rate > 0.5)
+                    });
                 // Contacts in equilibrium do not change, however far the end of the step still moves.
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
@@ -255,11 +257,11 @@ impl Motion {
     }
 }
 
-/// A change over the one before it; no number, which `max` passes over, where nothing has changed twice.
-fn rate_of(change: f64, before: f64) -> f64 {
+/// A change over the one before it, unless nothing has changed twice.
+fn rate_of(change: f64, before: f64) -> Option<f64> {
     match before {
-        0.0 if change > 0.0 => f64::INFINITY,
-        0.0 => f64::NAN,
-        _ => change / before,
+        0.0 if change == 0.0 => None,
+        0.0 => Some(f64::INFINITY),
+        _ => Some(change / before),
     }
 }
