@@ -158,6 +158,21 @@ impl Engine {
         }
     }
 
+    /// Enters the largest forces of the step so far in the ledgers, before a change that acts from now on.
+    pub(crate) fn enter_peaks(&mut self) {
+        if self.step_length() == 0.0 {
+            return; // The step has only begun.
+        }
+        for i in 0..self.contacts.len() {
+            if self.presses(i) || self.contacts[i].constraint().is_some() {
+                let peak = self.force_peak(i);
+                self.begin_ledger(i, self.now());
+                self.contacts[i].ledger.add(0.0, 0.0, peak);
+            }
+        }
+        self.step.entered = self.time;
+    }
+
     pub(crate) fn state_at_start(&self) -> ChainState {
         let at = self.step.time.into();
         let ball = |i: usize| self.step.balls[i].map_or_else(|| self.state_at(i, at), |start| start.state);
@@ -241,6 +256,9 @@ impl Results for Engine {
         }
         let from = DoubleDouble::from(self.step.time);
         let before = self.contacts[i].ledger.peak_in_step(self.step.number);
+        if self.step.entered == self.time {
+            return before;
+        }
         if let Some(constraint) = self.contacts[i].constraint() {
             return constraint.peak(from, self.now()).max(before);
         }
