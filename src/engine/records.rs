@@ -89,8 +89,8 @@ impl Ledger {
 pub(crate) struct BallStart {
     /// Position, m, and velocity, m/s.
     pub state: (f64, f64),
-    /// Integral of its force on the support, up to a constant, N.s.
-    pub support_impulse: f64,
+    /// Integral of its force on the support over its mass, up to a constant, m/s.
+    pub support: DoubleDouble,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -137,8 +137,8 @@ impl StepStart {
     /// Whether all values are finite, and contacts recorded with their balls.
     pub fn is_sound(&self) -> bool {
         let finite = |start: &BallStart| {
-            let BallStart { state: (x, v), support_impulse } = start;
-            x.is_finite() && v.is_finite() && support_impulse.is_finite()
+            let BallStart { state: (x, v), support } = start;
+            x.is_finite() && v.is_finite() && support.is_sound()
         };
         let contact = |(contact, balls): (&Option<(f64, Mode)>, &[Option<BallStart>])| {
             contact.is_none_or(|(overlap, _)| overlap.is_finite() && balls.iter().any(Option::is_some))

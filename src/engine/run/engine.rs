@@ -244,7 +244,7 @@ impl Engine {
 
     /// Puts all balls in flight, anchored at the current time, with unassigned contacts.
     fn suspend(&mut self) {
-        self.enter_peaks();
+        self.enter_step();
         let now = DoubleDouble::from(self.time);
         if self.is_rigid() {
             return self.separate(0..self.contacts.len(), now);
