@@ -307,14 +307,15 @@ pub unsafe extern "C" fn fmi3DoStep(
             answer("lastSuccessfulTime", lastSuccessfulTime, time)
         }
     };
-    // Those of a refused call, see `export_by`.
-    _ = answers(false, fmi3True, false, currentCommunicationPoint);
     let mut end: Option<StepEnd> = None;
     let mut part = |legal: Call, body: &dyn Fn(&mut Instance) -> Result<StepEnd, Refusal>| {
         let end = &mut end;
+        // Those of a refused call, see `export_by`.
+        let refused = |time: f64| answers(false, fmi3True, false, time);
+        _ = refused(end.map_or(currentCommunicationPoint, |end| end.time));
         let status = unsafe {
             call::<Fmi3>(instance, "fmi3DoStep", legal, &mut |instance| {
-                _ = answers(false, fmi3True, false, instance.time());
+                _ = refused(instance.time());
                 let StepEnd { time, early, events, .. } = *end.insert(body(instance)?);
                 answers(events, fmi3False, early, time)
             })
