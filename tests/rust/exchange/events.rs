@@ -187,8 +187,8 @@ fn a_resolved_pulse_is_that_of_co_simulation() {
 }
 
 /// A run with resolved contacts to the first onset; one pulse comes after the other.
-fn at_an_onset() -> Master {
-    let mut run = with(APART, 1);
+fn at_an_onset(settings: &str) -> Master {
+    let mut run = with(settings, 1);
     run.steps(0.70, 1e-3, rk4);
     while !run.each("inContact").contains(&1.0) {
         let near = run.each("overlap").iter().any(|overlap| overlap.abs() < 1e-5);
@@ -201,7 +201,7 @@ fn at_an_onset() -> Master {
 #[test]
 fn a_rejected_trial_leaves_no_trace() {
     let [plain, tried] = [false, true].map(|tries| {
-        let mut run = at_an_onset();
+        let mut run = at_an_onset(APART);
         while run.each("inContact").contains(&1.0) {
             let (states, bytes) = (run.states(), run.to_bytes());
             let mut deep = states.clone();
@@ -237,14 +237,17 @@ fn unreported(host: &Host, from: f64, to: f64) -> Vec<f64> {
 /// The peak of a pulse follows from its ends and its impulse, if the host reports no steps within.
 #[test]
 fn a_pulse_in_one_step_has_a_peak() {
-    let mut run = at_an_onset();
-    let other = stepped(APART, run.time + 5e-5);
-    let release = other.get("t_release[2]");
-    assert!(run.time < release && run.get("inContact[2]") == 1.0);
-    run.step(release + 1e-9, unreported);
-    assert_eq!(run.get("inContact[2]"), 0.0);
-    let (own, expected) = (run.get("F_peak[2]"), other.get("F_peak[2]"));
-    assert!((own / expected - 1.0).abs() < 4e-3, "{own} {expected}");
+    for (exponent, off) in [(1.0, -0.0027), (1.5, 0.019), (3.0, -0.285)] {
+        let settings = format!("{APART} contact.exponent={exponent}");
+        let mut run = at_an_onset(&settings);
+        let other = stepped(&settings, run.time + 1e-4);
+        let release = other.get("t_release[2]");
+        assert!(run.time < release && run.get("inContact[2]") == 1.0);
+        run.step(release + 1e-9, unreported);
+        assert_eq!(run.get("inContact[2]"), 0.0);
+        let error = run.get("F_peak[2]") / other.get("F_peak[2]") - 1.0;
+        assert!((error - off).abs() < 2e-3, "{exponent}: {error}");
+    }
 }
 
 const PENDULUMS: [&str; 2] = ["linear", "circular"];
