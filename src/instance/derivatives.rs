@@ -135,7 +135,11 @@ impl Instance {
             Derived::Exchanged => Some(self.exchange()?.along(&along.states, inputs)),
             Derived::Start => Some(self.last_step(next_onset)?.along_parameters(&parameters, tangent, inputs)),
             Derived::Step if at_point => Some(self.last_step(next_onset)?.at_end_along_inputs(inputs)),
-            Derived::Step => self.last_step(next_onset)?.along_inputs(inputs),
+            Derived::Step => {
+                let Run { history, simulation, .. } = &self.run;
+                let run = simulation.as_ref();
+                run.and_then(|run| run.sensitivity_of_step(&parameters, history, inputs, next_onset))
+            }
             Derived::Run if taped => self.tape()?.map(|tape| tape.along(tangent, inputs)),
             Derived::Run => None,
         };

@@ -12,13 +12,18 @@ const SERIES_AT_ONCE: u64 = 1 << 10;
 const SERIES: u64 = 16;
 
 impl Engine {
-    /// Moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses that
-    /// finish on the way, in the order of their release. The values "over the last step" refer to this call.
+    /// A step begins, to which the values "over the last step" refer from now on.
+    pub fn begin_step(&mut self) {
+        self.step.begin(self.time);
+    }
+
+    /// A step: moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses
+    /// that finish on the way, in the order of their release.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.advance_within(time, u64::MAX, observer)
     }
 
-    /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
+    /// Goes on to `time` (s) with the step that has begun.
     pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.follow_events(time, u64::MAX, observer)
     }
@@ -26,7 +31,7 @@ impl Engine {
     /// Like [`Self::advance`], but stops before an event once it has spent this `effort`, in units of about a tenth of
     /// a microsecond, at [`Self::time`]. The trajectory does not depend on it.
     pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        self.step.begin(self.time);
+        self.begin_step();
         self.follow_events(time, effort, observer)
     }
 

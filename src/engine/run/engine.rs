@@ -161,10 +161,9 @@ impl Engine {
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
     /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). The trajectory does not change if they are
-    /// constant and act already. Values over the last step are lost.
+    /// constant and act already. Values over a step remain: the step goes on, or has ended.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         if let Some(inputs) = self.inputs.changed(self.time, inputs, derivatives) {
-            self.step.begin(self.time);
             self.suspend();
             self.inputs = inputs;
             for (i, ball) in self.balls.iter_mut().enumerate() {
@@ -181,7 +180,6 @@ impl Engine {
         let cradle = Cradle::new(parameters);
         if cradle != self.cradle {
             cradle.check().map_err(EngineError::NoCoefficient)?;
-            self.step.begin(self.time);
             self.suspend();
             for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
                 let integrals = ball.integrals;
@@ -197,6 +195,7 @@ impl Engine {
 
     /// Puts all balls in flight, anchored at the current time, with unassigned contacts.
     fn suspend(&mut self) {
+        self.enter_step();
         let now = DoubleDouble::from(self.time);
         if self.is_rigid() {
             return self.separate(0..self.contacts.len(), now);
