@@ -137,12 +137,16 @@ impl Instance {
         })
     }
 
-    /// Refuses `values` of which one is no number. Hosts that ignore this had better see it: they are written first.
+    /// Refuses `values` of this name of which one is no number, or any if a ball has no place. To be asked before they
+    /// are written, and answered after that: hosts that ignore the answer had better see it in the values.
     pub fn require_numbers(&self, name: &str, values: &[f64]) -> Result<(), Refusal> {
-        let lost = || self.run.exchange.as_ref().and_then(Exchange::lost).map(|_| 0);
-        let missing = values.iter().position(|value| !value.is_finite()).or_else(lost);
-        let missing = missing.filter(|_| self.run.phase != Phase::Error);
-        missing.map_or(Ok(()), |i| Err(self.no_number(format_args!("{name} {}", i + 1))))
+        let any = values.iter().fold(false, |any, value| any | !value.is_finite());
+        let lost = any || self.run.exchange.as_ref().is_some_and(Exchange::lacks_places);
+        if !lost || self.run.phase == Phase::Error {
+            return Ok(());
+        }
+        let first = values.iter().position(|value| !value.is_finite()).unwrap_or_default();
+        Err(self.no_number(format_args!("{name} {}", first + 1)))
     }
 
     /// Why there is no value of `what`.

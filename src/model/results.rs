@@ -74,20 +74,17 @@ pub trait Chain<S: Scalar = f64> {
 
     /// Acceleration of ball `i` relative to the support, m/s2.
     fn a(&self, i: usize) -> S {
-        let (ball, (s, u), along) = (&self.cradle().balls[i], self.state_of(i), along_path(self, i));
+        let (ball, (_, u)) = (&self.cradle().balls[i], self.state_of(i));
         if !ball.on_arc {
-            return along;
+            return along_path(self, i);
         }
-        let Place { sin, cos, .. } = ball.place(s);
-        along * cos - u * u / ball.length * sin
+        let place = place(self, i);
+        along_arc(self, i, &place) * place.cos - u * u / ball.length * place.sin
     }
 
     /// Tension of the string of ball `i` on an arc, N.
     fn tension(&self, i: usize) -> S {
-        let (ball, (s, u)) = (&self.cradle().balls[i], self.state_of(i));
-        let Place { sin, cos, .. } = ball.place(s);
-        let pull = ball.gravity * cos + u * u / ball.length + self.forcing_of(i) * sin;
-        ball.mass * pull + pushed(self, i)[1]
+        tension(self, i, &place(self, i))
     }
 
     /// Kinetic energy of ball `i`, J.
@@ -233,13 +230,27 @@ fn place<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> Place<S> {
 
 /// Acceleration of ball `i` along its path, m/s2.
 fn along_path<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
-    let (ball, (s, u), [force, _]) = (&chain.cradle().balls[i], chain.state_of(i), pushed(chain, i));
-    if !ball.on_arc {
-        return ball.acceleration(s, u, force, chain.forcing_of(i));
+    let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
+    if ball.on_arc {
+        return along_arc(chain, i, &place(chain, i));
     }
-    let Place { sin, cos, .. } = ball.place(s);
-    let gravity = ball.gravity * sin;
-    force / ball.mass + chain.forcing_of(i) * cos - gravity - S::from(2.0) * ball.gamma * u
+    let [force, _] = pushed(chain, i);
+    ball.acceleration(s, u, force, chain.forcing_of(i))
+}
+
+/// The same on an arc, at its place there.
+#[inline]
+fn along_arc<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<S>) -> S {
+    let (ball, (_, u), [force, _]) = (&chain.cradle().balls[i], chain.state_of(i), pushed(chain, i));
+    let gravity = ball.gravity * at.sin;
+    force / ball.mass + chain.forcing_of(i) * at.cos - gravity - S::from(2.0) * ball.gamma * u
+}
+
+/// Tension of the string of ball `i` on an arc, at its place there, N.
+fn tension<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<S>) -> S {
+    let (ball, (_, u)) = (&chain.cradle().balls[i], chain.state_of(i));
+    let pull = ball.gravity * at.cos + u * u / ball.length + chain.forcing_of(i) * at.sin;
+    ball.mass * pull + pushed(chain, i)[1]
 }
 
 /// The sum of the contact forces on ball `i` along its path, and that away from the pivot, N.
@@ -269,9 +280,9 @@ fn on_support<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
     if !ball.on_arc {
         return [ball.support_force(s, u), -ball.mass * ball.gravity];
     }
-    let Place { sin, cos, .. } = ball.place(s);
-    let (tension, drag) = (chain.tension(i), S::from(2.0) * ball.gamma * ball.mass * u);
-    [tension * sin + drag * cos, drag * sin - tension * cos]
+    let at = ball.place(s);
+    let (tension, drag) = (tension(chain, i, &at), S::from(2.0) * ball.gamma * ball.mass * u);
+    [tension * at.sin + drag * at.cos, drag * at.sin - tension * at.cos]
 }
 
 /// Onsets and releases of a contact.

@@ -149,6 +149,11 @@ impl Exchange {
         self.refresh();
     }
 
+    /// Whether a ball has no place. The balls to its right have none either.
+    pub fn lacks_places(&self) -> bool {
+        self.state.x[self.balls() - 1].is_nan()
+    }
+
     /// Why these states are none of the cradle, if they are not.
     pub fn lost(&self) -> Option<EngineError> {
         let (time, State { x, v, .. }) = (self.time, &self.state);
