@@ -229,7 +229,11 @@ impl Engine {
             }
             watchdog.check(t, self.switching(key), self.effort, observer)?;
             self.process(t, key, observer)?;
-            self.check_fault(0.0)?;
+            if self.fault.is_some() {
+                // Another ball may have come to an end before.
+                self.look_for_faults(0..self.balls.len(), t);
+                self.check_fault(0.0)?;
+            }
             if let Some(stop) = observer.stop().filter(|stop| *stop < reached) {
                 (reached, until) = (stop, stop.into());
             }
