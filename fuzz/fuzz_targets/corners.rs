@@ -1,8 +1,8 @@
 //! Runs at the corners of what is legal: parameters at their least, tiny, default, huge and largest values, and at
 //! extremes of any magnitude; inputs with derivatives, steps to a million seconds. Every variable is read after every
 //! step, the state is written and read, and derivatives are asked for, also before the run. No call may end the process,
-//! answer what is not finite with fmi2OK, write a state that is refused, or, but for a step, take more than a fixed
-//! amount of work; memory, and the time of steps, are bounded by the options of libFuzzer.
+//! answer what is not finite with fmi2OK, write a state that is refused, or, but for steps and their derivatives, take more
+//! than a fixed amount of work; memory, and the time of these, are bounded by the options of libFuzzer.
 //!
 //! Steps grow as long as little happens in them, by the FMU's own counters and by the clock: how many events a step has
 //! to follow, and how many swings it has to search for one, is up to the cradle and to the host.
@@ -22,9 +22,13 @@ use newtons_cradle::variables::{Access, Causality, Settings, Type, Variability, 
 /// Numbers of balls.
 const BALLS: [usize; 5] = [1, 2, 3, 5, 13];
 
-/// What any call but a step may take here, where it is instrumented and others may be at work: thousands of times what
+/// What any call but a step or a derivative may take here, where it is instrumented and others may be at work: thousands of times what
 /// it should.
 const LONGEST: Duration = Duration::from_secs(10);
+
+/// The longest step after which derivatives are asked for, s: they follow the whole chain by series once more, however
+/// little happens, and give up after 100,000 of them.
+const FOLLOWED: f64 = 10.0;
 
 /// The first step, s, unless the next onset is nearer.
 const FIRST: f64 = 1e-9;
@@ -203,7 +207,9 @@ impl Driver<'_> {
                 self.read();
                 let (bytes, read) = (host.to_bytes(), |bytes: Vec<u8>| host.set_bytes(&bytes));
                 assert_eq!(read(bytes), fmi2OK, "{:?}: {:?}", host.log(), self.run);
-                self.derive(self.run.along, |variable| variable.row.causality == Causality::Input);
+                if length <= FOLLOWED {
+                    self.derive(self.run.along, |variable| variable.row.causality == Causality::Input);
+                }
                 if self.work() - before > LITTLE || taken > SHORT {
                     break;
                 }
@@ -296,9 +302,7 @@ impl Driver<'_> {
         let (unknown, known) = (of(outputs.collect(), unknown), of(knowns.collect(), known));
         let (c, seed, mut found) = (self.host.c, 1.0, f64::NAN);
         let of = [unknown, known].map(|variable| variable.reference());
-        let status = self.timed(&format_args!("d {unknown} / d {known}"), || unsafe {
-            fmi2GetDirectionalDerivative(c, &of[0], 1, &of[1], 1, &seed, &mut found)
-        });
+        let status = unsafe { fmi2GetDirectionalDerivative(c, &of[0], 1, &of[1], 1, &seed, &mut found) };
         assert!(status != fmi2OK || found.is_finite(), "d {unknown} / d {known} = {found}: {:?}", self.run);
         self.host.log();
     }
