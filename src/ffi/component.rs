@@ -96,7 +96,8 @@ impl<V: Version> Component<V> {
         }
     }
 
-    /// Calls the host between two parts of a step, in its own floating-point environment; none if there is no component.
+    /// Calls the host between two parts of a step, in its own floating-point environment; none if there is no
+    /// component.
     ///
     /// # Safety
     /// As for [`Component::from_raw`].

@@ -149,7 +149,8 @@ mod registers {
                 Self { control: DEFAULT, ..self }
             }
 
-            /// As for SSE. The control word alone cannot be written: with a flag set, an exception that it unmasks traps.
+            /// As for SSE. The control word alone cannot be written: with a flag set, an exception that it unmasks
+            /// traps.
             pub(super) fn change(self, to: Self) {
                 if self != to {
                     // Control word and status word are the lower halves of the first two of these.
@@ -185,7 +186,8 @@ mod registers {
             let (control, flags);
             // SAFETY: reads registers; that memory is taken as changed keeps arithmetic on its side.
             unsafe {
-                asm!("mrs {}, fpcr", "mrs {}, fpsr", out(reg) control, out(reg) flags, options(nostack, preserves_flags));
+                asm!("mrs {}, fpcr", out(reg) control, options(nostack, preserves_flags));
+                asm!("mrs {}, fpsr", out(reg) flags, options(nostack, preserves_flags));
             }
             Self { control, flags }
         }
