@@ -47,8 +47,8 @@ export! {
         nominalsOfContinuousStatesChanged: *mut fmi3Boolean, valuesOfContinuousStatesChanged: *mut fmi3Boolean,
         nextEventTimeDefined: *mut fmi3Boolean, nextEventTime: *mut f64,
     ) as NEXT_EVENT or {
-        let flags = [discreteStatesNeedUpdate, nominalsOfContinuousStatesChanged, valuesOfContinuousStatesChanged];
-        for flag in flags.into_iter().chain([nextEventTimeDefined]) {
+        let changed = [nominalsOfContinuousStatesChanged, valuesOfContinuousStatesChanged];
+        for flag in changed.into_iter().chain([discreteStatesNeedUpdate, nextEventTimeDefined]) {
             _ = answer("a flag", flag, fmi3False);
         }
         _ = answer("terminateSimulation", terminateSimulation, fmi3True);
@@ -309,9 +309,8 @@ pub unsafe extern "C" fn fmi3DoStep(
     };
     let mut end: Option<StepEnd> = None;
     let mut part = |legal: Call, body: &dyn Fn(&mut Instance) -> Result<StepEnd, Refusal>| {
-        let end = &mut end;
         // Those of a refused call, see `export_by`.
-        let refused = |time: f64| answers(false, fmi3True, false, time);
+        let (end, refused) = (&mut end, |time: f64| answers(false, fmi3True, false, time));
         _ = refused(end.map_or(currentCommunicationPoint, |end| end.time));
         let status = unsafe {
             call::<Fmi3>(instance, "fmi3DoStep", legal, &mut |instance| {

@@ -71,7 +71,7 @@ impl<'a> LastStep<'a> {
         }
         let start = |_: &Cradle<Dual>| lifted(&self.start);
         let coefficients = |acting: &Parameters| Cradle::new(acting).map(Dual::from);
-        let run = self.follow(parameters, (self.began, &start), stretches, (&coefficients, inputs))?;
+        let run = self.follow(parameters, self.began, stretches, inputs, start, coefficients)?;
         if run.is_cancelled() { None } else { self.outputs_of(run) }
     }
 
@@ -86,17 +86,19 @@ impl<'a> LastStep<'a> {
     ) -> Option<Differential> {
         let start = |along: &Cradle<Dual>| start_along(start, along, tangent);
         let coefficients = |acting: &Parameters| Cradle::along(acting, tangent);
-        self.outputs_of(self.follow(parameters, (start_time, &start), stretches, (&coefficients, inputs))?)
+        self.outputs_of(self.follow(parameters, start_time, stretches, inputs, start, coefficients)?)
     }
 
-    /// Follows `stretches` from the time `since` (s) and a state `start` to the end of the step, along `coefficients`,
-    /// which depend on the tunable parameters, and `inputs`.
+    /// Follows `stretches` from the time `since` (s) to the end of the step, along `inputs`, the state at the `start`
+    /// and `coefficients` that follow from the tunable parameters.
     fn follow(
         &self,
         parameters: &Parameters,
-        (mut since, start): (f64, &dyn Fn(&Cradle<Dual>) -> ChainState<Dual>),
+        mut since: f64,
         stretches: &[Stretch],
-        (coefficients, inputs): (&dyn Fn(&Parameters) -> Cradle<Dual>, &Inputs),
+        inputs: &Inputs,
+        start: impl Fn(&Cradle<Dual>) -> ChainState<Dual>,
+        coefficients: impl Fn(&Parameters) -> Cradle<Dual>,
     ) -> Option<Run> {
         let (mut acting, mut run): (Parameters, Option<Run>) = (parameters.clone(), None);
         for stretch in stretches {

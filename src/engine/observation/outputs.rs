@@ -119,8 +119,8 @@ impl Engine {
         self.integrals_at(i, t).support + -self.momentum_on_arc(i, t)
     }
 
-    /// On an arc, the horizontal velocity of ball `i`, m/s: what the inputs give that is not in the momentum acts on the
-    /// support; contact forces cancel in the sum.
+    /// On an arc, the horizontal velocity of ball `i`, m/s: what the inputs give that is not in the momentum acts on
+    /// the support; contact forces cancel in the sum.
     fn momentum_on_arc(&self, i: usize, t: DoubleDouble) -> f64 {
         let model = &self.cradle.balls[i];
         if !model.on_arc {

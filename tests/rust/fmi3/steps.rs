@@ -134,8 +134,8 @@ fn with_a_slope_values_are_those_without_event_mode() {
     }
 }
 
-/// A step of 0.72 s of soft balls, with another force on the first ball from each onset and release on: when, and values
-/// of the step so far.
+/// A step of 0.72 s of soft balls, with another force on the first ball from each onset and release on: when, and
+/// values of the step so far.
 fn interrupted(items: &[(&str, i64)]) -> (Host, Vec<(f64, Vec<f64>)>) {
     let host = stepping(SOFT, items);
     let seen = Rc::new(RefCell::new(Vec::new()));

@@ -101,8 +101,8 @@ fn looks_change_nothing(
     Ok(())
 }
 
-/// Values of a step in which inputs change, against those of two steps: they cover all of it, and what is set at its end
-/// is no part of it.
+/// Values of a step in which inputs change, against those of two steps: they cover all of it, and what is set at its
+/// end is no part of it.
 fn cut_steps_add_up(case: &Case, share: f64) -> Result<(), TestCaseError> {
     let (n, times) = (case.p.balls(), [share * case.time, case.time]);
     let (mut whole, mut parts, mut none) = (case.start()?, case.start()?, Vec::new());
