@@ -3,21 +3,50 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{Ledger, Observer};
-use crate::solver::DoubleDouble;
+use crate::solver::{DoubleDouble, crossing};
 
-/// The record of a contact at the last event.
+/// A closed contact at the end of a step of the host, or at an event.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct Reached {
+    /// In s.
+    pub time: f64,
+    /// Its force, N, and the rate of that, N/s.
+    pub force: f64,
+    pub slope: f64,
+    /// Its impulse since the start, N.s.
+    pub impulse: f64,
+}
+
+impl Reached {
+    /// The largest force on a step from `before` to here, N: that of the polynomial of order 4 through the forces and
+    /// rates at both ends that has the step's impulse. A host need not report the steps of its solver, so that one step
+    /// may hold a whole pulse.
+    fn peak_since(&self, before: &Self) -> f64 {
+        let h = self.time - before.time;
+        if !(h > 0.0 && before.slope >= 0.0 && self.slope <= 0.0 && before.slope > self.slope) {
+            return self.force;
+        }
+        let (rise, [first, last]) = (self.force - before.force, [before.slope, self.slope].map(|slope| h * slope));
+        let cubic = [before.force, first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise];
+        let mean = 0.5 * (before.force + self.force) + (first - last) / 12.0;
+        // Times s^2 (1 - s)^2, whose mean is 1/30.
+        let more = 30.0 * ((self.impulse - before.impulse) / h - mean);
+        let [a, b, c, d] = cubic;
+        crossing::maximum(&[a, b, c + more, d - 2.0 * more, more], 0.0, 1.0).1
+    }
+}
+
+/// The record of a contact at the last event and up to the last step of the host.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Contact {
     /// Its impulse is the state at the last onset or, after a pulse, at its release.
     pub ledger: Ledger,
     /// Largest force of the last pulse as the last event saw it, N.
     pub peak: f64,
-    /// Largest force of the pulse that the host has evaluated, N; many report only steps to communication points.
-    pub seen: f64,
     /// Time up to which the last event has followed it, s: until then its states are those of a flight yet to begin.
     pub followed_until: Option<f64>,
-    /// Time (s), force (N) and its rate (N/s) at the end of the host's last step, while the contact is closed.
-    pub last: Option<(f64, f64, f64)>,
+    /// The end of the host's last step, or the last event, while the contact is closed.
+    last: Option<Reached>,
 }
 
 impl Contact {
@@ -25,34 +54,25 @@ impl Contact {
     pub fn open_pulse(&mut self, time: DoubleDouble, impulse: f64) {
         self.ledger.open_pulse(time, 0);
         self.ledger.impulse = impulse.into();
-        (self.last, self.peak, self.seen) = (None, 0.0, 0.0);
+        (self.last, self.peak) = (None, 0.0);
     }
 
-    /// Enters a force (N) within a pulse, with its rate (N/s), at the end of a step to `time` (s). The largest force
-    /// within the step is the maximum of the cubic through both ends.
-    pub fn pass(&mut self, time: f64, force: f64, slope: f64) {
-        let mut peak = force;
-        if let Some((before, then, slope_then)) = self.last
-            && let h = time - before
-            && h > 0.0
-            && slope_then > 0.0
-            && slope < 0.0
-        {
-            let mean = (force - then) / h;
-            let [b, c] = [3.0 * mean - 2.0 * slope_then - slope, slope_then + slope - 2.0 * mean];
-            // Of slope_then + 2 b s + 3 c s^2, the root where it falls.
-            let s = slope_then / (-b + (b * b - 3.0 * c * slope_then).max(0.0).sqrt());
-            if (0.0..=1.0).contains(&s) {
-                peak = peak.max(then + h * s * (slope_then + s * (b + s * c)));
-            }
-        }
-        self.ledger.add(0.0, peak, peak);
-        self.last = Some((time, force, slope));
+    /// Enters the end of a step within a pulse, with the largest force on the way.
+    pub fn pass(&mut self, now: Reached) {
+        let peak = self.last.map_or(now.force, |before| now.peak_since(&before));
+        self.ledger.add(0.0, peak, 0.0);
+        self.last = Some(now);
+    }
+
+    /// Enters the state after an event, where the force may have jumped.
+    pub fn go_on(&mut self, now: Reached) {
+        self.ledger.add(0.0, now.force, 0.0);
+        (self.last, self.peak) = (Some(now), self.ledger.pulse_peak);
     }
 
     /// Ends a pulse of contact `i` at `time`, with this impulse so far (N.s).
     pub fn close_pulse(&mut self, i: usize, time: DoubleDouble, impulse: f64, observer: &mut dyn Observer) {
-        self.ledger.add(impulse - self.ledger.impulse.value(), self.seen, 0.0);
+        self.ledger.add(impulse - self.ledger.impulse.value(), 0.0, 0.0);
         (self.last, self.peak) = (None, self.ledger.pulse_peak);
         observer.pulse(self.ledger.close_pulse(i, time));
     }

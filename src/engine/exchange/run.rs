@@ -173,10 +173,7 @@ impl Exchange {
     }
 
     /// Derivatives of the states by time.
-    pub fn derivatives(&mut self) -> Vec<f64> {
-        for (contact, force) in self.contacts.iter_mut().zip(&self.state.forces) {
-            contact.seen = contact.seen.max(*force);
-        }
+    pub fn derivatives(&self) -> Vec<f64> {
         let mut rates = Vec::with_capacity(self.y.len());
         rates.push(self.y[self.balls()]);
         rates.extend((0..self.modes.len()).map(|j| self.overlap_rate(j)));

@@ -186,6 +186,70 @@ fn a_resolved_pulse_is_that_of_co_simulation() {
     }
 }
 
+/// A run with resolved contacts to the first onset; one pulse comes after the other.
+fn at_an_onset(settings: &str) -> Master {
+    let mut run = with(settings, 1);
+    run.steps(0.70, 1e-3, rk4);
+    while !run.each("inContact").contains(&1.0) {
+        let near = run.each("overlap").iter().any(|overlap| overlap.abs() < 1e-5);
+        run.step((run.time + if near { 1e-7 } else { 1e-5 }).min(run.next), rk4);
+    }
+    run
+}
+
+/// What a solver tries and rejects is no part of a pulse, and reading changes nothing that is saved.
+#[test]
+fn a_rejected_trial_leaves_no_trace() {
+    let [plain, tried] = [false, true].map(|tries| {
+        let mut run = at_an_onset(APART);
+        while run.each("inContact").contains(&1.0) {
+            let (states, bytes) = (run.states(), run.to_bytes());
+            let mut deep = states.clone();
+            deep[1..5].iter_mut().for_each(|overlap| *overlap += 1e-3);
+            for time in [run.time + 1e-8, run.time + 1e-6, run.time].into_iter().filter(|_| tries) {
+                run.place(time, &deep);
+                assert!(run.rates().iter().any(|rate| *rate > 1e6));
+                run.everything();
+                run.indicators();
+            }
+            run.place(run.time, &states);
+            assert!(run.to_bytes() == bytes, "at {}", run.time);
+            run.step(run.time + 1e-7, rk4);
+        }
+        run.to_bytes()
+    });
+    assert!(plain == tried);
+}
+
+const APART: &str = "contact.deadBand=1e-4";
+
+/// Many steps of a solver that reports none of them.
+fn unreported(host: &Host, from: f64, to: f64) -> Vec<f64> {
+    let steps = 4000;
+    let place = |k: i32| from + (to - from) * f64::from(k) / f64::from(steps);
+    for k in 0..steps {
+        let states = rk4(host, place(k), place(k + 1));
+        host.place(place(k + 1), &states);
+    }
+    host.states()
+}
+
+/// The peak of a pulse follows from its ends and its impulse, if the host reports no steps within.
+#[test]
+fn a_pulse_in_one_step_has_a_peak() {
+    for (exponent, off) in [(1.0, -0.0027), (1.5, 0.019), (3.0, -0.285)] {
+        let settings = format!("{APART} contact.exponent={exponent}");
+        let mut run = at_an_onset(&settings);
+        let other = stepped(&settings, run.time + 1e-4);
+        let release = other.get("t_release[2]");
+        assert!(run.time < release && run.get("inContact[2]") == 1.0);
+        run.step(release + 1e-9, unreported);
+        assert_eq!(run.get("inContact[2]"), 0.0);
+        let error = run.get("F_peak[2]") / other.get("F_peak[2]") - 1.0;
+        assert!((error - off).abs() < 2e-3, "{exponent}: {error}");
+    }
+}
+
 const PENDULUMS: [&str; 2] = ["linear", "circular"];
 
 /// Rigid contacts with these pendulums, this coefficient of restitution and these settings.

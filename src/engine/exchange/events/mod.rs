@@ -2,7 +2,7 @@
 
 mod group;
 
-use super::contact::Contact;
+use super::contact::{Contact, Reached};
 use super::run::Exchange;
 use crate::engine::run::{Engine, Phase};
 use crate::engine::{EngineError, Next, Observer, Unrecorded, flight::Ball};
@@ -34,6 +34,7 @@ impl Exchange {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
             }
         }
+        self.pass();
         let before = (self.y.clone(), self.modes.clone());
         let at_start = std::mem::take(&mut self.at_start);
         if self.is_rigid() {
@@ -48,9 +49,9 @@ impl Exchange {
             }
         }
         self.refresh();
-        for (j, contact) in self.contacts.iter_mut().enumerate().filter(|(j, _)| self.state.modes[*j] != Mode::Open) {
-            contact.ledger.add(0.0, self.state.forces[j], 0.0);
-            contact.peak = contact.ledger.pulse_peak;
+        for j in self.closed() {
+            let now = self.reached(j);
+            self.contacts[j].go_on(now);
         }
         (self.next, self.next_contact) = self.find_next_onset();
         let resolved = !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open);
@@ -60,16 +61,28 @@ impl Exchange {
 
     /// Ends a step of the host. Returns whether an event is due.
     pub fn complete_step(&mut self) -> bool {
+        self.pass();
+        self.is_event_due()
+    }
+
+    /// Enters the forces of the step that ends here in the records.
+    fn pass(&mut self) {
         for j in 0..self.modes.len() {
             if self.modes[j] == Mode::Pressing && !self.is_rigid() {
-                let ((overlap, rate), law) = (self.overlap_and_rate(j), &self.cradle.contacts[j]);
-                let (by_overlap, by_rate) = law.force_slopes(overlap, rate);
-                let [left, right] = [j, j + 1].map(|i| self.a(i));
-                let slope = by_overlap * rate + by_rate * (left - right);
-                self.contacts[j].pass(self.time, self.state.forces[j], slope);
+                let now = self.reached(j);
+                self.contacts[j].pass(now);
             }
         }
-        self.is_event_due()
+    }
+
+    /// Where the closed contact `j` is now.
+    fn reached(&self, j: usize) -> Reached {
+        let ((overlap, rate), law) = (self.overlap_and_rate(j), &self.cradle.contacts[j]);
+        // A contact that has yet to open has the slope with which it does.
+        let (by_overlap, by_rate) = law.force_slopes(overlap.max(f64::MIN_POSITIVE), rate);
+        let [left, right] = [j, j + 1].map(|i| self.a(i));
+        let slope = by_overlap * rate + by_rate * (left - right);
+        Reached { time: self.time, force: self.state.forces[j], slope, impulse: self.y[self.impulse_place(j)] }
     }
 
     /// When contact `j` had the overlap 0, near now.
