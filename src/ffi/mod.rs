@@ -7,13 +7,14 @@
 
 /// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the
 /// standard, legal where [`Call`](crate::instance::Call) says so, run by [`call`]. `body` relies on the host's
-/// promises, see the module of its version.
+/// promises, see the module of its version. After `or`, first of all, come the answers of a refused call, with which
+/// hosts come to an end that go on all the same.
 macro_rules! export_by {
     (
         ($version:ty, $component:ident: $handle:ty => $status:ty)
         $(
             $(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?)
-            as $call:ident |$instance:pat_param| $body:expr;
+            as $call:ident $(or $refused:block)? |$instance:pat_param| $body:expr;
         )*
     ) => {$(
         $(#[$doc])*
@@ -24,6 +25,7 @@ macro_rules! export_by {
         pub unsafe extern "C" fn $name($component: $handle, $($argument: $type),*) -> $status {
             // SAFETY: the host's promises, see the module.
             unsafe {
+                $($refused)?
                 let mut body =
                     |$instance: &mut crate::instance::Instance| -> Result<(), crate::variables::Refusal> { $body };
                 let call = crate::instance::Call::$call;

@@ -202,7 +202,9 @@ export! {
     /// Steps are synchronous: there is never one to cancel.
     fn fmi2CancelStep() as CANCEL_STEP |_| Ok(());
     /// fmi2DoStepStatus: steps are synchronous, and a failed one leaves the error state in which this cannot be asked.
-    fn fmi2GetStatus(s: fmi2StatusKind, value: *mut fmi2Status) as STATUS |_| {
+    fn fmi2GetStatus(s: fmi2StatusKind, value: *mut fmi2Status) as STATUS or {
+        _ = answer("value", value, fmi2Status::fmi2Error);
+    } |_| {
         check(s, fmi2DoStepStatus, "fmi2DoStepStatus")?;
         answer("value", value, fmi2Status::fmi2OK)
     };
@@ -216,7 +218,9 @@ export! {
         Err(Refusal::new("no status is an integer"))
     };
     /// fmi2Terminated: the FMU never ends a run by itself.
-    fn fmi2GetBooleanStatus(s: fmi2StatusKind, value: *mut fmi2Boolean) as STATUS |_| {
+    fn fmi2GetBooleanStatus(s: fmi2StatusKind, value: *mut fmi2Boolean) as STATUS or {
+        _ = answer("value", value, fmi2True);
+    } |_| {
         check(s, fmi2Terminated, "fmi2Terminated")?;
         answer("value", value, fmi2False)
     };
@@ -237,7 +241,16 @@ export! {
     /// Enters Event Mode.
     fn fmi2EnterEventMode() as ENTER_EVENT_MODE |instance| instance.enter_event_mode();
     /// Handles all that is due: contacts close, open, or are followed to their end, as `exchange.contacts` selects.
-    fn fmi2NewDiscreteStates(eventInfo: *mut fmi2EventInfo) as NEW_DISCRETE_STATES |instance| {
+    fn fmi2NewDiscreteStates(eventInfo: *mut fmi2EventInfo) as NEW_DISCRETE_STATES or {
+        _ = answer("eventInfo", eventInfo, fmi2EventInfo {
+            newDiscreteStatesNeeded: fmi2False,
+            terminateSimulation: fmi2True,
+            nominalsOfContinuousStatesChanged: fmi2False,
+            valuesOfContinuousStatesChanged: fmi2False,
+            nextEventTimeDefined: fmi2False,
+            nextEventTime: 0.0,
+        });
+    } |instance| {
         let places = array_mut("eventInfo", eventInfo, 1)?;
         let Handled { again, changed, next } = instance.update_discrete_states()?;
         fill(places, [fmi2EventInfo {
@@ -256,10 +269,14 @@ export! {
     fn fmi2CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi2Boolean, enterEventMode: *mut fmi2Boolean,
         terminateSimulation: *mut fmi2Boolean
-    ) as COMPLETED_INTEGRATOR_STEP |instance| {
+    ) as COMPLETED_INTEGRATOR_STEP or {
+        _ = answer("enterEventMode", enterEventMode, fmi2False);
+        _ = answer("terminateSimulation", terminateSimulation, fmi2True);
+    } |instance| {
         let enter = array_mut("enterEventMode", enterEventMode, 1)?;
-        answer("terminateSimulation", terminateSimulation, fmi2False)?;
+        let ends = array_mut("terminateSimulation", terminateSimulation, 1)?;
         fill(enter, [instance.completed_integrator_step()?.into()]);
+        fill(ends, [fmi2False]);
         Ok(())
     };
     /// Sets the time, s.

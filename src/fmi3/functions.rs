@@ -46,7 +46,14 @@ export! {
         discreteStatesNeedUpdate: *mut fmi3Boolean, terminateSimulation: *mut fmi3Boolean,
         nominalsOfContinuousStatesChanged: *mut fmi3Boolean, valuesOfContinuousStatesChanged: *mut fmi3Boolean,
         nextEventTimeDefined: *mut fmi3Boolean, nextEventTime: *mut f64,
-    ) as NEXT_EVENT |instance| {
+    ) as NEXT_EVENT or {
+        let changed = [nominalsOfContinuousStatesChanged, valuesOfContinuousStatesChanged];
+        for flag in changed.into_iter().chain([discreteStatesNeedUpdate, nextEventTimeDefined]) {
+            _ = answer("a flag", flag, fmi3False);
+        }
+        _ = answer("terminateSimulation", terminateSimulation, fmi3True);
+        _ = answer("nextEventTime", nextEventTime, 0.0);
+    } |instance| {
         let Handled { again, changed, next } = instance.update_discrete_states()?;
         answer("discreteStatesNeedUpdate", discreteStatesNeedUpdate, again.into())?;
         answer("terminateSimulation", terminateSimulation, fmi3False)?;
@@ -291,18 +298,25 @@ pub unsafe extern "C" fn fmi3DoStep(
     earlyReturn: *mut fmi3Boolean,
     lastSuccessfulTime: *mut f64,
 ) -> fmi3Status {
+    let answers = |events: bool, terminate: fmi3Boolean, early: bool, time: f64| {
+        // SAFETY: the host's promises, here and below.
+        unsafe {
+            answer("eventHandlingNeeded", eventHandlingNeeded, events.into())?;
+            answer("terminateSimulation", terminateSimulation, terminate)?;
+            answer("earlyReturn", earlyReturn, early.into())?;
+            answer("lastSuccessfulTime", lastSuccessfulTime, time)
+        }
+    };
     let mut end: Option<StepEnd> = None;
     let mut part = |legal: Call, body: &dyn Fn(&mut Instance) -> Result<StepEnd, Refusal>| {
-        let end = &mut end;
-        // SAFETY: the host's promises, here and below.
+        // Those of a refused call, see `export_by`.
+        let (end, refused) = (&mut end, |time: f64| answers(false, fmi3True, false, time));
+        _ = refused(end.map_or(currentCommunicationPoint, |end| end.time));
         let status = unsafe {
             call::<Fmi3>(instance, "fmi3DoStep", legal, &mut |instance| {
-                let reached = body(instance)?;
-                *end = Some(reached);
-                answer("eventHandlingNeeded", eventHandlingNeeded, reached.events.into())?;
-                answer("terminateSimulation", terminateSimulation, fmi3False)?;
-                answer("earlyReturn", earlyReturn, reached.early.into())?;
-                answer("lastSuccessfulTime", lastSuccessfulTime, reached.time)
+                _ = refused(instance.time());
+                let StepEnd { time, early, events, .. } = *end.insert(body(instance)?);
+                answers(events, fmi3False, early, time)
             })
         };
         (status, end.filter(|end| end.interrupted))
@@ -340,7 +354,10 @@ export! {
     fn fmi3CompletedIntegratorStep(
         _noSetFMUStatePriorToCurrentPoint: fmi3Boolean, enterEventMode: *mut fmi3Boolean,
         terminateSimulation: *mut fmi3Boolean,
-    ) as COMPLETED_INTEGRATOR_STEP |instance| {
+    ) as COMPLETED_INTEGRATOR_STEP or {
+        _ = answer("enterEventMode", enterEventMode, fmi3False);
+        _ = answer("terminateSimulation", terminateSimulation, fmi3True);
+    } |instance| {
         let enter = instance.completed_integrator_step()?;
         answer("enterEventMode", enterEventMode, enter.into())?;
         answer("terminateSimulation", terminateSimulation, fmi3False)

@@ -239,3 +239,30 @@ fn types_and_version_are_those_of_the_standard() {
         assert_eq!(std::ffi::CStr::from_ptr(fmi2GetVersion()), c"2.0");
     }
 }
+
+/// Hosts that do not ask whether a call was refused come to an end all the same.
+#[test]
+fn answers_of_refused_calls_end_a_run() {
+    let host = Host::default();
+    for c in [host.c, null_mut()] {
+        let (mut enter, mut terminate, mut ended, mut status) = (1, 0, 0, fmi2OK);
+        let mut info = fmi2EventInfo {
+            newDiscreteStatesNeeded: 1,
+            terminateSimulation: 0,
+            nominalsOfContinuousStatesChanged: 1,
+            valuesOfContinuousStatesChanged: 1,
+            nextEventTimeDefined: 1,
+            nextEventTime: f64::NAN,
+        };
+        unsafe {
+            assert_eq!(fmi2NewDiscreteStates(c, &mut info), fmi2Error);
+            assert_eq!(fmi2CompletedIntegratorStep(c, 1, &mut enter, &mut terminate), fmi2Error);
+            assert_eq!(fmi2GetStatus(c, fmi2DoStepStatus, &mut status), fmi2Error);
+            assert_eq!(fmi2GetBooleanStatus(c, fmi2Terminated, &mut ended), fmi2Error);
+        }
+        let flags = [info.nominalsOfContinuousStatesChanged, info.valuesOfContinuousStatesChanged];
+        assert_eq!((info.newDiscreteStatesNeeded, info.terminateSimulation, flags), (0, 1, [0; 2]));
+        assert_eq!((info.nextEventTimeDefined, info.nextEventTime), (0, 0.0));
+        assert_eq!((enter, terminate, ended, status), (0, 1, 1, fmi2Error));
+    }
+}
