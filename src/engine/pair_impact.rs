@@ -162,7 +162,7 @@ impl PairImpact {
         };
         let common = centre.displacement_integral(o, &u);
         let integrals = |ball: &Ball, of_overlap: f64| RunningIntegrals {
-            x_integral: ball.flight.x * t + common + of_overlap * overlap_integral,
+            support: (o.omega2() * (ball.flight.x * t + common + of_overlap * overlap_integral)).into(),
             drag_loss: 0.0,
             work: ball.model.mass * ball.flight.forcing[0] * displacement,
         };

@@ -89,8 +89,8 @@ impl Ledger {
 pub(crate) struct BallStart {
     /// Position, m, and velocity, m/s.
     pub state: (f64, f64),
-    /// Integral of its force on the support, up to a constant, N.s.
-    pub support_impulse: f64,
+    /// Integral of its force on the support over its mass, up to a constant, m/s.
+    pub support: DoubleDouble,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -99,6 +99,9 @@ pub(crate) struct StepStart {
     pub number: u64,
     /// When it began, s.
     pub time: f64,
+    /// Up to when the ledgers hold its largest forces, s: what acts from a change of the inputs on is no part of a step
+    /// that ends there.
+    pub entered: f64,
     /// Balls that have moved off their closed forms since.
     #[serde(skip)]
     pub moved: Vec<u32>,
@@ -110,13 +113,20 @@ pub(crate) struct StepStart {
 impl StepStart {
     /// Before the first step, at `time` (s).
     pub fn new(balls: usize, contacts: usize, time: f64) -> Self {
-        Self { number: 0, time, moved: Vec::new(), balls: vec![None; balls], contacts: vec![None; contacts] }
+        Self {
+            number: 0,
+            time,
+            entered: time,
+            moved: Vec::new(),
+            balls: vec![None; balls],
+            contacts: vec![None; contacts],
+        }
     }
 
     /// A new step begins at `time` (s).
     pub fn begin(&mut self, time: f64) {
         self.number = self.number.saturating_add(1);
-        self.time = time;
+        (self.time, self.entered) = (time, time);
         for i in self.moved.drain(..).map(|i| i as usize) {
             self.balls[i] = None;
             let beside = i.saturating_sub(1)..(i + 1).min(self.contacts.len());
@@ -127,8 +137,8 @@ impl StepStart {
     /// Whether all values are finite, and contacts recorded with their balls.
     pub fn is_sound(&self) -> bool {
         let finite = |start: &BallStart| {
-            let BallStart { state: (x, v), support_impulse } = start;
-            x.is_finite() && v.is_finite() && support_impulse.is_finite()
+            let BallStart { state: (x, v), support } = start;
+            x.is_finite() && v.is_finite() && support.is_sound()
         };
         let contact = |(contact, balls): (&Option<(f64, Mode)>, &[Option<BallStart>])| {
             contact.is_none_or(|(overlap, _)| overlap.is_finite() && balls.iter().any(Option::is_some))

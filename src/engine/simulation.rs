@@ -46,6 +46,7 @@ of_method! {
     fn last_step(self: &Self) -> LastStep<'_>;
     fn hold(self: &mut Self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError>;
     fn retune(self: &mut Self, parameters: &Parameters) -> Result<(), EngineError>;
+    fn begin_step(self: &mut Self) -> ();
     fn advance(self: &mut Self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError>;
     fn continue_step(self: &mut Self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError>;
 }
@@ -88,11 +89,28 @@ impl Simulation {
 
     /// The history from `start` (s) to the current time, and the run at its start; `parameters` are the current ones.
     fn begun_again(&self, parameters: &Parameters, start: f64, history: &History) -> Option<(Vec<Stretch>, Self)> {
-        let stretches = history.stretches(self.time(), self.inputs(), parameters.tunables());
+        let stretches = history.of_run(self.stretch(parameters.tunables()))?;
         let (first, mut at_start) = (stretches.first()?, parameters.clone());
         at_start.tune(first.tunables);
         let begun = Self::new(&at_start, &first.inputs.values(start), start).ok()?;
         Some((stretches, begun))
+    }
+
+    /// What has acted until now, since the last change; `tunables` are the current parameters.
+    fn stretch(&self, tunables: Tunables) -> Stretch {
+        Stretch { until: self.time(), inputs: self.inputs().clone(), tunables }
+    }
+
+    /// Derivatives of the outputs along inputs that were held over the last step; `None` if it cannot be followed.
+    /// `parameters` are the current ones.
+    pub fn sensitivity_of_step(
+        &self,
+        parameters: &Parameters,
+        history: &History,
+        inputs: &Inputs,
+    ) -> Option<Differential> {
+        let stretches = history.of_step(self.stretch(parameters.tunables()))?;
+        self.last_step().along_inputs(parameters, &stretches, inputs)
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which began at `start`
@@ -133,9 +151,10 @@ impl Simulation {
         recorder.tape(&self.last_step().end)
     }
 
-    /// Before inputs or tunable parameters (now `tunables`) change: keeps the history so far, if `wanted`.
+    /// Before inputs or tunable parameters (now `tunables`) change: keeps the history so far, that of the run if it is
+    /// `wanted`.
     pub fn keep_history(&self, wanted: bool, tunables: Tunables, history: &mut History) {
-        history.keep(wanted, self.time(), self.inputs(), tunables);
+        history.keep(wanted, self.step_length() > 0.0, &self.stretch(tunables));
     }
 
     pub(crate) fn inputs(&self) -> &HeldInputs {

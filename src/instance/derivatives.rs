@@ -131,7 +131,10 @@ impl Instance {
             Derived::Exchanged => Some(self.exchange()?.along(&along.states, inputs)),
             Derived::Start => Some(self.simulation()?.last_step().along_parameters(&parameters, tangent, inputs)),
             Derived::Step if at_point => Some(self.simulation()?.last_step().at_end_along_inputs(inputs)),
-            Derived::Step => self.simulation()?.last_step().along_inputs(inputs),
+            Derived::Step => {
+                let Run { history, simulation, .. } = &self.run;
+                simulation.as_ref().and_then(|run| run.sensitivity_of_step(&parameters, history, inputs))
+            }
             Derived::Run if taped => self.tape()?.map(|tape| tape.along(tangent, inputs)),
             Derived::Run => None,
         };

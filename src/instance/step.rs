@@ -63,6 +63,11 @@ impl Instance {
             self.run.input_derivatives.clear();
             return Ok(self.reached(own, false));
         }
+        if let Some(simulation) = &mut self.run.simulation {
+            // Before new inputs act, so that they are no event of the step before.
+            simulation.begin_step();
+            self.run.history.begin_step();
+        }
         self.update_simulation()?;
         if let Some(stop) = self.run.experiment.and_then(|experiment| experiment.stop)
             && end > stop
@@ -73,7 +78,7 @@ impl Instance {
             self.log.solver(text);
         }
         self.catch_up_rigid();
-        self.advance(StepUnderWay { asked: end, end }, interruptible, true)
+        self.advance(StepUnderWay { asked: end, end }, interruptible)
     }
 
     /// Continues an interrupted step, which the host may end at the time `end` (s).
@@ -92,17 +97,16 @@ impl Instance {
         if step.end == now || self.may_end_early() && self.run.clocks.are_due() {
             return Ok(self.end_step(step));
         }
-        self.advance(step, true, false)
+        self.advance(step, true)
     }
 
-    /// Advances to the end of the step, or to the first onset or release. `begins` starts the step.
-    fn advance(&mut self, step: StepUnderWay, interruptible: bool, begins: bool) -> Result<StepEnd, Refusal> {
+    /// Advances to the end of the step, or to the first onset or release.
+    fn advance(&mut self, step: StepUnderWay, interruptible: bool) -> Result<StepEnd, Refusal> {
         self.run.history.forget_tape();
         let (end, purpose) = (step.end, self.run.purpose);
         let stops = interruptible || self.may_end_early();
         let mut recorder = Recorder::new(&self.log, &mut self.run.clocks, purpose, end, stops);
         let moved = match &mut self.run.simulation {
-            Some(simulation) if begins => simulation.advance(end, &mut recorder),
             Some(simulation) => simulation.continue_step(end, &mut recorder),
             None => return Err(Refusal::new("nothing is calculated yet")),
         };
@@ -200,7 +204,7 @@ impl Instance {
         let (own, margin) = (self.time(), CLOCK_TOLERANCE * self.time().abs().max(1.0));
         let next = self.simulation()?.next_event().filter(|next| *next - own <= margin);
         if let Some(next) = next.filter(|_| !self.run.clocks.are_due()) {
-            self.advance(StepUnderWay { asked: next, end: next }, false, false)?;
+            self.advance(StepUnderWay { asked: next, end: next }, false)?;
         }
         self.tick();
         Ok(())

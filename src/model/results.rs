@@ -31,7 +31,7 @@ pub trait Chain<S: Scalar = f64> {
     /// Force of contact `i`, pushing its balls apart, N.
     fn force(&self, i: usize) -> S;
 
-    /// Whether the balls of contact `i` overlap.
+    /// Whether contact `i` is closed.
     fn in_contact(&self, i: usize) -> bool {
         self.overlap(i).value() > 0.0
     }

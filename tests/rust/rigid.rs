@@ -181,7 +181,7 @@ fn inputs_press_and_part() {
     engine.advance(0.1, &mut pulses).unwrap();
     for i in 0..4 {
         assert!((engine.force(i) - (4.0 - i as f64)).abs() < 1e-13, "{i}: {}", engine.force(i));
-        assert_eq!((engine.pulses(i), engine.last_onset(i)), (1, 0.0));
+        assert_eq!((engine.pulses(i), engine.last_onset(i), engine.in_contact(i)), (1, 0.0, true));
         assert!((engine.force_mean(i) - (4.0 - i as f64)).abs() < 1e-12);
     }
     assert!(pulses.is_empty());
@@ -192,7 +192,28 @@ fn inputs_press_and_part() {
     assert_eq!(releases, [(0, 0.1), (1, 0.1), (2, 0.1), (3, 0.1)]);
     assert!(pulses.iter().all(|pulse| (pulse.impulse - 0.1 * (4.0 - pulse.contact as f64)).abs() < 1e-13));
     assert!(engine.overlap(0) < -1e-3 && engine.v(4) > 0.0);
+    assert!((0..4).all(|i| !engine.in_contact(i)));
     assert_energy(&engine, 1e-13, "rigid");
+}
+
+/// Means over a microsecond have their digits after a day, too.
+#[test]
+fn the_mean_forces_of_a_body_keep_their_digits() {
+    for settings in ["", UNEQUAL] {
+        let p = rigid(2, &format!("{settings} pendulum.drag=0.5"));
+        let inputs = Inputs { force: vec![0.3, -0.2], support_acceleration: 0.01 };
+        let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
+        engine.advance(86_400.0, &mut Vec::new()).unwrap();
+        for k in 1..=5 {
+            let before = [engine.force(0), engine.support_force()];
+            engine.advance(86_400.0 + 1e-6 * f64::from(k), &mut Vec::new()).unwrap();
+            let means = [engine.force_mean(0), engine.support_force_mean()];
+            for ((mean, before), now) in means.iter().zip(before).zip([engine.force(0), engine.support_force()]) {
+                assert!((mean - 0.5 * (before + now)).abs() < 1e-14, "{mean} {before} {now}");
+            }
+        }
+        assert!(engine.in_contact(0) && engine.force(0) > 0.1);
+    }
 }
 
 #[test]

@@ -248,6 +248,51 @@ fn long_flights_without_gravity() {
     assert!((found.x[0] * p.length * 120.0 + 1.0).abs() < 1e-14, "{}", found.x[0]);
 }
 
+/// A step in which inputs change, and at whose end inputs and a parameter do.
+fn cut_step(p: &Parameters, change: f64) -> (Simulation, History, Parameters) {
+    let held = |force: f64| Inputs { force: vec![0.0, 0.0, 0.0, force + change], support_acceleration: 0.1 };
+    let mut simulation = Simulation::new(p, &held(0.2), START).unwrap();
+    let (mut history, mut p) = (History::default(), p.clone());
+    simulation.hold(&Inputs::zero(4), &[]).unwrap();
+    simulation.advance(0.3, &mut Unrecorded).unwrap();
+    simulation.begin_step();
+    history.begin_step();
+    for (time, force) in [(0.3, 0.2), (0.7, 0.5), (0.95, 0.1), (1.2, 3.0)] {
+        simulation.continue_step(time, &mut Unrecorded).unwrap();
+        simulation.keep_history(false, p.tunables(), &mut history);
+        simulation.hold(&held(force), &[]).unwrap();
+    }
+    simulation.keep_history(false, p.tunables(), &mut history);
+    p.drag += 0.3;
+    simulation.retune(&p).unwrap();
+    (simulation, history, p)
+}
+
+/// Along a change of the inputs over all of it; those that act from its end on count for the next onset only.
+#[test]
+fn a_step_that_inputs_cut_has_derivatives() {
+    let soft = "contact.stiffness=2e3 contact.overlapRef=1 contact.damping=3 pendulum.drag=0.2";
+    for settings in ["pendulum.drag=0.1", soft, "contact.stiffness=1e5 solver.method=adams"] {
+        let p = cradle(4, &format!("{settings} solver.tolerance=1e-14"));
+        let outputs = |change: f64| {
+            let (run, ..) = cut_step(&p, change);
+            let means = (0..3).map(|i| run.force_mean(i)).chain([run.support_force_mean()]);
+            let impulses = (0..3).map(|i| run.impulse(i)).chain([run.next_onset().time()]);
+            (0..4).map(|i| run.x(i)).chain(means).chain(impulses).collect::<Vec<_>>()
+        };
+        let (run, history, tuned) = cut_step(&p, 0.0);
+        let along = Inputs { force: vec![0.0, 0.0, 0.0, 1.0], ..Inputs::zero(4) };
+        let of = run.sensitivity_of_step(&tuned, &history, &along).unwrap();
+        let exact = [of.x, of.force_mean, vec![of.support_force_mean], of.impulse, vec![of.next_onset]].concat();
+        let tolerance = if settings.contains("adams") { 1e-4 } else { 1e-7 };
+        let (differences, _) = by_differences(if settings.contains("adams") { 1e-3 } else { 1e-4 }, false, outputs);
+        let size = exact.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        for (k, (exact, difference)) in exact.iter().zip(differences).enumerate() {
+            assert!((exact - difference).abs() < tolerance * size, "{settings} {k}: {exact} {difference}");
+        }
+    }
+}
+
 /// A brake that changes at every millisecond, there and back.
 #[test]
 fn parameters_that_change_all_the_time() {

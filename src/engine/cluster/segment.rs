@@ -162,12 +162,13 @@ impl Cluster {
             integrals.add(&integrals_on_arc(&ball.model, flight, tau, &|t| self.moved(i, t)));
             return integrals;
         }
-        integrals.x_integral += flight.x * tau + self.output().displacement_integral(j, tau);
+        let gamma = ball.oscillator.gamma();
+        integrals.support += ball.model.omega2 * (flight.x * tau + self.output().displacement_integral(j, tau));
         if flight.forcing != [0.0; MAX_FORCE_ORDER + 1] {
             integrals.work += ball.model.mass * self.output().work(j, &flight.forcing, tau);
         }
-        let gamma = ball.oscillator.gamma();
         if gamma > 0.0 {
+            integrals.support += 2.0 * gamma * self.output().moved(j, tau).0;
             integrals.drag_loss += 2.0 * gamma * ball.model.mass * self.output().squared_velocity_integral(j, tau);
         }
         integrals

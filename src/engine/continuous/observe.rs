@@ -38,7 +38,7 @@ impl Continuous {
 
     pub(crate) fn last_step(&self) -> LastStep<'_> {
         let states = [&self.y_at_step, &self.y()].map(|y| self.chain(y));
-        LastStep::new(self, states, self.inputs.at(self.step_start))
+        LastStep::new(self, states, self.step_start, self.inputs.at(self.time))
     }
 
     /// See [`by_time`]. The polynomials of the steps have too low an order for overlaps: the second and third
@@ -126,7 +126,8 @@ impl Results for Continuous {
     }
 
     fn force_peak(&self, i: usize) -> f64 {
-        self.ledgers[i].peak_in_step(self.step).max(self.force(i))
+        let before = self.ledgers[i].peak_in_step(self.step);
+        if self.step_length() > 0.0 && self.entered == self.time { before } else { before.max(self.force(i)) }
     }
 
     fn record(&self, i: usize) -> Record {

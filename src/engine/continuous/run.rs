@@ -8,7 +8,7 @@ use super::dynamics::{Dynamics, forcings};
 use super::trajectory::{Event, Kind, Trajectory};
 use crate::engine::run::{Unsound, require};
 use crate::engine::{EngineError, HeldInputs, Ledger, Next, Observer, Progress};
-use crate::model::{Chain, Cradle, Inputs, Parameters, WorkCounters};
+use crate::model::{Chain, Cradle, Inputs, Parameters, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
 /// Steps of the solver, times contacts, from one report of the progress to the next: some milliseconds.
@@ -26,6 +26,8 @@ pub struct Continuous {
     pub(super) step: u64,
     /// Start of the last step, s, with the state of the equations then.
     pub(super) step_start: f64,
+    /// Up to when the ledgers hold its largest forces, s; see [`StepStart`](crate::engine::StepStart).
+    pub(super) entered: f64,
     pub(super) y_at_step: Vec<f64>,
     pub(super) energy_at_start: f64,
     /// A copy of the motion that looks ahead for the next onset.
@@ -57,6 +59,7 @@ impl Continuous {
             time: start_time,
             step: 0,
             step_start: start_time,
+            entered: start_time,
             y_at_step: y,
             energy_at_start: 0.0,
             ahead: RefCell::new(None),
@@ -98,7 +101,8 @@ impl Continuous {
         }
         let path = &self.trajectory.path;
         let on_path = path.end >= self.now() && path.start() <= self.now();
-        let times = [self.inputs.since, self.step_start].iter().all(|time| (start..=self.time).contains(time));
+        let times =
+            [self.inputs.since, self.step_start, self.entered].iter().all(|time| (start..=self.time).contains(time));
         require(failed || (on_path && times), "its time is not that of its solver")?;
         let found = self.foreseen.get().is_none_or(|(asked, found)| asked != self.time || found.time() > self.time);
         require(failed || found, "the onset that it found ahead lies in the past")?;
@@ -134,6 +138,9 @@ impl Continuous {
 
     /// Restarts from the current time with the current inputs and cradle.
     fn restart(&mut self, cradle: Cradle) {
+        if self.step_length() > 0.0 {
+            self.enter_forces();
+        }
         let y = self.y();
         let dynamics = Dynamics::new(cradle, &self.inputs, self.time, &y, self.trajectory.dynamics.tolerance);
         self.trajectory.restart(dynamics, &y);
@@ -145,21 +152,35 @@ impl Continuous {
         self.time.into()
     }
 
-    /// See [`Engine::advance`](crate::engine::Engine::advance).
-    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+    /// See [`Engine::begin_step`](crate::engine::Engine::begin_step).
+    pub fn begin_step(&mut self) {
         self.step = self.step.saturating_add(1);
-        self.step_start = self.time;
+        (self.step_start, self.entered) = (self.time, self.time);
         self.y_at_step = self.y();
+        self.ledgers.iter_mut().for_each(|ledger| ledger.begin_step(self.step, DoubleDouble::ZERO));
+    }
+
+    /// Enters the forces at the current time in the ledgers.
+    fn enter_forces(&mut self) {
         for i in 0..self.ledgers.len() {
             let force = self.force(i);
-            self.ledgers[i].begin_step(self.step, DoubleDouble::ZERO);
             self.ledgers[i].add(0.0, 0.0, force);
         }
+        self.entered = self.time;
+    }
+
+    /// See [`Engine::advance`](crate::engine::Engine::advance).
+    pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        self.begin_step();
         self.continue_step(time, observer)
     }
 
-    /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
+    /// See [`Engine::continue_step`](crate::engine::Engine::continue_step).
     pub fn continue_step(&mut self, mut time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        if self.entered == self.time {
+            // Those that act from now on.
+            self.enter_forces();
+        }
         let mut steps = 0_u64;
         loop {
             while let Some(&event) = self.trajectory.events.front().filter(|event| event.time <= time.into()) {

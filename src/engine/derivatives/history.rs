@@ -21,32 +21,60 @@ pub(crate) struct Stretch {
     pub tunables: Tunables,
 }
 
-/// The inputs and tunable parameters of a run up to their last change.
+/// Stretches, one after the other, up to the last change.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct History {
-    stretches: Vec<Stretch>,
+struct Stretches {
+    list: Vec<Stretch>,
     numbers: usize,
     /// Whether a change was not kept.
     broken: bool,
+}
+
+impl Stretches {
+    /// Adds what acted until a change, if it is `wanted`, acted for a time, and has room.
+    fn keep(&mut self, wanted: bool, stretch: &Stretch) {
+        self.broken |= !wanted;
+        if !self.broken && self.list.last().is_none_or(|last| last.until < stretch.until) {
+            let inputs = stretch.inputs.orders.iter();
+            self.numbers += inputs.map(|inputs| inputs.force.len() + 1).sum::<usize>() + stretch.tunables.len();
+            self.list.push(stretch.clone());
+            self.broken = self.numbers > MOST_NUMBERS;
+        }
+        if self.broken {
+            (self.list, self.numbers) = (Vec::new(), 0);
+        }
+    }
+
+    /// All of them, if they were kept, and then this one.
+    fn and(&self, last: Stretch) -> Option<Vec<Stretch>> {
+        (!self.broken).then(|| self.list.iter().cloned().chain([last]).collect())
+    }
+}
+
+/// The inputs and tunable parameters of a run, and of its last step, up to their last change.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct History {
+    of_run: Stretches,
+    of_step: Stretches,
     /// The tape of the run up to now, if it was needed: recording it is most of the cost of a gradient.
     #[serde(skip)]
     tape: OnceCell<Option<Arc<Tape>>>,
 }
 
 impl History {
-    /// Before a change at `until` (s): keeps inputs and parameters that acted for a time, if `wanted` and if
-    /// there is room.
-    pub(crate) fn keep(&mut self, wanted: bool, until: f64, inputs: &HeldInputs, tunables: Tunables) {
+    /// Before a change: keeps what acted until then, for the run if that is `wanted`, and for the step if it has
+    /// lasted for a time.
+    pub(crate) fn keep(&mut self, wanted: bool, in_step: bool, stretch: &Stretch) {
         self.forget_tape();
-        self.broken |= !wanted;
-        if !self.broken && self.stretches.last().is_none_or(|last| last.until < until) {
-            self.numbers += inputs.orders.iter().map(|inputs| inputs.force.len() + 1).sum::<usize>() + tunables.len();
-            self.stretches.push(Stretch { until, inputs: inputs.clone(), tunables });
-            self.broken = self.numbers > MOST_NUMBERS;
+        self.of_run.keep(wanted, stretch);
+        if in_step {
+            self.of_step.keep(true, stretch);
         }
-        if self.broken {
-            (self.stretches, self.numbers) = (Vec::new(), 0);
-        }
+    }
+
+    /// A step begins.
+    pub fn begin_step(&mut self) {
+        self.of_step = Stretches::default();
     }
 
     /// The tape of the run so far, recorded on first use.
@@ -61,19 +89,23 @@ impl History {
 
     /// Whether all changes were kept.
     pub fn is_complete(&self) -> bool {
-        !self.broken
+        !self.of_run.broken
     }
 
-    /// The stretches of a run from its start to `until` (s), the last one with these inputs and parameters.
-    pub(crate) fn stretches(&self, until: f64, inputs: &HeldInputs, tunables: Tunables) -> Vec<Stretch> {
-        let last = Stretch { until, inputs: inputs.clone(), tunables };
-        self.stretches.iter().cloned().chain([last]).collect()
+    /// The stretches of the run, and `now` as the last one; `None` if not all were kept.
+    pub(crate) fn of_run(&self, now: Stretch) -> Option<Vec<Stretch>> {
+        self.of_run.and(now)
+    }
+
+    /// Those of the last step.
+    pub(crate) fn of_step(&self, now: Stretch) -> Option<Vec<Stretch>> {
+        self.of_step.and(now)
     }
 
     /// Whether it fits a run of these parameters, of which only tunable ones may have changed.
     pub fn is_sound(&self, parameters: &Parameters, allowed: impl Fn(&Parameters) -> bool) -> bool {
         let (mut then, mut known) = (parameters.clone(), None);
-        let stretch = |Stretch { until, inputs, tunables }: &Stretch| {
+        let mut stretch = |Stretch { until, inputs, tunables }: &Stretch| {
             let tuned = known.replace(*tunables) == Some(*tunables) || {
                 then.tune(*tunables);
                 allowed(&then)
@@ -81,9 +113,9 @@ impl History {
             let finite = inputs.are_finite() && inputs.since.is_finite() && until.is_finite();
             tuned && finite && inputs.fit(parameters.balls())
         };
-        self.numbers <= MOST_NUMBERS
-            && self.stretches.iter().all(stretch)
-            && self.stretches.is_sorted_by(|a, b| a.until <= b.until)
+        [&self.of_run, &self.of_step].into_iter().all(|Stretches { list, numbers, .. }| {
+            *numbers <= MOST_NUMBERS && list.iter().all(&mut stretch) && list.is_sorted_by(|a, b| a.until <= b.until)
+        })
     }
 }
 
@@ -95,12 +127,16 @@ mod tests {
     #[test]
     fn what_has_acted_for_no_time_is_not_kept() {
         let (p, held) = (Parameters::default_for(3), HeldInputs::constant(Inputs::zero(3), 0.0));
+        let stretch = |until| Stretch { until, inputs: held.clone(), tunables: p.tunables() };
         let mut history = History::default();
         for until in [0.5, 0.5, 0.75] {
-            history.keep(true, until, &held, p.tunables());
+            history.keep(true, until > 0.5, &stretch(until));
         }
-        assert!(history.is_complete() && history.stretches.len() == 2);
-        history.keep(false, 1.0, &held, p.tunables());
-        assert!(!history.is_complete() && history.stretches.is_empty());
+        let kept = |history: &History| [history.of_run(stretch(1.0)), history.of_step(stretch(1.0))];
+        assert_eq!(kept(&history).map(|of| of.map(|stretches| stretches.len())), [Some(3), Some(2)]);
+        history.keep(false, true, &stretch(1.0));
+        assert_eq!(kept(&history).map(|of| of.map(|stretches| stretches.len())), [None, Some(3)]);
+        history.begin_step();
+        assert_eq!((history.is_complete(), kept(&history)[1].as_ref().map(Vec::len)), (false, Some(1)));
     }
 }

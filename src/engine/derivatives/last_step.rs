@@ -11,11 +11,13 @@ use crate::solver::{Dual, Scalar};
 
 /// The last step of a run, by any method: the data for its derivatives.
 pub struct LastStep<'a> {
+    /// What acts from its end on.
     cradle: &'a Cradle,
-    /// State and inputs at its start.
-    start: ChainState,
     inputs: HeldInputs,
-    /// Its length, s; 0 before the first.
+    /// The state at its start.
+    start: ChainState,
+    /// When it began, s, and its length, s; 0 before the first.
+    began: f64,
     length: f64,
     pub(crate) end: ChainState,
     /// Whether an onset ahead is known.
@@ -26,28 +28,34 @@ impl Engine {
     /// The last step, or the start before the first, for derivatives along directions.
     pub fn last_step(&self) -> LastStep<'_> {
         let states = [self.state_at_start(), self.state_of_all(self.time.into())];
-        LastStep::new(self, states, self.inputs.at(self.step.time))
+        LastStep::new(self, states, self.step.time, self.inputs.at(self.time))
     }
 }
 
 impl<'a> LastStep<'a> {
-    /// Of this run, with its states at the start and at the end of the step, and the inputs at the start.
-    pub(crate) fn new(run: &'a dyn Results, [start, end]: [ChainState; 2], inputs: HeldInputs) -> Self {
+    /// Of this run, with its states at the start and at the end of the step, when it began (s), and the inputs at its
+    /// end.
+    pub(crate) fn new(run: &'a dyn Results, [start, end]: [ChainState; 2], began: f64, inputs: HeldInputs) -> Self {
         let onset_ahead = run.next_onset().found().is_some();
-        Self { cradle: run.cradle(), start, inputs, length: run.step_length(), end, onset_ahead }
+        Self { cradle: run.cradle(), inputs, start, began, length: run.step_length(), end, onset_ahead }
     }
 
-    /// Derivatives of the outputs at its end along `inputs`, which were held over it. Before the first step nothing
-    /// depends on them. `None` if the step cannot be followed: it has too many segments, leaves the range of numbers,
-    /// has rigid balls that stay in contact, or its derivatives are only rounding.
-    pub fn along_inputs(&self, inputs: &Inputs) -> Option<Differential> {
+    /// Derivatives of the outputs at its end along `inputs`, which were held over it: they change by the same over all
+    /// its `stretches`. Before the first step nothing depends on them. `None` if the step cannot be followed: it has
+    /// too many segments, leaves the range of numbers, has rigid balls that stay in contact, or its derivatives are
+    /// only rounding. `parameters` are the current ones.
+    pub(crate) fn along_inputs(
+        &self,
+        parameters: &Parameters,
+        stretches: &[Stretch],
+        inputs: &Inputs,
+    ) -> Option<Differential> {
         if self.length == 0.0 {
             return Some(Differential::all(self.cradle.balls.len(), 0.0));
         }
-        let along = self.cradle.map(Dual::from);
-        let forcings = forcings_along(&along, &self.inputs, inputs);
-        let mut run = Run::new(along, lifted(&self.start).under(forcings));
-        run.follow(Some(self.length))?;
+        let start = |_: &Cradle<Dual>| lifted(&self.start);
+        let coefficients = |acting: &Parameters| Cradle::new(acting).map(Dual::from);
+        let run = self.follow(parameters, self.began, stretches, inputs, start, coefficients)?;
         if run.is_cancelled() { None } else { self.outputs_of(run) }
     }
 
@@ -60,24 +68,45 @@ impl<'a> LastStep<'a> {
         stretches: &[Stretch],
         (tangent, inputs): (&Parameters, &Inputs),
     ) -> Option<Differential> {
-        let (mut acting, mut run, mut since): (Parameters, Option<Run>, f64) = (parameters.clone(), None, start_time);
+        let start = |along: &Cradle<Dual>| start_along(start, along, tangent);
+        let coefficients = |acting: &Parameters| Cradle::along(acting, tangent);
+        self.outputs_of(self.follow(parameters, start_time, stretches, inputs, start, coefficients)?)
+    }
+
+    /// Follows `stretches` from the time `since` (s) to the end of the step, along `inputs`, the state at the `start`
+    /// and `coefficients` that follow from the tunable parameters.
+    fn follow(
+        &self,
+        parameters: &Parameters,
+        mut since: f64,
+        stretches: &[Stretch],
+        inputs: &Inputs,
+        start: impl Fn(&Cradle<Dual>) -> ChainState<Dual>,
+        coefficients: impl Fn(&Parameters) -> Cradle<Dual>,
+    ) -> Option<Run> {
+        let (mut acting, mut run): (Parameters, Option<Run>) = (parameters.clone(), None);
         for stretch in stretches {
             acting.tune(stretch.tunables);
-            let along = Cradle::along(&acting, tangent);
+            let along = coefficients(&acting);
             let forcings = forcings_along(&along, &stretch.inputs.at(since), inputs);
             let begun = match run.take() {
                 Some(run) => run.under(along, forcings),
-                None => Run::new(along.clone(), start_along(start, &along, tangent).under(forcings)),
+                None => {
+                    let start = start(&along).under(forcings);
+                    Run::new(along, start)
+                }
             };
             let run = run.insert(begun);
-            if (since..stretch.until).contains(&self.inputs.since) {
-                run.follow(Some(self.inputs.since - since))?;
+            if since < self.began && self.began < stretch.until {
+                run.follow(Some(self.began - since))?;
+            }
+            if (since..stretch.until).contains(&self.began) {
                 run.begin_step();
             }
             run.follow(Some(stretch.until - since))?;
             since = stretch.until;
         }
-        self.outputs_of(run?)
+        run
     }
 
     /// Derivatives of the outputs at its end, which `run` has reached.
@@ -91,8 +120,7 @@ impl<'a> LastStep<'a> {
     /// the next onset, but not of constraint forces.
     pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
         let along = self.cradle.map(Dual::from);
-        let held = self.inputs.at(self.inputs.since + self.length);
-        let forcings = forcings_along(&along, &held, inputs);
+        let forcings = forcings_along(&along, &self.inputs, inputs);
         let run = Run::new(along, lifted(&self.end).under(forcings));
         let outputs = run.outputs();
         Differential { next_onset: self.next_onset(run), ..outputs }

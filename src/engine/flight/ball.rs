@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
-use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, shifted};
+use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, integral_of, shifted};
 use super::path::{Fault, Path, Piece};
 use crate::model::BallModel;
 use crate::solver::{BASIS, DoubleDouble, Oscillator, Steady, quadrature::gauss_legendre};
@@ -150,10 +150,44 @@ impl Ball {
     #[inline(always)]
     fn on_line_by<const N: usize>(&self, inputs: &Forcing, tau: f64, u: &[f64; N]) -> (RunningIntegrals, f64, f64) {
         let (o, flight, mut integrals) = (&self.oscillator, &self.flight, self.integrals);
-        integrals.x_integral += flight.x * tau + flight.displacement_integral(o, u);
+        let (displacement, v) = (flight.displacement(o, u), flight.velocity(o, u));
+        integrals.support += self.on_support(flight, tau, u, (displacement, v));
         integrals.work += self.model.mass * flight.work(inputs, o, tau, u);
         integrals.drag_loss += self.drag_loss(tau, u);
-        (integrals, flight.displacement(o, u), flight.velocity(o, u))
+        (integrals, displacement, v)
+    }
+
+    /// Impulse on the support over the mass, m/s, from the time `from` to `to`, in flight, with all its digits however
+    /// long the flight is; on an arc, what the inputs give.
+    pub fn support_between(&self, from: DoubleDouble, to: DoubleDouble) -> f64 {
+        let (flight, tau) = (self.flight_at(from), to - from);
+        if self.model.on_arc {
+            return integral_of(&flight.forcing, tau.value());
+        }
+        let o = &self.oscillator;
+        if degree(&flight.forcing) == 0 {
+            let u: [f64; 4] = o.basis(tau);
+            return self.on_support(&flight, tau.value(), &u, (flight.displacement(o, &u), flight.velocity(o, &u)));
+        }
+        let u: [f64; BASIS] = o.basis(tau);
+        self.on_support(&flight, tau.value(), &u, (flight.displacement(o, &u), flight.velocity(o, &u)))
+    }
+
+    /// Impulse on the support over the mass, m/s, within `tau` (s) of a `flight` on a line, by which it is `moved`:
+    /// displacement, m, and velocity, m/s.
+    #[inline(always)]
+    fn on_support<const N: usize>(&self, flight: &Flight, tau: f64, u: &[f64; N], moved: (f64, f64)) -> f64 {
+        let (model, (displacement, v)) = (&self.model, moved);
+        let pendulum = model.omega2 * (flight.x * tau + flight.displacement_integral(&self.oscillator, u));
+        if model.gamma == 0.0 {
+            return pendulum;
+        }
+        let drag = 2.0 * model.gamma * displacement;
+        // What the inputs give that is not in the momentum is the same. Where pendulum and drag nearly cancel, it is
+        // the sum with the smaller terms.
+        let given = if N < BASIS { flight.forcing[0] * tau } else { integral_of(&flight.forcing, tau) };
+        let small = given.abs() + v.abs() + flight.v.abs() < pendulum.abs() + drag.abs();
+        if small && self.regime != Regime::Body { given - (v - flight.v) } else { pendulum + drag }
     }
 
     /// Energy lost to drag within `tau` (s) after the anchor, in flight, J, from the oscillator's functions `u` then.

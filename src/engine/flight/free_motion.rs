@@ -65,8 +65,9 @@ pub(crate) struct Flight<S = f64> {
 /// Running integrals of a ball.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RunningIntegrals {
-    /// Integral of the position, m.s; on an arc that of the acceleration by the inputs, m/s.
-    pub x_integral: f64,
+    /// Impulse on the support by the pendulum and the drag, over the mass, m/s; on an arc, what the inputs give. Over a
+    /// step it is a difference, also late in a run.
+    pub support: DoubleDouble,
     /// Energy lost to drag, J.
     pub drag_loss: f64,
     /// Work of the inputs, J.
@@ -75,11 +76,11 @@ pub(crate) struct RunningIntegrals {
 
 impl RunningIntegrals {
     pub fn is_finite(&self) -> bool {
-        [self.x_integral, self.drag_loss, self.work].iter().all(|value| value.is_finite())
+        self.support.is_sound() && self.drag_loss.is_finite() && self.work.is_finite()
     }
 
     pub fn add(&mut self, more: &Self) {
-        self.x_integral += more.x_integral;
+        self.support += more.support;
         self.drag_loss += more.drag_loss;
         self.work += more.work;
     }

@@ -145,7 +145,7 @@ fn scaled(forcing: &Forcing, unit: f64) -> Forcing {
 }
 
 /// Integrals over a motion along the path, `moved` from `flight` for `tau` (s), of a ball that is in flight or not:
-/// of the forcing instead of the position, m/s; the energy lost to drag and the work of the inputs, J.
+/// what the inputs give, over the mass, m/s; the energy lost to drag and the work of the inputs, J.
 pub(crate) fn integrals(
     ball: &BallModel,
     flight: &Flight,
@@ -154,7 +154,7 @@ pub(crate) fn integrals(
 ) -> RunningIntegrals {
     let mut sums = RunningIntegrals::default();
     if flight.forcing != Forcing::<f64>::default() {
-        sums.x_integral = integral_of(&flight.forcing, tau);
+        sums.support = integral_of(&flight.forcing, tau).into();
         sums.work = ball.mass
             * if degree(&flight.forcing) == 0 {
                 // The way without a difference of positions.

@@ -114,16 +114,33 @@ impl Engine {
         self.contacts[i].ledger.impulse + (before + segment)
     }
 
-    /// Integral of the force of ball `i` on the support, up to a constant, N.s.
-    pub(crate) fn support_impulse_of(&self, i: usize, t: DoubleDouble) -> f64 {
+    /// Integral of the force of ball `i` on the support over its mass, up to a constant, m/s.
+    fn support_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
+        self.integrals_at(i, t).support + -self.momentum_on_arc(i, t)
+    }
+
+    /// On an arc, the horizontal velocity of ball `i`, m/s: what the inputs give that is not in the momentum acts on
+    /// the support; contact forces cancel in the sum.
+    fn momentum_on_arc(&self, i: usize, t: DoubleDouble) -> f64 {
         let model = &self.cradle.balls[i];
-        if model.on_arc {
-            // What the inputs give that is not in the momentum; contact forces cancel in the sum.
-            let (s, u) = self.state_at(i, t);
-            return model.mass * (self.integrals_at(i, t).x_integral - u * model.place(s).cos);
+        if !model.on_arc {
+            return 0.0;
         }
-        let drag = if model.gamma > 0.0 { 2.0 * model.gamma * self.state_at(i, t).0 } else { 0.0 };
-        model.mass * (model.omega2 * self.integrals_at(i, t).x_integral + drag)
+        let (s, u) = self.state_at(i, t);
+        u * model.place(s).cos
+    }
+
+    /// Integral of the force of ball `i` on the support over its mass, in the step so far, m/s.
+    fn support_in_step(&self, i: usize) -> f64 {
+        let (ball, now, start) = (&self.balls[i], self.now(), DoubleDouble::from(self.step.time));
+        match (&self.step.balls[i], ball.regime) {
+            (Some(start), _) => (self.support_at(i, now) + -start.support).value(),
+            (None, Regime::Flight | Regime::Body) => {
+                let momentum = self.momentum_on_arc(i, now) - self.momentum_on_arc(i, start);
+                ball.support_between(start, now) - momentum
+            }
+            (None, _) => (self.support_at(i, now) + -self.support_at(i, start)).value(),
+        }
     }
 
     /// Records the start of the step before an event at `t`, if later, changes the motion of ball `i` or its contacts.
@@ -145,17 +162,43 @@ impl Engine {
                 self.step.contacts[j] = Some(self.overlap_at(j, start));
             }
         }
-        let (state, support_impulse) = (self.state_at(i, start), self.support_impulse_of(i, start));
-        self.step.balls[i] = Some(BallStart { state, support_impulse });
+        let (state, support) = (self.state_at(i, start), self.support_at(i, start));
+        self.step.balls[i] = Some(BallStart { state, support });
         self.step.moved.push(i as u32);
     }
 
     /// Records the impulse at the start of the step before an event at `t`, if later, changes the ledger of `i`.
     pub(crate) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() && self.contacts[i].ledger.impulse_at_start(self.step.number).is_none() {
-            let impulse = self.impulse_at(i, self.step.time.into());
+            let start = self.step.time.into();
+            let impulse = match self.contacts[i].constraint() {
+                Some(constraint) => self.impulse_at(i, t) + -constraint.impulse_between(start, t),
+                None => self.impulse_at(i, start),
+            };
             self.contacts[i].ledger.begin_step(self.step.number, impulse);
         }
+    }
+
+    /// Enters the step so far in the records, before a change that acts from now on.
+    pub(crate) fn enter_step(&mut self) {
+        if self.step_length() == 0.0 {
+            return; // It has only begun.
+        }
+        for i in 0..self.balls.len() {
+            let (now, so_far) = (self.support_at(i, self.now()), self.support_in_step(i));
+            self.record_start(i);
+            if let Some(start) = &mut self.step.balls[i] {
+                start.support = now + -so_far;
+            }
+        }
+        for i in 0..self.contacts.len() {
+            if self.presses(i) || self.contacts[i].constraint().is_some() {
+                let peak = self.force_peak(i);
+                self.begin_ledger(i, self.now());
+                self.contacts[i].ledger.add(0.0, 0.0, peak);
+            }
+        }
+        self.step.entered = self.time;
     }
 
     pub(crate) fn state_at_start(&self) -> ChainState {
@@ -187,6 +230,12 @@ impl Chain for Engine {
         self.overlap_at(i, self.now()).0
     }
 
+    /// Rigid balls that press on each other overlap by 0.
+    fn in_contact(&self, i: usize) -> bool {
+        let presses = self.contacts[i].constraint().is_some() && !self.is_held_back(i);
+        presses || self.overlap(i) > 0.0
+    }
+
     /// For a lasting rigid contact, the constraint force.
     fn force(&self, i: usize) -> f64 {
         if self.is_held_back(i) {
@@ -216,19 +265,16 @@ impl Results for Engine {
     }
 
     fn support_impulse_of_step(&self) -> f64 {
-        let balls = 0..self.balls.len();
-        let at_start = |i: usize| match &self.step.balls[i] {
-            Some(start) => start.support_impulse,
-            None => self.support_impulse_of(i, self.step.time.into()),
-        };
-        let before: f64 = balls.clone().map(at_start).sum();
-        balls.map(|i| self.support_impulse_of(i, self.now())).sum::<f64>() - before
+        self.cradle.balls.iter().enumerate().map(|(i, ball)| ball.mass * self.support_in_step(i)).sum()
     }
 
     fn impulse_of_step(&self, i: usize) -> f64 {
-        let at_start = self.contacts[i].ledger.impulse_at_start(self.step.number);
-        let at_start = at_start.unwrap_or_else(|| self.impulse_at(i, self.step.time.into()));
-        (self.impulse_at(i, self.now()) - at_start).value()
+        let (now, start) = (self.now(), self.step.time.into());
+        match (self.contacts[i].ledger.impulse_at_start(self.step.number), self.contacts[i].constraint()) {
+            (Some(before), _) => (self.impulse_at(i, now) - before).value(),
+            (None, Some(constraint)) => constraint.impulse_between(start, now),
+            (None, None) => (self.impulse_at(i, now) - self.impulse_at(i, start)).value(),
+        }
     }
 
     fn impulse(&self, i: usize) -> f64 {
@@ -241,6 +287,9 @@ impl Results for Engine {
         }
         let from = DoubleDouble::from(self.step.time);
         let before = self.contacts[i].ledger.peak_in_step(self.step.number);
+        if self.step.entered == self.time {
+            return before;
+        }
         if let Some(constraint) = self.contacts[i].constraint() {
             return constraint.peak(from, self.now()).max(before);
         }

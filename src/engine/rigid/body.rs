@@ -144,18 +144,26 @@ impl Constraint {
 
     /// The impulse from the anchor to the time `t`, N.s.
     pub fn impulse(&self, t: DoubleDouble) -> f64 {
-        let tau = (t - self.anchor).value();
+        self.impulse_between(self.anchor, t)
+    }
+
+    /// The impulse between two times, N.s, with all its digits however long the contact has lasted.
+    pub fn impulse_between(&self, from: DoubleDouble, to: DoubleDouble) -> f64 {
+        let (before, tau) = ((from - self.anchor).value(), (to - from).value());
         let (mut of_load, mut power) = (0.0, 1.0);
-        for (k, load) in self.load.iter().enumerate() {
+        for (k, load) in shifted(&self.load, before).iter().enumerate() {
             power *= tau / (k + 1) as f64;
             of_load += load * power;
         }
         if self.stiffness == 0.0 && self.drag == 0.0 {
             return of_load;
         }
-        let u: [f64; BASIS] = self.oscillator.basis(t - self.anchor);
-        let displacement = self.flight.displacement(&self.oscillator, &u);
-        of_load - self.stiffness * self.flight.displacement_integral(&self.oscillator, &u) - self.drag * displacement
+        let o = &self.oscillator;
+        let (moved, v) = self.flight.at(o, from - self.anchor);
+        let flight = Flight { x: self.flight.x + moved, v, forcing: shifted(&self.flight.forcing, before) };
+        let u: [f64; BASIS] = o.basis(to - from);
+        let way = moved * tau + flight.displacement_integral(o, &u);
+        of_load - self.stiffness * way - self.drag * flight.displacement(o, &u)
     }
 
     /// The largest force between two times, N; 0 if the second comes before the first.

@@ -163,10 +163,9 @@ impl Engine {
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
     /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). The trajectory does not change if they are
-    /// constant and act already. Values over the last step are lost.
+    /// constant and act already. Values over a step remain: the step goes on, or has ended.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         if let Some(inputs) = self.inputs.changed(self.time, inputs, derivatives) {
-            self.step.begin(self.time);
             self.suspend();
             self.inputs = inputs;
             for (i, ball) in self.balls.iter_mut().enumerate() {
@@ -181,7 +180,6 @@ impl Engine {
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.cradle {
-            self.step.begin(self.time);
             self.suspend();
             for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
                 let integrals = ball.integrals;
@@ -194,13 +192,18 @@ impl Engine {
         self.check_finite(0..self.balls.len())
     }
 
-    /// Moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses that
-    /// finish on the way, in the order of their release. The values "over the last step" refer to this call.
+    /// A step begins, to which the values "over the last step" refer from now on.
+    pub fn begin_step(&mut self) {
+        self.step.begin(self.time);
+    }
+
+    /// A step: moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses
+    /// that finish on the way, in the order of their release.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.advance_within(time, u64::MAX, observer)
     }
 
-    /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
+    /// Goes on to `time` (s) with the step that has begun.
     pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.follow_events(time, u64::MAX, observer)
     }
@@ -208,7 +211,7 @@ impl Engine {
     /// Like [`Self::advance`], but stops before an event once it has spent this `effort`, in units of about a tenth of
     /// a microsecond, at [`Self::time`]. The trajectory does not depend on it.
     pub fn advance_within(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        self.step.begin(self.time);
+        self.begin_step();
         self.follow_events(time, effort, observer)
     }
 
@@ -241,6 +244,7 @@ impl Engine {
 
     /// Puts all balls in flight, anchored at the current time, with unassigned contacts.
     fn suspend(&mut self) {
+        self.enter_step();
         let now = DoubleDouble::from(self.time);
         if self.is_rigid() {
             return self.separate(0..self.contacts.len(), now);

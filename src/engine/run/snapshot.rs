@@ -191,7 +191,7 @@ impl Engine {
         let now = DoubleDouble::from(self.time);
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);
         require(self.inputs.are_finite(), "an input is not finite")?;
-        let times = [self.time, self.inputs.since, self.step.time].map(DoubleDouble::from);
+        let times = [self.time, self.inputs.since, self.step.time, self.step.entered].map(DoubleDouble::from);
         require(
             times.into_iter().chain([self.totals.last_event]).all(past),
             "the time of a past event lies in the future",

@@ -183,7 +183,7 @@ pub static TABLE: &[Row] = &[
     count("pulses", Contacts, Output, |s, i| s.pulses(i),
         "Number of onsets so far of the contact between balls {i} and {j}").initially(&[CLEARANCE, &["x_start"]]),
     row("inContact", Contacts, Output, Access::Flag(|s, i| s.in_contact(i)),
-        "Whether balls {i} and {j} overlap").initially(&[CLEARANCE, &["x_start"]]),
+        "Whether balls {i} and {j} overlap or, if rigid, press on each other").initially(&[CLEARANCE, &["x_start"]]),
 
     row("t_next_isOnset", Scalar, Local, Access::Flag(|s, _| s.next_onset().is_settled()),
         "True if t_next is an onset, or 1e30 because there is none; false if the look ahead ended before an onset"),

@@ -5,6 +5,7 @@
 mod exchange;
 mod refused;
 mod scalars;
+mod steps;
 
 use std::cell::Cell;
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! Communication points have no effect.
 
-use newtons_cradle::engine::{Chain, Pulse, Results, Simulation, Unsound};
+use newtons_cradle::engine::{Chain, Engine, Pulse, Results, Simulation, Unsound};
 use newtons_cradle::model::Inputs;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -101,8 +101,61 @@ fn looks_change_nothing(
     Ok(())
 }
 
+/// Values of a step in which inputs change, against those of two steps: they cover all of it, and what is set at its
+/// end is no part of it.
+fn cut_steps_add_up(case: &Case, share: f64) -> Result<(), TestCaseError> {
+    let (n, times) = (case.p.balls(), [share * case.time, case.time]);
+    let (mut whole, mut parts, mut none) = (case.start()?, case.start()?, Vec::new());
+    let changed = |of: &Inputs, factor: f64| Inputs {
+        force: of.force.iter().map(|force| factor * force).collect(),
+        support_acceleration: factor * of.support_acceleration,
+    };
+    let of_step = |run: &Engine| {
+        let means = (0..n - 1).map(|i| run.force_mean(i)).chain([run.support_force_mean()]);
+        let impulses: Vec<f64> = means.map(|mean| mean * run.step_length()).collect();
+        (impulses, (0..n - 1).map(|i| run.force_peak(i)).collect::<Vec<_>>())
+    };
+    let (mut sums, mut peaks) = (vec![0.0; n], vec![0.0_f64; n - 1]);
+    whole.begin_step();
+    for (time, factor) in times.into_iter().zip([-1.5, 0.5]) {
+        whole.continue_step(time, &mut none).map_err(ended_early)?;
+        parts.advance(time, &mut none).map_err(ended_early)?;
+        let (impulses, highest) = of_step(&parts);
+        sums.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
+        peaks.iter_mut().zip(highest).for_each(|(peak, highest)| *peak = peak.max(highest));
+        for run in [&mut whole, &mut parts] {
+            run.hold(&changed(&case.inputs, factor), &[]).map_err(ended_early)?;
+        }
+        prop_assert_eq!(bits(&whole, n), bits(&parts, n));
+        let (impulses, highest) = of_step(&whole);
+        let rounding = 1e-11 * case.mass() * case.time.max(1.0);
+        for (own, sum) in impulses.iter().zip(&sums) {
+            prop_assert!((own - sum).abs() <= rounding.max(1e-12 * sum.abs()), "{own:e} {sum:e}");
+        }
+        for (own, peak) in highest.iter().zip(&peaks) {
+            prop_assert!((own - peak).abs() <= 1e-12 * peak, "{own:e} {peak:e}");
+        }
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(config(150))]
+
+    #[test]
+    fn steps_that_inputs_cut_add_up(case in cradles(ANY), share in 0.01..0.99) {
+        cut_steps_add_up(&case, share)?;
+    }
+
+    #[test]
+    fn steps_on_arcs_that_inputs_cut_add_up(case in cradles(ARCS), share in 0.01..0.99) {
+        cut_steps_add_up(&case, share)?;
+    }
+
+    #[test]
+    fn steps_of_rigid_balls_that_inputs_cut_add_up(case in rigid(), share in 0.01..0.99) {
+        cut_steps_add_up(&case, share)?;
+    }
 
     #[test]
     fn looks_at_a_run_change_nothing(
