@@ -291,15 +291,13 @@ export! {
     };
     /// Derivatives of the continuous states by time.
     fn fmi2GetDerivatives(derivatives: *mut f64, nx: usize) as GET_CONTINUOUS |instance| {
-        let found = instance.state_derivatives()?;
-        let exist = instance.require_numbers("the derivative of state", &found);
+        let (found, exist) = instance.state_derivatives()?;
         write("derivatives", derivatives, ("nx", nx), found)?;
         exist
     };
     /// The event indicators.
     fn fmi2GetEventIndicators(eventIndicators: *mut f64, ni: usize) as GET_CONTINUOUS |instance| {
-        let found = instance.event_indicators()?;
-        let exist = instance.require_numbers("event indicator", &found);
+        let (found, exist) = instance.event_indicators()?;
         write("eventIndicators", eventIndicators, ("ni", ni), found)?;
         exist
     };

@@ -326,26 +326,10 @@ pub unsafe extern "C" fn fmi3DoStep(
     let (mut status, mut interrupted) =
         part(Call::DO_STEP, &|instance| instance.step(currentCommunicationPoint, communicationStepSize, calls));
     while let (fmi3Status::fmi3OK, Some(StepEnd { time, .. })) = (status, interrupted) {
-        let end = unsafe { Component::call_host(instance, |callbacks| update(callbacks, time)) }.flatten();
-        (status, interrupted) =
-            part(Call::CONTINUE_STEP, &|instance| instance.continue_step(end.filter(|end| !end.is_nan())));
+        let end = unsafe { Component::call_host(instance, |callbacks: &Fmi3| callbacks.update(time)) }.flatten();
+        (status, interrupted) = part(Call::CONTINUE_STEP, &|instance| instance.continue_step(end));
     }
     status
-}
-
-/// Calls the host within a step, at `time` (s). Returns the time at which it wants the step to end early, which it may
-/// have set to NaN.
-///
-/// # Safety
-/// The host's callback may be called with its environment.
-unsafe fn update(callbacks: &Fmi3, time: f64) -> Option<f64> {
-    let (mut requested, mut end) = (fmi3False, time);
-    let may_end = callbacks.may_end_early.into();
-    // SAFETY: as the caller promises; the places live until it returns.
-    unsafe {
-        callbacks.update?(callbacks.environment, time, fmi3True, fmi3True, fmi3True, may_end, &mut requested, &mut end)
-    };
-    (callbacks.may_end_early && requested != fmi3False).then_some(end)
 }
 
 // Model exchange: events are those of co-simulation with event mode.
@@ -376,15 +360,13 @@ export! {
     };
     /// Derivatives of the continuous states by time.
     fn fmi3GetContinuousStateDerivatives(derivatives: *mut f64, nContinuousStates: usize) as GET_CONTINUOUS |instance| {
-        let found = instance.state_derivatives()?;
-        let exist = instance.require_numbers("the derivative of state", &found);
+        let (found, exist) = instance.state_derivatives()?;
         write("derivatives", derivatives, ("nContinuousStates", nContinuousStates), found)?;
         exist
     };
     /// The event indicators: the elements of `z.contact` and `z.clip`.
     fn fmi3GetEventIndicators(eventIndicators: *mut f64, nEventIndicators: usize) as GET_CONTINUOUS |instance| {
-        let found = instance.event_indicators()?;
-        let exist = instance.require_numbers("event indicator", &found);
+        let (found, exist) = instance.event_indicators()?;
         write("eventIndicators", eventIndicators, ("nEventIndicators", nEventIndicators), found)?;
         exist
     };

@@ -30,6 +30,23 @@ struct Fmi3 {
     may_end_early: bool,
 }
 
+impl Fmi3 {
+    /// Calls the host within a step, at `time` (s). Returns the time at which it wants the step to end early, which it
+    /// may have set to NaN.
+    ///
+    /// # Safety
+    /// The host's callback may be called with its environment.
+    unsafe fn update(&self, time: f64) -> Option<f64> {
+        let (mut requested, mut end) = (fmi3False, time);
+        let may_end = self.may_end_early.into();
+        // SAFETY: as the caller promises; the places live until it returns.
+        unsafe {
+            self.update?(self.environment, time, fmi3True, fmi3True, fmi3True, may_end, &mut requested, &mut end)
+        };
+        (self.may_end_early && requested != fmi3False).then_some(end)
+    }
+}
+
 impl Version for Fmi3 {
     // "cradleF3" in ASCII.
     const MAGIC: u64 = 0x6372_6164_6c65_4633;

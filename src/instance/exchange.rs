@@ -9,6 +9,9 @@ use super::step::Handled;
 use crate::engine::state_count;
 use crate::variables::{Extra, Number, Refusal, ensure};
 
+/// Values, and whether all of them exist: hosts that ignore the refusal had better see it in the values.
+type Found = (Vec<f64>, Result<(), Refusal>);
+
 impl Instance {
     pub fn count_states(&self) -> usize {
         state_count(self.balls()) + usize::from(!self.start.scalars)
@@ -68,9 +71,9 @@ impl Instance {
         Ok(self.padded(states, &[self.padding_state()], 0.0))
     }
 
-    pub fn state_derivatives(&mut self) -> Result<Vec<f64>, Refusal> {
+    pub fn state_derivatives(&mut self) -> Result<Found, Refusal> {
         let derivatives = self.exchange()?.derivatives();
-        Ok(self.padded(derivatives, &[self.padding_state()], 0.0))
+        Ok(self.checked("the derivative of state", self.padded(derivatives, &[self.padding_state()], 0.0)))
     }
 
     pub fn nominals(&mut self) -> Result<Vec<f64>, Refusal> {
@@ -79,9 +82,14 @@ impl Instance {
     }
 
     /// The event indicators, of all contacts and then of their laws.
-    pub fn event_indicators(&mut self) -> Result<Vec<f64>, Refusal> {
+    pub fn event_indicators(&mut self) -> Result<Found, Refusal> {
         let (balls, indicators) = (self.balls(), self.exchange()?.indicators());
-        Ok(self.padded(indicators, &[balls - 1, 2 * balls - 1], 1.0))
+        Ok(self.checked("event indicator", self.padded(indicators, &[balls - 1, 2 * balls - 1], 1.0)))
+    }
+
+    fn checked(&self, name: &str, values: Vec<f64>) -> Found {
+        let exist = self.require_numbers(name, &values);
+        (values, exist)
     }
 
     /// An element of `z.contact` or `z.clip`, counted from 0. In co-simulation they are 1.

@@ -94,7 +94,7 @@ impl Instance {
             self.update_simulation()?;
             self.catch_up_rigid();
         }
-        if let Some(end) = end {
+        if let Some(end) = end.filter(|end| !end.is_nan()) {
             step.end = step.end.min(end.max(now));
         }
         if step.end == now || self.may_end_early() && self.run.clocks.are_due() {

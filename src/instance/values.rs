@@ -137,9 +137,8 @@ impl Instance {
         })
     }
 
-    /// Refuses `values` of this name of which one is no number, or any if a ball has no place. To be asked before they
-    /// are written, and answered after that: hosts that ignore the answer had better see it in the values.
-    pub fn require_numbers(&self, name: &str, values: &[f64]) -> Result<(), Refusal> {
+    /// Refuses `values` of this name of which one is no number, or any if a ball has no place.
+    pub(super) fn require_numbers(&self, name: &str, values: &[f64]) -> Result<(), Refusal> {
         let any = values.iter().fold(false, |any, value| any | !value.is_finite());
         let lost = any || self.run.exchange.as_ref().is_some_and(Exchange::lacks_places);
         if !lost || self.run.phase == Phase::Error {
