@@ -163,6 +163,7 @@ impl Continuous {
     /// Continues to `time` (s) the step that [`Self::advance`] began and the observer ended early.
     pub fn continue_step(&mut self, mut time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let mut steps = 0_u64;
+        let before = self.trajectory.path.end;
         loop {
             while let Some(&event) = self.trajectory.events.front().filter(|event| event.time <= time.into()) {
                 self.trajectory.events.pop_front();
@@ -186,7 +187,7 @@ impl Continuous {
             }
         }
         self.time = time;
-        if steps > 0 { self.check_finite() } else { Ok(()) }
+        if self.trajectory.path.end == before { Ok(()) } else { self.check_finite() }
     }
 
     /// Fails if the last steps have left the range of doubles, or their sums: what is saved after a step is finite.
