@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::observer::Pulse;
 use crate::model::{Mode, Record};
-use crate::solver::DoubleDouble;
+use crate::solver::{DoubleDouble, all_finite};
 
 /// Onsets closer together than this, s, belong to one chatter.
 pub(crate) const RAPID: f64 = 1e-5;
@@ -36,7 +36,7 @@ pub(crate) struct Ledger {
 impl Ledger {
     pub fn is_sound(&self) -> bool {
         let values = [self.record.onset, self.record.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
-        values.iter().all(|value| value.is_finite()) && self.impulse.is_sound() && self.step_impulse.is_sound()
+        all_finite(values) && self.impulse.is_sound() && self.step_impulse.is_sound()
     }
 
     /// Begins step number `step`, at whose start the impulse was `impulse`.
@@ -96,7 +96,7 @@ pub(crate) struct BallStart {
 impl BallStart {
     fn is_finite(&self) -> bool {
         let Self { state: (x, v), support } = self;
-        x.is_finite() && v.is_finite() && support.is_sound()
+        all_finite([*x, *v, support.value()])
     }
 }
 

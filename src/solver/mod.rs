@@ -50,6 +50,12 @@ macro_rules! operators {
     };
 }
 
+/// Whether all of these are finite. 0 times what is not finite is NaN: so without branches.
+#[inline(always)]
+pub fn all_finite<const N: usize>(values: [f64; N]) -> bool {
+    values.into_iter().fold(0.0, |sum, value| sum + 0.0 * value) == 0.0
+}
+
 pub mod crossing;
 pub mod double_double;
 pub mod dual;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Scalar, Steady};
+use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Scalar, Steady, all_finite};
 
 /// Acceleration by the inputs, as derivatives at the anchor: `forcing[j]` in m/s^(2+j).
 pub(crate) type Forcing<S = f64> = [S; MAX_FORCE_ORDER + 1];
@@ -76,7 +76,7 @@ pub(crate) struct RunningIntegrals {
 
 impl RunningIntegrals {
     pub fn is_finite(&self) -> bool {
-        self.support.is_sound() && self.drag_loss.is_finite() && self.work.is_finite()
+        all_finite([self.support.value(), self.drag_loss, self.work])
     }
 
     pub fn add(&mut self, more: &Self) {
@@ -115,7 +115,8 @@ impl Rounding {
 
 impl Flight {
     pub fn is_finite(&self) -> bool {
-        [self.x, self.v].iter().chain(&self.forcing).all(|value| value.is_finite())
+        let [a, b, c, d] = self.forcing;
+        all_finite([self.x, self.v, a, b, c, d])
     }
 
     /// Displacement (m) `tau` after the anchor, and velocity (m/s).

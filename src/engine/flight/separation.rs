@@ -8,7 +8,7 @@ use super::path::{Approach, LONGEST, Path};
 use crate::engine::Next;
 use crate::model::ContactLaw;
 use crate::solver::root::{safe_step, search_within};
-use crate::solver::{DoubleDouble, Oscillator, Smooth};
+use crate::solver::{DoubleDouble, Oscillator, Smooth, all_finite};
 
 /// The overlap (negative while apart) since an anchor: its value there plus the displacements since then, so that a gap
 /// of 1e-12 m right after a release keeps its digits on positions of 1 m.
@@ -103,11 +103,11 @@ impl Separation {
     }
 
     pub fn is_finite(&self) -> bool {
-        let numbers = [self.overlap, self.noise, self.resolution[0], self.resolution[1]];
-        let approach = self.approach.as_ref().is_none_or(|approach| approach.is_sound());
-        self.motions().all(|(_, flight)| flight.is_finite())
-            && numbers.iter().all(|value| value.is_finite())
-            && approach
+        let [rate, acceleration] = self.resolution;
+        self.motion.1.is_finite()
+            && self.other.as_ref().is_none_or(|(_, flight)| flight.is_finite())
+            && all_finite([self.overlap, self.noise, rate, acceleration])
+            && self.approach.as_ref().is_none_or(|approach| approach.is_sound())
     }
 
     /// Overlap (m) and its rate (m/s) at the time `t`.

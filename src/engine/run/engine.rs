@@ -262,7 +262,9 @@ impl Engine {
             if !self.balls[ball].is_finite() || !self.step.is_finite_at(ball) {
                 return Err(EngineError::NotFinite { time, ball });
             }
-            let mut beside = ball.saturating_sub(1)..(ball + 1).min(self.contacts.len());
+            // That at its left belongs to the ball there, if that has moved as well.
+            let left = ball.checked_sub(1).filter(|left| self.step.balls[*left].is_none());
+            let mut beside = left.into_iter().chain((ball < self.contacts.len()).then_some(ball));
             if let Some(contact) = beside.find(|contact| !self.contacts[*contact].is_finite()) {
                 return Err(EngineError::ContactNotFinite { time, contact });
             }

@@ -260,3 +260,19 @@ fn a_long_chain_has_a_sensible_size() {
     assert_eq!(host.get("x[500]").to_bits(), other.get("x[500]").to_bits());
     assert_eq!(host.get("E_residual").to_bits(), other.get("E_residual").to_bits());
 }
+
+/// The force does more work on the way to the impact than a double holds. What a step leaves can always be read again.
+#[test]
+fn a_step_beyond_the_range_of_doubles_is_an_error() {
+    let far = "gravity=0 ball.mass=1e250 x_start=-1e20,0,0,0,0 F_ext=1e300,0,0,0,0";
+    for (method, step, words) in [
+        ("eventDriven", 1e-14, "the state of ball 1 is not finite at t = 1e-14 s"),
+        ("adams", 1e-15, "the energy of the cradle at t = "),
+        ("bdf", 1e-15, "the energy of the cradle at t = "),
+    ] {
+        let host = Host::started_with(&format!("{far} solver.method={method}"));
+        host.refused(host.step(0.0, step), words);
+        let bytes = host.to_bytes();
+        assert_eq!((host.reset(), host.set_bytes(&bytes)), (fmi2OK, fmi2OK), "{method}");
+    }
+}
