@@ -26,11 +26,8 @@ const BALLS: [usize; 5] = [1, 2, 3, 5, 13];
 /// it should.
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// The longest step after which derivatives are asked for, s: they follow the whole chain by series once more, however
-/// little happens, and give up after 100,000 of them.
-const FOLLOWED: f64 = 10.0;
-
-/// The first step, s, unless the next onset is nearer.
+/// The first step, s, unless the next onset is nearer. Derivatives are asked for after it only: they follow the whole chain
+/// by series once more, however little happens, and give up after 100,000 of them.
 const FIRST: f64 = 1e-9;
 
 /// Magnitudes from the smallest double to the largest: those whose products and squares are still in range, and those
@@ -207,7 +204,7 @@ impl Driver<'_> {
                 self.read();
                 let (bytes, read) = (host.to_bytes(), |bytes: Vec<u8>| host.set_bytes(&bytes));
                 assert_eq!(read(bytes), fmi2OK, "{:?}: {:?}", host.log(), self.run);
-                if length <= FOLLOWED {
+                if length <= FIRST {
                     self.derive(self.run.along, |variable| variable.row.causality == Causality::Input);
                 }
                 if self.work() - before > LITTLE || taken > SHORT {
