@@ -97,7 +97,7 @@ impl std::fmt::Display for EngineError {
                     Fault::Horizontal => format!("pendulum {ball} swings beyond 90 degrees"),
                     Fault::Slack => format!("the string of ball {ball} goes slack"),
                     Fault::Held => format!("rigid balls {ball} and {next} are pressed together"),
-                    Fault::Across => format!("balls {ball} and {next} change sides"),
+                    Fault::Across => format!("rigid balls {ball} and {next} meet across their arcs"),
                 };
                 let allowed = match fault {
                     Fault::Horizontal | Fault::Slack => "angles up to 90 degrees and tensions of 0 or more",
@@ -105,7 +105,7 @@ impl std::fmt::Display for EngineError {
                         "that of balls with equal pendulum.lengthRatio, contact.gap + contact.deadBand = 0, \
                          and pendulum.drag = 0 or equal ball.massRatio, which swing as one"
                     }
-                    Fault::Across => "neighbours each of which stays on its side of the other one's string",
+                    Fault::Across => "impacts that push all balls in touch along their arcs in one sense",
                 };
                 write!(f, "{what} at t = {time} s; allowed with pendulum.model = circular: {allowed}")
             }

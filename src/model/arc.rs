@@ -71,32 +71,7 @@ pub(crate) fn check_start_on_arcs(p: &Parameters) -> Result<(), String> {
             return Err(format!("{text} {i} and {}; {allowed}", i + 1));
         }
     }
-    check_sides_at_start(p)
-}
-
-/// Refuses neighbours that have changed sides.
-fn check_sides_at_start(p: &Parameters) -> Result<(), String> {
-    let cradle = Cradle::new(p);
-    for j in 0..cradle.contacts.len() {
-        let (pair, [left, right]) = (cradle.pair(j), [j, j + 1].map(|i| p.x_start[i]));
-        let places = [0, 1].map(|k| pair.balls[k].along_path([left, right][k], 0.0).0);
-        let touch = pair.overlap(places) >= 0.0;
-        let apart = Pair::pushes_apart(pair.parts_along(places));
-        if touch && !apart || pair.margin(places) <= 0.0 {
-            let (i, next) = (j + 1, j + 2);
-            return Err(format!(
-                "balls {i} and {next} have changed sides with x_start[{i}] = {left} m and x_start[{next}] = {right} m; \
-                 allowed: each on its side of the other one's string"
-            ));
-        }
-    }
     Ok(())
-}
-
-/// How far (m) neighbours are from having changed sides: from a `centre` to the line of the other ball's string, of this
-/// `length` (m), if it is `beside` that string, which is that far (m) up from its ball.
-pub(crate) fn margin_beside([centre, up]: [f64; 2], length: f64) -> f64 {
-    if up > 0.0 && up < length { centre } else { f64::INFINITY }
 }
 
 /// The direction from the centre of a ball to that of the next one.
@@ -115,7 +90,7 @@ impl<S: Scalar> Line<S> {
         self.0[0] * place.cos + self.0[1] * place.sin
     }
 
-    /// The part away from the pivot of the ball at a place.
+    /// The part away from the pivot.
     pub fn outward(&self, place: &Place<S>) -> S {
         self.0[0] * place.sin - self.0[1] * place.cos
     }
@@ -176,13 +151,6 @@ impl<S: Scalar> Pair<'_, S> {
         let [left, right] = [self.balls[0].place(l), self.balls[1].place(r)];
         let line = Line::new(&left, &right, self.law.pivots);
         [line.along(&left), line.along(&right)]
-    }
-
-    /// Whether the force of a contact with these [parts along](Self::parts_along) the paths would push each ball to its
-    /// own side. False where balls that touch have gone over or through each other.
-    #[inline]
-    pub fn pushes_apart([left, right]: [S; 2]) -> bool {
-        left.value() > 0.0 && right.value() > 0.0
     }
 
     /// Rate of the overlap (m/s) in these states.
@@ -256,18 +224,6 @@ impl<S: Scalar> Pair<'_, S> {
 }
 
 impl Pair<'_> {
-    /// How far (m) the two, on arcs, are from having changed sides: the distance of a centre from the other ball's
-    /// string, if it is beside that; infinite if none is.
-    fn margin(&self, places: [f64; 2]) -> f64 {
-        let ([left, right], [width, height]) = ([0, 1].map(|k| self.balls[k].place(places[k])), self.distances(places));
-        let of = |place: &Place, side: f64, length: f64| {
-            let along = width * place.cos + height * place.sin;
-            let up = side * (width * place.sin - height * place.cos);
-            margin_beside([along, up], length)
-        };
-        of(&left, -1.0, self.balls[0].length).min(of(&right, 1.0, self.balls[1].length))
-    }
-
     /// Change of the overlap (m) by these `moves` (m) from `places`, with their relative accuracy.
     #[inline]
     pub fn change_of_overlap(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {

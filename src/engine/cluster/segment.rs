@@ -35,11 +35,9 @@ pub(crate) struct Cluster {
     pub flights: Vec<Flight>,
     /// The contacts of the window, from `window.start` on, at the start of the segment.
     pub contacts: Vec<WindowContact>,
-    /// The rates of their overlaps then, m/s, and the parts of their directions along the paths.
+    /// The rates of their overlaps then, m/s.
     #[serde(skip)]
     rates: Vec<f64>,
-    #[serde(skip)]
-    along: Vec<[f64; 2]>,
     /// The method that describes the motion, and the memory of all.
     #[serde(skip)]
     method: Method,
@@ -129,13 +127,6 @@ impl Cluster {
         self.output().overlap_series(i - self.window.start, tau)
     }
 
-    /// The first contact of the cradle that was closed at the start of the segment although its balls had changed sides.
-    pub fn across(&self) -> Option<usize> {
-        let closed = |j: &usize| self.contacts[*j].mode != Mode::Open;
-        let across = (0..self.along.len()).filter(closed).find(|j| !Pair::pushes_apart(self.along[*j]));
-        across.map(|j| self.window.start + j)
-    }
-
     pub fn mode(&self, i: usize) -> Mode {
         self.contacts[i - self.window.start].mode
     }
@@ -216,17 +207,19 @@ impl Cluster {
                 continue;
             }
             if first < end {
-                let (balls, flights) = (&balls[first..=end], &mut self.flights[first..=end]);
-                let (contacts, laws) = (&self.contacts[first..end], &laws[first..end]);
-                if balls[0].model.on_arc {
-                    align_on_arcs(flights, balls, contacts, laws, &self.along[first..end]);
-                } else {
-                    let masses = balls.iter().map(|ball| ball.model.mass);
-                    let contacts = contacts.iter().zip(laws);
-                    let places = places(contacts.map(|(contact, law)| contact.overlap + law.clearance));
-                    let start = start_by_centre(masses.zip(flights.iter().map(|flight| flight.x)).zip(places.clone()));
-                    flights.iter_mut().zip(places).for_each(|(flight, place)| flight.x = start + place);
-                }
+                let flights = &mut self.flights[first..=end];
+                let on_arc = balls[first].model.on_arc;
+                let before: Vec<f64> = flights.iter().filter(|_| on_arc).map(|flight| flight.x).collect();
+                let masses = balls[first..=end].iter().map(|ball| ball.model.mass);
+                let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
+                let distances = contacts.enumerate().map(|(k, (contact, law))| {
+                    let Some(&[l, r]) = before.get(k..k + 2) else { return contact.overlap + law.clearance };
+                    let balls = [&balls[first + k].model, &balls[first + k + 1].model];
+                    (l - r) + (contact.overlap - Pair { balls, law }.overlap([l, r]))
+                });
+                let places = places(distances);
+                let start = start_by_centre(masses.zip(flights.iter().map(|flight| flight.x)).zip(places.clone()));
+                flights.iter_mut().zip(places).for_each(|(flight, place)| flight.x = start + place);
             }
             first = end + 1;
         }
@@ -238,11 +231,8 @@ impl Cluster {
         let (balls, models) = (&balls[self.window.clone()], &cradle.balls[self.window.clone()]);
         let laws = &cradle.contacts[self.window_contacts()];
         let window = Window { flights: &flights, models, balls, contacts: &contacts, laws };
-        self.along.clear();
-        self.along.extend((0..laws.len()).map(|j| window.parts_along(j)));
         self.rates.clear();
-        let rate = |(j, [left, right]): (usize, &[f64; 2])| flights[j].v * left - flights[j + 1].v * right;
-        self.rates.extend(self.along.iter().enumerate().map(rate));
+        self.rates.extend((0..laws.len()).map(|j| window.overlap_rate(j)));
         let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
         let rounding = rounding.fold(Rounding::default(), Rounding::max);
         self.history_before = self.history;
@@ -334,31 +324,5 @@ impl Cluster {
         }
         (self.length, history.explicit_length) = (series.converges_for, series.converges_for);
         local_error
-    }
-}
-
-/// The same of a row of balls on arcs, whose contacts have these parts `along` the paths: contact `j` gets the overlap
-/// that it lacks by shifts with `l shift_j - r shift_(j+1)` of that size.
-fn align_on_arcs(
-    flights: &mut [Flight],
-    balls: &[Ball],
-    contacts: &[WindowContact],
-    laws: &[ContactLaw],
-    along: &[[f64; 2]],
-) {
-    // Each shift is a part of its own, m, and a multiple of that of the first ball.
-    let (mut shifts, mut last) = (vec![(0.0, 1.0)], (0.0, 1.0));
-    for (j, [left, right]) in along.iter().enumerate() {
-        let pair = Pair { balls: [&balls[j].model, &balls[j + 1].model], law: &laws[j] };
-        let lacks = contacts[j].overlap - pair.overlap([flights[j].x, flights[j + 1].x]);
-        last = ((left * last.0 - lacks) / right, left * last.1 / right);
-        shifts.push(last);
-    }
-    let (mut moment, mut mass) = (0.0, 0.0);
-    for (ball, (own, multiple)) in balls.iter().zip(&shifts) {
-        (moment, mass) = (moment + ball.model.mass * own, mass + ball.model.mass * multiple);
-    }
-    for (flight, (own, multiple)) in flights.iter_mut().zip(shifts) {
-        flight.x += own - multiple * (moment / mass);
     }
 }

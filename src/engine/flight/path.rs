@@ -31,8 +31,7 @@ pub enum Fault {
     Slack,
     /// It stays in contact with the next one, and the two are no single pendulum.
     Held,
-    /// It and the next one go over or through each other: a centre crosses the other ball's string, or they touch where
-    /// a push would not move each of them to its own side.
+    /// In its impact with the next one a ball is not pushed along its arc, or against the sense of others in touch.
     Across,
 }
 
@@ -41,9 +40,8 @@ pub enum Fault {
 pub(crate) struct Path {
     terms: usize,
     unit: f64,
-    /// How long they hold, s, forwards and backwards, and a bound of the absolute s until then, m.
+    /// How long they hold, s, forwards and backwards.
     pub length: f64,
-    reach: f64,
     /// Rate at the start, m/s.
     v: f64,
     s: Terms,
@@ -88,8 +86,7 @@ impl Path {
         } else {
             LONGEST
         };
-        let length = length.min(LONGEST);
-        Self { terms, unit, length, reach: bound(&s, length / unit), v: flight.v, s, sin, cos }
+        Self { terms, unit, length: length.min(LONGEST), v: flight.v, s, sin, cos }
     }
 
     /// Displacement (m) within `tau` (s), and the rate then (m/s).
@@ -104,7 +101,8 @@ impl Path {
     pub fn fault(&self, ball: &BallModel, flight: &Flight) -> Option<(f64, Fault)> {
         let until = self.length / self.unit;
         let first = |c: &Terms| if c[0] < 0.0 { Some(0.0) } else { first_positive(c, -1.0, 0.0, until) };
-        let horizontal = if self.reach > 1.5 * ball.length { first(&self.cos) } else { None };
+        let wide = bound(&self.s, until) > 1.5 * ball.length;
+        let horizontal = if wide { first(&self.cos) } else { None };
         let slack = if flight.forcing == Forcing::<f64>::default() {
             None
         } else {
@@ -273,12 +271,7 @@ pub(crate) struct Approach {
     /// `D_c`, m.
     touch: f64,
     g: Terms,
-    /// When the centre of one of them crosses the string of the other one, if that is while it holds, s.
-    pub crossing: Option<f64>,
 }
-
-/// Angle (rad) of a pair up to which [`Approach::may_cross`] rules out that it changes sides.
-const MODERATE: f64 = 0.75;
 
 impl Approach {
     /// With the lengths of their pendulums (m), their paths, their overlap (m) at the start and its law.
@@ -294,14 +287,6 @@ impl Approach {
         width[0] += law.pivots;
         height[0] += r - l;
         let back = |c: &Terms| -> Terms { std::array::from_fn(|k| c[TERMS - 1 - k]) };
-        let (length, angle) = (left.length.min(right.length), (left.reach / l).max(right.reach / r));
-        let may_cross = Self::may_cross([l, r], angle, law.pivots, touch);
-        let crossing = if may_cross {
-            let crossing = Self::crossing([l, r], [left, right], [&width, &height], ratio, length / left.unit);
-            crossing.map(|time| time * left.unit)
-        } else {
-            None
-        };
         let (width_back, height_back, factor) = (back(&width), back(&height), -0.5 / touch);
         let mut g = [0.0; TERMS];
         for (k, c) in g[..terms].iter_mut().enumerate() {
@@ -309,58 +294,14 @@ impl Approach {
             *c = (dot(&width[..=k], &width_back[back.clone()]) + dot(&height[..=k], &height_back[back])) * factor;
         }
         g[0] = overlap * (1.0 - 0.5 * overlap / touch);
-        Self { terms, unit: left.unit, length, touch, g, crossing }
-    }
-
-    /// Whether the centre of a ball may come to lie on the string of the other one with angles up to this (rad) and no
-    /// distance less than `touch` (m). It is then `L_r - L_l cos(delta) + D_0 sin - (L_r - L_l) cos` up on the right
-    /// string, where `L_l sin(delta) = -D_0 cos - (L_r - L_l) sin`, and alike on the left one: see "Arcs" in
-    /// docs/theory.md.
-    fn may_cross([l, r]: [f64; 2], angle: f64, pivots: f64, touch: f64) -> bool {
-        let (differ, shorter) = ((r - l).abs(), l.min(r));
-        let aside = pivots + differ * angle;
-        let highest = pivots * angle + 0.5 * differ * angle * angle + aside * aside / shorter;
-        let never = angle < MODERATE && highest < touch;
-        !never
-    }
-
-    /// When a centre first crosses the other ball's string up to the time `until`; times are over the left unit, that
-    /// of the horizontal and vertical distances, and the `ratio` that unit over the right one.
-    fn crossing(
-        lengths: [f64; 2],
-        paths: [&Path; 2],
-        [width, height]: [&Terms; 2],
-        ratio: f64,
-        until: f64,
-    ) -> Option<f64> {
-        let side = |k: usize| {
-            let (mut factor, turn) = (1.0, if k == 0 { 1.0 } else { ratio });
-            let ([mut sin, mut cos], [mut aside, mut up]) = ([[0.0; TERMS]; 2], [[0.0; TERMS]; 2]);
-            for i in 0..TERMS {
-                // Backwards, as `dot` needs them.
-                (sin[TERMS - 1 - i], cos[TERMS - 1 - i]) = (factor * paths[k].sin[i], factor * paths[k].cos[i]);
-                factor *= turn;
-            }
-            for i in 0..TERMS {
-                let back = TERMS - 1 - i..;
-                aside[i] = -(dot(&width[..=i], &cos[back.clone()]) + dot(&height[..=i], &sin[back.clone()]));
-                up[i] = dot(&width[..=i], &sin[back.clone()]) - dot(&height[..=i], &cos[back]);
-            }
-            let crossed = |time: f64| {
-                let up = if k == 0 { -value(&up, time) } else { value(&up, time) };
-                up > 0.0 && up < lengths[k]
-            };
-            let first = if aside[0] >= 0.0 { Some(0.0) } else { first_positive(&aside, 1.0, 0.0, until) };
-            first.filter(|time| crossed(*time))
-        };
-        [side(0), side(1)].into_iter().flatten().reduce(f64::min)
+        Self { terms, unit: left.unit, length: left.length.min(right.length), touch, g }
     }
 
     pub fn is_sound(&self) -> bool {
         let scales = [self.unit, self.length, self.touch];
         (FEW..=TERMS).contains(&self.terms)
             && scales.iter().all(|scale| *scale > 0.0)
-            && scales.iter().chain(&self.g).chain(&self.crossing).all(|value| value.is_finite())
+            && scales.iter().chain(&self.g).all(|value| value.is_finite())
     }
 
     /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s), while the series holds.

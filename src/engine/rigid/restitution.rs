@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::model::{Cradle, Pair};
+use crate::model::Cradle;
 use crate::solver::{EventQueue, Scalar};
 
 /// Touching balls, as they collide on a line.
@@ -17,8 +17,8 @@ pub(crate) struct Row<S> {
 }
 
 impl<S: Scalar> Row<S> {
-    /// The row of `balls` at these places along their paths (m). `Err` with the left one of two balls that have
-    /// changed sides.
+    /// The row of `balls` at these places along their paths (m). `Err` with the left one of two balls if one of them
+    /// cannot be pushed along its path, or the pushes of more than two balls are not all in one direction.
     pub fn new(cradle: &Cradle<S>, balls: Range<usize>, place: impl Fn(usize) -> S) -> Result<Self, usize> {
         let (mut factors, mut parts) = (vec![S::from(1.0)], Vec::with_capacity(balls.len() - 1));
         for j in balls.start..balls.end - 1 {
@@ -26,7 +26,8 @@ impl<S: Scalar> Row<S> {
             let [a, b] = cradle.pair(j).parts_along(places);
             parts.push(a / factor);
             factors.push(factor * (b / a));
-            if !Pair::pushes_apart([a, b]) {
+            let sense = |part: S| part.value().signum();
+            if a.value() * b.value() == 0.0 || sense(parts[0]) != sense(a / factor) {
                 return Err(j);
             }
         }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::contact::{Phase, around};
 use super::engine::Engine;
 use crate::engine::flight::{EVALUATIONS, Regime, Separation};
-use crate::engine::{EngineError, Fault, Next, Observer, Unrecorded};
+use crate::engine::{EngineError, Next, Observer, Unrecorded};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -44,9 +44,6 @@ impl Engine {
                 }
             }
             Phase::Constraint(_, Next::At(_)) => self.part(key, t, observer),
-            Phase::Open(separation, _) if separation.crossing().is_some_and(|crossing| crossing <= t) => {
-                self.note(key, Some((t, Fault::Across)));
-            }
             Phase::Open(..) if self.cradle.on_arcs() => {
                 // Renews its series and those of neighbours that will end soon. Those of rigid balls side by side are
                 // renewed together, so that the balls stay side by side to the last bit.

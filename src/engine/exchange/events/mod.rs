@@ -5,8 +5,8 @@ mod group;
 use super::contact::{Contact, Reached};
 use super::run::Exchange;
 use crate::engine::run::{Engine, Phase};
-use crate::engine::{EngineError, Fault, Next, Observer, Unrecorded, flight::Ball};
-use crate::model::{Chain, Mode, Pair};
+use crate::engine::{EngineError, Next, Observer, Unrecorded, flight::Ball};
+use crate::model::{Chain, Mode};
 use crate::solver::DoubleDouble;
 use group::START;
 
@@ -33,12 +33,6 @@ impl Exchange {
             let mut flying = (0..).zip(&balls).filter(|(i, _)| self.is_rigid() || self.flies(*i));
             if let Some((ball, fault)) = flying.find_map(|(i, ball)| Some((i, ball.fault(ball.anchor)?.1))) {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
-            }
-            let touch = |j: &usize| self.modes[*j] != Mode::Open || self.state.overlaps[*j] >= 0.0;
-            let parts = |j: usize| self.cradle.pair(j).parts_along([self.state.x[j], self.state.x[j + 1]]);
-            let across = (0..self.modes.len()).filter(touch).find(|j| !Pair::pushes_apart(parts(*j)));
-            if let Some(ball) = across {
-                return Err(EngineError::OffArc { time: self.time, ball, fault: Fault::Across });
             }
         }
         self.pass();
