@@ -201,15 +201,16 @@ impl Search<'_> {
         }
     }
 
-    /// The same from 0, where the value is `at_0`: in ever shorter intervals, then back through those left out.
-    fn from_0(&self, at_0: f64, mut to: Point, mut curvature: f64) -> Result<Option<f64>, f64> {
+    /// The same from 0, where the value is `at_0`.
+    fn from_0(&self, at_0: f64, to: Point, curvature: f64) -> Result<Option<f64>, f64> {
+        self.decide((0.0, at_0), to, curvature).or_else(|()| self.towards_0(at_0, to, curvature))
+    }
+
+    /// In ever shorter intervals from 0, then back through those left out.
+    #[cold]
+    fn towards_0(&self, at_0: f64, mut to: Point, mut curvature: f64) -> Result<Option<f64>, f64> {
         let (mut later, mut count) = ([((0.0, 0.0), 0.0); HALVINGS_FROM_0], 0);
         loop {
-            match self.decide((0.0, at_0), to, curvature) {
-                Ok(None) => break,
-                Ok(found) => return Ok(found),
-                Err(()) => {}
-            }
             let Some(middle) = self.middle(0.0, to.0).filter(|_| count < HALVINGS_FROM_0) else {
                 if to.1 > 0.0 {
                     return Ok(Some(to.0));
@@ -219,6 +220,11 @@ impl Search<'_> {
             later[count] = (to, curvature);
             count += 1;
             (to, curvature) = (middle, self.curvature_up_to(middle.0));
+            match self.decide((0.0, at_0), to, curvature) {
+                Ok(None) => break,
+                Ok(found) => return Ok(found),
+                Err(()) => {}
+            }
         }
         for (count, &(next, curvature)) in later[..count].iter().enumerate().rev() {
             match self.between(to, next, curvature, HALVINGS.saturating_sub(count + 1))? {
