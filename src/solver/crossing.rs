@@ -62,6 +62,7 @@ fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
 /// At 0 it should not be positive; a value that is counts as 0. If it is 0 there, the derivatives decide: rising, the
 /// result is 0; falling, the search continues after it. A maximum that touches 0 within rounding is not a crossing.
 /// None is missed: between two places a function exceeds its chord by no more than its curvature allows.
+#[inline]
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     match first_near(c, sign, level, until) {
         Ok(found) => found,
@@ -152,6 +153,7 @@ type Point = (f64, f64);
 
 impl Search<'_> {
     /// The crossing between two places where the curvature is at most `curvature`; `Err` if the bounds do not decide.
+    #[inline]
     fn decide(&self, from: Point, to: Point, curvature: f64) -> Result<Option<f64>, ()> {
         let &Self { c, sign, level } = self;
         let distance = to.0 - from.0;
