@@ -98,6 +98,7 @@ impl std::fmt::Display for EngineError {
                     Fault::Slack => format!("the string of ball {ball} goes slack"),
                     Fault::Held => format!("rigid balls {ball} and {next} are pressed together"),
                     Fault::Across => format!("rigid balls {ball} and {next} meet across their arcs"),
+                    Fault::Sides => format!("balls {ball} and {next} change sides"),
                 };
                 let allowed = match fault {
                     Fault::Horizontal | Fault::Slack => "angles up to 90 degrees and tensions of 0 or more",
@@ -106,6 +107,7 @@ impl std::fmt::Display for EngineError {
                          and pendulum.drag = 0 or equal ball.massRatio, which swing as one"
                     }
                     Fault::Across => "impacts that push all balls in touch along their arcs in one sense",
+                    Fault::Sides => "neighbours each of which stays on its side of the other one's string",
                 };
                 write!(f, "{what} at t = {time} s; allowed with pendulum.model = circular: {allowed}")
             }

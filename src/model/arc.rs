@@ -71,6 +71,23 @@ pub(crate) fn check_start_on_arcs(p: &Parameters) -> Result<(), String> {
             return Err(format!("{text} {i} and {}; {allowed}", i + 1));
         }
     }
+    check_sides_at_start(p)
+}
+
+/// Refuses neighbours that have changed sides.
+fn check_sides_at_start(p: &Parameters) -> Result<(), String> {
+    let cradle = Cradle::new(p);
+    for j in 0..cradle.contacts.len() {
+        let (pair, [left, right]) = (cradle.pair(j), [j, j + 1].map(|i| p.x_start[i]));
+        let places = [0, 1].map(|k| pair.balls[k].along_path([left, right][k], 0.0).0);
+        if pair.changed_sides(places) {
+            let (i, next) = (j + 1, j + 2);
+            return Err(format!(
+                "balls {i} and {next} have changed sides with x_start[{i}] = {left} m and x_start[{next}] = {right} m; \
+                 allowed: each on its side of the other one's string"
+            ));
+        }
+    }
     Ok(())
 }
 
@@ -90,7 +107,7 @@ impl<S: Scalar> Line<S> {
         self.0[0] * place.cos + self.0[1] * place.sin
     }
 
-    /// The part away from the pivot.
+    /// The part away from the pivot of the ball at a place.
     pub fn outward(&self, place: &Place<S>) -> S {
         self.0[0] * place.sin - self.0[1] * place.cos
     }
@@ -224,6 +241,16 @@ impl<S: Scalar> Pair<'_, S> {
 }
 
 impl Pair<'_> {
+    /// Whether the centre of a ball is beside the string of the other one, on the wrong side; on arcs.
+    pub fn changed_sides(&self, places: [f64; 2]) -> bool {
+        let [width, height] = self.distances(places);
+        let beyond = |k: usize, side: f64| {
+            let (Place { sin, cos, .. }, length) = (self.balls[k].place(places[k]), self.balls[k].length);
+            width * cos + height * sin <= 0.0 && (0.0..length).contains(&(side * (width * sin - height * cos)))
+        };
+        beyond(0, -1.0) || beyond(1, 1.0)
+    }
+
     /// Change of the overlap (m) by these `moves` (m) from `places`, with their relative accuracy.
     #[inline]
     pub fn change_of_overlap(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {

@@ -113,6 +113,10 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
     );
     expect(Parameters { method: SolverMethod::Bdf, ..p.clone() }, "solver.method must be eventDriven (1)");
     expect(Parameters { gap: vec![-0.07], ..p.clone() }, "no distance between the centres of balls 1 and 2");
+    let sides =
+        "balls 1 and 2 have changed sides with x_start[1] = 0.5 m and x_start[2] = -0.5 m; allowed: each on its";
+    expect(Parameters { x_start: vec![0.5, -0.5], ..p.clone() }, sides);
+    expect(Parameters { x_start: vec![0.5, -0.5], length_ratio: vec![1.0, 1.5], ..p.clone() }, sides);
     let ends = |p: &Parameters, inputs: &Inputs| {
         let mut run = Engine::new(p, inputs, 0.0).unwrap();
         run.advance(10.0, &mut Unrecorded).unwrap_err()
@@ -137,6 +141,48 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
     let error = ends(&lifted, &pushed);
     assert_eq!(error, EngineError::OffArc { time: 0.0, ball: 0, fault: Fault::Slack });
     assert!(error.to_string().starts_with("the string of ball 1 goes slack at t = 0 s"), "{error}");
+}
+
+/// The distance (m) of the centre of a ball from the line of another one's string, to its left.
+fn left_of_string(run: &Engine, p: &Parameters, ball: usize, of: usize) -> f64 {
+    let place = |i: usize| {
+        let length = p.length * p.length_ratio[i];
+        let pivot: f64 = p.gap[..i].iter().map(|gap| 2.0 * p.radius + gap).sum();
+        (pivot + length * run.angle(i).sin(), length * (1.0 - run.angle(i).cos()))
+    };
+    let ((x, y), (sin, cos)) = (place(ball), run.angle(of).sin_cos());
+    (place(of).0 - x) * cos + (place(of).1 - y) * sin
+}
+
+/// In flight, for which there is room beside a gap and between unequal pendulums; in contact; and rigid ones.
+#[test]
+fn neighbours_that_change_sides_end_the_run() {
+    let apart = Parameters { gap: vec![0.3], radius: 0.05, ..lifted(2, 0, 0.0) };
+    let above = Parameters { x_start: vec![-0.3, 1.5], v_start: vec![4.0, 0.0], ..apart };
+    let unequal = Parameters {
+        length_ratio: vec![1.0, 1.5],
+        x_start: vec![-1.9, 0.0],
+        v_start: vec![0.0, -5.0],
+        ..lifted(2, 1, 0.0)
+    };
+    let rigid = Parameters { contact_model: ContactModel::Rigid, ..above.clone() };
+    let mut touching = Parameters { gap: vec![0.28237], radius: 0.05318, ..lifted(2, 0, 0.0) };
+    (touching.exponent, touching.stiffness, touching.overlap_ref) = (1.5, 857.16, 0.01);
+    (touching.x_start, touching.v_start) = (vec![-0.68, -0.21], vec![0.6, 0.65]);
+    for (p, in_contact) in [(above, false), (unequal, false), (rigid, false), (touching, true)] {
+        let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+        let error = engine.advance(2.0, &mut Unrecorded).unwrap_err();
+        let EngineError::OffArc { time, ball: 0, fault: Fault::Sides } = error else { panic!("{error}") };
+        assert!(error.to_string().starts_with("balls 1 and 2 change sides at t = "), "{error}");
+        let shortly_before = time * if in_contact { 0.97 } else { 1.0 - 1e-12 };
+        let before = run(&p, shortly_before);
+        assert_eq!(before.in_contact(0), in_contact);
+        assert_energy(&before, 1e-14, "before");
+        // Steps in contact have some length.
+        let within = if in_contact { 0.02 } else { 1e-11 };
+        let margins = [left_of_string(&before, &p, 0, 1), -left_of_string(&before, &p, 1, 0)];
+        assert!(margins.iter().any(|margin| (0.0..within).contains(margin)), "{margins:?} at {time}");
+    }
 }
 
 #[test]

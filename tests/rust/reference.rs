@@ -1,9 +1,9 @@
 //! The engine and the other methods against results computed independently, in quadruple precision
 //! (`tests/data/reference.json`) and in 40 digits: damped or pressed linear contacts by matrix exponentials
 //! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.json`);
-//! and balls on arcs in quadruple precision (`tests/data/arcs.cpp`).
+//! and balls on arcs in quadruple precision (`tests/data/arcs.cpp`, `tests/data/random_arcs.cpp`).
 
-use newtons_cradle::engine::{Chain, Engine, Next, Results, Simulation, Unrecorded};
+use newtons_cradle::engine::{Chain, Engine, EngineError, Fault, Next, Results, Simulation, Unrecorded};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
 use serde_json::Value;
 
@@ -164,37 +164,83 @@ fn arcs() -> Value {
     serde_json::from_str(include_str!("../data/arcs.json")).unwrap()
 }
 
+/// The cradle of a case, with its inputs.
+fn cradle_on_arcs(case: &Value) -> (Parameters, Inputs) {
+    let mut p = on_arcs(numbers(&case["start"]));
+    (p.exponent, p.overlap_ref, p.dead_band) = (number(&case["p"]), 1.0, number(&case["dead_band"]));
+    (p.stiffness, p.drag) = (number(&case["k"]), number(&case["drag"]));
+    // With the default of 1e-12, a wave with damping in balls that touch is no more exact than that.
+    p.tolerance = 1e-13;
+    let mut inputs = Inputs { support_acceleration: number(&case["a_support"]), ..Inputs::zero(p.balls()) };
+    let lists = [
+        (&mut p.length_ratio, "lengths"),
+        (&mut p.mass_ratio, "masses"),
+        (&mut p.gap, "gaps"),
+        (&mut p.v_start, "v_start"),
+        (&mut inputs.force, "forces"),
+    ];
+    for (values, key) in lists {
+        let given = if case[key].is_array() { numbers(&case[key]) } else { Vec::new() };
+        values.iter_mut().zip(given).for_each(|(value, given)| *value = given);
+    }
+    damp(&mut p, case);
+    (p, inputs)
+}
+
+/// Follows a cradle on arcs to a state, which is off by no more than this part of the amplitude times the sensitivity.
+fn assert_state_on_arcs(run: &mut Engine, amplitude: f64, state: &Value, most: f64, id: &str) {
+    run.advance(number(&state["time"]), &mut Vec::new()).unwrap();
+    let within = most * amplitude * number(&state["sensitivity"]);
+    let id = format!("{id} at {}", state["time"]);
+    for (key, value) in [("x", Engine::x as fn(&Engine, usize) -> f64), ("v", Engine::v), ("angle", Engine::angle)] {
+        let expected = numbers(&state[key]);
+        let values: Vec<f64> = (0..expected.len()).map(|i| value(run, i)).collect();
+        assert_close(&id, &values, &expected, within);
+    }
+    assert_energy(run, 1e-13, &id);
+}
+
 /// After one click and after ten. The `sensitivity` is how much a small change of all starts grows; rounding between
 /// clicks moves balls one by one, which grows more.
 #[test]
 fn cradles_on_arcs() {
     for case in arcs()["cradles"].as_array().unwrap() {
-        let mut p = on_arcs(numbers(&case["start"]));
-        let (n, amplitude) = (p.balls(), -p.x_start[0]);
-        (p.exponent, p.overlap_ref, p.dead_band) = (number(&case["p"]), 1.0, number(&case["dead_band"]));
-        (p.stiffness, p.drag) = (number(&case["k"]), number(&case["drag"]));
-        // With the default of 1e-12, a wave with damping in balls that touch is no more exact than that.
-        p.tolerance = 1e-13;
-        for (values, key) in [(&mut p.length_ratio, "lengths"), (&mut p.mass_ratio, "masses"), (&mut p.gap, "gaps")] {
-            values.iter_mut().zip(numbers(&case[key])).for_each(|(value, given)| *value = given);
-        }
-        damp(&mut p, case);
-        let inputs = Inputs { support_acceleration: number(&case["a_support"]), ..Inputs::zero(n) };
+        let (p, inputs) = cradle_on_arcs(case);
+        let (amplitude, contacts) = (-p.x_start[0], p.contacts());
         let mut run = Engine::new(&p, &inputs, 0.0).unwrap();
         for (state, most) in case["states"].as_array().unwrap().iter().zip([1e-14, 1e-13]) {
-            run.advance(number(&state["time"]), &mut Vec::new()).unwrap();
-            let within = most * amplitude * number(&state["sensitivity"]);
-            let id = format!("{} at {}", case, state["time"]);
-            for (key, value) in
-                [("x", Engine::x as fn(&Engine, usize) -> f64), ("v", Engine::v), ("angle", Engine::angle)]
-            {
-                let values: Vec<f64> = (0..n).map(|i| value(&run, i)).collect();
-                assert_close(&id, &values, &numbers(&state[key]), within);
-            }
-            assert_energy(&run, 1e-13, &id);
+            assert_state_on_arcs(&mut run, amplitude, state, most, &case.to_string());
         }
-        assert!((0..n - 1).map(|j| run.pulses(j)).sum::<u64>() > 8, "{case}");
+        assert!((0..contacts).map(|j| run.pulses(j)).sum::<u64>() > 8, "{case}");
     }
+}
+
+/// All laws, with drag and inputs (`tests/data/random_arcs.cpp`); the `sensitivity` is that to changes of single balls.
+#[test]
+fn random_cradles_on_arcs() {
+    let (mut states, mut faults) = (0, 0);
+    for line in include_str!("../data/random_arcs.json").lines() {
+        let case: Value = serde_json::from_str(line).unwrap();
+        let (p, inputs) = cradle_on_arcs(&case);
+        let amplitude = p.x_start.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let (id, mut run) = (format!("cradle {}", case["number"]), Engine::new(&p, &inputs, 0.0).unwrap());
+        for state in case["states"].as_array().unwrap() {
+            let Some(ends) = state["ends"].as_str() else {
+                assert_state_on_arcs(&mut run, amplitude, state, 1e-14, &id);
+                states += 1;
+                continue;
+            };
+            let error = run.advance(number(&state["time"]), &mut Unrecorded).unwrap_err();
+            let expected = match ends {
+                "across" => Fault::Sides,
+                "horizontal" => Fault::Horizontal,
+                _ => Fault::Slack,
+            };
+            assert!(matches!(error, EngineError::OffArc { fault, .. } if fault == expected), "{id}: {error}");
+            faults += 1;
+        }
+    }
+    assert!(states >= 90 && faults >= 2, "{states} states, {faults} faults");
 }
 
 /// Pendulums by themselves: a quarter of a period after the other, they are where they should be.

@@ -35,9 +35,11 @@ pub(crate) struct Cluster {
     pub flights: Vec<Flight>,
     /// The contacts of the window, from `window.start` on, at the start of the segment.
     pub contacts: Vec<WindowContact>,
-    /// The rates of their overlaps then, m/s.
+    /// The rates of their overlaps then, m/s, and the parts of their directions along the paths.
     #[serde(skip)]
     rates: Vec<f64>,
+    #[serde(skip)]
+    along: Vec<[f64; 2]>,
     /// The method that describes the motion, and the memory of all.
     #[serde(skip)]
     method: Method,
@@ -127,6 +129,16 @@ impl Cluster {
         self.output().overlap_series(i - self.window.start, tau)
     }
 
+    /// The first contact of the cradle whose balls had changed sides at the start of the segment: a part along a path is
+    /// no longer positive then.
+    pub fn crossed(&self, cradle: &Cradle) -> Option<usize> {
+        let crossed = |&j: &usize| {
+            let places = || [j, j + 1].map(|i| self.flights[i].x);
+            self.along[j].iter().any(|part| *part <= 0.0) && cradle.pair(self.window.start + j).changed_sides(places())
+        };
+        (0..self.along.len()).find(crossed).map(|j| self.window.start + j)
+    }
+
     pub fn mode(&self, i: usize) -> Mode {
         self.contacts[i - self.window.start].mode
     }
@@ -207,19 +219,17 @@ impl Cluster {
                 continue;
             }
             if first < end {
-                let flights = &mut self.flights[first..=end];
-                let on_arc = balls[first].model.on_arc;
-                let before: Vec<f64> = flights.iter().filter(|_| on_arc).map(|flight| flight.x).collect();
-                let masses = balls[first..=end].iter().map(|ball| ball.model.mass);
-                let contacts = self.contacts[first..end].iter().zip(&laws[first..end]);
-                let distances = contacts.enumerate().map(|(k, (contact, law))| {
-                    let Some(&[l, r]) = before.get(k..k + 2) else { return contact.overlap + law.clearance };
-                    let balls = [&balls[first + k].model, &balls[first + k + 1].model];
-                    (l - r) + (contact.overlap - Pair { balls, law }.overlap([l, r]))
-                });
-                let places = places(distances);
-                let start = start_by_centre(masses.zip(flights.iter().map(|flight| flight.x)).zip(places.clone()));
-                flights.iter_mut().zip(places).for_each(|(flight, place)| flight.x = start + place);
+                let (balls, flights) = (&balls[first..=end], &mut self.flights[first..=end]);
+                let (contacts, laws) = (&self.contacts[first..end], &laws[first..end]);
+                if balls[0].model.on_arc {
+                    align_on_arcs(flights, balls, contacts, laws, &self.along[first..end]);
+                } else {
+                    let masses = balls.iter().map(|ball| ball.model.mass);
+                    let contacts = contacts.iter().zip(laws);
+                    let places = places(contacts.map(|(contact, law)| contact.overlap + law.clearance));
+                    let start = start_by_centre(masses.zip(flights.iter().map(|flight| flight.x)).zip(places.clone()));
+                    flights.iter_mut().zip(places).for_each(|(flight, place)| flight.x = start + place);
+                }
             }
             first = end + 1;
         }
@@ -231,8 +241,11 @@ impl Cluster {
         let (balls, models) = (&balls[self.window.clone()], &cradle.balls[self.window.clone()]);
         let laws = &cradle.contacts[self.window_contacts()];
         let window = Window { flights: &flights, models, balls, contacts: &contacts, laws };
+        self.along.clear();
+        self.along.extend((0..laws.len()).map(|j| window.parts_along(j)));
         self.rates.clear();
-        self.rates.extend((0..laws.len()).map(|j| window.overlap_rate(j)));
+        let rate = |(j, [left, right]): (usize, &[f64; 2])| flights[j].v * left - flights[j + 1].v * right;
+        self.rates.extend(self.along.iter().enumerate().map(rate));
         let rounding = flights.iter().zip(balls).map(|(flight, ball)| flight.rounding(&ball.oscillator));
         let rounding = rounding.fold(Rounding::default(), Rounding::max);
         self.history_before = self.history;
@@ -324,5 +337,38 @@ impl Cluster {
         }
         (self.length, history.explicit_length) = (series.converges_for, series.converges_for);
         local_error
+    }
+}
+
+/// The same of a row of balls on arcs, whose contacts have these parts `along` the paths: each contact gets the overlap
+/// that it lacks by a push, which moves balls as an impulse would.
+fn align_on_arcs(
+    flights: &mut [Flight],
+    balls: &[Ball],
+    contacts: &[WindowContact],
+    laws: &[ContactLaw],
+    along: &[[f64; 2]],
+) {
+    // Gaussian elimination: a push increases the own overlap by its share, and reduces those beside it.
+    let mut rows: Vec<[f64; 2]> = Vec::with_capacity(contacts.len());
+    let inverse_masses = |j: usize| [j, j + 1].map(|i| 1.0 / balls[i].model.mass);
+    let beside = |j: usize| along[j - 1][1] * along[j][0] / balls[j].model.mass;
+    for (j, [left, right]) in along.iter().enumerate() {
+        let pair = Pair { balls: [&balls[j].model, &balls[j + 1].model], law: &laws[j] };
+        let lacks = contacts[j].overlap - pair.overlap([flights[j].x, flights[j + 1].x]);
+        let (own, [l, r]) = (rows.last().copied(), inverse_masses(j));
+        let share = left * left * l + right * right * r;
+        rows.push(own.map_or([share, lacks], |[before, known]| {
+            let factor = beside(j) / before;
+            [share - beside(j) * factor, lacks + factor * known]
+        }));
+    }
+    let mut push = 0.0;
+    for (j, [share, lacks]) in rows.into_iter().enumerate().rev() {
+        let next = if j + 1 < along.len() { beside(j + 1) * push } else { 0.0 };
+        push = (lacks + next) / share;
+        let ([left, right], [l, r]) = (along[j], inverse_masses(j));
+        flights[j].x += push * left * l;
+        flights[j + 1].x -= push * right * r;
     }
 }

@@ -40,6 +40,11 @@ impl<S: Scalar> Window<'_, S> {
         Pair { balls: [&self.models[j], &self.models[j + 1]], law: &self.laws[j] }
     }
 
+    /// The parts of the direction of contact `j` along the paths of its balls.
+    pub fn parts_along(&self, j: usize) -> [S; 2] {
+        self.pair(j).parts_along([j, j + 1].map(|i| self.flights[i].x))
+    }
+
     /// Rate of the overlap of contact `j`, m/s.
     pub fn overlap_rate(&self, j: usize) -> S {
         self.pair(j).overlap_rate([j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v)))

@@ -33,6 +33,8 @@ pub enum Fault {
     Held,
     /// In its impact with the next one a ball is not pushed along its arc, or against the sense of others in touch.
     Across,
+    /// It and the next one go over or through each other: the centre of one crosses the string of the other.
+    Sides,
 }
 
 /// Coefficients of s (m) and of the sine and cosine of the angle, as functions of the time over `unit`.
@@ -40,8 +42,9 @@ pub enum Fault {
 pub(crate) struct Path {
     terms: usize,
     unit: f64,
-    /// How long they hold, s, forwards and backwards.
+    /// How long they hold, s, forwards and backwards, and a bound of the absolute s until then, m.
     pub length: f64,
+    reach: f64,
     /// Rate at the start, m/s.
     v: f64,
     s: Terms,
@@ -86,7 +89,8 @@ impl Path {
         } else {
             LONGEST
         };
-        Self { terms, unit, length: length.min(LONGEST), v: flight.v, s, sin, cos }
+        let length = length.min(LONGEST);
+        Self { terms, unit, length, reach: bound(&s, length / unit), v: flight.v, s, sin, cos }
     }
 
     /// Displacement (m) within `tau` (s), and the rate then (m/s).
@@ -101,8 +105,7 @@ impl Path {
     pub fn fault(&self, ball: &BallModel, flight: &Flight) -> Option<(f64, Fault)> {
         let until = self.length / self.unit;
         let first = |c: &Terms| if c[0] < 0.0 { Some(0.0) } else { first_positive(c, -1.0, 0.0, until) };
-        let wide = bound(&self.s, until) > 1.5 * ball.length;
-        let horizontal = if wide { first(&self.cos) } else { None };
+        let horizontal = if self.reach > 1.5 * ball.length { first(&self.cos) } else { None };
         let slack = if flight.forcing == Forcing::<f64>::default() {
             None
         } else {
@@ -271,6 +274,8 @@ pub(crate) struct Approach {
     /// `D_c`, m.
     touch: f64,
     g: Terms,
+    /// When the centre of one of them crosses the string of the other one, if that is while it holds, s.
+    pub crossing: Option<f64>,
 }
 
 impl Approach {
@@ -294,14 +299,21 @@ impl Approach {
             *c = (dot(&width[..=k], &width_back[back.clone()]) + dot(&height[..=k], &height_back[back])) * factor;
         }
         g[0] = overlap * (1.0 - 0.5 * overlap / touch);
-        Self { terms, unit: left.unit, length: left.length.min(right.length), touch, g }
+        let length = left.length.min(right.length);
+        let (until, angle) = (length / left.unit, (left.reach / l).max(right.reach / r));
+        let crossing = if may_cross([l, r], angle, [&width, &height], &g[..terms], law.pivots, touch, until) {
+            first_crossing([l, r], [left, right], [&width, &height], ratio, until)
+        } else {
+            None
+        };
+        Self { terms, unit: left.unit, length, touch, g, crossing: crossing.map(|time| time * left.unit) }
     }
 
     pub fn is_sound(&self) -> bool {
         let scales = [self.unit, self.length, self.touch];
         (FEW..=TERMS).contains(&self.terms)
             && scales.iter().all(|scale| *scale > 0.0)
-            && scales.iter().chain(&self.g).all(|value| value.is_finite())
+            && scales.iter().chain(&self.g).chain(&self.crossing).all(|value| value.is_finite())
     }
 
     /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s), while the series holds.
@@ -325,4 +337,63 @@ impl Approach {
         let later = if rate > 0.0 && overlap.abs() <= 1e-6 * onset * rate { -overlap / rate } else { 0.0 };
         Some(DoubleDouble::from(onset) + later)
     }
+}
+
+/// Whether the centre of a ball may come to lie on the string of the other one up to the time `until`, by cheap bounds:
+/// for pendulums of these lengths (m) at angles up to this (rad), from the series of their distances and of G, with the
+/// distances of the pivots and of centres that touch (m). See "Arcs" in docs/theory.md.
+fn may_cross(
+    [l, r]: [f64; 2],
+    angle: f64,
+    [width, height]: [&Terms; 2],
+    g: &[f64],
+    pivots: f64,
+    touch: f64,
+    until: f64,
+) -> bool {
+    // At most so far apart.
+    let (differ, sin, less) = ((r - l).abs(), angle.min(1.0), 0.5 * angle * angle);
+    let aside = pivots + differ * sin;
+    let near = pivots * sin + differ * less.min(1.0) + aside * aside / l.min(r);
+    if near < touch {
+        return false;
+    }
+    // With the distance along the paths positive all the time.
+    let [narrower, higher] = [width, height].map(|c| until * bound(&c[1..], until));
+    let beside = (width[0] - narrower) * (1.0 - less) > (height[0].abs() + higher) * sin;
+    let level = 0.5 * (touch - near * (near / touch));
+    !beside && (g[0] >= level || first_positive(g, 1.0, level, until).is_some())
+}
+
+/// When a centre first crosses the string of the other ball up to the time `until`. Times are over the left unit, that
+/// of the horizontal and vertical distances; the `ratio` is that over the right one.
+fn first_crossing(
+    lengths: [f64; 2],
+    paths: [&Path; 2],
+    [width, height]: [&Terms; 2],
+    ratio: f64,
+    until: f64,
+) -> Option<f64> {
+    let terms = paths[0].terms.min(paths[1].terms);
+    let beside = |k: usize, side: f64| {
+        let (path, pace) = (paths[k], if k == 0 { 1.0 } else { ratio });
+        // Backwards, as `dot` needs them.
+        let ([mut sin, mut cos], mut factor) = ([[0.0; TERMS]; 2], 1.0);
+        for i in 0..terms {
+            (sin[TERMS - 1 - i], cos[TERMS - 1 - i]) = (factor * path.sin[i], factor * path.cos[i]);
+            factor *= pace;
+        }
+        // How far the other centre is beyond the line of the string.
+        let mut beyond = [0.0; TERMS];
+        for (i, c) in beyond[..terms].iter_mut().enumerate() {
+            *c = -(dot(&width[..=i], &cos[TERMS - 1 - i..]) + dot(&height[..=i], &sin[TERMS - 1 - i..]));
+        }
+        let beyond = &beyond[..terms];
+        let time = if beyond[0] >= 0.0 { 0.0 } else { first_positive(beyond, 1.0, 0.0, until)? };
+        // How far up from the ball that is.
+        let [width, height] = [width, height].map(|c| value(c, time));
+        let [sin, cos] = [&path.sin, &path.cos].map(|c| value(c, pace * time));
+        (0.0..lengths[k]).contains(&(side * (width * sin - height * cos))).then_some(time)
+    };
+    [beside(0, -1.0), beside(1, 1.0)].into_iter().flatten().reduce(f64::min)
 }

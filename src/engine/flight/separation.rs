@@ -160,6 +160,11 @@ impl Separation {
         (tau.abs() > length && end != self.anchor).then_some(end)
     }
 
+    /// When balls on arcs change sides, as far as their series holds.
+    pub fn crossing(&self) -> Option<DoubleDouble> {
+        self.approach.as_ref()?.crossing.map(|tau| self.anchor + tau)
+    }
+
     /// Whether the series of balls on arcs will not hold for long after the time `t`.
     pub fn is_worn(&self, t: DoubleDouble) -> bool {
         self.approach.as_ref().is_some_and(|approach| (t - self.anchor).value() > WORN * approach.length)
@@ -169,7 +174,13 @@ impl Separation {
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
         if let Some(approach) = &self.approach {
             *allowed = allowed.saturating_sub(ON_ARCS);
-            return match approach.onset(self.noise, self.resolution) {
+            let onset = approach.onset(self.noise, self.resolution);
+            if let Some(crossing) = self.crossing()
+                && onset.is_none_or(|onset| crossing < self.anchor + onset)
+            {
+                return Next::NotBefore(crossing);
+            }
+            return match onset {
                 Some(tau) => Next::At(self.anchor + tau),
                 None if approach.length < LONGEST => Next::NotBefore(self.anchor + approach.length),
                 None => Next::Never,

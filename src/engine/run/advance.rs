@@ -57,7 +57,11 @@ impl Engine {
                 self.follow_flights(body.start..body.end + 1, t, &mut watchdog, observer)?;
             }
             self.process(t, key, observer)?;
-            self.check_fault(0.0)?;
+            if self.fault.is_some() {
+                // Another ball may have come to an end before.
+                self.follow_flights(0..self.balls.len(), t, &mut watchdog, observer)?;
+                self.check_fault(0.0)?;
+            }
             if let Some(stop) = observer.stop().filter(|stop| *stop < reached) {
                 (reached, until) = (stop, stop.into());
             }

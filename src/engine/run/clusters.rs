@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::contact::Phase;
 use super::engine::Engine;
 use crate::engine::cluster::{Cluster, StepHistory, Switch};
-use crate::engine::{EngineError, Observer, flight::Regime};
+use crate::engine::{EngineError, Fault, Observer, flight::Regime};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -91,6 +91,9 @@ impl Engine {
         let effort = SEGMENT * cluster.contacts.len() as u64 + EVALUATION * cluster.evaluations + cluster.searched();
         self.effort = self.effort.saturating_add(effort);
         self.queue.set(cluster.key(), cluster.end());
+        if let Some(contact) = cluster.crossed(&self.cradle) {
+            self.note(contact, Some((cluster.start, Fault::Sides)));
+        }
         self.clusters[id] = Some(cluster);
     }
 

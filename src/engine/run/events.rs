@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::contact::{Phase, around};
 use super::engine::Engine;
 use crate::engine::flight::{EVALUATIONS, Regime, Separation};
-use crate::engine::{EngineError, Next, Observer, Unrecorded};
+use crate::engine::{EngineError, Fault, Next, Observer, Unrecorded};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -30,6 +30,12 @@ impl Engine {
     ) -> Result<(), EngineError> {
         if t.value() == f64::NEG_INFINITY {
             return Err(self.lost(key));
+        }
+        let crossing = self.contacts[key].separation().and_then(Separation::crossing);
+        if crossing.is_some_and(|crossing| crossing <= t) {
+            self.note(key, Some((t, Fault::Sides)));
+            self.look_for_faults(0..self.balls.len(), t);
+            return self.check_fault(0.0);
         }
         self.watch_progress(t, self.switching(key))?;
         self.handled = self.handled.saturating_add(1);

@@ -72,13 +72,15 @@ impl Motion {
     }
 
     /// The directions of paths and contacts at the nodes by the present forces, for contacts that press or for `all`.
-    /// Returns the largest change of a displacement since the last time over the least length or distance of pivots.
-    pub(super) fn turn(&mut self, all: bool) -> f64 {
+    /// Returns the largest changes of displacements since the last time, of balls that press and of all of these, over the
+    /// least length or distance of pivots.
+    pub(super) fn turn(&mut self, all: bool) -> [f64; 2] {
         let (table, length) = (self.stretching.table(), self.length);
         let times = table.times.map(|part| length * part);
-        let (mut change, mut nearest) = (0.0_f64, f64::INFINITY);
+        let (mut changes, mut nearest) = ([0.0_f64; 2], f64::INFINITY);
         for i in 0..self.flights.len() {
-            if !(all || self.presses(i) || i > 0 && self.presses(i - 1)) {
+            let presses = self.presses(i) || i > 0 && self.presses(i - 1);
+            if !(all || presses) {
                 continue;
             }
             let flight = &self.flights[i];
@@ -88,7 +90,8 @@ impl Motion {
                 way[m] = length * (flight.v * table.times[m] + length * twice[m]);
                 u[m] = flight.v + length * once[m];
             }
-            change = larger(change, (way[NODES - 1] - self.arcs.turned[i]).abs());
+            let change = (way[NODES - 1] - self.arcs.turned[i]).abs();
+            changes = [if presses { larger(changes[0], change) } else { changes[0] }, larger(changes[1], change)];
             self.arcs.turned[i] = way[NODES - 1];
             self.at_nodes.balls[i] = [way, u];
             let arcs = &mut self.arcs;
@@ -97,7 +100,7 @@ impl Motion {
                 self.tracks.get(i).map_or(nearest, |track| track.law.pivots.min(nearest)).min(arcs.balls[i].length);
         }
         self.arcs.turn(|j| all || self.tracks[j].mode == Mode::Pressing);
-        change / nearest
+        changes.map(|change| change / nearest)
     }
 
     /// Relative accelerations of the balls of contact `j` at the nodes, by the forces of three neighbouring contacts, a

@@ -33,9 +33,10 @@ const CONVERGED_RATE: f64 = 4e-15;
 const ROUGH: f64 = 0.1;
 const FINE: f64 = 1e-5;
 
-/// Changes below which the directions of balls on arcs are computed anew. The first time shows by which part of the
-/// rest they change, the last time how much is missing; they stand if little is.
-const TURNS: [f64; 2] = [1e-5, 1e-10];
+/// The directions of balls on arcs are computed anew where the iteration changes overlaps by less than the next time will:
+/// the last time did, times the part of that which remains, as the first time shows. Before the first time both are
+/// taken to be `FIRST_TURN`. Directions stand if what would remain is less than `STANDS`.
+const FIRST_TURN: f64 = 1e-2;
 const STANDS: f64 = 1e-15;
 
 /// Factor on the error of a step that is left where a force changes its sign: there it is less exact than at its end.
@@ -55,6 +56,39 @@ pub(super) struct Plan {
     pub length: f64,
     /// The contact whose switching is to end it.
     pub switching: Option<usize>,
+}
+
+/// The times at which the directions of balls on arcs have been computed, and their effect.
+#[derive(Clone, Copy, Default)]
+struct Turns {
+    count: u32,
+    /// Whether all balls have been part of it.
+    all: bool,
+    /// Changes of overlaps by the first and by the last time, over the largest; that of the last time, once known.
+    first: f64,
+    last: Option<f64>,
+    /// Changes of displacements between the last two times, of balls that press and of all, and the largest so far.
+    changes: [f64; 2],
+    largest: f64,
+    /// Length of the step the last time, s.
+    length: f64,
+}
+
+impl Turns {
+    /// Change of overlaps that the next time would make; none is due before that of the last time is known.
+    fn next(&self) -> f64 {
+        if self.count == 0 { FIRST_TURN * FIRST_TURN } else { self.last.map_or(0.0, |last| self.first * last) }
+    }
+
+    /// Notes the change of overlaps in an iteration.
+    fn note(&mut self, change: f64) {
+        if self.count > 0 && self.last.is_none() {
+            self.last = Some(change);
+            if self.count == 1 {
+                self.first = change;
+            }
+        }
+    }
 }
 
 /// The outcome of an attempt.
@@ -83,15 +117,14 @@ impl Motion {
         self.begin(table);
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, Some(0.0), false, false);
         let smooth = self.on_arcs() && self.stretching_power().is_none();
-        let (mut turns, mut turned) = (0, [f64::INFINITY, 0.0, 0.0]);
+        let mut turns = Turns::default();
         let exponent = self.tracks[0].law.exponent; // contacts have one
         let sensitivity = SENSITIVITY * exponent * exponent;
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
-            if self.on_arcs() && TURNS.get(turns).is_some_and(|turn| last_change < *turn) {
-                turned = self.turn_on(turns > 0, turned);
-                turns += 1;
+            if self.on_arcs() && last_change < turns.next() {
+                self.turn_on(turns.count > 0, &mut turns);
                 self.push();
             }
             if !looked && last_change < ROUGH && last_change < FINE.max(ROUGH * self.evenness()) {
@@ -123,6 +156,7 @@ impl Motion {
                 }
             }
             let [change, of_rate] = self.update(table, later);
+            turns.note(change);
             if count >= LEAST {
                 if !measured {
                     let still = change * if smooth { SMOOTH_STILL_CHANGING } else { STILL_CHANGING };
@@ -145,11 +179,11 @@ impl Motion {
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed {
-                    if self.on_arcs() && (turns < TURNS.len() || !self.stands(turned)) {
-                        turned = self.turn_on(true, turned);
-                        turns = TURNS.len();
+                    if self.on_arcs() && !self.stands(&turns) {
+                        self.turn_on(true, &mut turns);
                     }
-                    if !self.on_arcs() || self.stands(turned) {
+                    // Otherwise what that has changed takes another iteration.
+                    if !self.on_arcs() || self.stands(&turns) {
                         return self.conclude(table, tolerance);
                     }
                 }
@@ -159,20 +193,23 @@ impl Motion {
         Outcome::Failed
     }
 
-    /// Computes the directions anew, for `all` contacts or for those that press. Returns the change, the largest so
-    /// far, and the length of the step (s).
-    fn turn_on(&mut self, all: bool, [_, largest, _]: [f64; 3]) -> [f64; 3] {
-        let change = self.turn(all);
-        [change, largest.max(change), self.length]
+    /// Computes the directions anew, for `all` contacts or for those that press.
+    fn turn_on(&mut self, all: bool, turns: &mut Turns) {
+        let changes = self.turn(all);
+        let (count, largest, length) = (turns.count + 1, turns.largest.max(changes[1]), self.length);
+        *turns = Turns { count, all: turns.all || all, last: None, changes, largest, length, ..*turns };
     }
 
-    /// Whether directions, and forces of gravity and drag, stand after these changes, computed for a step of this
-    /// length (s): the next change, with that by which the end has moved since, and its part in the accelerations.
-    fn stands(&self, [change, largest, length]: [f64; 3]) -> bool {
+    /// Whether directions, and forces of gravity and drag, stand: what remains of their changes, with that by which the
+    /// end of the step has moved since, and the part of it in the accelerations.
+    fn stands(&self, turns: &Turns) -> bool {
+        let Turns { all, last, changes, largest, length, .. } = *turns;
         let (reach, drags) = (self.pace() * self.length, self.arcs.balls.iter().any(|ball| ball.gamma > 0.0));
         let gain = if drags { 2.0 * reach } else { reach * reach };
-        let next = change * (largest + gain) + largest * (self.length / length - 1.0).abs();
-        next <= STANDS && next * gain <= STANDS * largest
+        let moved = largest * (self.length / length - 1.0).abs();
+        let [pressed, any] = changes.map(|change| change * gain + moved);
+        let remains = if last.is_some() { turns.next() } else { changes[0] };
+        all && remains.max(pressed) <= STANDS && any * gain <= STANDS * largest
     }
 
     /// Whether a step of this `plan` may end with another switching, that of contact `j`: it has no branch point, and
