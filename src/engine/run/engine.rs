@@ -113,7 +113,7 @@ impl Engine {
             engine.close_where_overlapping(start);
             engine.form(0..engine.contacts.len(), start);
         }
-        engine.check_finite(0..engine.balls.len())?;
+        engine.check()?;
         engine.totals.energy_at_start = engine.total_energy();
         if !engine.totals.energy_at_start.is_finite() {
             return Err(EngineError::EnergyNotFinite { time: start_time });
@@ -174,7 +174,7 @@ impl Engine {
                 ball.flight.forcing = self.inputs.forcing(i, ball.model.mass);
             }
             self.resume();
-            self.check_finite(0..self.balls.len())?;
+            self.check()?;
         }
         Ok(())
     }
@@ -193,7 +193,7 @@ impl Engine {
             }
             self.cradle = cradle;
             self.resume();
-            self.check_finite(0..self.balls.len())?;
+            self.check()?;
         }
         Ok(())
     }
@@ -240,6 +240,10 @@ impl Engine {
         }
         self.time = reached;
         self.look_for_faults(0..self.balls.len(), reached.into());
+        self.check_fault(0.0)?;
+        if self.step.moved.is_empty() {
+            return Ok(());
+        }
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
 
@@ -299,10 +303,15 @@ impl Engine {
         })
     }
 
+    /// Fails if a run cannot go on from what it is now.
+    fn check(&self) -> Result<(), EngineError> {
+        self.check_fault(0.0)?;
+        self.check_finite(0..self.balls.len())
+    }
+
     /// Fails if `balls`, all that have moved, or what has been summed up meanwhile have left the range of doubles: what
     /// is saved after a step is finite.
     fn check_finite(&self, balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
-        self.check_fault(0.0)?;
         if let Some((_, key)) = self.queue.first().filter(|(t, _)| !t.value().is_finite()) {
             return Err(self.lost(key));
         }
