@@ -289,9 +289,10 @@ impl Driver<'_> {
         self.host.log();
     }
 
-    /// Asks for a derivative of a real output by one of the variables `known`; it is finite or does not exist.
+    /// Asks for a derivative of a real output by one of the variables `known`; it is finite or does not exist. That of
+    /// `t_next`, and those over long steps, may take 100,000 segments.
     fn derive(&self, (unknown, known): (u8, u8), is_known: fn(&Variable) -> bool) {
-        let real = |variable: &&Variable| variable.row.derivative.is_some();
+        let real = |variable: &&Variable| variable.row.derivative.is_some() && variable.row.name != "t_next";
         let outputs = self.variables.iter().filter(real).filter(|output| output.row.causality == Causality::Output);
         let knowns =
             self.variables.iter().filter(|known| is_known(known) && known.row.access.data_type() == Type::Real);

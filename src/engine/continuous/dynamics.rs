@@ -100,10 +100,11 @@ impl Dynamics {
         [2, 1, 0].map(|before| 4 * self.balls() - before)
     }
 
-    /// The first component of a state, or of its rates, that cannot be gone on from.
+    /// The first component of a state, of its rates, or of the first of them, that cannot be gone on from.
     pub fn beyond_range(&self, y: &[f64]) -> Option<usize> {
-        let dynamic = self.impulse(0);
-        (0..y.len()).find(|&i| !y[i].is_finite() || i < dynamic && y[i].abs() > LARGEST)
+        let (dynamic, sums) = y.split_at(self.impulse(0).min(y.len()));
+        let of_sums = || sums.iter().position(|y| !y.is_finite()).map(|sum| dynamic.len() + sum);
+        dynamic.iter().position(|y| y.is_nan() || y.abs() > LARGEST).or_else(of_sums)
     }
 
     /// The error where this component of the state has left the range of doubles.

@@ -190,7 +190,7 @@ impl Trajectory {
     pub fn advance(&mut self) -> Result<(), EngineError> {
         if self.method == SolverMethod::Rk4 { self.runge_kutta() } else { self.multistep() }?;
         self.work.steps = self.work.steps.saturating_add(1);
-        if let Some(component) = self.dynamics.beyond_range(self.path.last()) {
+        if let Some(component) = self.dynamics.beyond_range(&self.path.last()[..2 * self.dynamics.balls()]) {
             return Err(self.dynamics.lost(component, self.path.end));
         }
         for i in 0..self.closed.len() {

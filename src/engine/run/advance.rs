@@ -70,6 +70,10 @@ impl Engine {
             self.follow_flights(0..self.balls.len(), reached.into(), &mut watchdog, observer)?;
         }
         self.time = reached;
+        self.check_fault(0.0)?;
+        if self.step.moved.is_empty() {
+            return Ok(());
+        }
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
 

@@ -110,7 +110,7 @@ impl Engine {
             engine.close_where_overlapping(start);
             engine.form(0..engine.contacts.len(), start);
         }
-        engine.check_finite(0..engine.balls.len())?;
+        engine.check()?;
         engine.totals.energy_at_start = engine.total_energy();
         if !engine.totals.energy_at_start.is_finite() {
             return Err(EngineError::EnergyNotFinite { time: start_time });
@@ -170,7 +170,7 @@ impl Engine {
                 ball.flight.forcing = self.inputs.forcing(i, ball.model.mass);
             }
             self.resume();
-            self.check_finite(0..self.balls.len())?;
+            self.check()?;
         }
         Ok(())
     }
@@ -188,7 +188,7 @@ impl Engine {
             }
             self.cradle = cradle;
             self.resume();
-            self.check_finite(0..self.balls.len())?;
+            self.check()?;
         }
         Ok(())
     }
@@ -250,10 +250,15 @@ impl Engine {
         })
     }
 
+    /// Fails if a run cannot go on from what it is now.
+    fn check(&self) -> Result<(), EngineError> {
+        self.check_fault(0.0)?;
+        self.check_finite(0..self.balls.len())
+    }
+
     /// Fails if `balls`, all that have moved, or what has been summed up meanwhile have left the range of doubles: what
     /// is saved after a step is finite.
     pub(super) fn check_finite(&self, balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
-        self.check_fault(0.0)?;
         if let Some((_, key)) = self.queue.first().filter(|(t, _)| !t.value().is_finite()) {
             return Err(self.lost(key));
         }

@@ -153,7 +153,8 @@ impl Engine {
         let now = DoubleDouble::from(self.time);
         let (sound, reason, forecast) = match &self.contacts[i].phase {
             Phase::Window(_) | Phase::Impact(_) => return Ok(()),
-            Phase::Unassigned(_) => (false, "a contact belongs to nothing", Next::Never),
+            // A failed step may end in the middle of an event.
+            Phase::Unassigned(_) => (failed, "a contact belongs to nothing", Next::Never),
             Phase::BesideImpact(overlap) => {
                 let beside_impact = !in_flight && !in_cluster(left.regime) && !in_cluster(right.regime);
                 let sound = beside_impact && (failed || overlap.is_finite());

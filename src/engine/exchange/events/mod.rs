@@ -55,6 +55,7 @@ impl Exchange {
             }
         }
         self.refresh();
+        self.check_finite()?;
         for j in self.closed() {
             let now = self.reached(j);
             self.contacts[j].go_on(now);
@@ -63,6 +64,19 @@ impl Exchange {
         let resolved = !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open);
         let next = Some(self.next).filter(|next| !resolved && *next != Next::Never).map(Next::time);
         Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
+    }
+
+    /// Fails if an event has taken a state beyond the range of doubles.
+    fn check_finite(&self) -> Result<(), EngineError> {
+        let (time, n) = (self.time, self.balls());
+        let Some(place) = self.y.iter().position(|y| !y.is_finite()) else { return Ok(()) };
+        Err(match place {
+            0 => EngineError::NotFinite { time, ball: 0 },
+            j if j < n => EngineError::ContactNotFinite { time, contact: j - 1 },
+            i if i < 2 * n => EngineError::NotFinite { time, ball: i - n },
+            j if j < 3 * n - 1 => EngineError::ContactNotFinite { time, contact: j - 2 * n },
+            _ => EngineError::EnergyNotFinite { time },
+        })
     }
 
     /// Ends a step of the host. Returns whether an event is due.
