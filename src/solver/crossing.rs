@@ -123,7 +123,7 @@ fn first_near(c: &[f64], sign: f64, level: f64, until: f64) -> Result<Option<f64
     let mut left = (0.0, value.min(0.0));
     for (p, right) in places.into_iter().zip(values).enumerate() {
         let found = match p {
-            0 => search.from_0(left.1, right, curvatures[0]),
+            0 => search.search_from_0(left.1, right, curvatures[0]),
             _ => search.between(left, right, curvatures[p / 2], HALVINGS),
         };
         match found {
@@ -204,7 +204,7 @@ impl Search<'_> {
     }
 
     /// The same from 0, where the value is `at_0`.
-    fn from_0(&self, at_0: f64, to: Point, curvature: f64) -> Result<Option<f64>, f64> {
+    fn search_from_0(&self, at_0: f64, to: Point, curvature: f64) -> Result<Option<f64>, f64> {
         self.decide((0.0, at_0), to, curvature).or_else(|()| self.towards_0(at_0, to, curvature))
     }
 

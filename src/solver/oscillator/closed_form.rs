@@ -247,7 +247,7 @@ impl Oscillator {
     /// The series at a fraction of the time, then the law of composition of the flow with itself: near critical
     /// damping, where the other forms would cancel.
     fn basis_by_doubling<const COUNT: usize>(&self, t: f64, reach: f64) -> [f64; COUNT] {
-        let doublings = libm::ceil(libm::log2(reach / 0.5)).max(1.0).min(MOST_DOUBLINGS) as i32;
+        let doublings = libm::ceil(libm::log2(reach / 0.5)).clamp(1.0, MOST_DOUBLINGS) as i32;
         let mut h = t * libm::exp2(-doublings as f64);
         let mut u = self.basis_by_series(h);
         for _ in 0..doublings {
