@@ -26,9 +26,9 @@ const Case CASES[] = {
     {{-30, -30, 0, 0, 0}, viscoelastic, 1.5, STEEL, 4e-7, 0, {}, {}, 0, 0},
     {{-45, 0, 0}, viscoelastic, 1.5, STEEL, 4e-7, 2.6e-5, {1, 1.25, 0.875}, {1, 1.5, 0.75}, 0, 0},
     {{-60, 0}, rigid, 1, 0, 1, 0, {}, {1, 1.7}, 0, 0},
-    {{-60, 0}, rigid, 1, 0, 0.9, 0, {1, 0.8}, {1, 1.7}, 0, 0, {0.1}},
+    {{-60, 0}, rigid, 1, 0, 0.9, 0, {1, 0.8}, {1, 1.7}, 0, 0, {0.02}},
     {{-60, 0, 0}, rigid, 1, 0, 0.9, 0, {}, {1, 1.7, 0.6}, 0, 0},
-    {{-60, 0, 0}, rigid, 1, 0, 1, 0, {1, 0.8, 0.9}, {1, 1.7, 0.6}, 0, 0, {0.2, 0.1}},
+    {{-60, 0, 0}, rigid, 1, 0, 1, 0, {1, 0.8, 0.9}, {1, 1.7, 0.6}, 0, 0, {0.02, 0.01}},
 };
 
 double start(double degrees) { return double(LENGTH * sinq(degrees * M_PIq / 180)); }
@@ -54,7 +54,7 @@ int main(int count, char** words) {
         List exact(x.begin(), x.end());
         std::vector<Run> runs = {{given, many, 1e-18Q, exact}, {given, fewer, 1e-16Q, exact}};
         List near = exact;
-        for (size_t i = 0; i < near.size(); i++) near[i] += (i % 2 ? -1 : 1) * 1e-16Q * amplitude;
+        for (Q& value : near) value *= 1 + 1e-16Q;
         runs.emplace_back(given, few, 1e-12Q, near);
         printf("%s\n  {\"law\": \"%s\", \"p\": %g, \"k\": %.17g, \"coefficient\": %g, \"dead_band\": %g, \"drag\": %g, "
                "\"a_support\": %g,\n   ", comma, LAWS[given.law], given.p, given.k, given.coefficient, given.deadBand,

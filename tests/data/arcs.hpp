@@ -98,9 +98,8 @@ struct Run {
         a.assign(nodes.count, List(n)), at.assign(nodes.count, now);
     }
 
-    // Contact j: unit vector from ball j to j + 1, overlap and its rate, elastic force, force, a factor of its sign, and
-    // the lesser of the vector's parts along the two paths.
-    struct Contact { Q x, y, d, r, spring, force, sign, along; };
+    // Contact j: unit vector from ball j to j + 1, distance, overlap and its rate, elastic force, force, its sign.
+    struct Contact { Q x, y, D, d, r, spring, force, sign; };
     Contact contact(int j, const State& state) const {
         Q s[2], c[2];
         for (int i = 0; i < 2; i++) sincosq(state.angle[j + i], s + i, c + i);
@@ -124,8 +123,7 @@ struct Run {
         if (given.law == kelvinVoigtNoPull) sign = closed * root + C / given.k * r;
         if (given.law == huntCrossley) sign = 1 + C * r, force *= sign;
         if (given.law == viscoelastic) sign = closed + given.p * C * r, force = given.k * root * sign;
-        Q along = std::min(x * c[0] + y * s[0], x * c[1] + y * s[1]) / D;
-        return {x / D, y / D, d, r, spring, mode[j] == pressing ? force : 0, sign, along};
+        return {x / D, y / D, D, d, r, spring, mode[j] == pressing ? force : 0, sign};
     }
     // Accelerations of the angles; the result is the power lost.
     Q accelerate(const State& state, List& a) const {
@@ -274,8 +272,15 @@ struct Run {
             Q tension = L[i] * rate * rate + GRAVITY * cosq(angle) + f[i] * sinq(angle);
             if (!touches && tension < 0) throw std::runtime_error("slack");
         }
-        for (int j = 0; j < n - 1; j++)
-            if (contact(j, now).along <= 0) throw std::runtime_error("across");
+        for (int j = 0; j < n - 1; j++) {  // a centre on the other ball's string
+            const Contact of = contact(j, now);
+            for (int i : {j, j + 1}) {
+                Q s, c;
+                sincosq(now.angle[i], &s, &c);
+                const Q up = (i == j ? -1 : 1) * (of.x * s - of.y * c) * of.D;
+                if (of.x * c + of.y * s <= 0 && up >= 0 && up < L[i]) throw std::runtime_error("across");
+            }
+        }
     }
     void go(Q end) {
         const Q flight = 0.02Q * sqrtq(LENGTH / GRAVITY);

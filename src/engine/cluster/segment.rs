@@ -129,8 +129,8 @@ impl Cluster {
         self.output().overlap_series(i - self.window.start, tau)
     }
 
-    /// The first contact of the cradle whose balls had changed sides at the start of the segment: a part along a path is
-    /// no longer positive then.
+    /// The first contact of the cradle whose balls had changed sides at the start of the segment. A part along a path is
+    /// not positive then.
     pub fn crossed(&self, cradle: &Cradle) -> Option<usize> {
         let crossed = |&j: &usize| {
             let places = || [j, j + 1].map(|i| self.flights[i].x);
@@ -349,26 +349,23 @@ fn align_on_arcs(
     laws: &[ContactLaw],
     along: &[[f64; 2]],
 ) {
-    // Gaussian elimination: a push increases the own overlap by its share, and reduces those beside it.
+    // A push increases the overlap by its `share` and reduces that of the next contact. Gaussian elimination.
+    let moves = |j: usize| [0, 1].map(|k| along[j][k] / balls[j + k].model.mass);
+    let beside = |j: usize| along[j][0] * moves(j - 1)[1];
     let mut rows: Vec<[f64; 2]> = Vec::with_capacity(contacts.len());
-    let inverse_masses = |j: usize| [j, j + 1].map(|i| 1.0 / balls[i].model.mass);
-    let beside = |j: usize| along[j - 1][1] * along[j][0] / balls[j].model.mass;
     for (j, [left, right]) in along.iter().enumerate() {
         let pair = Pair { balls: [&balls[j].model, &balls[j + 1].model], law: &laws[j] };
         let lacks = contacts[j].overlap - pair.overlap([flights[j].x, flights[j + 1].x]);
-        let (own, [l, r]) = (rows.last().copied(), inverse_masses(j));
-        let share = left * left * l + right * right * r;
-        rows.push(own.map_or([share, lacks], |[before, known]| {
-            let factor = beside(j) / before;
-            [share - beside(j) * factor, lacks + factor * known]
-        }));
+        let ([l, r], last) = (moves(j), rows.last());
+        let [less, more] =
+            last.map_or([0.0; 2], |[share, lacks]| [beside(j), *lacks].map(|own| own * beside(j) / share));
+        rows.push([left * l + right * r - less, lacks + more]);
     }
     let mut push = 0.0;
     for (j, [share, lacks]) in rows.into_iter().enumerate().rev() {
-        let next = if j + 1 < along.len() { beside(j + 1) * push } else { 0.0 };
-        push = (lacks + next) / share;
-        let ([left, right], [l, r]) = (along[j], inverse_masses(j));
-        flights[j].x += push * left * l;
-        flights[j + 1].x -= push * right * r;
+        let by_next = if j + 1 < along.len() { beside(j + 1) * push } else { 0.0 };
+        push = (lacks + by_next) / share;
+        let [l, r] = moves(j);
+        (flights[j].x, flights[j + 1].x) = (flights[j].x + push * l, flights[j + 1].x - push * r);
     }
 }

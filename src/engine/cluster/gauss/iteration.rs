@@ -72,8 +72,8 @@ impl Motion {
     }
 
     /// The directions of paths and contacts at the nodes by the present forces, for contacts that press or for `all`.
-    /// Returns the largest changes of displacements since the last time, of balls that press and of all of these, over the
-    /// least length or distance of pivots.
+    /// Returns the largest changes of displacements since the last time, of balls that press and of all, over the least
+    /// length or distance of pivots.
     pub(super) fn turn(&mut self, all: bool) -> [f64; 2] {
         let (table, length) = (self.stretching.table(), self.length);
         let times = table.times.map(|part| length * part);

@@ -125,7 +125,9 @@ impl Exchange {
             } else if closed.is_empty() && !engine.begin_impact(j, START, &mut pulses) {
                 engine.close(j, START, j..j + 1, &mut pulses);
             }
-            let Some((contacts, end)) = self.to_the_end(&mut engine, j, &mut pulses)? else { return Ok(None) };
+            let outcome = self.to_the_end(&mut engine, j, &mut pulses);
+            engine.check_fault(self.time + onset)?;
+            let Some((contacts, end)) = outcome? else { return Ok(None) };
             let beyond = |j: usize| !contacts.contains(&j) && engine.contacts[j].ledger.record.pulses > 0;
             if (0..engine.contacts.len()).any(beyond) {
                 // Contacts of other groups have had pulses as well: again without them.

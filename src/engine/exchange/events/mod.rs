@@ -5,7 +5,7 @@ mod group;
 use super::contact::{Contact, Reached};
 use super::run::Exchange;
 use crate::engine::run::{Engine, Phase};
-use crate::engine::{EngineError, Fault, Next, Observer, Unrecorded, flight::Ball};
+use crate::engine::{EngineError, Next, Observer, Unrecorded, flight::Ball};
 use crate::model::{Chain, Mode};
 use crate::solver::DoubleDouble;
 use group::START;
@@ -33,11 +33,6 @@ impl Exchange {
             let mut flying = (0..).zip(&balls).filter(|(i, _)| self.is_rigid() || self.flies(*i));
             if let Some((ball, fault)) = flying.find_map(|(i, ball)| Some((i, ball.fault(ball.anchor)?.1))) {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
-            }
-            let places = |j: usize| [self.state.x[j], self.state.x[j + 1]];
-            let crossed = (0..self.modes.len()).find(|j| self.cradle.pair(*j).changed_sides(places(*j)));
-            if let Some(ball) = crossed {
-                return Err(EngineError::OffArc { time: self.time, ball, fault: Fault::Sides });
             }
         }
         self.pass();
@@ -198,7 +193,6 @@ impl Exchange {
             };
             let before = |j: usize| engine.impulse_at(j, onset.into()).value();
             if let Some(group) = self.follow(&balls, first, onset, &self.closed())? {
-                group.engine.check_fault(self.time + onset)?;
                 self.apply(&balls, &group, before, observer);
             }
         }
