@@ -6,7 +6,7 @@ use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_on_arc};
 use crate::engine::pair_on_arcs::{Outcome, Shape, outcome};
 use crate::model::ContactLaw;
-use crate::solver::DoubleDouble;
+use crate::solver::{DoubleDouble, hypotenuse};
 
 /// Terms of the expansion, and the largest `alpha + |beta|` for which its error is below the rounding.
 const TERMS: usize = 7;
@@ -37,7 +37,7 @@ impl ImpactCoefficients {
             let frequency = frequency2.sqrt();
             let duration = 2.0 / frequency * libm::atan2(rate * frequency, pull);
             let (offset, amplitude) = (pull / frequency2, rate / frequency);
-            let radius = (offset * offset + amplitude * amplitude).sqrt();
+            let radius = hypotenuse(offset * offset + amplitude * amplitude, offset, amplitude);
             // The difference of the two without cancellation.
             let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
             let overlap_integral = (2.0 * rate - pull * duration) / frequency2;

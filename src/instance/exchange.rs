@@ -28,7 +28,10 @@ impl Instance {
 
     /// Ends a step of the host's solver. Returns whether an event is due.
     pub fn completed_integrator_step(&mut self) -> Result<bool, Refusal> {
-        Ok(self.exchange()?.complete_step())
+        let exchange = self.exchange()?;
+        let due = exchange.complete_step();
+        let checked = exchange.check_finite();
+        checked.map(|()| due).map_err(|error| self.fail(error))
     }
 
     /// Sets the time, s, which must be finite and not before the start; with clocks it cannot go back behind the last

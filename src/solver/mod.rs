@@ -50,6 +50,12 @@ macro_rules! operators {
     };
 }
 
+/// The root of `a^2 + b^2`, the sum of these `squares`, also where that leaves the range of doubles.
+#[inline]
+pub fn hypotenuse(squares: f64, a: f64, b: f64) -> f64 {
+    if squares.is_normal() { squares.sqrt() } else { libm::hypot(a, b) }
+}
+
 /// Whether all of these are finite. 0 times what is not finite is NaN: so without branches.
 #[inline(always)]
 pub fn all_finite<const N: usize>(values: [f64; N]) -> bool {

@@ -1,5 +1,6 @@
 //! The first time at which a function becomes positive: see "Separation and first crossings" in docs/theory.md.
 
+use super::hypotenuse;
 use crate::next::Next;
 
 pub trait Smooth {
@@ -91,6 +92,9 @@ pub fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
             f64::INFINITY
         };
     }
+    if bent == f64::INFINITY {
+        return 0.0;
+    }
     let discriminant = slope * slope - 2.0 * bent * value;
     if discriminant < 0.0 {
         return f64::INFINITY;
@@ -100,7 +104,7 @@ pub fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
         let denominator = slope + discriminant.sqrt();
         if denominator > 0.0 { -2.0 * value / denominator } else { f64::INFINITY }
     } else if bent > 0.0 {
-        (discriminant.sqrt() - slope) / bent
+        (hypotenuse(discriminant, slope, (-2.0 * bent * value).sqrt()) - slope) / bent
     } else {
         f64::INFINITY
     }

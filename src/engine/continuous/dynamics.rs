@@ -55,12 +55,14 @@ impl Dynamics {
         let fastest = dynamics.cradle.speed_in_reach(motion, |i| dynamics.forcings[i].iter().fold(0.0, largest));
         if fastest > 0.0 {
             let lightest = dynamics.cradle.balls.iter().fold(f64::INFINITY, |mass, ball| mass.min(ball.mass));
-            dynamics.energy_scale = 0.5 * lightest * fastest * fastest;
+            // Squares leave the range of doubles before the motion does.
+            let in_range = |scale: f64| scale.clamp(f64::MIN_POSITIVE, f64::MAX);
+            dynamics.energy_scale = in_range(0.5 * lightest * fastest * fastest);
             let way =
                 dynamics.cradle.balls.iter().map(|ball| fastest * ball.unit_of_time()).fold(f64::INFINITY, f64::min);
             let contacts = dynamics.cradle.contacts.iter().enumerate();
             let overlaps = contacts.map(|(j, law)| law.largest_overlap(dynamics.cradle.reduced_mass(j), fastest));
-            dynamics.scales = [way, SLOW * fastest, DEEP * overlaps.fold(way, f64::min)];
+            dynamics.scales = [way, SLOW * fastest, DEEP * overlaps.fold(way, f64::min)].map(in_range);
         }
         dynamics
     }

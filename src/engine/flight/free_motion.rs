@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Scalar, Steady, all_finite};
+use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Scalar, Steady, all_finite, hypotenuse};
 
 /// Acceleration by the inputs, as derivatives at the anchor: `forcing[j]` in m/s^(2+j).
 pub(crate) type Forcing<S = f64> = [S; MAX_FORCE_ORDER + 1];
@@ -197,7 +197,8 @@ impl Flight {
             curvature += self.forcing.get(j + 1).map_or(0.0, |forcing| forcing.abs() * power);
             power *= end / j as f64;
         }
-        let amplitude = (a * a + o.omega2() * self.v * self.v).sqrt() + rate * end;
+        let swing = hypotenuse(a * a + o.omega2() * self.v * self.v, a, o.omega() * self.v);
+        let amplitude = swing + rate * end;
         let third = rate + o.pace() * amplitude;
         let grown = if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third };
         // Early on that bound is the tighter one; once drag has damped the start, the motion follows the forcing.

@@ -8,7 +8,7 @@ use super::path::{Approach, LONGEST, Path};
 use crate::engine::Next;
 use crate::model::ContactLaw;
 use crate::solver::root::{safe_step, search_within};
-use crate::solver::{DoubleDouble, Oscillator, Smooth, all_finite};
+use crate::solver::{DoubleDouble, Oscillator, Smooth, all_finite, hypotenuse};
 
 /// The overlap (negative while apart) since an anchor: its value there plus the displacements since then, so that a gap
 /// of 1e-12 m right after a release keeps its digits on positions of 1 m.
@@ -225,7 +225,7 @@ impl Separation {
         // overlap + equilibrium + sine sin(omega t) - equilibrium cos(omega t)
         let equilibrium = flight.forcing[0] / o.omega2() - flight.x;
         let sine = flight.v / o.omega();
-        let amplitude = (sine * sine + equilibrium * equilibrium).sqrt();
+        let amplitude = hypotenuse(sine * sine + equilibrium * equilibrium, sine, equilibrium);
         let level = -(self.overlap + equilibrium) / amplitude;
         if level.is_nan() || level.abs() > 0.999_999 {
             return None;
@@ -260,7 +260,8 @@ impl Separation {
                 return f64::INFINITY;
             }
             let equilibrium = flight.forcing[0] / o.omega2() - flight.x;
-            side * equilibrium + (equilibrium * equilibrium + flight.v * flight.v / o.omega2()).sqrt()
+            let squares = equilibrium * equilibrium + flight.v * flight.v / o.omega2();
+            side * equilibrium + hypotenuse(squares, equilibrium, flight.v / o.omega())
         };
         let reach: f64 = self.motions().zip([1.0, -1.0]).map(highest).sum();
         self.overlap + reach <= self.noise

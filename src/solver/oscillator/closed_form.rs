@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::solver::double_double::DoubleDouble;
+use crate::solver::hypotenuse;
 use crate::solver::series::INVERSES;
 
 /// Highest derivative of the force that is taken into account.
@@ -227,14 +228,15 @@ impl Oscillator {
     pub fn derivative_bound(&self, v: f64, a: f64, t: f64, k: i32) -> f64 {
         let (omega, gamma) = (self.omega.value(), self.gamma);
         if gamma == 0.0 {
-            return (2..k).fold((a * a + self.omega2 * v * v).sqrt(), |bound, _| bound * omega);
+            let swing = hypotenuse(a * a + self.omega2 * v * v, a, omega * v);
+            return (2..k).fold(swing, |bound, _| bound * omega);
         }
         let turned = a + gamma * v;
         if let Some(decays) = self.decays(v, a + 2.0 * gamma * v) {
             decays.into_iter().map(|[rate, v]| v.abs() * libm::exp(-rate * t) * power(rate, k - 1)).sum()
         } else if gamma <= 0.8 * omega {
             let sine = turned / self.omega_damped.value();
-            (v * v + sine * sine).sqrt() * libm::exp(-gamma * t) * power(omega, k - 1)
+            hypotenuse(v * v + sine * sine, v, sine) * libm::exp(-gamma * t) * power(omega, k - 1)
         } else {
             // Beyond critical damping the slower of two decays lasts.
             let rate = gamma - (gamma * gamma - omega * omega).max(0.0).sqrt();

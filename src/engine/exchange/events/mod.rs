@@ -50,20 +50,23 @@ impl Exchange {
             }
         }
         self.refresh();
-        self.check_finite()?;
         for j in self.closed() {
             let now = self.reached(j);
             self.contacts[j].go_on(now);
         }
+        self.check_finite()?;
         (self.next, self.next_contact) = self.find_next_onset();
         let resolved = !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open);
         let next = Some(self.next).filter(|next| !resolved && *next != Next::Never).map(Next::time);
         Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
     }
 
-    /// Fails if an event has taken a state beyond the range of doubles.
-    fn check_finite(&self) -> Result<(), EngineError> {
+    /// Fails if an event or a step has taken a state, or the record of a contact, beyond the range of doubles.
+    pub fn check_finite(&self) -> Result<(), EngineError> {
         let (time, n) = (self.time, self.balls());
+        if let Some(contact) = self.contacts.iter().position(|contact| !contact.ledger.is_sound()) {
+            return Err(EngineError::ContactNotFinite { time, contact });
+        }
         let Some(place) = self.y.iter().position(|y| !y.is_finite()) else { return Ok(()) };
         Err(match place {
             0 => EngineError::NotFinite { time, ball: 0 },
