@@ -1,5 +1,5 @@
-//! Keeps the time of linking out of binaries for Windows, and the place out of those for macOS: the same sources give the
-//! same bytes.
+//! Keeps the time of linking out of binaries for Windows, and the place out of those for macOS: the same sources give
+//! the same bytes.
 
 use std::env;
 

@@ -13,8 +13,8 @@ pub const MAX_START_VALUES: u64 = 32 << 20;
 /// Those of the system; and a refusal of anything else, such as a device, which may have no end, or a pipe, which
 /// waits for somebody to write into it.
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
-    // Before it is opened, as opening a pipe waits and opening a device may act on it; and again in case it was replaced
-    // meanwhile.
+    // Before it is opened, as opening a pipe waits and opening a device may act on it; and again in case it was
+    // replaced meanwhile.
     regular(&fs::metadata(path)?)?;
     let file = File::open(path)?;
     regular(&file.metadata()?)?;

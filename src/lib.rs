@@ -25,9 +25,9 @@
 //! 1. *Flight is exact.* Between contacts a ball swings in closed form from its anchor; it is evaluated, never stepped.
 //!    On an arc, a power series takes the place of the closed form.
 //! 2. *A contact costs only what touches.* Two elastic balls have an outcome in closed form. All others form clusters
-//!    with their neighbours: contacts that are not linear, and those on arcs, are followed by Gauss collocation, linear
-//!    ones by Taylor series or, if they are damped or stay closed, by their natural modes; what is stiff for the pace of
-//!    the motion by an L-stable collocation method.
+//!    with their neighbours: contacts that are not linear, and those on arcs, are followed by Gauss collocation; linear
+//!    ones by Taylor series or, if they are damped or stay closed, by their natural modes; what is stiff for the pace
+//!    of the motion by an L-stable collocation method.
 //! 3. *The communication grid is not the integration grid.* While the inputs stay as they are, the trajectory is the
 //!    same bit for bit, however a host cuts its steps.
 //!

@@ -1,8 +1,9 @@
 //! Runs at the corners of what is legal: parameters at their least, tiny, default, huge and largest values, and at
 //! extremes of any magnitude; inputs with derivatives, steps to a million seconds. Every variable is read after every
-//! step, the state is written and read, and derivatives are asked for, also before the run. No call may end the process,
-//! answer what is not finite with fmi2OK, write a state that is refused, or, but for steps and their derivatives, take more
-//! than a fixed amount of work; memory, and the time of these, are bounded by the options of libFuzzer.
+//! step, the state is written and read, and derivatives are asked for, also before the run. No call may end the
+//! process, answer what is not finite with fmi2OK, write a state that is refused, or, but for steps and their
+//! derivatives, take more than a fixed amount of work; memory, and the time of these, are bounded by the options of
+//! libFuzzer.
 //!
 //! Steps grow as long as little happens in them, by the FMU's own counters and by the clock: how many events a step has
 //! to follow, and how many swings it has to search for one, is up to the cradle and to the host.
@@ -22,12 +23,12 @@ use newtons_cradle::variables::{Access, Causality, Settings, Type, Variability, 
 /// Numbers of balls.
 const BALLS: [usize; 5] = [1, 2, 3, 5, 13];
 
-/// What any call but a step or a derivative may take here, where it is instrumented and others may be at work: thousands of times what
-/// it should.
+/// What any call but a step or a derivative may take here, where it is instrumented and others may be at work:
+/// thousands of times what it should.
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// The first step, s, unless the next onset is nearer. Derivatives are asked for after it only: they follow the whole chain
-/// by series once more, however little happens, and give up after 100,000 of them.
+/// The first step, s, unless the next onset is nearer. Derivatives are asked for after it only: they follow the whole
+/// chain by series once more, however little happens, and give up after 100,000 of them.
 const FIRST: f64 = 1e-9;
 
 /// Magnitudes from the smallest double to the largest: those whose products and squares are still in range, and those

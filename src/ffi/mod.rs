@@ -2,14 +2,14 @@
 //!
 //! Every exported function goes through [`call`]: null and foreign components are refused, calls that are illegal in
 //! the current phase are refused and logged, panics are caught, and arithmetic is in the default floating-point
-//! environment, whatever the host's is. Pointers are checked for null and alignment; beyond
-//! that the standard's rules are relied on.
+//! environment, whatever the host's is. Pointers are checked for null and alignment; beyond that the standard's rules
+//! are relied on.
 #![allow(unsafe_code)]
 
 /// Exports functions of a component: `fn name(arguments) as Call |instance| body` is the function `name` of the
 /// standard, legal where [`Call`](crate::instance::Call) says so, run by [`call`]. `body` relies on the host's
-/// promises, see the module of its version. After `or`, first of all, come the answers of a refused call, with which
-/// hosts come to an end that go on all the same.
+/// promises, see the module of its version. The block after `or` is executed first: it writes the answers of a refused
+/// call, with which even a host that ignores the status comes to an end.
 macro_rules! export_by {
     (
         ($version:ty, $component:ident: $handle:ty => $status:ty)

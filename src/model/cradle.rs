@@ -70,7 +70,8 @@ impl Cradle {
         Self::along(p, p)
     }
 
-    /// Refuses parameters whose products or quotients leave the range of doubles, although each of them is in its range.
+    /// Refuses parameters whose products or quotients leave the range of doubles, although each of them is in its
+    /// range.
     pub(crate) fn check(&self) -> Result<(), String> {
         let check = |holds: bool, what: std::fmt::Arguments, value: f64| {
             let side = if value == 0.0 { "below" } else { "beyond" };

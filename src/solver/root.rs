@@ -20,8 +20,9 @@ const GROWTH: f64 = 1000.0;
 /// The first `t` in `[from, until]` from which on `g` is positive, with at most `allowed` evaluations, which it counts
 /// down.
 ///
-/// The time is NaN, to be noticed, where `g` is. `g(from)` should not be positive; a value that is counts as 0. If it is 0, the derivatives decide: rising, the
+/// `g(from)` should not be positive; a value that is counts as 0. If it is 0, the derivatives decide: rising, the
 /// result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is no crossing.
+/// Where `g` is NaN, the result is the time NaN, which the caller notices.
 pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Next {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());

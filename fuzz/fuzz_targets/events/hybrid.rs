@@ -114,7 +114,8 @@ pub struct Picture {
     pub time: f64,
     /// When it last went from integration to events, s.
     pub event: f64,
-    /// Whether extreme values have been set: what is legal may then be refused, where values leave the range of doubles.
+    /// Whether extreme values have been set: what is legal may then be refused, where values leave the range of
+    /// doubles.
     pub extreme: bool,
 }
 

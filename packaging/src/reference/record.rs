@@ -1,6 +1,6 @@
 //! Recording the results of the FMU's own binary. It is loaded in a process of its own, this program again, so that a
-//! binary may crash or hang. That process also has the files that the binary needs, so that they are removed if this one
-//! is ended from the terminal or killed.
+//! binary may crash or hang. That process also has the files that the binary needs, so that they are removed if this
+//! one is ended from the terminal or killed.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};

@@ -129,8 +129,8 @@ impl Cluster {
         self.output().overlap_series(i - self.window.start, tau)
     }
 
-    /// The first contact of the cradle whose balls had changed sides at the start of the segment. A part along a path is
-    /// not positive then.
+    /// The first contact of the cradle whose balls had changed sides at the start of the segment. Then a part along a
+    /// path is not positive.
     pub fn crossed(&self, cradle: &Cradle) -> Option<usize> {
         let crossed = |&j: &usize| {
             let places = || [j, j + 1].map(|i| self.flights[i].x);
@@ -340,8 +340,8 @@ impl Cluster {
     }
 }
 
-/// The same of a row of balls on arcs, whose contacts have these parts `along` the paths: each contact gets the overlap
-/// that it lacks by a push, which moves balls as an impulse would.
+/// Fits positions to overlaps as [`Cluster::align`] does, for a row of balls on arcs whose contacts have these parts
+/// `along` the paths: each contact gets the overlap that it lacks by a push, which moves balls as an impulse would.
 fn align_on_arcs(
     flights: &mut [Flight],
     balls: &[Ball],

@@ -179,8 +179,8 @@ impl Oscillator {
         self.gamma > 0.0 && self.gamma >= 1.25 * self.omega.value()
     }
 
-    /// Reciprocal of the natural frequency, or of the slow rate where the motion is a sum of two decays, s; infinite for
-    /// a free body.
+    /// Reciprocal of the natural frequency, or of the slow rate where the motion is a sum of two decays, s; infinite
+    /// for a free body.
     pub fn time_scale(&self) -> f64 {
         match self.omega.value() {
             0.0 => f64::INFINITY,

@@ -33,9 +33,10 @@ const CONVERGED_RATE: f64 = 4e-15;
 const ROUGH: f64 = 0.1;
 const FINE: f64 = 1e-5;
 
-/// The directions of balls on arcs are computed anew where the iteration changes overlaps by less than that would: as the
-/// last time did, times the part of it that remains, as the first time shows. Before the first time both are taken to be
-/// `FIRST_TURN`. Directions stand if what would remain is less than `STANDS`.
+/// The directions of balls on arcs are computed anew once the iteration changes overlaps by less than that would change
+/// them. The expected change is that of the last time, multiplied by the relative change of the first time; before the
+/// first time both count as `FIRST_TURN`. Directions stand if the next change would be at most `STANDS`. All of these
+/// are parts of the largest overlap.
 const FIRST_TURN: f64 = 1e-2;
 const STANDS: f64 = 1e-15;
 
