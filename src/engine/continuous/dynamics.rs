@@ -56,13 +56,14 @@ impl Dynamics {
         if fastest > 0.0 {
             let lightest = dynamics.cradle.balls.iter().fold(f64::INFINITY, |mass, ball| mass.min(ball.mass));
             // Squares leave the range of doubles before the motion does.
-            let in_range = |scale: f64| scale.clamp(f64::MIN_POSITIVE, f64::MAX);
-            dynamics.energy_scale = in_range(0.5 * lightest * fastest * fastest);
+            let [least, most] = [f64::MIN_POSITIVE, f64::MAX];
+            dynamics.energy_scale = (0.5 * lightest * fastest * fastest).clamp(least, most);
             let way =
                 dynamics.cradle.balls.iter().map(|ball| fastest * ball.unit_of_time()).fold(f64::INFINITY, f64::min);
             let contacts = dynamics.cradle.contacts.iter().enumerate();
             let overlaps = contacts.map(|(j, law)| law.largest_overlap(dynamics.cradle.reduced_mass(j), fastest));
-            dynamics.scales = [way, SLOW * fastest, DEEP * overlaps.fold(way, f64::min)].map(in_range);
+            let scales = [way, SLOW * fastest, DEEP * overlaps.fold(way, f64::min)];
+            dynamics.scales = scales.map(|scale| scale.clamp(least, most));
         }
         dynamics
     }

@@ -224,11 +224,16 @@ impl Exchange {
     /// Whether an indicator contradicts the flags, or an event would end the run.
     pub(super) fn is_event_due(&self) -> bool {
         let slack = |i: usize| self.flies(i) && self.tension(i) < 0.0;
-        self.cradle.on_arcs() && (0..self.balls()).any(slack)
+        self.cradle.on_arcs() && ((0..self.balls()).any(slack) || self.crossed().is_some())
             || (0..self.modes.len()).any(|j| {
                 (self.contact_indicator(j) > 0.0) != (self.modes[j] != Mode::Open) && !self.is_virtual(j)
                     || (self.clip_indicator(j) < 0.0) != (self.modes[j] == Mode::Clipped)
             })
+    }
+
+    /// The first contact on arcs whose balls have changed sides.
+    pub(super) fn crossed(&self) -> Option<usize> {
+        (0..self.modes.len()).find(|&j| self.cradle.pair(j).changed_sides([self.state.x[j], self.state.x[j + 1]]))
     }
 
     /// Whether all contacts of ball `i` are open. While one is closed, its string counts as taut.

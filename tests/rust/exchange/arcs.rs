@@ -168,6 +168,29 @@ fn a_string_that_goes_slack_ends_the_run() {
     assert!(!run.completed());
     assert_eq!(run.set("F_ext[1]", 20.0), fmi2OK);
     run.place(0.101, &rk4(&run, 0.1, 0.101));
+    ends(&run, "the string of ball 1 goes slack at t = 0.101 s");
+}
+
+/// The long pendulum is at the left: where the balls are follows from their overlap all the time.
+#[test]
+fn neighbours_that_change_sides_end_the_run() {
+    let unequal = "pendulum.model=circular pendulum.lengthRatio[1]=1.5 x_start=0,1.9 v_start=5,0";
+    for contacts in ["exchange.contacts=1", "exchange.contacts=2", "contact.model=rigid"] {
+        let other = stepped(2, unequal);
+        assert_eq!(other.step(0.0, 2.0), fmi2Error);
+        let told = other.error();
+        let told = told.split("balls 1 and 2 change sides at t = ").nth(1).and_then(|rest| rest.split(' ').next());
+        let crossing: f64 = told.unwrap().parse().unwrap();
+        let mut run = exchanging(2, &format!("{unequal} {contacts}"));
+        run.steps(crossing - 1e-3, 1e-4, rk4);
+        let states = rk4(&run, crossing - 1e-3, crossing + 1e-3);
+        run.place(crossing + 1e-3, &states);
+        ends(&run, "balls 1 and 2 change sides at t = ");
+    }
+}
+
+/// The event that this step asks for ends the run.
+fn ends(run: &Host, why: &str) {
     assert!(run.completed());
     let mut info = fmi2EventInfo {
         newDiscreteStatesNeeded: 0,
@@ -181,5 +204,6 @@ fn a_string_that_goes_slack_ends_the_run() {
         assert_eq!(fmi2EnterEventMode(run.c), fmi2OK);
         assert_eq!(fmi2NewDiscreteStates(run.c, &mut info), fmi2Error);
     }
-    assert!(run.error().contains("the string of ball 1 goes slack at t = 0.101 s"));
+    let error = run.error();
+    assert!(error.contains(why), "{error}");
 }

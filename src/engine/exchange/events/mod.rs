@@ -5,7 +5,7 @@ mod group;
 use super::contact::{Contact, Reached};
 use super::run::Exchange;
 use crate::engine::run::{Engine, Phase};
-use crate::engine::{EngineError, Next, Observer, Unrecorded, flight::Ball};
+use crate::engine::{EngineError, Fault, Next, Observer, Unrecorded, flight::Ball};
 use crate::model::{Chain, Mode};
 use crate::solver::DoubleDouble;
 use group::START;
@@ -33,6 +33,9 @@ impl Exchange {
             let mut flying = (0..).zip(&balls).filter(|(i, _)| self.is_rigid() || self.flies(*i));
             if let Some((ball, fault)) = flying.find_map(|(i, ball)| Some((i, ball.fault(ball.anchor)?.1))) {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
+            }
+            if let Some(ball) = self.crossed() {
+                return Err(EngineError::OffArc { time: self.time, ball, fault: Fault::Sides });
             }
         }
         self.pass();
