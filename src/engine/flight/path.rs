@@ -300,12 +300,16 @@ impl Approach {
         }
         g[0] = overlap * (1.0 - 0.5 * overlap / touch);
         let length = left.length.min(right.length);
-        let (until, angle) = (length / left.unit, (left.reach / l).max(right.reach / r));
-        let crossing = if may_cross([l, r], angle, [&width, &height], &g[..terms], law.pivots, touch, until) {
-            first_crossing([l, r], [left, right], [&width, &height], ratio, until)
-        } else {
-            None
+        let sides = Sides {
+            lengths: [l, r],
+            paths: [left, right],
+            distances: [&width[..terms], &height[..terms]],
+            g: &g[..terms],
+            pivots: law.pivots,
+            touch,
+            until: length / left.unit,
         };
+        let crossing = [sides.crossing(0), sides.crossing(1)].into_iter().flatten().reduce(f64::min);
         Self { terms, unit: left.unit, length, touch, g, crossing: crossing.map(|time| time * left.unit) }
     }
 
@@ -339,61 +343,66 @@ impl Approach {
     }
 }
 
-/// Whether the centre of a ball may come to lie on the string of the other one up to the time `until`, by cheap bounds:
-/// for pendulums of these lengths (m) at angles up to this (rad), from the series of their distances and of G, with the
-/// distances of the pivots and of centres that touch (m). See "Arcs" in docs/theory.md.
-fn may_cross(
-    [l, r]: [f64; 2],
-    angle: f64,
-    [width, height]: [&Terms; 2],
-    g: &[f64],
+/// Two neighbours in flight, which may go over each other: see "Arcs" in docs/theory.md. Times are over the left unit.
+struct Sides<'a> {
+    /// Of the pendulums, m.
+    lengths: [f64; 2],
+    paths: [&'a Path; 2],
+    /// Series of the horizontal and the vertical distance of the centres, m, and of G.
+    distances: [&'a [f64]; 2],
+    g: &'a [f64],
+    /// Distance of the pivots, and of centres that touch, m.
     pivots: f64,
     touch: f64,
+    /// How long the series hold.
     until: f64,
-) -> bool {
-    // At most so far apart.
-    let (differ, sin, less) = ((r - l).abs(), angle.min(1.0), 0.5 * angle * angle);
-    let aside = pivots + differ * sin;
-    let near = pivots * sin + differ * less.min(1.0) + aside * aside / l.min(r);
-    if near < touch {
-        return false;
-    }
-    // With the distance along the paths positive all the time.
-    let [narrower, higher] = [width, height].map(|c| until * bound(&c[1..], until));
-    let beside = (width[0] - narrower) * (1.0 - less) > (height[0].abs() + higher) * sin;
-    let level = 0.5 * (touch - near * (near / touch));
-    !beside && (g[0] >= level || first_positive(g, 1.0, level, until).is_some())
 }
 
-/// When a centre first crosses the string of the other ball up to the time `until`. Times are over the left unit, that
-/// of the horizontal and vertical distances; the `ratio` is that over the right one.
-fn first_crossing(
-    lengths: [f64; 2],
-    paths: [&Path; 2],
-    [width, height]: [&Terms; 2],
-    ratio: f64,
-    until: f64,
-) -> Option<f64> {
-    let terms = paths[0].terms.min(paths[1].terms);
-    let beside = |k: usize, side: f64| {
-        let (path, pace) = (paths[k], if k == 0 { 1.0 } else { ratio });
+impl Sides<'_> {
+    /// When a centre first crosses the string of ball `k`, the left or the right one.
+    #[inline]
+    fn crossing(&self, k: usize) -> Option<f64> {
+        let (own, other, angle) = (self.lengths[k], self.lengths[1 - k], self.paths[k].reach / self.lengths[k]);
+        let (sin, less) = (angle.min(1.0), 0.5 * angle * angle);
+        let aside = self.pivots + (own - other).abs() * sin;
+        // At most so far apart.
+        let near = self.pivots * sin + (own - other).max(0.0) * less.min(1.0) + aside * aside / other;
+        if near < self.touch { None } else { self.crossing_within(near, [sin, less], k) }
+    }
+
+    /// When it first crosses it, where the two are then no farther apart than `near` (m), which is rare. The angle of the
+    /// string has a sine up to the first of the two numbers, and a cosine less than 1 by no more than the second.
+    ///
+    /// Only the first place where the centre gets beyond the line of the string is looked at. Should it be beyond the
+    /// string's ends there, a later crossing shows once the series are renewed.
+    #[inline(never)]
+    fn crossing_within(&self, near: f64, [largest_sine, less]: [f64; 2], k: usize) -> Option<f64> {
+        let &Self { paths, distances: [width, height], g, touch, until, .. } = self;
+        let [narrower, higher] = [width, height].map(|c| until * bound(&c[1..], until));
+        let stays_beside = (width[0] - narrower) * (1.0 - less) > (height[0].abs() + higher) * largest_sine;
+        let level = 0.5 * (touch - near * (near / touch));
+        let comes_near = || g[0] >= level || first_positive(g, 1.0, level, until).is_some();
+        if stays_beside || !comes_near() {
+            return None;
+        }
         // Backwards, as `dot` needs them.
+        let pace = paths[0].unit / paths[k].unit;
         let ([mut sin, mut cos], mut factor) = ([[0.0; TERMS]; 2], 1.0);
-        for i in 0..terms {
-            (sin[TERMS - 1 - i], cos[TERMS - 1 - i]) = (factor * path.sin[i], factor * path.cos[i]);
+        for i in 0..g.len() {
+            (sin[TERMS - 1 - i], cos[TERMS - 1 - i]) = (factor * paths[k].sin[i], factor * paths[k].cos[i]);
             factor *= pace;
         }
         // How far the other centre is beyond the line of the string.
         let mut beyond = [0.0; TERMS];
-        for (i, c) in beyond[..terms].iter_mut().enumerate() {
+        for (i, c) in beyond[..g.len()].iter_mut().enumerate() {
             *c = -(dot(&width[..=i], &cos[TERMS - 1 - i..]) + dot(&height[..=i], &sin[TERMS - 1 - i..]));
         }
-        let beyond = &beyond[..terms];
+        let beyond = &beyond[..g.len()];
         let time = if beyond[0] >= 0.0 { 0.0 } else { first_positive(beyond, 1.0, 0.0, until)? };
         // How far up from the ball that is.
         let [width, height] = [width, height].map(|c| value(c, time));
-        let [sin, cos] = [&path.sin, &path.cos].map(|c| value(c, pace * time));
-        (0.0..lengths[k]).contains(&(side * (width * sin - height * cos))).then_some(time)
-    };
-    [beside(0, -1.0), beside(1, 1.0)].into_iter().flatten().reduce(f64::min)
+        let [sin, cos] = [&paths[k].sin, &paths[k].cos].map(|c| value(c, pace * time));
+        let up = if k == 0 { height * cos - width * sin } else { width * sin - height * cos };
+        (0.0..self.lengths[k]).contains(&up).then_some(time)
+    }
 }
