@@ -68,24 +68,23 @@ impl Continuous {
         }
         let ahead = known.get_or_insert_with(|| Box::new(self.trajectory.clone()));
         let mut work = 0;
-        loop {
+        let found = loop {
             if let Some(onset) = onset_after(ahead, now) {
-                return if DoubleDouble::from(onset) <= limit { Next::At(onset) } else { Next::Never };
+                break if DoubleDouble::from(onset) <= limit { Next::At(onset) } else { Next::Never };
             }
             let reached = ahead.path.end;
             if reached > limit {
-                return Next::Never;
+                break Next::Never;
             }
             ahead.events.clear();
-            let goes_on = work < LOOK_AHEAD;
-            if !(goes_on && ahead.advance().is_ok()) {
-                if goes_on {
-                    *known = None; // What has failed is no state to save.
-                }
-                return Next::not_before(reached.value_down(), self.time);
+            if work >= LOOK_AHEAD || ahead.advance().is_err() {
+                break Next::not_before(reached.value_down(), self.time);
             }
             work += self.ledgers.len() + 1;
-        }
+        };
+        // A copy that has left the range of doubles is no state to save.
+        known.take_if(|ahead| ahead.check_finite().is_err());
+        found
     }
 }
 

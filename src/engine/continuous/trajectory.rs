@@ -33,6 +33,12 @@ pub(super) struct Event {
     pub force: f64,
 }
 
+impl Event {
+    fn is_sound(&self) -> bool {
+        self.time.is_sound() && self.force.is_finite()
+    }
+}
+
 /// Highest degree of the polynomials over a step, in multistep methods their highest order.
 pub(super) fn max_degree(method: SolverMethod) -> usize {
     match method {
@@ -149,8 +155,7 @@ impl Trajectory {
         let lengths = self.steps.iter().all(|step| *step >= 0.0 && step.is_finite());
         let next = self.step > 0.0 && self.growth >= 1.0 && self.step.max(self.growth).is_finite();
         let kept = self.correction.iter().chain(&self.kept).chain(&self.kept_spread).all(|value| value.is_finite());
-        let finite = |event: &Event| event.time.is_sound() && event.force.is_finite();
-        let event = |event: &Event| event.contact < contacts && (broken || finite(event));
+        let event = |event: &Event| event.contact < contacts && (broken || event.is_sound());
         let orders = 1..=max_degree(self.method);
         let sound = self.path.is_sound(size, room(self.method), broken)
             && [self.correction.len(), self.kept.len()] == [size; 2]
@@ -208,6 +213,9 @@ impl Trajectory {
     pub fn check_finite(&self) -> Result<(), EngineError> {
         let columns = (0..=self.path.degree).map(|j| self.path.column(j)).chain([&self.correction[..], &self.kept]);
         let lost = columns.filter_map(|column| column.iter().position(|y| !y.is_finite())).next();
+        if let Some(&Event { time, contact, .. }) = self.events.iter().find(|event| !event.is_sound()) {
+            return Err(EngineError::ContactNotFinite { time: time.value(), contact });
+        }
         lost.map_or(Ok(()), |component| Err(self.dynamics.lost(component, self.path.end)))
     }
 
