@@ -370,9 +370,9 @@ impl Sides<'_> {
         if near < self.touch { None } else { self.crossing_within(near, [sin, less], k) }
     }
 
-    /// When it crosses it, no farther apart than `near` (m), which is rare. The angle of the string has a sine up to the
-    /// first of the two numbers, and a cosine less than 1 by no more than the second. Where the centre first gets beyond
-    /// the line of the string outside of its ends, a later crossing shows once the series are renewed.
+    /// When it crosses it, no farther apart than `near` (m), which is rare. The angle of the string has a sine up to
+    /// the first of the two numbers, and a cosine less than 1 by no more than the second. Where the centre first gets
+    /// beyond the line of the string outside of its ends, a later crossing shows once the series are renewed.
     #[inline(never)]
     fn crossing_within(&self, near: f64, [largest_sine, less]: [f64; 2], k: usize) -> Option<f64> {
         let &Self { paths, distances: [width, height], g, touch, until, .. } = self;
