@@ -15,6 +15,7 @@ use std::fmt::Display;
 use std::time::{Duration, Instant};
 
 use arbitrary::Arbitrary;
+use cradle_host::extremes::extreme;
 use cradle_host::{Host, fmi2Error, fmi2OK};
 use libfuzzer_sys::fuzz_target;
 use newtons_cradle::fmi2::fmi2GetDirectionalDerivative;
@@ -30,27 +31,6 @@ const LONGEST: Duration = Duration::from_secs(10);
 /// The first step, s, unless the next onset is nearer. Derivatives are asked for after it only: they follow the whole
 /// chain by series once more, however little happens, and give up after 100,000 of them.
 const FIRST: f64 = 1e-9;
-
-/// Magnitudes from the smallest double to the largest: those whose products and squares are still in range, and those
-/// whose are not.
-const EXTREMES: [f64; 16] = [
-    5e-324,
-    1e-310,
-    1e-300,
-    1e-200,
-    1e-150,
-    1e-100,
-    1e-30,
-    1e-12,
-    1e8,
-    2e11,
-    1e30,
-    1e100,
-    1e150,
-    1e200,
-    1e300,
-    f64::MAX,
-];
 
 /// A step is followed by one `LONGER` times as long if the counters of work grew by less than this, and it took less
 /// time than that.
@@ -90,7 +70,7 @@ enum Corner {
     Negative,
     /// This many thirds of the default, or of one where that is 0.
     Ordinary(u8),
-    /// One of the [`EXTREMES`], every other one negative.
+    /// One of the [extremes](extreme).
     Extreme(u8),
 }
 
@@ -156,10 +136,7 @@ impl Corner {
             Self::Largest => range.max.unwrap_or(f64::MAX),
             Self::Negative => -scale,
             Self::Ordinary(thirds) => f64::from(thirds) / 3.0 * scale,
-            Self::Extreme(code) => {
-                let sign = if code.is_multiple_of(2) { 1.0 } else { -1.0 };
-                sign * EXTREMES[usize::from(code / 2) % EXTREMES.len()]
-            }
+            Self::Extreme(code) => extreme(code),
         };
         if range.contains(value) { value } else { start }
     }

@@ -1,7 +1,7 @@
 //! From the bytes of the fuzzer to values of everyday cradles, and some that are not.
 
 use arbitrary::Arbitrary;
-
+use cradle_host::extremes::extreme;
 use newtons_cradle::variables::Variable;
 
 /// A number: within the everyday range of what it is for, at the limits of what is allowed, or beyond.
@@ -80,27 +80,6 @@ const EVERYDAY: &[(&str, f64, f64, bool)] = &[
     ("a_support", -1.0, 1.0, false),
 ];
 
-/// From the smallest double to the largest: those whose products and squares are still in range, and those whose are
-/// not.
-const EXTREMES: [f64; 16] = [
-    5e-324,
-    1e-310,
-    1e-300,
-    1e-200,
-    1e-150,
-    1e-100,
-    1e-30,
-    1e-12,
-    1e8,
-    2e11,
-    1e30,
-    1e100,
-    1e150,
-    1e200,
-    1e300,
-    f64::MAX,
-];
-
 impl Value {
     /// For `variable`, or for a number that has no range.
     pub fn number(&self, variable: Option<Variable>) -> f64 {
@@ -118,12 +97,6 @@ impl Value {
             Self::MinusInfinite => f64::NEG_INFINITY,
         }
     }
-}
-
-/// A finite number of any magnitude, every other one negative.
-fn extreme(code: u8) -> f64 {
-    let sign = if code.is_multiple_of(2) { 1.0 } else { -1.0 };
-    sign * EXTREMES[usize::from(code / 2) % EXTREMES.len()]
 }
 
 fn everyday(code: u16, variable: Option<Variable>) -> f64 {

@@ -5,6 +5,7 @@
 #![expect(clippy::unwrap_used, reason = "a host that does not get on fails the test")]
 
 pub mod exchange;
+pub mod extremes;
 pub mod fmi3;
 mod log;
 pub mod scenes;

@@ -1,0 +1,28 @@
+//! Finite numbers of any magnitude, for the fuzz targets.
+
+/// From the smallest double to the largest: those whose products and squares are still in range, and those whose are
+/// not.
+const EXTREMES: [f64; 16] = [
+    5e-324,
+    1e-310,
+    1e-300,
+    1e-200,
+    1e-150,
+    1e-100,
+    1e-30,
+    1e-12,
+    1e8,
+    2e11,
+    1e30,
+    1e100,
+    1e150,
+    1e200,
+    1e300,
+    f64::MAX,
+];
+
+/// One of them, every other one negative.
+pub fn extreme(code: u8) -> f64 {
+    let sign = if code.is_multiple_of(2) { 1.0 } else { -1.0 };
+    sign * EXTREMES[usize::from(code / 2) % EXTREMES.len()]
+}
