@@ -7,6 +7,7 @@
 mod forgery;
 mod hybrid;
 mod inspection;
+mod time;
 mod values;
 
 use std::fmt::Arguments;
@@ -20,9 +21,9 @@ use newtons_cradle::fmi3::fmi3Status::{self, fmi3Discard, fmi3Error, fmi3OK};
 use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Type, Variable};
 
-use hybrid::{Operation, Phase, Picture, Vector, Within, few, of_type};
+use hybrid::{Operation, Phase, Picture, Vector, few, of_type};
 use inspection::{FLOATS, floats, forge, look};
-use values::{Current, LONGEST_STEP, Step, Value};
+use values::{Step, Value};
 
 use Phase::{Configuration, ContinuousTime, Event, Initialization, Instantiated, Terminated};
 
@@ -43,9 +44,6 @@ const SETUPS: [&[(&str, &[f64])]; 4] = [
     &[HIT, ("contact.exponent", &[3.0]), ("ball.massRatio", &[1.0, 1.0, 2.0, 1.0, 1.0])],
     &[("x_start", &[0.0; 5]), ("contact.gap", &[-1e-5; 5]), ("contact.damping", &[2e4]), ("contact.deadBand", &[0.0])],
 ];
-
-/// Times to the next onset that a step with extreme values may take.
-const FEW_ONSETS: f64 = 3.0;
 
 const HIT: (&str, &[f64]) = ("v_start", &[5.0, 5.0, 0.0, 0.0, 0.0]);
 
@@ -158,8 +156,8 @@ impl Driver<'_> {
                 }
                 Operation::EnterEvents => {
                     self.go(operation, fmi3EnterEventMode(c), Event);
-                    if self.picture.phase == Event && self.picture.exchange {
-                        self.picture.event = self.picture.time;
+                    if self.picture.phase == Event && before != Event {
+                        self.reach_event();
                     }
                 }
                 Operation::EnterStepMode => self.go(operation, fmi3EnterStepMode(c), Phase::Step),
@@ -284,63 +282,6 @@ impl Driver<'_> {
         if !self.ended && (before != self.picture.phase || matches!(operation, Operation::DoStep { .. })) {
             look(self.host, &self.picture);
         }
-    }
-
-    /// fmi3UpdateDiscreteStates: whether there is more at once.
-    fn update(&mut self) -> bool {
-        let (status, again, _, next) = self.host.update();
-        if self.take(&Operation::Update, true, status)
-            && let Some(next) = next
-        {
-            assert!(!again && next > self.picture.time, "{next} after {:?}", self.picture);
-        }
-        again
-    }
-
-    fn step(&mut self, operation: &Operation, current: &Current, step: &Step, within: &Within) {
-        let own = self.picture.time;
-        let (current, length) = (current.time(own), self.length(operation, step));
-        self.prepare(within.clone());
-        let (status, events, reached) = self.host.step(current, length);
-        let near = (current - own).abs() <= 1e-12 * own.abs().max(1.0);
-        let legal = near && length > 0.0 && (current + length).is_finite();
-        if self.take(operation, legal, status) {
-            let end = own.max(current + length);
-            assert!(reached >= own && reached <= end, "{reached} from {own} to {end}");
-            assert!(self.early || reached == end, "{operation:?}: early return without leave");
-            assert!(self.picture.events || !events, "an event without event mode");
-            self.picture.time = reached;
-        }
-    }
-
-    /// What the host does when it is called within the next step.
-    fn prepare(&self, within: Within) {
-        let (n, extreme, mut last, mut calls) = (self.picture.balls, self.picture.extreme, self.picture.time, 0_u8);
-        self.host.within(move |c, time, may_end| {
-            assert!(time >= last);
-            (last, calls) = (time, calls.saturating_add(1));
-            let mut x = vec![f64::NAN; n];
-            let status = unsafe { fmi3GetFloat64(c, &vr("x"), 1, x.as_mut_ptr(), n) };
-            assert!(status == fmi3OK && x.iter().all(|x| x.is_finite()) || extreme && status == fmi3Discard);
-            if let Some(size) = within.force {
-                let forces = vec![f64::from(size) / 128.0 - 1.0; n];
-                assert_eq!(unsafe { fmi3SetFloat64(c, &vr("F_ext"), 1, forces.as_ptr(), n) }, fmi3OK);
-            }
-            within.end_after.is_some_and(|after| calls > after) && (may_end || within.asks)
-        });
-    }
-
-    /// How long it is to the next onset, s, where this call is legal and that is known.
-    fn ahead(&self, operation: &Operation) -> f64 {
-        let next = self.picture.allows(operation).then(|| self.floats("t_next")).flatten();
-        next.map_or(0.0, |next| next[0] - self.picture.time)
-    }
-
-    /// The length of a step, s. With extreme values, a longer one than to the next onset might take days.
-    fn length(&self, operation: &Operation, step: &Step) -> f64 {
-        let ahead = self.ahead(operation);
-        let length = step.length(ahead, LONGEST_STEP);
-        if self.picture.extreme { length.min(FEW_ONSETS * ahead) } else { length }
     }
 
     fn floats(&self, name: &str) -> Option<Vec<f64>> {

@@ -108,9 +108,14 @@ fn everyday(code: u16, variable: Option<Variable>) -> f64 {
     if magnitudes { low * (high / low).powf(part) } else { low + part * (high - low) }
 }
 
+/// By how much a host's clock may differ from ours, s.
+pub fn clock_tolerance(own: f64) -> f64 {
+    1e-12 * own.abs().max(1.0)
+}
+
 impl Current {
     pub fn time(&self, own: f64) -> f64 {
-        let allowed = 1e-12 * own.abs().max(1.0);
+        let allowed = clock_tolerance(own);
         match self {
             Self::Exact => own,
             Self::RoundedUp => own + 0.5 * allowed,
