@@ -168,15 +168,20 @@ impl Engine {
     }
 
     /// Records the impulse at the start of the step before an event at `t`, if later, changes the ledger of `i`.
+    #[inline]
     pub(crate) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() && self.contacts[i].ledger.impulse_at_start(self.step.number).is_none() {
-            let start = self.step.time.into();
-            let impulse = match self.contacts[i].constraint() {
-                Some(constraint) => self.impulse_at(i, t) + -constraint.impulse_between(start, t),
-                None => self.impulse_at(i, start),
-            };
-            self.contacts[i].ledger.begin_step(self.step.number, impulse);
+            self.record_impulse_at_start(i, t);
         }
+    }
+
+    fn record_impulse_at_start(&mut self, i: usize, t: DoubleDouble) {
+        let start = self.step.time.into();
+        let impulse = match self.contacts[i].constraint() {
+            Some(constraint) => self.impulse_at(i, t) + -constraint.impulse_between(start, t),
+            None => self.impulse_at(i, start),
+        };
+        self.contacts[i].ledger.begin_step(self.step.number, impulse);
     }
 
     /// Enters the step so far in the records, before a change that acts from now on.

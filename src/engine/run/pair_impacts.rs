@@ -98,16 +98,19 @@ impl Engine {
         self.before_move(i + 1, t);
         let in_step = self.impact_peak(i, self.step.time.into(), t);
         self.begin_ledger(i, t);
-        let Phase::Impact(Some(impact)) = std::mem::take(&mut self.contacts[i].phase) else { return };
-        self.contacts[i].ledger.add(impact.outcome.impulse, impact.outcome.peak, in_step);
+        let contact = &mut self.contacts[i];
+        let Phase::Impact(Some(impact)) = &contact.phase else { return };
+        let displacements = impact.outcome.displacements;
+        contact.ledger.add(impact.outcome.impulse, impact.outcome.peak, in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
-            ball.flight.x += impact.outcome.displacements[side];
+            ball.flight.x += displacements[side];
             ball.flight.v = impact.outcome.velocities[side];
             ball.anchor = t;
             ball.integrals.add(&impact.integrals[side]);
             (ball.regime, ball.flies_on) = (Regime::Flight, false);
         }
-        (0..2).for_each(|side| self.shift_contacts(i + side, impact.outcome.displacements[side]));
+        contact.unassign(0.0, Mode::Open);
+        (0..2).for_each(|side| self.shift_contacts(i + side, displacements[side]));
         self.end_pulse(i, t, observer);
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.reanchor_free(neighbours.clone(), t);
