@@ -19,8 +19,9 @@ pub struct State<S = f64> {
     pub(super) cradle: Cradle<S>,
     /// Flags of the contacts, which change in events only.
     pub(super) modes: Vec<Mode>,
-    /// Which balls lie beyond the line from their left neighbour through their pivot, as at the start: where it hangs
-    /// follows from the overlap but for this.
+    /// For each contact, whether its right ball is [beyond](crate::model::Pair::is_beyond) the line from the left one
+    /// through the pivot of the right one. An overlap fits two places of the right ball, one on either side of that
+    /// line; it stays on the side of its start.
     #[serde(skip)]
     pub(super) beyond: Vec<bool>,
     /// Positions and velocities along the paths.

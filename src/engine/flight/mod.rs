@@ -5,6 +5,7 @@ mod ball;
 mod free_motion;
 mod path;
 mod separation;
+mod sides;
 
 pub(crate) use ball::{Ball, Regime, places, start_by_centre};
 pub(crate) use free_motion::{Flight, Forcing, Rounding, RunningIntegrals, degree, forcing_at, integral_of, shifted};

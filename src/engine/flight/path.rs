@@ -6,13 +6,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, forcing_at, integral_of, shifted};
+use super::sides::Sides;
 use crate::model::{BallModel, ContactLaw, overlap_of_approach};
 use crate::solver::series::{INVERSES, LANES, bound, of_derivatives, product_term, value, value_and_derivatives};
 use crate::solver::{DoubleDouble, MAX_FORCE_ORDER, crossing::first_positive, quadrature::gauss_legendre};
 
 /// Number of coefficients: more make longer steps, each of which costs more. After an impact the next one may follow at
 /// once, so a flight begins with a short step of a few.
-const TERMS: usize = 26;
+pub(super) const TERMS: usize = 26;
 const FEW: usize = 9;
 type Terms = [f64; TERMS];
 
@@ -41,15 +42,15 @@ pub enum Fault {
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     terms: usize,
-    unit: f64,
+    pub(super) unit: f64,
     /// How long they hold, s, forwards and backwards, and a bound of the absolute s until then, m.
     pub length: f64,
-    reach: f64,
+    pub(super) reach: f64,
     /// Rate at the start, m/s.
     v: f64,
     s: Terms,
-    sin: Terms,
-    cos: Terms,
+    pub(super) sin: Terms,
+    pub(super) cos: Terms,
 }
 
 impl Path {
@@ -127,7 +128,7 @@ impl Path {
 }
 
 /// The sum of the products of two series, one of them backwards.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((groups, rest), (others, other)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut sums = [0.0; LANES];
     for (a, b) in groups.iter().zip(others) {
@@ -340,67 +341,5 @@ impl Approach {
         let [overlap, rate, _] = self.at(onset);
         let later = if rate > 0.0 && overlap.abs() <= 1e-6 * onset * rate { -overlap / rate } else { 0.0 };
         Some(DoubleDouble::from(onset) + later)
-    }
-}
-
-/// Two neighbours in flight, which may go over each other: see "Arcs" in docs/theory.md. Times are over the left unit.
-struct Sides<'a> {
-    /// Of the pendulums, m.
-    lengths: [f64; 2],
-    paths: [&'a Path; 2],
-    /// Series of the horizontal and the vertical distance of the centres, m, and of G.
-    distances: [&'a [f64]; 2],
-    g: &'a [f64],
-    /// Distance of the pivots, and of centres that touch, m.
-    pivots: f64,
-    touch: f64,
-    /// How long the series hold.
-    until: f64,
-}
-
-impl Sides<'_> {
-    /// When a centre first crosses the string of ball `k`, the left or the right one.
-    #[inline]
-    fn crossing(&self, k: usize) -> Option<f64> {
-        let (own, other, angle) = (self.lengths[k], self.lengths[1 - k], self.paths[k].reach / self.lengths[k]);
-        let (sin, less) = (angle.min(1.0), 0.5 * angle * angle);
-        let aside = self.pivots + (own - other).abs() * sin;
-        // At most so far apart.
-        let near = self.pivots * sin + (own - other).max(0.0) * less.min(1.0) + aside * aside / other;
-        if near < self.touch { None } else { self.crossing_within(near, [sin, less], k) }
-    }
-
-    /// When it crosses it, no farther apart than `near` (m), which is rare. The angle of the string has a sine up to
-    /// the first of the two numbers, and a cosine less than 1 by no more than the second. Where the centre first gets
-    /// beyond the line of the string outside of its ends, a later crossing shows once the series are renewed.
-    #[inline(never)]
-    fn crossing_within(&self, near: f64, [largest_sine, less]: [f64; 2], k: usize) -> Option<f64> {
-        let &Self { paths, distances: [width, height], g, touch, until, .. } = self;
-        let [narrower, higher] = [width, height].map(|c| until * bound(&c[1..], until));
-        let stays_beside = (width[0] - narrower) * (1.0 - less) > (height[0].abs() + higher) * largest_sine;
-        let level = 0.5 * (touch - near * (near / touch));
-        let comes_near = || g[0] >= level || first_positive(g, 1.0, level, until).is_some();
-        if stays_beside || !comes_near() {
-            return None;
-        }
-        // Backwards, as `dot` needs them.
-        let pace = paths[0].unit / paths[k].unit;
-        let ([mut sin, mut cos], mut factor) = ([[0.0; TERMS]; 2], 1.0);
-        for i in 0..g.len() {
-            (sin[TERMS - 1 - i], cos[TERMS - 1 - i]) = (factor * paths[k].sin[i], factor * paths[k].cos[i]);
-            factor *= pace;
-        }
-        // How far the other centre is beyond the line of the string.
-        let mut beyond = [0.0; TERMS];
-        for (i, c) in beyond[..g.len()].iter_mut().enumerate() {
-            *c = -(dot(&width[..=i], &cos[TERMS - 1 - i..]) + dot(&height[..=i], &sin[TERMS - 1 - i..]));
-        }
-        let beyond = &beyond[..g.len()];
-        let time = if beyond[0] >= 0.0 { 0.0 } else { first_positive(beyond, 1.0, 0.0, until)? };
-        // How far up from the ball that is.
-        let [width, height] = [width, height].map(|c| value(c, time));
-        let [sin, cos] = [&paths[k].sin, &paths[k].cos].map(|c| value(c, pace * time));
-        let up = if k == 0 { height * cos - width * sin } else { width * sin - height * cos };
-        (0.0..self.lengths[k]).contains(&up).then_some(time)
     }
 }
