@@ -1,9 +1,9 @@
 // Results for random balls on arcs in quadruple precision: random_arcs.json.
 //
 //     g++ -O3 -std=gnu++17 tests/data/random_arcs.cpp -lquadmath -o random_arcs
-//     ./random_arcs 0 70 > tests/data/random_arcs.json
+//     ./random_arcs 0 263 > tests/data/random_arcs.json
 //
-// Cradles 0 to 69, each a line by itself, by seeds of their own: two to five balls with all laws in turn, equal and
+// Cradles 0 to 262, each a line by itself, by seeds of their own: two to five balls with all laws in turn, equal and
 // unequal, side by side or apart, at rest or not, with drag and constant inputs or without. How they are integrated is
 // in arcs.hpp. A cradle that comes to what strings do not allow `ends` so, before a `time`. One whose results are not
 // as exact as they should be, or would take long, is left out; why goes to stderr.

@@ -96,6 +96,27 @@ fn legal_values_that_no_run_can_start_with_are_refused_by_name() {
         host.refused(host.exit(), words);
         host.assert_usable();
     }
+    // With these, values have no state to be of.
+    let desk = "pendulum.model=circular pendulum.length=0.14 pendulum.drag=0.0035 ball.mass=0.04377 ball.radius=0.011 \
+                contact.model=hertz contact.deadBand=0 contact.dampingLaw=huntCrossley contact.huntCrossley=0.3 \
+                x_start=-0.03,0,0,0,0";
+    for (settings, contact) in [
+        ("ball.massRatio[1]=1e-300 x_start[1]=0.01", 2),
+        ("ball.massRatio[3]=1e-100", 2),
+        ("ball.massRatio[2]=1e-300 gravity=1e100", 1),
+    ] {
+        let words = format!("the impulse of contact {contact} is not finite at t = 0 s");
+        let host = Host::default();
+        host.give(&format!("{desk} {settings}"));
+        assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
+        for name in ["x[1]", "a[3]", "t_next"] {
+            assert_eq!(host.read(host.variable(name)), None, "{settings}: {name}");
+            let error = host.error();
+            assert!(error.contains(&words), "{settings}: {error}");
+        }
+        host.refused(host.exit(), &words);
+        host.assert_usable();
+    }
     let drag = Host::started_with("ball.mass=1e-300");
     assert_eq!(drag.set("pendulum.drag", 1e300), fmi2OK);
     drag.refused(drag.step(0.0, 0.1), "pendulum.drag / (2 ball.mass ball.massRatio[1]) is beyond the range of doubles");
