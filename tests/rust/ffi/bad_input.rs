@@ -96,7 +96,7 @@ fn legal_values_that_no_run_can_start_with_are_refused_by_name() {
         host.refused(host.exit(), words);
         host.assert_usable();
     }
-    // With these, values have no state to be of.
+    // What a contact does is out of range from the start on, so that not even values of the initial state can be read.
     let desk = "pendulum.model=circular pendulum.length=0.14 pendulum.drag=0.0035 ball.mass=0.04377 ball.radius=0.011 \
                 contact.model=hertz contact.deadBand=0 contact.dampingLaw=huntCrossley contact.huntCrossley=0.3 \
                 x_start=-0.03,0,0,0,0";
