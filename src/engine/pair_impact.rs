@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 
 use crate::engine::cluster::{Cluster, power_of_stretching};
-use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_on_arc};
+use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
 use crate::engine::pair_on_arcs::{Outcome, Shape, outcome};
 use crate::model::ContactLaw;
 use crate::solver::{DoubleDouble, hypotenuse};
@@ -186,9 +186,8 @@ impl PairImpact {
         }
         let shape = coefficients.shape.get_or_init(|| Box::new(Shape::new(law.exponent, power_of_stretching(law))));
         let outcome = outcome(&models, flights, law, shape)?;
-        let Outcome { duration, displacements, velocities, .. } = outcome;
-        let integrals =
-            [0, 1].map(|k| integrals_on_arc(&models[k], flights[k], duration, &|_| (displacements[k], velocities[k])));
+        let Outcome { duration, displacements, .. } = outcome;
+        let integrals = [0, 1].map(|k| integrals_of_inputs(&models[k], flights[k], duration, &|_| displacements[k]));
         Some(Self { start: balls[0].anchor, outcome, integrals, interior: OnceCell::new() })
     }
 

@@ -15,9 +15,9 @@ use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact};
 use crate::engine::Next;
 use crate::engine::flight::{
-    Ball, Flight, Rounding, RunningIntegrals, integrals_on_arc, places, shifted, start_by_centre,
+    Ball, Flight, Rounding, RunningIntegrals, integrals_of_inputs, places, shifted, start_by_centre,
 };
-use crate::model::{ContactLaw, Cradle, Mode, Pair};
+use crate::model::{BallModel, ContactLaw, Cradle, Mode, Pair};
 use crate::solver::{DoubleDouble, MAX_FORCE_ORDER};
 
 /// Time scales of the fastest mode in which the first window by modes is searched for switchings.
@@ -177,18 +177,20 @@ impl Cluster {
         let j = i - self.window.start;
         let flight = &self.flights[j];
         let mut integrals = *integrals;
-        if ball.model.on_arc {
-            integrals.add(&integrals_on_arc(&ball.model, flight, tau, &|t| self.moved(i, t)));
-            return integrals;
-        }
-        let gamma = ball.oscillator.gamma();
-        integrals.support += ball.model.omega2 * (flight.x * tau + self.output().displacement_integral(j, tau));
-        if flight.forcing != [0.0; MAX_FORCE_ORDER + 1] {
-            integrals.work += ball.model.mass * self.output().work(j, &flight.forcing, tau);
+        let BallModel { gamma, mass, omega2, on_arc, .. } = ball.model;
+        if on_arc {
+            integrals.add(&integrals_of_inputs(&ball.model, flight, tau, &|t| self.output().moved(j, t).0));
+        } else {
+            integrals.support += omega2 * (flight.x * tau + self.output().displacement_integral(j, tau));
+            if flight.forcing != [0.0; MAX_FORCE_ORDER + 1] {
+                integrals.work += mass * self.output().work(j, &flight.forcing, tau);
+            }
+            if gamma > 0.0 {
+                integrals.support += 2.0 * gamma * self.output().moved(j, tau).0;
+            }
         }
         if gamma > 0.0 {
-            integrals.support += 2.0 * gamma * self.output().moved(j, tau).0;
-            integrals.drag_loss += 2.0 * gamma * ball.model.mass * self.output().squared_velocity_integral(j, tau);
+            integrals.drag_loss += 2.0 * gamma * mass * self.output().squared_velocity_integral(j, tau);
         }
         integrals
     }

@@ -10,5 +10,5 @@ mod sides;
 pub(crate) use ball::{Ball, Regime, places, start_by_centre};
 pub(crate) use free_motion::{Flight, Forcing, Rounding, RunningIntegrals, degree, forcing_at, integral_of, shifted};
 pub use path::Fault;
-pub(crate) use path::integrals as integrals_on_arc;
+pub(crate) use path::integrals_of_inputs;
 pub(crate) use separation::{EVALUATIONS, Separation, forecast, reach};

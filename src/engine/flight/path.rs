@@ -148,34 +148,30 @@ fn scaled(forcing: &Forcing, unit: f64) -> Forcing {
     })
 }
 
-/// Integrals over a motion along the path, `moved` from `flight` for `tau` (s), of a ball that is in flight or not:
-/// what the inputs give, over the mass, m/s; the energy lost to drag and the work of the inputs, J.
-pub(crate) fn integrals(
+/// What the inputs give over a motion along the path, for `tau` (s) from `flight` on, of a ball that is in flight or
+/// not: their impulse over the mass, m/s, and their work, J. `moved` is the displacement since the start, m.
+pub(crate) fn integrals_of_inputs(
     ball: &BallModel,
     flight: &Flight,
     tau: f64,
-    moved: &dyn Fn(f64) -> (f64, f64),
+    moved: &dyn Fn(f64) -> f64,
 ) -> RunningIntegrals {
     let mut sums = RunningIntegrals::default();
-    if flight.forcing != Forcing::<f64>::default() {
-        sums.support = integral_of(&flight.forcing, tau).into();
-        sums.work = ball.mass
-            * if degree(&flight.forcing) == 0 {
-                // The way without a difference of positions.
-                let (end, half) = (moved(tau).0, 0.5 / ball.length);
-                let chord = 2.0 * ball.length * libm::sin(half * end);
-                flight.forcing[0] * chord * libm::cos(flight.x / ball.length + half * end)
-            } else {
-                let power = |t: f64| {
-                    let (displacement, u) = moved(t);
-                    forcing_at(&flight.forcing, t) * u * libm::cos((flight.x + displacement) / ball.length)
-                };
-                gauss_legendre(&power, 0.0, tau, 2)
-            };
+    if flight.forcing == Forcing::<f64>::default() {
+        return sums;
     }
-    if ball.gamma > 0.0 {
-        let power = |t: f64| moved(t).1 * moved(t).1;
-        sums.drag_loss = 2.0 * ball.gamma * ball.mass * gauss_legendre(&power, 0.0, tau, 2);
+    sums.support = integral_of(&flight.forcing, tau).into();
+    // The way without a difference of positions.
+    let way = |t: f64| {
+        let (moved, half) = (moved(t), 0.5 / ball.length);
+        2.0 * ball.length * libm::sin(half * moved) * libm::cos(flight.x / ball.length + half * moved)
+    };
+    sums.work = ball.mass * forcing_at(&flight.forcing, tau) * way(tau);
+    if degree(&flight.forcing) > 0 {
+        // By parts, as ways are smoother than velocities.
+        let [_, a, b, c] = flight.forcing;
+        let rest = |t: f64| forcing_at(&[a, b, c, 0.0], t) * way(t);
+        sums.work -= ball.mass * gauss_legendre(&rest, 0.0, tau, 2);
     }
     sums
 }
@@ -260,7 +256,11 @@ impl Piece {
     /// Integrals since the anchor of the flight.
     pub fn integrals(&self, ball: &BallModel, tau: f64) -> RunningIntegrals {
         let mut sums = self.before;
-        sums.add(&integrals(ball, &self.flight, tau, &|t| self.path.moved(t)));
+        sums.add(&integrals_of_inputs(ball, &self.flight, tau, &|t| self.path.moved(t).0));
+        if ball.gamma > 0.0 {
+            let squared_velocity = |t: f64| self.path.moved(t).1.powi(2);
+            sums.drag_loss += 2.0 * ball.gamma * ball.mass * gauss_legendre(&squared_velocity, 0.0, tau, 2);
+        }
         sums
     }
 }
