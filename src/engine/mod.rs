@@ -34,5 +34,5 @@ pub use observer::{Busy, Observer, Progress, Pulse, Unrecorded};
 pub(crate) use records::{Ledger, RAPID, StepStart};
 pub(crate) use run::require;
 pub use run::{Engine, Snapshot, Unsound};
-pub use simulation::Simulation;
+pub use simulation::{Simulation, SimulationSnapshot};
 use watchdog::Watchdog;

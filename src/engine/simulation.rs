@@ -12,15 +12,32 @@ use super::observer::Observer;
 use super::run::{Engine, Snapshot, Unsound};
 use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
-/// A run by the selected method, whose functions have the meaning of those of [`Engine`]. As plain data it has a
-/// [`Snapshot`] in place of the engine.
-#[expect(clippy::large_enum_variant, reason = "an instance has one")]
+/// A run by the selected method, whose functions have the meaning of those of [`Engine`], with its parameters.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// As they act now.
+    parameters: Parameters,
+    /// The time at which it began, s.
+    start: f64,
+    run: ByMethod,
+}
+
+/// As plain data it has a [`Snapshot`] in place of the engine.
+#[expect(clippy::large_enum_variant, reason = "a simulation has one")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub enum Simulation<Run = Engine> {
+enum ByMethod<Run = Engine> {
     /// `eventDriven`.
     EventDriven(Run),
     /// `bdf`, `adams` and `rk4`.
     Continuous(Continuous),
+}
+
+/// A simulation as plain data, without the parameters that never change.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SimulationSnapshot {
+    /// The tunable parameters.
+    pub tunables: Tunables,
+    run: ByMethod<Snapshot>,
 }
 
 /// Functions that are those of the selected method.
@@ -30,9 +47,10 @@ macro_rules! of_method {
             #[doc = concat!("See [`Engine::", stringify!($name), "`].")]
             #[inline]
             pub fn $name($self: $by, $($argument: $type),*) -> $result {
+                use ByMethod::{Continuous, EventDriven};
                 match $self {
-                    Self::EventDriven(engine) => engine.$name($($argument),*),
-                    Self::Continuous(run) => run.$name($($argument),*),
+                    Self { run: EventDriven(engine), .. } => engine.$name($($argument),*),
+                    Self { run: Continuous(run), .. } => run.$name($($argument),*),
                 }
             }
         )*}
@@ -45,7 +63,6 @@ of_method! {
     fn time_derivative(self: &Self, order: usize) -> Differential;
     fn last_step(self: &Self) -> LastStep<'_>;
     fn hold(self: &mut Self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError>;
-    fn retune(self: &mut Self, parameters: &Parameters) -> Result<(), EngineError>;
     fn begin_step(self: &mut Self) -> ();
     fn advance(self: &mut Self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError>;
     fn continue_step(self: &mut Self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError>;
@@ -56,9 +73,9 @@ impl Deref for Simulation {
     type Target = dyn Results;
 
     fn deref(&self) -> &Self::Target {
-        match self {
-            Self::EventDriven(engine) => engine,
-            Self::Continuous(run) => run,
+        match &self.run {
+            ByMethod::EventDriven(engine) => engine,
+            ByMethod::Continuous(run) => run,
         }
     }
 }
@@ -66,8 +83,9 @@ impl Deref for Simulation {
 impl Simulation {
     /// Starts a run by the method that `parameters` select; see [`Engine::new`].
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
+        let begun = |run| Self { parameters: parameters.clone(), start: start_time, run };
         if parameters.method == SolverMethod::EventDriven {
-            return Engine::new(parameters, inputs, start_time).map(Self::EventDriven);
+            return Engine::new(parameters, inputs, start_time).map(|engine| begun(ByMethod::EventDriven(engine)));
         }
         if parameters.contact_model == ContactModel::Rigid {
             let text = "contact.model = rigid has no contact force that solver.method could integrate; allowed with \
@@ -77,74 +95,96 @@ impl Simulation {
         if parameters.pendulum == PendulumModel::Circular {
             return Err(EngineError::NoArc("solver.method must be eventDriven (1)".to_owned()));
         }
-        Continuous::new(parameters, inputs, start_time).map(Self::Continuous)
+        Continuous::new(parameters, inputs, start_time).map(|run| begun(ByMethod::Continuous(run)))
+    }
+
+    /// The parameters, of which the tunable ones may have changed since the start.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// From now on the tunable parameters are those of `parameters`; see [`Engine::retune`].
+    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
+        self.parameters.tune(parameters.tunables());
+        match &mut self.run {
+            ByMethod::EventDriven(engine) => engine.retune(&self.parameters),
+            ByMethod::Continuous(run) => run.retune(&self.parameters),
+        }
     }
 
     /// Whether the run has yet to begin; until then rigid contacts transmit nothing.
     pub fn set_initializing(&mut self, initializing: bool) {
-        if let Self::EventDriven(engine) = self {
+        if let ByMethod::EventDriven(engine) = &mut self.run {
             engine.initializing = initializing;
         }
     }
 
-    /// The history from `start` (s) to the current time, and the run at its start; `parameters` are the current ones.
-    fn begun_again(&self, parameters: &Parameters, start: f64, history: &History) -> Option<(Vec<Stretch>, Self)> {
-        let stretches = history.of_run(self.stretch(parameters.tunables()))?;
-        let (first, mut at_start) = (stretches.first()?, parameters.clone());
+    /// The history to the current time, and the run at its start.
+    fn begun_again(&self, history: &History) -> Option<(Vec<Stretch>, Self)> {
+        let stretches = history.of_run(self.stretch())?;
+        let (first, mut at_start) = (stretches.first()?, self.parameters.clone());
         at_start.tune(first.tunables);
-        let begun = Self::new(&at_start, &first.inputs.values(start), start).ok()?;
+        let begun = Self::new(&at_start, &first.inputs.values(self.start), self.start).ok()?;
         Some((stretches, begun))
     }
 
-    /// What has acted until now, since the last change; `tunables` are the current parameters.
-    fn stretch(&self, tunables: Tunables) -> Stretch {
-        Stretch { until: self.time(), inputs: self.inputs().clone(), tunables }
+    /// What has acted until now, since the last change.
+    fn stretch(&self) -> Stretch {
+        Stretch { until: self.time(), inputs: self.inputs().clone(), tunables: self.parameters.tunables() }
     }
 
-    /// Derivatives of the outputs along inputs that were held over the last step; `None` if it cannot be followed.
-    /// `parameters` are the current ones; that of the next onset is NaN unless it is wanted
-    /// ([`LastStep::with_next_onset`]).
+    /// Derivatives of the outputs at the start along a direction of parameters and inputs; that of the next onset is
+    /// NaN unless it is wanted ([`LastStep::with_next_onset`]).
+    pub fn sensitivity_at_start(
+        &self,
+        (tangent, inputs): (&Parameters, &Inputs),
+        next_onset_wanted: bool,
+    ) -> Differential {
+        let last_step = self.last_step().with_next_onset(next_onset_wanted);
+        last_step.along_parameters(&self.parameters, tangent, inputs)
+    }
+
+    /// Derivatives of the outputs along inputs that were held over the last step; `None` if it cannot be followed. That
+    /// of the next onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_step(
         &self,
-        parameters: &Parameters,
         history: &History,
         inputs: &Inputs,
         next_onset_wanted: bool,
     ) -> Option<Differential> {
-        let stretches = history.of_step(self.stretch(parameters.tunables()))?;
+        let stretches = history.of_step(self.stretch())?;
         let last_step = self.last_step().with_next_onset(next_onset_wanted);
-        last_step.along_inputs(parameters, &stretches, inputs)
+        last_step.along_inputs(&self.parameters, &stretches, inputs)
     }
 
-    /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which began at `start`
-    /// (s) and has this history; `None` if it cannot be followed. `parameters` are the current ones; that of the next
-    /// onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
+    /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which has this history;
+    /// `None` if it cannot be followed. That of the next onset is NaN unless it is wanted
+    /// ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_run(
         &self,
-        parameters: &Parameters,
-        start: f64,
         history: &History,
         (tangent, inputs): (&Parameters, &Inputs),
         next_onset_wanted: bool,
     ) -> Option<Differential> {
-        let last_step = self.last_step().with_next_onset(next_onset_wanted);
-        if self.time() == start {
-            return Some(last_step.along_parameters(parameters, tangent, inputs));
+        if self.time() == self.start {
+            return Some(self.sensitivity_at_start((tangent, inputs), next_onset_wanted));
         }
-        let (stretches, begun) = self.begun_again(parameters, start, history)?;
-        last_step.along_run(parameters, (start, &begun.last_step().end), &stretches, (tangent, inputs))
+        let (stretches, begun) = self.begun_again(history)?;
+        let last_step = self.last_step().with_next_onset(next_onset_wanted);
+        let start = (self.start, &begun.last_step().end);
+        last_step.along_run(&self.parameters, start, &stretches, (tangent, inputs))
     }
 
-    /// The run from `start` (s) to now in parts, for derivatives both ways; only elastic event-driven runs have one.
-    pub fn tape(&self, parameters: &Parameters, start: f64, history: &History) -> Option<Tape> {
-        if self.time() <= start {
+    /// The run up to now in parts, for derivatives both ways; only elastic event-driven runs have one.
+    pub fn tape(&self, history: &History) -> Option<Tape> {
+        if self.time() <= self.start {
             return None;
         }
         // The same run again; where its steps end makes no difference.
-        let (stretches, Self::EventDriven(mut run)) = self.begun_again(parameters, start, history)? else {
+        let (stretches, Self { run: ByMethod::EventDriven(mut run), .. }) = self.begun_again(history)? else {
             return None;
         };
-        let (mut then, mut recorder) = (parameters.clone(), Recorder::new(start, &run.last_step().end));
+        let (mut then, mut recorder) = (self.parameters.clone(), Recorder::new(self.start, &run.last_step().end));
         for stretch in &stretches {
             then.tune(stretch.tunables);
             let inputs = stretch.inputs.at(run.time);
@@ -156,40 +196,41 @@ impl Simulation {
         recorder.tape(&self.last_step().end)
     }
 
-    /// Before inputs or tunable parameters (now `tunables`) change: keeps the history so far, that of the run if it is
-    /// `wanted`.
-    pub fn keep_history(&self, wanted: bool, tunables: Tunables, history: &mut History) {
-        history.keep(wanted, self.step_length() > 0.0, &self.stretch(tunables));
+    /// Before inputs or tunable parameters change: keeps the history so far, that of the run if it is `wanted`.
+    pub fn keep_history(&self, wanted: bool, history: &mut History) {
+        history.keep(wanted, self.step_length() > 0.0, &self.stretch());
     }
 
     pub(crate) fn inputs(&self) -> &HeldInputs {
-        match self {
-            Self::EventDriven(engine) => &engine.inputs,
-            Self::Continuous(run) => &run.inputs,
+        match &self.run {
+            ByMethod::EventDriven(engine) => &engine.inputs,
+            ByMethod::Continuous(run) => &run.inputs,
         }
     }
 
     /// The run as it is now, as plain data.
-    pub fn snapshot(&self) -> Simulation<Snapshot> {
-        match self {
-            Self::EventDriven(engine) => Simulation::EventDriven(engine.snapshot()),
-            Self::Continuous(run) => Simulation::Continuous(run.clone()),
-        }
+    pub fn snapshot(&self) -> SimulationSnapshot {
+        let run = match &self.run {
+            ByMethod::EventDriven(engine) => ByMethod::EventDriven(engine.snapshot()),
+            ByMethod::Continuous(run) => ByMethod::Continuous(run.clone()),
+        };
+        SimulationSnapshot { tunables: self.parameters.tunables(), run }
     }
 
-    /// See [`Engine::restore`].
+    /// The run of `snapshot`, whose tunable parameters are among `parameters`; see [`Engine::restore`].
     pub fn restore(
-        parameters: &Parameters,
+        parameters: Parameters,
         start: f64,
-        snapshot: Simulation<Snapshot>,
+        snapshot: SimulationSnapshot,
         failed: bool,
     ) -> Result<Self, Unsound> {
-        match (parameters.method == SolverMethod::EventDriven, snapshot) {
-            (true, Simulation::EventDriven(snapshot)) => {
-                Engine::restore(parameters, start, snapshot, failed).map(Self::EventDriven)
+        let run = match (parameters.method == SolverMethod::EventDriven, snapshot.run) {
+            (true, ByMethod::EventDriven(snapshot)) => {
+                ByMethod::EventDriven(Engine::restore(&parameters, start, snapshot, failed)?)
             }
-            (false, Simulation::Continuous(run)) => run.restored(parameters, start, failed).map(Self::Continuous),
-            _ => Err(Unsound("it belongs to another method")),
-        }
+            (false, ByMethod::Continuous(run)) => ByMethod::Continuous(run.restored(&parameters, start, failed)?),
+            _ => return Err(Unsound("it belongs to another method")),
+        };
+        Ok(Self { parameters, start, run })
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::{Instance, Run};
-use crate::engine::{Differential, History, LastStep, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
+use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
 use crate::variables::{Access, Causality, DerivativesOf, Extra, Refusal, Settings, Type, Variable, ensure};
 
 /// In messages: the variables that have derivatives, by time and along a direction.
@@ -125,7 +125,7 @@ impl Instance {
     /// them, else by following the run.
     fn derivatives_along(&mut self, unknowns: &[Element], along: &Direction, taped: bool) -> Result<Vec<f64>, Refusal> {
         let Settings { parameters: tangent, inputs, .. } = &along.settings;
-        let (derived, parameters) = (self.derived(), self.run.effective_parameters());
+        let derived = self.derived();
         let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
         // The motion is followed beyond now only for who asks.
         let of_next_onset = Differential { next_onset: 1.0, ..Differential::all(self.balls(), 0.0) };
@@ -133,12 +133,14 @@ impl Instance {
         let next_onset = unknowns.iter().flatten().any(asks);
         let found = match derived {
             Derived::Exchanged => Some(self.exchange()?.along(&along.states, inputs)),
-            Derived::Start => Some(self.last_step(next_onset)?.along_parameters(&parameters, tangent, inputs)),
-            Derived::Step if at_point => Some(self.last_step(next_onset)?.at_end_along_inputs(inputs)),
+            Derived::Start => Some(self.simulation()?.sensitivity_at_start((tangent, inputs), next_onset)),
+            Derived::Step if at_point => {
+                Some(self.simulation()?.last_step().with_next_onset(next_onset).at_end_along_inputs(inputs))
+            }
             Derived::Step => {
                 let Run { history, simulation, .. } = &self.run;
                 let run = simulation.as_ref();
-                run.and_then(|run| run.sensitivity_of_step(&parameters, history, inputs, next_onset))
+                run.and_then(|run| run.sensitivity_of_step(history, inputs, next_onset))
             }
             Derived::Run if taped => self.tape()?.map(|tape| tape.along(tangent, inputs)),
             Derived::Run => None,
@@ -148,8 +150,8 @@ impl Instance {
         };
         let mut values = all_of(found.as_ref());
         if derived == Derived::Run && values.iter().any(|value| !value.is_finite()) {
-            let (simulation, history, start) = self.so_far()?;
-            let followed = simulation.sensitivity_of_run(&parameters, start, history, (tangent, inputs), next_onset);
+            let (simulation, history) = self.so_far()?;
+            let followed = simulation.sensitivity_of_run(history, (tangent, inputs), next_onset);
             for (derivative, followed) in values.iter_mut().zip(all_of(followed.as_ref())) {
                 *derivative = if derivative.is_finite() { *derivative } else { followed };
             }
@@ -159,11 +161,6 @@ impl Instance {
             None => Ok(derivative),
         };
         unknowns.iter().zip(values).map(finite).collect()
-    }
-
-    /// The last step, with the derivative of the next onset if that is `wanted`.
-    fn last_step(&mut self, wanted: bool) -> Result<LastStep<'_>, Refusal> {
-        Ok(self.simulation()?.last_step().with_next_onset(wanted))
     }
 
     fn derived(&self) -> Derived {
@@ -205,17 +202,17 @@ impl Instance {
         unknowns.iter().flatten().try_for_each(|unknown| check_differentiable(unknown, causalities, allowed))
     }
 
-    /// The run so far, its complete history of inputs, and the time of its start (s).
-    fn so_far(&self) -> Result<(&Simulation, &History, f64), Refusal> {
+    /// The run so far, and its complete history of inputs.
+    fn so_far(&self) -> Result<(&Simulation, &History), Refusal> {
         let Run { history, simulation, .. } = &self.run;
         ensure(history.is_complete(), || Refusal::no_value(NO_HISTORY))?;
         let simulation = simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
-        Ok((simulation, history, self.run.start_time()))
+        Ok((simulation, history))
     }
 
     fn tape(&self) -> Result<Option<Arc<Tape>>, Refusal> {
-        let (simulation, history, start) = self.so_far()?;
-        Ok(history.tape(|history| simulation.tape(&self.run.effective_parameters(), start, history)))
+        let (simulation, history) = self.so_far()?;
+        Ok(history.tape(|history| simulation.tape(history)))
     }
 
     /// The derivative of `variable`, if it is finite; after a failed step any value passes.

@@ -8,7 +8,7 @@ use super::clocks::Clocks;
 use super::legality::{Call, Kind, PHASES, Phase, Purpose};
 use super::log::{Log, Severity};
 use crate::engine::{EngineError, Exchange, History, MAX_INPUT_DERIVATIVE, Results, Simulation, Unsound, require};
-use crate::model::{Inputs, Parameters, SolverMethod, Tunables};
+use crate::model::{Inputs, Parameters, SolverMethod};
 use crate::variables::{DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, ensure, variables};
 
 const MIN_TOLERANCE: f64 = 1e-14;
@@ -59,8 +59,6 @@ pub(super) struct Run {
     pub(super) input_derivatives: Vec<Inputs>,
     /// The inputs or their derivatives have not been passed to the simulation yet.
     pub(super) inputs_changed: bool,
-    /// The tunable parameters in the simulation, if newer ones have been set.
-    pub(super) tuned_from: Option<Tunables>,
     /// The history of inputs for derivatives of the run, in FMI 3.0.
     pub(super) history: History,
     /// Values of the last elements of arrays over contacts, by the row's position. They have no effect.
@@ -106,16 +104,12 @@ impl Run {
         self.experiment.unwrap_or_default().start
     }
 
-    /// The parameters of the simulation: with the host's tolerance, without changes not passed on yet. In model
-    /// exchange there is no method to select.
+    /// The parameters for a simulation: with the host's tolerance. In model exchange there is no method to select.
     pub(super) fn effective_parameters(&self) -> Parameters {
         let mut parameters = self.settings.parameters.clone();
         parameters.tolerance = self.experiment.unwrap_or_default().tighten(parameters.tolerance);
         if self.purpose.kind == Kind::ModelExchange {
             parameters.method = SolverMethod::EventDriven;
-        }
-        if let Some(tunables) = self.tuned_from {
-            parameters.tune(tunables);
         }
         parameters
     }
@@ -136,22 +130,18 @@ impl Run {
             experiment && (self.experiment.is_some() || self.phase < Phase::InitializationMode),
             "its start time or stop time is invalid",
         )?;
-        let allowed = |parameters: &Parameters| {
-            let settings = Settings { parameters: parameters.clone(), ..self.settings.clone() };
-            settings.are_sound(balls)
-        };
-        let history = self.history.is_sound(&self.settings.parameters, allowed);
+        let history = self.history.is_sound(&self.settings.parameters, |parameters| self.allows(parameters));
         require(history, "what it has been given before is out of range")?;
         let derivatives = &self.input_derivatives;
         let known = derivatives.len() <= MAX_INPUT_DERIVATIVE
             && derivatives.iter().all(|inputs| inputs.force.len() == balls && inputs.is_finite());
-        require(known, "an input derivative is out of range")?;
-        let tunables = self.tuned_from.is_none_or(|tunables| {
-            let mut before = self.settings.parameters.clone();
-            before.tune(tunables);
-            allowed(&before)
-        });
-        require(tunables, "a tunable parameter is out of range")
+        require(known, "an input derivative is out of range")
+    }
+
+    /// Whether these parameters are in their ranges.
+    pub(super) fn allows(&self, parameters: &Parameters) -> bool {
+        let settings = Settings { parameters: parameters.clone(), ..self.settings.clone() };
+        settings.are_sound(parameters.balls())
     }
 }
 
@@ -256,7 +246,6 @@ impl Instance {
         } else {
             self.simulation()?.set_initializing(false);
             self.run.inputs_changed = !self.run.input_derivatives.is_empty();
-            self.run.tuned_from = None;
             self.run.phase = Phase::StepMode;
             if self.run.purpose.has_event_mode() {
                 // The first events: contacts closed at the start.

@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::legality::{Kind, Phase, Purpose};
 use super::lifecycle::{Instance, Run};
-use crate::engine::{Exchange, Simulation, Snapshot, Unsound, require};
+use crate::engine::{Exchange, Simulation, SimulationSnapshot, Unsound, require};
 use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal, ensure};
 
 /// A saved state. The log is no part of it.
@@ -17,7 +17,7 @@ pub struct SavedState {
 
 /// First bytes of a serialized state, and its format.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 18;
+const FORMAT: u32 = 19;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 const DIGEST: usize = size_of::<uuid::Bytes>();
@@ -29,7 +29,7 @@ fn digest(bytes: &[u8]) -> uuid::Bytes {
 
 /// GUID and number of balls of the FMU that a state belongs to.
 type Owner = (String, usize);
-type Content = (Run, Option<Simulation<Snapshot>>, Option<Exchange>);
+type Content = (Run, Option<SimulationSnapshot>, Option<Exchange>);
 
 impl SavedState {
     /// The state as bytes: a header; in postcard's format the owner, the run and its simulation; a digest.
@@ -122,10 +122,14 @@ impl Instance {
         let [steps, exchanges] = [Kind::CoSimulation, Kind::ModelExchange].map(|of| calculated && kind == of);
         let matches = steps == snapshot.is_some() && exchanges == exchange.is_some();
         require(matches, "its phase does not match its contents")?;
-        let (parameters, start, failed) = (run.effective_parameters(), run.start_time(), run.phase == Phase::Error);
+        let (mut parameters, start) = (run.effective_parameters(), run.start_time());
+        let failed = run.phase == Phase::Error;
         run.exchange = exchange.map(|exchange| exchange.restored(&parameters, start, failed)).transpose()?;
-        run.simulation =
-            snapshot.map(|snapshot| Simulation::restore(&parameters, start, snapshot, failed)).transpose()?;
+        if let Some(snapshot) = snapshot {
+            parameters.tune(snapshot.tunables);
+            require(run.allows(&parameters), "a tunable parameter is out of range")?;
+            run.simulation = Some(Simulation::restore(parameters, start, snapshot, failed)?);
+        }
         Ok(SavedState { guid: self.start.guid.clone(), run })
     }
 }

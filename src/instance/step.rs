@@ -184,15 +184,14 @@ impl Instance {
         let run = &mut self.run;
         let over_run = run.derives_over_run();
         let Some(simulation) = &mut run.simulation else { return Ok(()) };
-        if run.purpose.fmi3 && (run.inputs_changed || run.tuned_from.is_some()) {
-            let tunables = run.tuned_from.unwrap_or(run.settings.parameters.tunables());
-            simulation.keep_history(over_run, tunables, &mut run.history);
+        let retuned = simulation.parameters().tunables() != run.settings.parameters.tunables();
+        if run.purpose.fmi3 && (run.inputs_changed || retuned) {
+            simulation.keep_history(over_run, &mut run.history);
         }
         let mut updated = Ok(());
         if std::mem::take(&mut run.inputs_changed) {
             updated = simulation.hold(&run.settings.inputs, &run.input_derivatives);
         }
-        let retuned = run.tuned_from.take().is_some();
         if retuned && updated.is_ok() {
             updated = simulation.retune(&run.settings.parameters);
         }

@@ -6,10 +6,8 @@ use std::mem::MaybeUninit;
 use super::legality::{Kind, Phase};
 use super::lifecycle::{Instance, Run, Start};
 use crate::engine::{Exchange, NEVER, Pulse};
-use crate::model::{Inputs, Tunables};
-use crate::variables::{
-    Access, Causality, Extra, Number, Refusal, Settings, Shape, TABLE, Type, Variability, Variable, padding,
-};
+use crate::model::Inputs;
+use crate::variables::{Access, Causality, Extra, Number, Refusal, Settings, Shape, TABLE, Type, Variable, padding};
 
 /// In messages: why a value is no number.
 const BEYOND_RANGE: &str = "what it is calculated from is beyond the range of doubles";
@@ -281,7 +279,7 @@ impl Instance {
     /// Sets elements to checked values. They take effect with the next step, in Initialization Mode and model exchange
     /// at once. Setting the same value again is no change.
     fn set_checked(&mut self, elements: Vec<(Variable, f64)>) -> Result<(), Refusal> {
-        let (balls, before) = (self.balls(), self.run.settings.parameters.tunables());
+        let balls = self.balls();
         let (mut wanted, mut any, mut states) = (balls, false, Vec::new());
         if self.run.phase == Phase::IntermediateUpdate {
             self.keep_inputs();
@@ -299,7 +297,7 @@ impl Instance {
             } else if variable.set(&mut self.run.settings, value) && variable.position < TABLE.len() {
                 // The engine knows neither slopes nor `derivatives.of`, which only FMI 3.0 has: they are read when they
                 // are used.
-                self.changed(variable, before);
+                self.changed(variable);
                 any = true;
             }
         }
@@ -352,16 +350,13 @@ impl Instance {
         Ok(())
     }
 
-    /// Marks a setting to be passed to the simulation; `before` are the tunable parameters before the call.
-    fn changed(&mut self, variable: Variable, before: Tunables) {
+    /// Drops or marks what depends on a setting. Tunable parameters are compared with those of the simulation; in model
+    /// exchange all act at once.
+    fn changed(&mut self, variable: Variable) {
         if self.run.phase <= Phase::InitializationMode {
             (self.run.simulation, self.run.exchange) = (None, None);
-        } else if self.run.purpose.kind == Kind::ModelExchange {
-            // There it acts at once.
-        } else if variable.row.variability == Variability::Tunable {
-            self.run.tuned_from.get_or_insert(before);
-        } else {
-            self.run.inputs_changed = true;
+        } else if variable.row.causality == Causality::Input {
+            self.run.inputs_changed |= self.run.purpose.kind == Kind::CoSimulation;
         }
     }
 }

@@ -71,9 +71,9 @@ fn everything(run: &Simulation, balls: usize) -> Vec<(String, f64, f64)> {
 }
 
 /// Derivatives by time, and along forces on all balls that were held over the last step, with their scales.
-fn derivatives(run: &Simulation, p: &Parameters, balls: usize) -> impl Iterator<Item = (String, f64, f64)> {
+fn derivatives(run: &Simulation, balls: usize) -> impl Iterator<Item = (String, f64, f64)> {
     let inputs = Inputs { force: vec![1.0; balls], ..Inputs::zero(balls) };
-    let along = run.sensitivity_of_step(p, &History::default(), &inputs, false).unwrap();
+    let along = run.sensitivity_of_step(&History::default(), &inputs, false).unwrap();
     let all = [run.time_derivative(1), along].map(|of| [of.x, of.v, of.impulse, vec![of.momentum, of.support_force]]);
     all.concat().concat().into_iter().map(|value| ("a derivative".to_owned(), value, value.abs().max(1.0)))
 }
@@ -102,7 +102,7 @@ fn compare(p: &Parameters) {
             }
             run.advance(*time, &mut pulses).unwrap();
             // Later on they magnify what differs.
-            let of_early = if i < 20 { derivatives(&run, &p, 4).collect() } else { Vec::new() };
+            let of_early = if i < 20 { derivatives(&run, 4).collect() } else { Vec::new() };
             [of_early, everything(&run, 4)].concat()
         });
         (seen.collect::<Vec<_>>(), pulses)

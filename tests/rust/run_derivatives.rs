@@ -26,14 +26,14 @@ impl Course {
         let mut simulation = Simulation::new(&parameters, &inputs, START).unwrap();
         let mut history = History::default();
         simulation.advance(0.6, &mut Unrecorded).unwrap();
-        simulation.keep_history(true, parameters.tunables(), &mut history);
+        simulation.keep_history(true, &mut history);
         let force = inputs.force.iter().map(|force| force + 0.1).collect();
         let slopes = Inputs { support_acceleration: 0.2, ..Inputs::zero(inputs.force.len()) };
         simulation.hold(&Inputs { force, ..inputs.clone() }, &[slopes]).unwrap();
         simulation.advance(1.4, &mut Unrecorded).unwrap();
-        simulation.keep_history(true, parameters.tunables(), &mut history);
+        simulation.keep_history(true, &mut history);
         simulation.hold(&inputs, &[]).unwrap();
-        simulation.keep_history(true, parameters.tunables(), &mut history);
+        simulation.keep_history(true, &mut history);
         parameters.drag += 0.01;
         let change = if elastic { 0.0 } else { 0.01 };
         parameters.damping += change;
@@ -57,11 +57,11 @@ impl Course {
     /// Its derivatives along a direction, by repeating it.
     fn along(&self, along: &Settings) -> Option<Differential> {
         let direction = (&along.parameters, &along.inputs);
-        self.simulation.sensitivity_of_run(&self.parameters, START, &self.history, direction, true)
+        self.simulation.sensitivity_of_run(&self.history, direction, true)
     }
 
     fn tape(&self) -> Option<Tape> {
-        self.simulation.tape(&self.parameters, START, &self.history)
+        self.simulation.tape(&self.history)
     }
 }
 
@@ -176,7 +176,7 @@ fn contacts_that_close_from_rest() {
         };
         let along = Parameters { mass: 1.0, ..Settings::zero(2).parameters };
         let direction = (&along, &Inputs::zero(2));
-        let found = run(1.0).sensitivity_of_run(&p, 0.0, &History::default(), direction, false);
+        let found = run(1.0).sensitivity_of_run(&History::default(), direction, false);
         let found = found.unwrap_or_else(|| panic!("{law} is not followed"));
         let (differences, _) = by_differences(1e-6, false, |change| {
             let changed = run(1.0 + change);
@@ -226,7 +226,7 @@ fn both_directions_agree_through_a_hundred_clicks() {
         let mut simulation = Simulation::new(&parameters, &Inputs::zero(balls), 0.0).unwrap();
         for end in [1.0, 10.0, 142.0] {
             simulation.advance(end, &mut Unrecorded).unwrap();
-            let tape = simulation.tape(&parameters, 0.0, &History::default()).unwrap();
+            let tape = simulation.tape(&History::default()).unwrap();
             both_ways(&format!("{settings}, {balls} balls, {end} s"), &tape, balls);
         }
         assert!((0..balls - 1).map(|i| simulation.pulses(i)).min() >= Some(100));
@@ -240,18 +240,18 @@ fn long_flights_without_gravity() {
     let p = cradle(1, "gravity=0 x_start=0");
     let mut simulation = Simulation::new(&p, &Inputs::zero(1), 0.0).unwrap();
     let mut history = History::default();
-    simulation.keep_history(true, p.tunables(), &mut history);
+    simulation.keep_history(true, &mut history);
     let slope = Inputs { support_acceleration: -1.0, ..Inputs::zero(1) };
     simulation.hold(&Inputs::zero(1), &[slope]).unwrap();
     simulation.advance(1.0, &mut Unrecorded).unwrap();
     let along = Parameters { gravity: 1.0, ..Settings::zero(1).parameters };
-    let found = simulation.tape(&p, 0.0, &history).unwrap().along(&along, &Inputs::zero(1));
+    let found = simulation.tape(&history).unwrap().along(&along, &Inputs::zero(1));
     // x = t^3 / 6, and a small gravity g pulls it back by g x / length.
     assert!((found.x[0] * p.length * 120.0 + 1.0).abs() < 1e-14, "{}", found.x[0]);
 }
 
 /// A step in which inputs change, and at whose end inputs and a parameter do.
-fn cut_step(p: &Parameters, change: f64) -> (Simulation, History, Parameters) {
+fn cut_step(p: &Parameters, change: f64) -> (Simulation, History) {
     let held = |force: f64| Inputs { force: vec![0.0, 0.0, 0.0, force + change], support_acceleration: 0.1 };
     let mut simulation = Simulation::new(p, &held(0.2), START).unwrap();
     let (mut history, mut p) = (History::default(), p.clone());
@@ -261,13 +261,13 @@ fn cut_step(p: &Parameters, change: f64) -> (Simulation, History, Parameters) {
     history.begin_step();
     for (time, force) in [(0.3, 0.2), (0.7, 0.5), (0.95, 0.1), (1.2, 3.0)] {
         simulation.continue_step(time, &mut Unrecorded).unwrap();
-        simulation.keep_history(false, p.tunables(), &mut history);
+        simulation.keep_history(false, &mut history);
         simulation.hold(&held(force), &[]).unwrap();
     }
-    simulation.keep_history(false, p.tunables(), &mut history);
+    simulation.keep_history(false, &mut history);
     p.drag += 0.3;
     simulation.retune(&p).unwrap();
-    (simulation, history, p)
+    (simulation, history)
 }
 
 /// Along a change of the inputs over all of it; those that act from its end on count for the next onset only.
@@ -277,14 +277,14 @@ fn a_step_that_inputs_cut_has_derivatives() {
     for settings in ["pendulum.drag=0.1", soft, "contact.stiffness=1e5 solver.method=adams"] {
         let p = cradle(4, &format!("{settings} solver.tolerance=1e-14"));
         let outputs = |change: f64| {
-            let (run, ..) = cut_step(&p, change);
+            let (run, _) = cut_step(&p, change);
             let means = (0..3).map(|i| run.force_mean(i)).chain([run.support_force_mean()]);
             let impulses = (0..3).map(|i| run.impulse(i)).chain([run.next_onset().time()]);
             (0..4).map(|i| run.x(i)).chain(means).chain(impulses).collect::<Vec<_>>()
         };
-        let (run, history, tuned) = cut_step(&p, 0.0);
+        let (run, history) = cut_step(&p, 0.0);
         let along = Inputs { force: vec![0.0, 0.0, 0.0, 1.0], ..Inputs::zero(4) };
-        let of = run.sensitivity_of_step(&tuned, &history, &along, true).unwrap();
+        let of = run.sensitivity_of_step(&history, &along, true).unwrap();
         let exact = [of.x, of.force_mean, vec![of.support_force_mean], of.impulse, vec![of.next_onset]].concat();
         let tolerance = if settings.contains("adams") { 1e-4 } else { 1e-7 };
         let (differences, _) = by_differences(if settings.contains("adams") { 1e-3 } else { 1e-4 }, false, outputs);
@@ -304,12 +304,12 @@ fn parameters_that_change_all_the_time() {
         let mut history = History::default();
         for k in 1..=1000 {
             simulation.advance(START + 1e-3 * f64::from(k), &mut Unrecorded).unwrap();
-            simulation.keep_history(true, p.tunables(), &mut history);
+            simulation.keep_history(true, &mut history);
             p.drag = 0.01 * f64::from(k % 3);
             simulation.retune(&p).unwrap();
         }
         simulation.advance(START + 1.1, &mut Unrecorded).unwrap();
-        let tape = simulation.tape(&p, START, &history).unwrap();
+        let tape = simulation.tape(&history).unwrap();
         both_ways(&format!("{contact_model:?}"), &tape, 3);
         let course = Course { simulation, history, parameters: p };
         // Linear forces do not depend on the reference overlap, and for the exponent the run is followed to 1e-3 only.
@@ -328,9 +328,7 @@ fn parameters_that_change_all_the_time() {
 #[test]
 fn another_course_than_that_of_the_run_has_none() {
     let settings = Settings::default_for(3);
-    let Course { simulation, history, parameters } = Course::new(&settings, 2.7, true);
-    assert!(simulation.tape(&parameters, START, &history).is_some());
-    assert!(simulation.tape(&parameters, START, &History::default()).is_none());
-    let later = Parameters { v_start: vec![0.0, 0.0, 1e-6], ..parameters };
-    assert!(simulation.tape(&later, START, &history).is_none());
+    let Course { simulation, history, .. } = Course::new(&settings, 2.7, true);
+    assert!(simulation.tape(&history).is_some());
+    assert!(simulation.tape(&History::default()).is_none());
 }

@@ -59,7 +59,7 @@ fn a_derivative_costs_what_its_step_costs() {
     let mut run = Simulation::new(&parameters, &pressed, 0.0).unwrap();
     run.advance(1e-6, &mut Vec::new()).unwrap();
     let derivatives = |next_onset: bool| {
-        let found = run.sensitivity_of_step(&parameters, &History::default(), &along, next_onset).unwrap();
+        let found = run.sensitivity_of_step(&History::default(), &along, next_onset).unwrap();
         assert!((found.x[0] - 5e-13).abs() < 1e-24, "{:e}", found.x[0]);
         let step = run.last_step().with_next_onset(next_onset);
         step.at_end_along_inputs(&along);

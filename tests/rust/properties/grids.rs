@@ -32,7 +32,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<Vec<Pulse>, Te
                 fine.next_onset();
                 fine.hold(&case.inputs, &[]).map_err(ended_early)?;
                 fine.retune(&case.p).map_err(ended_early)?;
-                let restored = Simulation::restore(&case.p, 0.0, fine.snapshot(), false);
+                let restored = Simulation::restore(case.p.clone(), 0.0, fine.snapshot(), false);
                 fine = restored.map_err(|Unsound(reason)| TestCaseError::fail(reason))?;
             }
         }
