@@ -9,7 +9,7 @@ use super::derivatives::{History, LastStep, Recorder, Stretch, Tape};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
-use super::run::{Engine, Snapshot, Unsound};
+use super::run::{Engine, Snapshot, Unsound, require};
 use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
 /// A run by the selected method, whose functions have the meaning of those of [`Engine`], with its parameters.
@@ -35,8 +35,7 @@ enum ByMethod<Run = Engine> {
 /// A simulation as plain data, without the parameters that never change.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SimulationSnapshot {
-    /// The tunable parameters.
-    pub tunables: Tunables,
+    tunables: Tunables,
     run: ByMethod<Snapshot>,
 }
 
@@ -103,13 +102,19 @@ impl Simulation {
         &self.parameters
     }
 
-    /// From now on the tunable parameters are those of `parameters`; see [`Engine::retune`].
-    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
-        self.parameters.tune(parameters.tunables());
-        match &mut self.run {
-            ByMethod::EventDriven(engine) => engine.retune(&self.parameters),
-            ByMethod::Continuous(run) => run.retune(&self.parameters),
+    /// From now on these are the tunable parameters; see [`Engine::retune`].
+    pub fn retune(&mut self, tunables: Tunables) -> Result<(), EngineError> {
+        let mut tuned = self.parameters.clone();
+        tuned.tune(tunables);
+        let retuned = match &mut self.run {
+            ByMethod::EventDriven(engine) => engine.retune(&tuned),
+            ByMethod::Continuous(run) => run.retune(&tuned),
+        };
+        // The run has kept its coefficients if it cannot have new ones.
+        if !matches!(retuned, Err(EngineError::NoCoefficient(_))) {
+            self.parameters = tuned;
         }
+        retuned
     }
 
     /// Whether the run has yet to begin; until then rigid contacts transmit nothing.
@@ -217,13 +222,17 @@ impl Simulation {
         SimulationSnapshot { tunables: self.parameters.tunables(), run }
     }
 
-    /// The run of `snapshot`, whose tunable parameters are among `parameters`; see [`Engine::restore`].
+    /// The run of `snapshot`, with its tunable parameters, which are `allowed`; the others are those of `parameters`. See
+    /// [`Engine::restore`].
     pub fn restore(
-        parameters: Parameters,
+        mut parameters: Parameters,
         start: f64,
         snapshot: SimulationSnapshot,
         failed: bool,
+        allowed: impl Fn(&Parameters) -> bool,
     ) -> Result<Self, Unsound> {
+        parameters.tune(snapshot.tunables);
+        require(allowed(&parameters), "a tunable parameter is out of range")?;
         let run = match (parameters.method == SolverMethod::EventDriven, snapshot.run) {
             (true, ByMethod::EventDriven(snapshot)) => {
                 ByMethod::EventDriven(Engine::restore(&parameters, start, snapshot, failed)?)

@@ -122,13 +122,10 @@ impl Instance {
         let [steps, exchanges] = [Kind::CoSimulation, Kind::ModelExchange].map(|of| calculated && kind == of);
         let matches = steps == snapshot.is_some() && exchanges == exchange.is_some();
         require(matches, "its phase does not match its contents")?;
-        let (mut parameters, start) = (run.effective_parameters(), run.start_time());
-        let failed = run.phase == Phase::Error;
+        let (parameters, start, failed) = (run.effective_parameters(), run.start_time(), run.phase == Phase::Error);
         run.exchange = exchange.map(|exchange| exchange.restored(&parameters, start, failed)).transpose()?;
         if let Some(snapshot) = snapshot {
-            parameters.tune(snapshot.tunables);
-            require(run.allows(&parameters), "a tunable parameter is out of range")?;
-            run.simulation = Some(Simulation::restore(parameters, start, snapshot, failed)?);
+            run.simulation = Some(Simulation::restore(parameters, start, snapshot, failed, |p| run.allows(p))?);
         }
         Ok(SavedState { guid: self.start.guid.clone(), run })
     }

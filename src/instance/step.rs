@@ -184,7 +184,8 @@ impl Instance {
         let run = &mut self.run;
         let over_run = run.derives_over_run();
         let Some(simulation) = &mut run.simulation else { return Ok(()) };
-        let retuned = simulation.parameters().tunables() != run.settings.parameters.tunables();
+        let tunables = run.settings.parameters.tunables();
+        let retuned = simulation.parameters().tunables() != tunables;
         if run.purpose.fmi3 && (run.inputs_changed || retuned) {
             simulation.keep_history(over_run, &mut run.history);
         }
@@ -193,7 +194,7 @@ impl Instance {
             updated = simulation.hold(&run.settings.inputs, &run.input_derivatives);
         }
         if retuned && updated.is_ok() {
-            updated = simulation.retune(&run.settings.parameters);
+            updated = simulation.retune(tunables);
         }
         if retuned {
             self.log_ignored_parameters();

@@ -86,17 +86,17 @@ impl Workspace {
         let mut remap = |from: &Path, to: &str| {
             flags.extend([OsString::from("--remap-path-prefix"), [from.as_os_str(), to.as_ref()].join("=".as_ref())]);
         };
-        remap(&self.root, "newtons-cradle");
+        remap(&self.root, "@newtons-cradle");
         let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
         let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
         let missing = || Error::Failure("there is neither CARGO_HOME nor a home folder".to_owned());
-        remap(&home.ok_or_else(missing)?, "cargo");
+        remap(&home.ok_or_else(missing)?, "@cargo");
         // The standard library's sources, for targets that compile it.
         let library = Path::new(&rustc("sysroot")?).join("lib/rustlib/src/rust");
-        remap(&library, "rust");
+        remap(&library, "@rust");
         // Cargo uses relative paths within the workspace.
         if let Ok(inside) = library.strip_prefix(&self.root) {
-            remap(inside, "rust");
+            remap(inside, "@rust");
         }
         Ok(flags.join("\x1f".as_ref()))
     }

@@ -40,8 +40,8 @@ const PATHS: [&[u8]; 5] = [b"/home/", b"/root/", b"/Users/", b"/tmp/", b":\\User
 /// What absolute paths begin with of the sources of Rust's standard library and of what it uses: those of no machine.
 const OF_RUST: [&[u8]; 2] = [b"/rustc/", b"/rust/deps/"];
 
-/// What sources begin with of which the producer mapped the paths, see `build`.
-const MAPPED: [&[u8]; 3] = [b"newtons-cradle/", b"cargo/registry/", b"rust/library/"];
+/// What paths begin with that the producer has mapped, see `build`.
+const MAPPED: [&[u8]; 3] = [b"@newtons-cradle/", b"@cargo/", b"@rust/"];
 
 /// The extension of sources.
 const RUST: &[u8] = b".rs";
@@ -180,8 +180,8 @@ fn begins_with_drive(path: &[u8]) -> bool {
 }
 
 /// The absolute path of a file of Rust's sources, of which the extension is at `end`. Rust writes texts without a gap:
-/// one of Unix is recognized behind what cannot be part of a path, and behind another source, as most are. A mapped path
-/// is one that begins within a name: other texts with a slash can be in front of it.
+/// one of Unix is recognized behind what cannot be part of a path, and behind another source, as most are. In front of
+/// a mapped path there can be other texts with a slash.
 fn source(bytes: &[u8], end: usize) -> Option<&[u8]> {
     let in_path = |byte: &u8| byte.is_ascii_alphanumeric() || b"/\\:._-+@~%".contains(byte);
     let length = bytes[..end].iter().rev().take_while(|byte| in_path(byte)).count();
@@ -191,8 +191,7 @@ fn source(bytes: &[u8], end: usize) -> Option<&[u8]> {
     if let Some(drive) = (0..path.len()).find(|at| begins_with_drive(&path[*at..])) {
         return Some(&path[drive..]);
     }
-    let is_mapped =
-        (1..path.len()).any(|at| path[at - 1] != b'/' && MAPPED.iter().any(|mapped| path[at..].starts_with(mapped)));
+    let is_mapped = (0..path.len()).any(|at| MAPPED.iter().any(|mapped| path[at..].starts_with(mapped)));
     let is_of_rust = OF_RUST.iter().any(|rust| path.starts_with(rust));
     let is_absolute = path.starts_with(b"/") && path[1..].contains(&b'/') && !is_mapped && !is_of_rust;
     is_absolute.then_some(path)
@@ -277,7 +276,8 @@ mod tests {
             ),
             ("failedD:\\a\\src\\x.rsE:/b/y.rs", &["D:\\a\\src\\x.rs", "E:/b/y.rs"]),
             ("/usr/lib/libm.so src/lib.rs/rustc/59807616/library/core/src/x.rs (/x.rs https://docs.rs/getrandom", &[]),
-            ("~/~1~~0rust/library/alloc/src/x.rs/?#newtons-cradle/src/y.rs", &[]),
+            ("~/~1~~0@rust/library/alloc/src/x.rs/?#@newtons-cradle/src/y.rs/@cargo/registry/z.rs", &[]),
+            ("/build/.cargo/registry/src/x/y.rs", &["/build/.cargo/registry/src/x/y.rs"]),
             ("failed/rust/deps/gimli-0.32.3/src/x.rs/rust/deps/gimli-0.32.3/src/y.rs", &[]),
         ] {
             assert_eq!(paths(bytes.as_bytes()).into_iter().collect::<Vec<_>>(), expected);

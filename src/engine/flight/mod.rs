@@ -1,11 +1,11 @@
 //! Balls that touch nothing. One swings in closed form from its anchor, the time of its last event ([`Ball`],
 //! [`Flight`]); the overlap of two has a closed form, too, which gives the next onset ([`Separation`]).
 
+mod approach;
 mod ball;
 mod free_motion;
 mod path;
 mod separation;
-mod sides;
 
 pub(crate) use ball::{Ball, Regime, places, start_by_centre};
 pub(crate) use free_motion::{Flight, Forcing, Rounding, RunningIntegrals, degree, forcing_at, integral_of, shifted};

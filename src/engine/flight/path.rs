@@ -1,21 +1,17 @@
 //! The flight of a ball on its arc, as power series of the time. See "Arcs" in docs/theory.md for the equations.
 //!
 //! A [`Path`] holds as long as its last terms are below rounding; a ball that flies on takes the next one ([`Piece`]).
-//! Of two neighbours, [`Approach`] has the series of G. The overlap is `2 G / (1 + q)`, `q = sqrt(1 - 2 G / D_c)`.
-
-use serde::{Deserialize, Serialize};
 
 use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, forcing_at, integral_of, shifted};
-use super::sides::Sides;
-use crate::model::{BallModel, ContactLaw, overlap_of_approach};
-use crate::solver::series::{INVERSES, LANES, bound, of_derivatives, product_term, value, value_and_derivatives};
+use crate::model::BallModel;
+use crate::solver::series::{INVERSES, LANES, bound, of_derivatives, product_term, value_and_derivatives};
 use crate::solver::{DoubleDouble, MAX_FORCE_ORDER, crossing::first_positive, quadrature::gauss_legendre};
 
 /// Number of coefficients: more make longer steps, each of which costs more. After an impact the next one may follow at
 /// once, so a flight begins with a short step of a few.
 pub(super) const TERMS: usize = 26;
-const FEW: usize = 9;
-type Terms = [f64; TERMS];
+pub(super) const FEW: usize = 9;
+pub(super) type Terms = [f64; TERMS];
 
 /// Size of the last terms over the largest.
 const NEGLIGIBLE: f64 = 1e-18;
@@ -41,7 +37,7 @@ pub enum Fault {
 /// Coefficients of s (m) and of the sine and cosine of the angle, as functions of the time over `unit`.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
-    terms: usize,
+    pub(super) terms: usize,
     pub(super) unit: f64,
     /// How long they hold, s, forwards and backwards, and a bound of the absolute s until then, m.
     pub length: f64,
@@ -262,84 +258,5 @@ impl Piece {
             sums.drag_loss += 2.0 * ball.gamma * ball.mass * gauss_legendre(&squared_velocity, 0.0, tau, 2);
         }
         sums
-    }
-}
-
-/// G of two neighbours in flight: so many terms as a function of the time since a common start over `unit`, s.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Approach {
-    terms: usize,
-    unit: f64,
-    /// How long it holds, s, forwards and backwards.
-    pub length: f64,
-    /// `D_c`, m.
-    touch: f64,
-    g: Terms,
-    /// When the centre of one of them crosses the string of the other one, if that is while it holds, s.
-    pub crossing: Option<f64>,
-}
-
-impl Approach {
-    /// With the lengths of their pendulums (m), their paths, their overlap (m) at the start and its law.
-    pub fn new([l, r]: [f64; 2], [left, right]: [&Path; 2], overlap: f64, law: &ContactLaw) -> Self {
-        let (ratio, touch) = (left.unit / right.unit, law.pivots - law.clearance);
-        let terms = left.terms.min(right.terms);
-        let (mut width, mut height, mut factor) = ([0.0; TERMS], [0.0; TERMS], 1.0);
-        for k in 0..terms {
-            width[k] = factor * r * right.sin[k] - l * left.sin[k];
-            height[k] = l * left.cos[k] - factor * r * right.cos[k];
-            factor *= ratio;
-        }
-        width[0] += law.pivots;
-        height[0] += r - l;
-        let back = |c: &Terms| -> Terms { std::array::from_fn(|k| c[TERMS - 1 - k]) };
-        let (width_back, height_back, factor) = (back(&width), back(&height), -0.5 / touch);
-        let mut g = [0.0; TERMS];
-        for (k, c) in g[..terms].iter_mut().enumerate() {
-            let back = TERMS - 1 - k..;
-            *c = (dot(&width[..=k], &width_back[back.clone()]) + dot(&height[..=k], &height_back[back])) * factor;
-        }
-        g[0] = overlap * (1.0 - 0.5 * overlap / touch);
-        let length = left.length.min(right.length);
-        let sides = Sides {
-            lengths: [l, r],
-            paths: [left, right],
-            distances: [&width[..terms], &height[..terms]],
-            g: &g[..terms],
-            pivots: law.pivots,
-            touch,
-            until: length / left.unit,
-        };
-        let crossing = [sides.crossing(0), sides.crossing(1)].into_iter().flatten().reduce(f64::min);
-        Self { terms, unit: left.unit, length, touch, g, crossing: crossing.map(|time| time * left.unit) }
-    }
-
-    pub fn is_sound(&self) -> bool {
-        let scales = [self.unit, self.length, self.touch];
-        (FEW..=TERMS).contains(&self.terms)
-            && scales.iter().all(|scale| *scale > 0.0)
-            && scales.iter().chain(&self.g).chain(&self.crossing).all(|value| value.is_finite())
-    }
-
-    /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s), while the series holds.
-    pub fn at(&self, tau: f64) -> [f64; 3] {
-        let [g, slope, bend] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
-        overlap_of_approach([g, slope / self.unit, bend / (self.unit * self.unit)], self.touch)
-    }
-
-    /// When the overlap rises through 0 by more than `noise` (m), s after the start, while the series holds; a rate
-    /// (m/s) and an acceleration (m/s2) of this size are none.
-    pub fn onset(&self, noise: f64, [rate, acceleration]: [f64; 2]) -> Option<DoubleDouble> {
-        let (mut g, unit, until) = (self.g, self.unit, self.length / self.unit);
-        let g = &mut g[..self.terms];
-        g[1] -= rate * unit;
-        g[2] -= 0.5 * acceleration * unit * unit;
-        let onset = first_positive(g, 1.0, 0.0, until)? * unit;
-        if value(g, until) <= noise && first_positive(g, 1.0, noise, until).is_none() {
-            return None;
-        }
-        let [overlap, rate, _] = self.at(onset);
-        let later = if rate > 0.0 && overlap.abs() <= 1e-6 * onset * rate { -overlap / rate } else { 0.0 };
-        Some(DoubleDouble::from(onset) + later)
     }
 }

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::approach::Approach;
 use super::ball::Ball;
 use super::free_motion::{Flight, degree, time_of_change};
-use super::path::{Approach, LONGEST, Path};
+use super::path::{LONGEST, Path};
 use crate::engine::Next;
 use crate::model::ContactLaw;
 use crate::solver::root::{safe_step, search_within};
