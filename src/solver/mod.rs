@@ -53,7 +53,9 @@ macro_rules! operators {
 /// The root of `a^2 + b^2`, the sum of these `squares`, also where that leaves the range of doubles.
 #[inline]
 pub fn hypotenuse(squares: f64, a: f64, b: f64) -> f64 {
-    if squares.is_normal() { squares.sqrt() } else { libm::hypot(a, b) }
+    // By comparisons, which are cheaper than a look at the bits.
+    let in_range = (f64::MIN_POSITIVE..=f64::MAX).contains(&squares);
+    if in_range { squares.sqrt() } else { libm::hypot(a, b) }
 }
 
 /// Whether all of these are finite. 0 times what is not finite is NaN: so without branches.

@@ -168,7 +168,7 @@ impl Engine {
     }
 
     /// Records the impulse at the start of the step before an event at `t`, if later, changes the ledger of `i`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() && self.contacts[i].ledger.impulse_at_start(self.step.number).is_none() {
             self.record_impulse_at_start(i, t);
