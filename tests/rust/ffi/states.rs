@@ -118,6 +118,24 @@ fn a_restored_run_goes_on_with_the_same_bits() {
 }
 
 #[test]
+fn a_parameter_that_is_set_and_set_back_changes_nothing() {
+    for (name, settings) in SETUPS {
+        let [left_alone, set_back] = [false, true].map(|is_set| {
+            let host = instantiated(settings);
+            host.start();
+            assert_eq!(host.step(0.0, 0.35), fmi2OK);
+            let drag = host.get("pendulum.drag");
+            for value in [drag + 0.4, drag].into_iter().filter(|_| is_set) {
+                assert_eq!(host.set("pendulum.drag", value), fmi2OK);
+            }
+            assert_eq!(host.step(0.35, 0.35), fmi2OK);
+            (host.everything(), host.to_bytes())
+        });
+        assert!(set_back == left_alone, "{name}");
+    }
+}
+
+#[test]
 fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
     let host = Host::default();
     assert_eq!(host.set("ball.mass", 2.0), fmi2OK);
