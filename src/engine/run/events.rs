@@ -228,6 +228,12 @@ impl Engine {
             Phase::Open(separation, forecast) => (separation.forecast(t, &mut allowed), forecast),
             Phase::Unassigned(_) | Phase::BesideImpact(_) | Phase::Window(_) | Phase::Impact(_) => return,
         };
+        // The rounding of long times does not lead into the past.
+        let found = match found {
+            Next::At(time) if time < t => Next::At(t),
+            Next::NotBefore(time) if time < t => Next::NotBefore(t),
+            found => found,
+        };
         *forecast = found;
         self.effort = self.effort.saturating_add(u64::from(EVALUATIONS - allowed));
         match found {

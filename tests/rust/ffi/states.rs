@@ -117,6 +117,24 @@ fn a_restored_run_goes_on_with_the_same_bits() {
     }
 }
 
+/// Balls blown apart, which come together after 1e14 s: a double resolves a hundredth of a second there.
+#[test]
+fn a_look_ahead_into_the_far_future_can_be_saved() {
+    let (host, mut time) = (Host::with_balls(2), 0.0);
+    host.give("gravity=0 x_start=0 contact.gap=-1e12");
+    host.start();
+    for (step, is_pushed) in [(1e-9, true), (2e-9, false)].repeat(5) {
+        if is_pushed {
+            assert_eq!(host.set_derivative("F_ext[1]", 1, 1e12), fmi2OK);
+        }
+        assert_eq!(host.step(time, step), fmi2OK);
+        time += step;
+        assert!(host.get("t_next") > time);
+        let bytes = host.to_bytes();
+        assert_eq!(host.set_bytes(&bytes), fmi2OK, "{time}: {:?}", host.log());
+    }
+}
+
 #[test]
 fn a_parameter_that_is_set_and_set_back_changes_nothing() {
     for (name, settings) in SETUPS {
