@@ -223,17 +223,17 @@ impl Engine {
     /// Forecasts from `t` on the next onset of contact `i`, whose balls are in flight, or the end of its constraint.
     pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let mut allowed = EVALUATIONS;
-        let (found, forecast) = match &mut self.contacts[i].phase {
+        let (mut found, forecast) = match &mut self.contacts[i].phase {
             Phase::Constraint(constraint, forecast) => (constraint.forecast(t, &mut allowed), forecast),
             Phase::Open(separation, forecast) => (separation.forecast(t, &mut allowed), forecast),
             Phase::Unassigned(_) | Phase::BesideImpact(_) | Phase::Window(_) | Phase::Impact(_) => return,
         };
         // The rounding of long times does not lead into the past.
-        let found = match found {
-            Next::At(time) if time < t => Next::At(t),
-            Next::NotBefore(time) if time < t => Next::NotBefore(t),
-            found => found,
-        };
+        if let Next::At(time) | Next::NotBefore(time) = &mut found
+            && *time < t
+        {
+            *time = t;
+        }
         *forecast = found;
         self.effort = self.effort.saturating_add(u64::from(EVALUATIONS - allowed));
         match found {
