@@ -1,5 +1,5 @@
-//! Two neighbours in flight on arcs: the series of G, of which the overlap is `2 G / (1 + q)`, `q = sqrt(1 - 2 G / D_c)`,
-//! and whether they keep their sides. See "Arcs" in docs/theory.md.
+//! Two neighbours in flight on arcs: the series of G, of which the overlap is `2 G / (1 + q)` with
+//! `q = sqrt(1 - 2 G / D_c)`, and whether they keep their sides. See "Arcs" in docs/theory.md.
 
 use serde::{Deserialize, Serialize};
 
