@@ -162,8 +162,8 @@ impl Simulation {
         last_step.along_inputs(&self.parameters, &stretches, inputs)
     }
 
-    /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which has this history;
-    /// `None` if it cannot be followed. That of the next onset is NaN unless it is wanted
+    /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which has this
+    /// history; `None` if it cannot be followed. That of the next onset is NaN unless it is wanted
     /// ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_run(
         &self,
@@ -222,8 +222,8 @@ impl Simulation {
         SimulationSnapshot { tunables: self.parameters.tunables(), run }
     }
 
-    /// The run of `snapshot`, with its tunable parameters, which are `allowed`; the others are those of `parameters`. See
-    /// [`Engine::restore`].
+    /// The run of `snapshot`, with its tunable parameters, if they are `allowed`; the others are those of `parameters`.
+    /// See [`Engine::restore`].
     pub fn restore(
         mut parameters: Parameters,
         start: f64,

@@ -9,8 +9,8 @@ use super::step::Handled;
 use crate::engine::state_count;
 use crate::variables::{Extra, Number, Refusal, ensure};
 
-/// Values for the host, and a refusal if one of them is not finite or a ball has no place. The host gets the values even
-/// so: one that ignores the status should see NaN there, and not values of an earlier state.
+/// Values for the host, and a refusal if one of them is not finite or a ball has no place. The host gets the values
+/// even so: one that ignores the status should see NaN there, and not values of an earlier state.
 type Found = (Vec<f64>, Result<(), Refusal>);
 
 impl Instance {

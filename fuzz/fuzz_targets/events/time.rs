@@ -12,7 +12,8 @@ use crate::values::{Current, LONGEST_STEP, Step, clock_tolerance};
 const FEW_ONSETS: f64 = 3.0;
 
 impl Driver<'_> {
-    /// Event Mode has been entered: in co-simulation an event within the tolerance of the host's clock has been handled.
+    /// Event Mode has been entered: in co-simulation an event within the tolerance of the host's clock has been
+    /// handled.
     pub fn reach_event(&mut self) {
         let own = &mut self.picture.time;
         if self.picture.exchange {
