@@ -234,16 +234,17 @@ impl Engine {
     /// force is symmetric in time, and largest half way.
     pub(crate) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
         let Some(impact) = self.contacts[i].impact() else { return 0.0 };
-        let (from, to) =
-            ((from - impact.start).value().max(0.0), (to - impact.start).value().min(impact.outcome.duration));
+        let since = |t: DoubleDouble| (t - impact.start).value();
+        let (begin, end) = (since(from).max(0.0), since(to).min(impact.outcome.duration));
         let top = 0.5 * impact.outcome.duration;
-        if from > to {
+        if begin > end {
             return 0.0;
         }
-        if from <= top && top <= to {
+        // One that is too short for the clock ends when it begins.
+        if begin <= top && (top <= end || to >= impact.end()) {
             return impact.outcome.peak;
         }
-        let nearest = impact.start + if to < top { to } else { from };
+        let nearest = impact.start + if end < top { end } else { begin };
         self.interior(i, nearest).map_or(0.0, |interior| {
             let (overlap, rate) = interior.segment.overlap(i, interior.since(nearest));
             self.cradle.contacts[i].force(overlap, rate)
