@@ -38,6 +38,16 @@ impl<S: Scalar> BallModel<S> {
         S::from(2.0) * self.length * half
     }
 
+    /// What gravity and this acceleration by the inputs (m/s2) give at `s` (m) along the path, less what they would give
+    /// on a line, m/s2.
+    pub(crate) fn bend(&self, s: S, forcing: S) -> S {
+        if !self.on_arc {
+            return S::default();
+        }
+        let (sin, cos) = (s / self.length).sin_cos();
+        forcing * (cos - S::from(1.0)) + self.gravity * (s / self.length - sin)
+    }
+
     /// The state along the path (m, m/s) for this horizontal deflection (m), less than the length, and its rate (m/s).
     pub fn along_path(&self, x: S, v: S) -> (S, S) {
         if !self.on_arc {
@@ -251,6 +261,12 @@ impl Pair<'_> {
         beyond(0, -1.0) || beyond(1, 1.0)
     }
 
+    /// How much farther along its path the left one is, m, at these places and with this overlap, which on a line tells
+    /// more digits.
+    pub fn apart(&self, [left, right]: [f64; 2], overlap: f64) -> f64 {
+        if self.balls[0].on_arc { left - right } else { overlap + self.law.clearance }
+    }
+
     /// Change of the overlap (m) by these `moves` (m) from `places`, with their relative accuracy.
     #[inline]
     pub fn change_of_overlap(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
@@ -264,8 +280,31 @@ impl Pair<'_> {
             let (chord, (sin, cos)) = (2.0 * length * libm::sin(half), libm::sincos(places[k] / length + half));
             (chord * cos, chord * sin)
         });
+        self.change_of_distance(places, [right.0 - left.0, right.1 - left.1])
+    }
+
+    /// The same where the moves have the difference `relative` (m): of equal pendulums with its relative accuracy.
+    pub fn change_by_relative(&self, places: [f64; 2], moves: [f64; 2], relative: f64) -> f64 {
+        let (ball, apart) = (self.balls[0], places[1] - places[0]);
+        if !ball.on_arc {
+            return relative;
+        }
+        if ball.length != self.balls[1].length {
+            return self.change_on_arcs(places, moves);
+        }
+        // The chord from one place to the other becomes longer and turns.
+        let half_turn = 0.25 * (moves[0] + moves[1]) / ball.length;
+        let before = 0.5 * (places[0] + places[1]) / ball.length;
+        let longer = -2.0 * libm::cos(0.5 * (apart - 0.5 * relative) / ball.length) * ball.chord(0.5 * relative);
+        let across = 2.0 * ball.chord(apart) * libm::sin(half_turn);
+        let ((sin, cos), (sin_end, cos_end)) =
+            (libm::sincos(before + half_turn), libm::sincos(before + 2.0 * half_turn));
+        self.change_of_distance(places, [longer * cos_end - across * sin, longer * sin_end + across * cos])
+    }
+
+    /// Change of the overlap where the distances grow by these, horizontal and vertical.
+    fn change_of_distance(&self, places: [f64; 2], [wider, higher]: [f64; 2]) -> f64 {
         let [width, height] = self.distances(places);
-        let (wider, higher) = (right.0 - left.0, right.1 - left.1);
         let distance = (width * width + height * height).sqrt();
         let excess = wider * (2.0 * width + wider) + higher * (2.0 * height + higher);
         -excess / ((distance * distance + excess).sqrt() + distance)

@@ -1,26 +1,20 @@
 //! The motion of a window by implicit collocation, for contacts that stay closed while the motion is slow. See
 //! "Collocation" in docs/theory.md for the equations with the response `W` of a pendulum.
 
+use std::ops::Range;
+
 use super::step_control::{Problem, StepHistory};
 use super::taylor::{Series, integrate};
 use super::window::Window;
-use crate::engine::flight::{Flight, forcing_at};
+use crate::engine::flight::{BallStages, Flight, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
 use crate::model::Mode;
-use crate::solver::Oscillator;
-use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, inverse, solve};
+use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
 
 /// Least length of the first step of implicit collocation, over that by Taylor series and over that by explicit Gauss
 /// collocation; and the part of it at which later steps still pay.
 pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
 const WORTH: f64 = 0.5;
-
-/// The next step over the one that the error allows, the largest growth of a step, and its factors after too large an
-/// error and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8).
-const SAFETY: f64 = 0.9;
-const GROWTH: f64 = 4.0;
-const SHRINKAGE: [f64; 2] = [0.1, 0.7];
-const FAILED: f64 = 0.25;
 
 /// Smallest error allowed, in roundings, which differences of the ninth order magnify.
 const NOISE: f64 = 100.0;
@@ -48,29 +42,14 @@ struct Step<'a> {
     derivative: Matrix,
     /// Times of the stages, s.
     times: Stages,
-    /// For each ball: its acceleration at the stages without contact forces and displacement.
-    pulls: Vec<Stages>,
-    responses: Vec<Response>,
-    /// For each contact: change of the overlap since the start, at the stages.
+    balls: Vec<BallStages>,
+    /// For each contact: the parts of its direction along the paths of its balls, and the change of its overlap since
+    /// the start, at the stages.
+    along: Vec<[Stages; 2]>,
     changes: Vec<Stages>,
     /// Forces there, with one of 0 at either end.
     forces: Vec<Stages>,
     evaluations: u64,
-}
-
-/// Response of a pendulum to an acceleration given at the stages.
-#[derive(Clone)]
-struct Response {
-    velocity: Matrix,
-    displacement: Matrix,
-}
-
-impl Response {
-    fn new(o: &Oscillator, integral: &Matrix) -> Self {
-        let twice = integral * integral;
-        let pendulum = inverse(&(Matrix::identity() + 2.0 * o.gamma() * integral + o.omega2() * twice));
-        Self { velocity: integral * pendulum, displacement: twice * pendulum }
-    }
 }
 
 /// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it pays by a
@@ -94,13 +73,11 @@ pub(super) fn follow(
         let solved = step.solve().is_some();
         *evaluations = evaluations.saturating_add(step.evaluations);
         let error = if solved { step.describe(series, length, problem) } else { f64::INFINITY };
-        // The order of the error is the number of stages; a failed step says nothing about it.
-        let change = SAFETY * libm::pow(error, -1.0 / STAGES as f64);
         if error <= 1.0 {
-            history.implicit_length = (length * change.min(GROWTH)).min(problem.control.longest);
+            history.implicit_length = (length * next_length(error)).min(problem.control.longest);
             return true;
         }
-        length *= if change.is_finite() { change.clamp(SHRINKAGE[0], SHRINKAGE[1]) } else { FAILED };
+        length *= next_length(error);
     }
     history.patience = history.quiet.saturating_mul(2);
     false
@@ -108,46 +85,82 @@ pub(super) fn follow(
 
 impl<'a> Step<'a> {
     fn new(window: &'a Window<'a>, length: f64) -> Self {
-        let integral = RADAU.integral * length;
         let times = RADAU.nodes * length;
-        let mut responses: Vec<Response> = Vec::with_capacity(window.balls.len());
-        let mut pulls = Vec::with_capacity(window.balls.len());
+        let mut balls: Vec<BallStages> = Vec::with_capacity(window.balls.len());
         for (i, (flight, ball)) in window.flights.iter().zip(window.balls).enumerate() {
             let o = &ball.oscillator;
             let same = i > 0 && window.balls[i - 1].oscillator == *o;
-            responses.push(if same { responses[i - 1].clone() } else { Response::new(o, &integral) });
-            pulls.push(times.map(|t| pull(o, flight, t)));
+            let response = if same { balls[i - 1].response.clone() } else { Response::new(o, length) };
+            balls.push(BallStages::new(response, o, flight, &times));
         }
         let [changes, forces] = [0, 2].map(|more| vec![Stages::zeros(); window.contacts.len() + more]);
+        let along = (0..window.contacts.len()).map(|j| window.parts_along(j).map(Stages::repeat)).collect();
         let derivative = RADAU.derivative * (1.0 / length);
-        Self { window, derivative, times, pulls, responses, changes, forces, evaluations: 0 }
+        Self { window, derivative, times, balls, along, changes, forces, evaluations: 0 }
     }
 
-    /// Acceleration of ball `i` by the contacts, m/s2.
+    /// Acceleration of ball `i` along its path by the contacts, m/s2.
     fn pressed(&self, i: usize) -> Stages {
-        (self.forces[i] - self.forces[i + 1]) / self.window.models[i].mass
-    }
-
-    /// The response of the overlap of contact `j`, or of its rate, to all accelerations of its balls.
-    fn relative(&self, j: usize, response: fn(&Response) -> &Matrix, by_contacts: [Stages; 2]) -> Stages {
-        let window = self.window;
-        let (left, right) = (&window.balls[j], &window.balls[j + 1]);
-        if left.oscillator == right.oscillator {
-            // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
-            let (l, r) = (&window.flights[j], &window.flights[j + 1]);
-            let forcing = std::array::from_fn(|k| l.forcing[k] - r.forcing[k]);
-            let x = window.contacts[j].overlap + window.laws[j].clearance;
-            let apart = Flight { x, v: window.overlap_rate(j), forcing };
-            let pulls = self.times.map(|t| pull(&left.oscillator, &apart, t));
-            response(&self.responses[j]) * (pulls + (by_contacts[0] - by_contacts[1]))
-        } else {
-            let [left, right] =
-                [0, 1].map(|side| response(&self.responses[j + side]) * (self.pulls[j + side] + by_contacts[side]));
-            left - right
+        let [mut sum, outer] = [0, 1].map(|more| self.forces[i + more]);
+        if let Some(left) = i.checked_sub(1) {
+            sum.component_mul_assign(&self.along[left][1]);
         }
+        sum -= self.along.get(i).map_or(outer, |along| along[0].component_mul(&outer));
+        sum / self.window.models[i].mass
     }
 
-    /// Solves for all pressing contacts.
+    /// Moves the `balls` by the forces of their contacts, with the directions of those between them.
+    fn move_balls(&mut self, balls: Range<usize>) -> Option<()> {
+        let window = self.window;
+        if !window.models[0].on_arc {
+            return Some(()); // Nobody asks where they are.
+        }
+        for _ in 0..PLACE_ITERATIONS {
+            let mut done = true;
+            for i in balls.clone() {
+                let pressed = self.pressed(i);
+                done &= self.balls[i].move_by(&window.models[i], &window.flights[i], &self.times, &pressed)?;
+            }
+            if done {
+                return Some(());
+            }
+            for j in balls.start..balls.end - 1 {
+                for s in 0..STAGES {
+                    let places = [j, j + 1].map(|i| window.flights[i].x + self.balls[i].moved[s]);
+                    let parts = window.pair(j).parts_along(places);
+                    (self.along[j][0][s], self.along[j][1][s]) = (parts[0], parts[1]);
+                }
+            }
+        }
+        None
+    }
+
+    /// Displacement of the left ball of contact `j` less that of the right one, at the stages.
+    fn relative(&self, j: usize) -> Stages {
+        let window = self.window;
+        let [left, right] = [j, j + 1].map(|i| self.balls[i].bend + self.pressed(i));
+        let ([l, r], o) = ([j, j + 1].map(|i| &window.flights[i]), &window.balls[j].oscillator);
+        let rate = l.v - r.v;
+        let bent = if *o == window.balls[j + 1].oscillator {
+            // Gravity pulls on the difference of the positions.
+            let forcing = std::array::from_fn(|k| l.forcing[k] - r.forcing[k]);
+            let apart = Flight { x: window.pair(j).apart([l.x, r.x], window.contacts[j].overlap), v: rate, forcing };
+            self.balls[j].response.displacement * (self.times.map(|t| pull(o, &apart, t)) + (left - right))
+        } else {
+            let bent = |i: usize, by: Stages| self.balls[i].response.displacement * (self.balls[i].pull + by);
+            bent(j, left) - bent(j + 1, right)
+        };
+        rate * self.times + bent
+    }
+
+    /// The change of the overlap of contact `j` by the displacements of its balls.
+    fn closer(&self, j: usize) -> Stages {
+        let (places, relative) = ([j, j + 1].map(|i| self.window.flights[i].x), self.relative(j));
+        let moves = |s: usize| [j, j + 1].map(|i| self.balls[i].moved[s]);
+        Stages::from_fn(|s, _| self.window.pair(j).change_by_relative(places, moves(s), relative[s]))
+    }
+
+    /// Solves for all balls and pressing contacts.
     fn solve(&mut self) -> Option<()> {
         let mut first = 0;
         for end in (0..=self.window.contacts.len()).filter(|&j| !self.window.presses(j)) {
@@ -157,26 +170,35 @@ impl<'a> Step<'a> {
         Some(())
     }
 
-    /// Solves for the neighbouring pressing contacts `first..end`.
+    /// Solves for the neighbouring pressing contacts `first..end` and their balls.
     fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
         let mut rows = Vec::with_capacity(end - first);
+        let on_arcs = self.window.models[0].on_arc;
+        let along_path = |matrix: &Matrix, along: &Stages| match on_arcs {
+            true => Matrix::from_fn(|r, c| along[r] * matrix[(r, c)]),
+            false => *matrix,
+        };
         for _ in 0..ITERATIONS {
             // Derivatives of the displacements of the two balls of each contact with respect to its overlap.
             let mut sensitivities = Vec::with_capacity(end - first);
             for j in first..end {
                 let slopes = self.evaluate(j)?;
-                sensitivities
-                    .push([j, j + 1].map(|i| self.responses[i].displacement * slopes / self.window.models[i].mass));
+                sensitivities.push([0, 1].map(|side| {
+                    let by_force = along_path(&slopes, &self.along[j][side]);
+                    self.balls[j + side].response.displacement * by_force / self.window.models[j + side].mass
+                }));
             }
+            self.move_balls(first..end + 1)?;
             rows.clear();
-            for (j, [left, right]) in (first..end).zip(&sensitivities) {
-                let wanted = self.relative(j, |r| &r.displacement, [self.pressed(j), self.pressed(j + 1)]);
-                let missing = self.window.overlap_rate(j) * self.times + wanted - self.changes[j];
-                let beside =
-                    |contact: usize, side: usize| sensitivities.get(contact).map_or_else(Matrix::zeros, |y| -y[side]);
-                let lower = beside((j - first).wrapping_sub(1), 1);
-                let (diagonal, upper) = (Matrix::identity() + left + right, beside(j - first + 1, 0));
-                rows.push(Row { lower, diagonal, upper, known: missing });
+            for j in first..end {
+                let along = &self.along[j];
+                let part = |contact: usize, side: usize, of: usize| {
+                    let moved = sensitivities.get(contact.wrapping_sub(first)).map(|moved| &moved[side]);
+                    moved.map_or_else(Matrix::zeros, |moved| along_path(moved, &along[of]))
+                };
+                let diagonal = Matrix::identity() + part(j, 0, 0) + part(j, 1, 1);
+                let [lower, upper] = [-part(j.wrapping_sub(1), 1, 0), -part(j + 1, 0, 1)];
+                rows.push(Row { lower, diagonal, upper, known: self.closer(j) - self.changes[j] });
             }
             let mut done = true;
             for (j, correction) in (first..end).zip(solve(&mut rows)?) {
@@ -192,7 +214,7 @@ impl<'a> Step<'a> {
                 for j in first..end {
                     self.evaluate(j)?;
                 }
-                return Some(());
+                return self.move_balls(first..end + 1);
             }
         }
         None
@@ -215,28 +237,32 @@ impl<'a> Step<'a> {
 
     /// Appends to `velocities` those of the balls up to `last`, which pressing contacts join, at the stages.
     ///
-    /// From the motion of the whole group, which contact forces do not change, and the overlaps; computed for each
+    /// From the motion of the whole group, which contact forces hardly change, and the overlaps; computed for each
     /// ball, it would contain the rounding of these forces.
     fn velocities_of_group(&self, last: usize, velocities: &mut Vec<Stages>) {
         let (window, first) = (self.window, velocities.len());
         let balls = &window.balls[first..=last];
-        let total: f64 = balls.iter().map(|ball| ball.model.mass).sum();
-        let mut whole = Stages::zeros();
         let alike = balls.iter().all(|ball| ball.oscillator == balls[0].oscillator);
+        // The momentum; and each velocity as `share` times that of the first ball less what the overlaps say.
+        let (mut momentum, mut mass, mut less) = (Stages::zeros(), Stages::zeros(), Stages::zeros());
+        let mut relative: Vec<[Stages; 2]> = Vec::with_capacity(balls.len());
         for (i, ball) in (first..).zip(balls) {
-            let pulled = if alike { self.pulls[i] } else { self.pulls[i] + self.pressed(i) };
-            let velocities = (self.responses[i].velocity * pulled).add_scalar(window.flights[i].v);
-            whole += ball.model.mass / total * velocities;
+            let of_contacts = match alike {
+                false => self.pressed(i),
+                true if i == first => Stages::zeros(),
+                true => self.forces[i].component_mul(&(self.along[i - 1][1] - self.along[i - 1][0])) / ball.model.mass,
+            };
+            momentum += ball.model.mass * self.balls[i].velocities(&window.flights[i], &of_contacts);
+            let [share, behind] = relative.last().map_or([Stages::repeat(1.0), Stages::zeros()], |[share, behind]| {
+                let ([left, right], rate) = (&self.along[i - 1], self.derivative * self.changes[i - 1]);
+                [left.component_mul(share), left.component_mul(behind) + rate].map(|part| part.component_div(right))
+            });
+            mass += ball.model.mass * share;
+            less += ball.model.mass * behind;
+            relative.push([share, behind]);
         }
-        let mut beyond = total;
-        for (j, ball) in (first..last).zip(balls) {
-            beyond -= ball.model.mass;
-            whole += beyond / total * (self.derivative * self.changes[j]);
-        }
-        velocities.push(whole);
-        for j in first..last {
-            velocities.push(velocities[j] - self.derivative * self.changes[j]);
-        }
+        let of_first = (momentum + less).component_div(&mass);
+        velocities.extend(relative.iter().map(|[share, behind]| share.component_mul(&of_first) - behind));
     }
 
     /// Enters the solution in `series`; returns its error over the allowed one.
@@ -281,17 +307,23 @@ impl<'a> Step<'a> {
                 let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
                 series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j + 1]));
             } else {
-                let rate = window.overlap_rate(j);
-                let accelerations = [self.pressed(j), self.pressed(j + 1)];
-                let rates = self.relative(j, |r| &r.velocity, accelerations).add_scalar(rate);
-                let polynomial = RADAU.polynomial_from(rate, &rates);
+                let overlaps = self.closer(j).add_scalar(contact.overlap);
+                let rate = |s: usize| {
+                    let [left, right] =
+                        [j, j + 1].map(|i| (window.flights[i].x + self.balls[i].moved[s], velocities[i][s]));
+                    window.pair(j).overlap_rate([left, right])
+                };
+                let rates = Stages::from_fn(|s, _| rate(s));
+                let of_row = |overlap: f64, rate: f64| series.rate_of_row(j, overlap, rate);
+                let polynomial = RADAU.polynomial_from(
+                    of_row(contact.overlap, window.overlap_rate(j)),
+                    &overlaps.zip_map(&rates, of_row),
+                );
                 integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
                 if contact.mode == Mode::Clipped {
-                    let changes = self.relative(j, |r| &r.displacement, accelerations);
                     let (mut forces, mut unknown) = (Stages::zeros(), 0.0_f64);
                     for s in 0..STAGES {
-                        let overlap = contact.overlap + rate * self.times[s] + changes[s];
-                        let Some((force, _, by_rate)) = window.laws[j].continued(overlap, rates[s]) else {
+                        let Some((force, _, by_rate)) = window.laws[j].continued(overlaps[s], rates[s]) else {
                             return f64::INFINITY;
                         };
                         (forces[s], unknown) = (force, unknown.max(NOISE * by_rate.abs() * rounding));
@@ -306,18 +338,4 @@ impl<'a> Step<'a> {
         }
         worst
     }
-}
-
-/// Acceleration at the time `t` (s) without contact forces and displacement by them, m/s2.
-fn pull(o: &Oscillator, flight: &Flight, t: f64) -> f64 {
-    forcing_at(&flight.forcing, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
-}
-
-/// Size of the last two terms of a polynomial on [0, 1] in Legendre's polynomials, from its coefficients.
-fn highest_terms(c: &[f64]) -> f64 {
-    let n = c.len() - 1;
-    let leading = |k: usize| (1..=k).fold(1.0, |product, i| product * (k + i) as f64 / i as f64);
-    let last = c[n] / leading(n);
-    let before = (c[n - 1] + 0.5 * n as f64 * c[n]) / leading(n - 1);
-    last.abs().max(before.abs())
 }

@@ -316,7 +316,6 @@ impl Cluster {
         let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
         let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
         if windows != Some(None)
-            && !on_arcs
             && control.allows(Method::Radau)
             && collocation::follow(series, history, problem, gain, evaluations)
         {

@@ -14,7 +14,8 @@ use crate::solver::series::{bound, value, value_and_derivatives};
 pub(crate) struct Approach {
     terms: usize,
     unit: f64,
-    /// How long it holds, s, forwards and backwards.
+    /// How long it holds, s, backwards and forwards.
+    pub before: f64,
     pub length: f64,
     /// `D_c`, m.
     touch: f64,
@@ -26,13 +27,15 @@ pub(crate) struct Approach {
 impl Approach {
     /// With the lengths of their pendulums (m), their paths, their overlap (m) at the start and its law.
     pub fn new([l, r]: [f64; 2], [left, right]: [&Path; 2], overlap: f64, law: &ContactLaw) -> Self {
-        let (ratio, touch) = (left.unit / right.unit, law.pivots - law.clearance);
+        // In the shorter unit, so that no power of their ratio is beyond the range of doubles.
+        let (unit, touch) = (left.unit.min(right.unit), law.pivots - law.clearance);
         let terms = left.terms.min(right.terms);
-        let (mut width, mut height, mut factor) = ([0.0; TERMS], [0.0; TERMS], 1.0);
+        let (mut width, mut height, mut factors) = ([0.0; TERMS], [0.0; TERMS], [1.0; 2]);
         for k in 0..terms {
-            width[k] = factor * r * right.sin[k] - l * left.sin[k];
-            height[k] = l * left.cos[k] - factor * r * right.cos[k];
-            factor *= ratio;
+            let [l, r] = [l * factors[0], r * factors[1]];
+            width[k] = r * right.sin[k] - l * left.sin[k];
+            height[k] = l * left.cos[k] - r * right.cos[k];
+            factors = [factors[0] * (unit / left.unit), factors[1] * (unit / right.unit)];
         }
         width[0] += law.pivots;
         height[0] += r - l;
@@ -44,22 +47,23 @@ impl Approach {
             *c = (dot(&width[..=k], &width_back[back.clone()]) + dot(&height[..=k], &height_back[back])) * factor;
         }
         g[0] = overlap * (1.0 - 0.5 * overlap / touch);
-        let length = left.length.min(right.length);
+        let (before, length) = (left.before.min(right.before), left.length.min(right.length));
         let sides = Sides {
+            unit,
             lengths: [l, r],
             paths: [left, right],
             distances: [&width[..terms], &height[..terms]],
             g: &g[..terms],
             pivots: law.pivots,
             touch,
-            until: length / left.unit,
+            until: length / unit,
         };
         let crossing = [sides.crossing(0), sides.crossing(1)].into_iter().flatten().reduce(f64::min);
-        Self { terms, unit: left.unit, length, touch, g, crossing: crossing.map(|time| time * left.unit) }
+        Self { terms, unit, before, length, touch, g, crossing: crossing.map(|time| time * unit) }
     }
 
     pub fn is_sound(&self) -> bool {
-        let scales = [self.unit, self.length, self.touch];
+        let scales = [self.unit, self.before, self.length, self.touch];
         (FEW..=TERMS).contains(&self.terms)
             && scales.iter().all(|scale| *scale > 0.0)
             && scales.iter().chain(&self.g).chain(&self.crossing).all(|value| value.is_finite())
@@ -88,8 +92,10 @@ impl Approach {
     }
 }
 
-/// Two neighbours in flight, which may go over each other: see "Arcs" in docs/theory.md. Times are over the left unit.
+/// Two neighbours in flight, which may go over each other: see "Arcs" in docs/theory.md. Times are over the `unit`.
 struct Sides<'a> {
+    /// In s.
+    unit: f64,
     /// Of the pendulums, m.
     lengths: [f64; 2],
     paths: [&'a Path; 2],
@@ -129,7 +135,7 @@ impl Sides<'_> {
             return None;
         }
         // Backwards, as `dot` needs them.
-        let pace = paths[0].unit / paths[k].unit;
+        let pace = self.unit / paths[k].unit;
         let ([mut sin, mut cos], mut factor) = ([[0.0; TERMS]; 2], 1.0);
         for i in 0..g.len() {
             (sin[TERMS - 1 - i], cos[TERMS - 1 - i]) = (factor * paths[k].sin[i], factor * paths[k].cos[i]);

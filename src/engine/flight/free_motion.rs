@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Scalar, Steady, all_finite, hypotenuse};
 
+/// Longest step on an arc, s, of a ball that does not move.
+pub(super) const LONGEST: f64 = 1e6;
+
 /// Acceleration by the inputs, as derivatives at the anchor: `forcing[j]` in m/s^(2+j).
 pub(crate) type Forcing<S = f64> = [S; MAX_FORCE_ORDER + 1];
 

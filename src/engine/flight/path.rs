@@ -2,8 +2,10 @@
 //!
 //! A [`Path`] holds as long as its last terms are below rounding; a ball that flies on takes the next one ([`Piece`]).
 
-use super::free_motion::{Flight, Forcing, RunningIntegrals, degree, forcing_at, integral_of, shifted};
+use super::free_motion::{Flight, Forcing, LONGEST, RunningIntegrals, degree, forcing_at, integral_of, shifted};
+use super::implicit;
 use crate::model::BallModel;
+use crate::solver::radau::STAGES;
 use crate::solver::series::{INVERSES, LANES, bound, of_derivatives, product_term, value_and_derivatives};
 use crate::solver::{DoubleDouble, MAX_FORCE_ORDER, crossing::first_positive, quadrature::gauss_legendre};
 
@@ -15,9 +17,6 @@ pub(super) type Terms = [f64; TERMS];
 
 /// Size of the last terms over the largest.
 const NEGLIGIBLE: f64 = 1e-18;
-
-/// Longest step, s, of a ball that does not move.
-pub(super) const LONGEST: f64 = 1e6;
 
 /// Why a ball cannot go on along its arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,12 +33,16 @@ pub enum Fault {
     Sides,
 }
 
+/// The length of a step, s, and the velocity (m/s) as a polynomial of the time over that.
+type Velocity = (f64, [f64; STAGES + 1]);
+
 /// Coefficients of s (m) and of the sine and cosine of the angle, as functions of the time over `unit`.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     pub(super) terms: usize,
     pub(super) unit: f64,
-    /// How long they hold, s, forwards and backwards, and a bound of the absolute s until then, m.
+    /// How long they hold, s, backwards and forwards, and a bound of the absolute s until then, m.
+    pub before: f64,
     pub length: f64,
     pub(super) reach: f64,
     /// Rate at the start, m/s.
@@ -58,26 +61,15 @@ impl Path {
         let pace = omega2.sqrt() + 2.0 * gamma + flight.v.abs() / length + (largest / length).sqrt();
         let unit = if pace > 0.0 { 1.0 / pace } else { 1.0 };
         let forcing = scaled(&flight.forcing, unit);
-        // Products of series need one of the two backwards.
-        let [mut s, mut sin, mut cos, mut angle, mut sin_back, mut cos_back] = [[0.0; TERMS]; 6];
-        (sin[0], cos[0]) = libm::sincos(flight.x / length);
-        (s[0], s[1]) = (flight.x, flight.v * unit);
         let (varies, damping) = (degree(&flight.forcing), 2.0 * gamma / unit);
-        for k in 0..terms {
-            if k > 0 {
-                angle[k] = k as f64 * s[k] / length;
-                sin[k] = dot(&angle[1..=k], &cos_back[TERMS - k..]) * INVERSES[k];
-                cos[k] = -dot(&angle[1..=k], &sin_back[TERMS - k..]) * INVERSES[k];
-            }
-            (sin_back[TERMS - 1 - k], cos_back[TERMS - 1 - k]) = (sin[k], cos[k]);
-            if k + 2 < terms {
-                let next = (k + 1) as f64;
-                let pushed: f64 = (0..=varies.min(k)).map(|i| forcing[i] * cos[k - i]).sum();
-                let a = pushed - gravity * sin[k] - damping * next * s[k + 1];
-                s[k + 2] = a * unit * unit / (next * (next + 1.0));
-            }
-        }
-        let size = |k: usize| s[k].abs().max(length * sin[k].abs()).max(length * cos[k].abs());
+        let mut path = Self::begin(terms, unit, flight);
+        path.expand(ball, |k, s, sin, cos| {
+            let next = (k + 1) as f64;
+            let pushed: f64 = (0..=varies.min(k)).map(|i| forcing[i] * cos[k - i]).sum();
+            let a = pushed - gravity * sin[k] - damping * next * s[k + 1];
+            a * unit * unit / (next * (next + 1.0))
+        });
+        let size = |k: usize| path.s[k].abs().max(length * path.sin[k].abs()).max(length * path.cos[k].abs());
         let scale = (1..MAX_FORCE_ORDER + 3).map(size).fold(0.0, f64::max);
         let last = size(terms - 2).max(size(terms - 1));
         let length = if last > 0.0 {
@@ -86,8 +78,52 @@ impl Path {
         } else {
             LONGEST
         };
-        let length = length.min(LONGEST);
-        Self { terms, unit, length, reach: bound(&s, length / unit), v: flight.v, s, sin, cos }
+        path.hold([length.min(LONGEST); 2]);
+        if long && let Some(step) = implicit::step(ball, flight, path.length) {
+            return Self::implicit(ball, flight, step, path.length);
+        }
+        path
+    }
+
+    /// That by a step of implicit collocation of this length (s), with its velocity over that; backwards it holds as
+    /// long as the series, `before` (s).
+    fn implicit(ball: &BallModel, flight: &Flight, (length, velocity): Velocity, before: f64) -> Self {
+        let mut path = Self::begin(TERMS, length, flight);
+        path.expand(ball, |k, _, _, _| velocity.get(k + 1).map_or(0.0, |c| c * length / (k + 2) as f64));
+        path.hold([before, length]);
+        path
+    }
+
+    /// Only the state at the start.
+    fn begin(terms: usize, unit: f64, flight: &Flight) -> Self {
+        let mut s = [0.0; TERMS];
+        (s[0], s[1]) = (flight.x, flight.v * unit);
+        let [sin, cos] = [[0.0; TERMS]; 2];
+        Self { terms, unit, before: 0.0, length: 0.0, reach: 0.0, v: flight.v, s, sin, cos }
+    }
+
+    /// All terms, with those of s by `next` from the second on: number `k + 2` from all others up to number `k`.
+    #[inline(always)]
+    fn expand(&mut self, ball: &BallModel, next: impl Fn(usize, &Terms, &Terms, &Terms) -> f64) {
+        let Self { terms, s, sin, cos, .. } = self;
+        // Products of series need one of the two backwards.
+        let [mut angle, mut sin_back, mut cos_back] = [[0.0; TERMS]; 3];
+        (sin[0], cos[0]) = libm::sincos(s[0] / ball.length);
+        for k in 0..*terms {
+            if k > 0 {
+                angle[k] = k as f64 * s[k] / ball.length;
+                sin[k] = dot(&angle[1..=k], &cos_back[TERMS - k..]) * INVERSES[k];
+                cos[k] = -dot(&angle[1..=k], &sin_back[TERMS - k..]) * INVERSES[k];
+            }
+            (sin_back[TERMS - 1 - k], cos_back[TERMS - 1 - k]) = (sin[k], cos[k]);
+            if k + 2 < *terms {
+                s[k + 2] = next(k, s, sin, cos);
+            }
+        }
+    }
+
+    fn hold(&mut self, [before, length]: [f64; 2]) {
+        (self.before, self.length, self.reach) = (before, length, bound(&self.s, length / self.unit));
     }
 
     /// Displacement (m) within `tau` (s), and the rate then (m/s).
@@ -216,9 +252,16 @@ impl Piece {
     /// Whether it is the part for the time `t`, or that is no number.
     #[inline]
     pub fn holds_at(&self, t: DoubleDouble) -> bool {
-        let (tau, length) = ((t - self.start).value(), self.path.length);
+        let tau = (t - self.start).value();
+        let length = self.length(tau);
         let beyond = tau.abs() > length && length > 0.0;
         !beyond
+    }
+
+    /// How long it holds in the direction of `tau`, s.
+    #[inline]
+    fn length(&self, tau: f64) -> f64 {
+        if tau < 0.0 { self.path.before } else { self.path.length }
     }
 
     /// Goes on to that part, by at most so many; returns whether it is there.
@@ -227,7 +270,8 @@ impl Piece {
             if self.holds_at(t) {
                 return true;
             }
-            let step = self.path.length.copysign((t - self.start).value());
+            let tau = (t - self.start).value();
+            let step = self.length(tau).copysign(tau);
             self.before = self.integrals(ball, step);
             self.flight = self.flight_at(step);
             self.start += step;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::approach::Approach;
 use super::ball::Ball;
-use super::free_motion::{Flight, degree, time_of_change};
-use super::path::{LONGEST, Path};
+use super::free_motion::{Flight, LONGEST, degree, time_of_change};
+use super::path::Path;
 use crate::engine::Next;
 use crate::model::ContactLaw;
 use crate::solver::root::{safe_step, search_within};
@@ -156,7 +156,8 @@ impl Separation {
 
     /// Where the series of balls on arcs ends on the way to the time `t`, if it does not hold until then.
     pub fn end_before(&self, t: DoubleDouble) -> Option<DoubleDouble> {
-        let (length, tau) = (self.approach.as_ref()?.length, (t - self.anchor).value());
+        let (approach, tau) = (self.approach.as_ref()?, (t - self.anchor).value());
+        let length = if tau < 0.0 { approach.before } else { approach.length };
         let end = self.anchor + length.copysign(tau);
         (tau.abs() > length && end != self.anchor).then_some(end)
     }

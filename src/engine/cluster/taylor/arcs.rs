@@ -50,6 +50,11 @@ impl<S: Scalar> Arcs<S> {
         (overlap, rate)
     }
 
+    /// The reverse of [`Self::overlap`], for the rate.
+    pub(super) fn rate_of_row(&self, j: usize, overlap: S, rate: S) -> S {
+        self.touch.get(j).copied().flatten().map_or(rate, |touch| rate - rate * overlap / touch)
+    }
+
     /// Enters the state at the start.
     pub(super) fn begin(&mut self, window: &Window<'_, S>, stride: usize, displacements: &[S], overlaps: &mut [S]) {
         let n = window.models.len();

@@ -76,6 +76,11 @@ impl<S: Scalar> Series<S> {
         self.arcs.overlap(j, series::value(row, s), series::derivative(row, s) / S::from(self.unit))
     }
 
+    /// The rate of what the row of contact `j` holds, for this overlap (m) and its rate (m/s).
+    pub(crate) fn rate_of_row(&self, j: usize, overlap: S, rate: S) -> S {
+        self.arcs.rate_of_row(j, overlap, rate)
+    }
+
     /// Rows of the given order and unit of time with only the state at the start.
     pub(crate) fn begin(&mut self, window: &Window<'_, S>, order: usize, unit: f64) {
         (self.order, self.stride, self.unit, self.converges_for) = (order, order + 2, unit, unit);
