@@ -217,6 +217,21 @@ fn a_host_sees_the_error_and_the_last_values() {
     assert!(host.get("angle[5]") > 0.4);
 }
 
+/// The last values are those of the events before the error: against the time, strong drag would have no limit.
+#[test]
+fn the_last_values_need_no_way_back() {
+    let mut p = Parameters { drag: 4e6, mass_ratio: vec![7.0, 6.0, 0.04], ..rigid(3, 3, 0.03, 0.3) };
+    p.dead_band = 1e-11;
+    let mut run = Engine::new(&p, &Inputs::zero(3), 0.0).unwrap();
+    let error = run.advance(1.0, &mut Unrecorded).unwrap_err().to_string();
+    assert!(error.contains("are pressed together at t = "), "{error}");
+    assert!(
+        run.time() > 0.0
+            && run.time() < 0.1
+            && run.total_energy() < Engine::new(&p, &Inputs::zero(3), 0.0).unwrap().total_energy()
+    );
+}
+
 /// The same with rigid contacts and no dead band.
 fn rigid(balls: usize, count: usize, degrees: f64, restitution: f64) -> Parameters {
     let contact_model = ContactModel::Rigid;

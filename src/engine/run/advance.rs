@@ -36,6 +36,16 @@ impl Engine {
     }
 
     fn follow_events(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
+        let followed = self.follow_events_until(time, effort, observer);
+        if followed.is_err() {
+            // Where balls were before their last event is forgotten.
+            let anchors = self.balls.iter().map(|ball| ball.anchor.value_up());
+            self.time = anchors.fold(self.time, f64::max).min(time);
+        }
+        followed
+    }
+
+    fn follow_events_until(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let (mut until, enough) = (DoubleDouble::from(time), self.effort.saturating_add(effort));
         let mut reached = time;
         let mut watchdog = Watchdog::new(self.time.into(), time, self.contacts.len(), self.effort);
