@@ -61,11 +61,11 @@ pub mod files;
 pub mod fmi2;
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]
 pub mod fmi3;
+pub mod forecast;
 #[cfg(feature = "engine")]
 mod instance;
 #[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 pub mod model;
-pub mod next;
 mod number;
 #[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 mod solver;

@@ -3,7 +3,7 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program speaks to its user")]
 
 mod arguments;
-mod packing;
+mod build_command;
 
 use std::process::ExitCode;
 

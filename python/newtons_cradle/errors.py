@@ -44,7 +44,7 @@ class DoubtfulStart(UserWarning):
     or swings too wide for linear pendulums."""
 
 
-def doubt(text: str) -> None:
+def warn(text: str) -> None:
     """Warns about doubtful start values, at the line outside this package that gave them."""
     frame, level = inspect.currentframe(), 1
     while frame and frame.f_globals.get("__name__", "").startswith(f"{__package__}."):

@@ -20,7 +20,7 @@ import numpy as np
 from fmpy import extract, read_model_description
 
 from . import files
-from .errors import MOST_BALLS, FmuError, InvalidValue, doubt, needed, number, whole
+from .errors import MOST_BALLS, FmuError, InvalidValue, needed, number, warn, whole
 from .run import Model, Result, Run
 from .run.model import Values, meant
 
@@ -189,7 +189,7 @@ def build(
         raise FmuError(done.stderr.strip().removeprefix("error: "))
     said = [line.removeprefix("warning: ") for line in done.stderr.splitlines() if line.startswith("warning: ")]
     for line in said if not meant(set or {}) else ():
-        doubt(line)
+        warn(line)
     fmu = Fmu(path)
     weakref.finalize(fmu, shutil.rmtree, folder, ignore_errors=True)
     return fmu

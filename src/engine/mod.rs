@@ -23,8 +23,8 @@ mod run;
 mod simulation;
 mod watchdog;
 
+pub use crate::forecast::{Forecast, NEVER};
 pub use crate::model::{Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, Results, WorkCounters};
-pub use crate::next::{NEVER, Next};
 pub use continuous::Continuous;
 pub use derivatives::{Gradient, History, LastStep, Tape};
 pub use error::{EngineError, Fault};
@@ -33,6 +33,6 @@ pub(crate) use inputs::HeldInputs;
 pub use observer::{Busy, Observer, Progress, Pulse, Unrecorded};
 pub(crate) use records::{Ledger, RAPID, StepStart};
 pub(crate) use run::require;
-pub use run::{Engine, Snapshot, Unsound};
+pub use run::{Engine, InvalidState, Snapshot};
 pub use simulation::{Simulation, SimulationSnapshot};
 use watchdog::Watchdog;

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
-use crate::engine::pair_on_arcs::{Outcome, Shape, outcome};
+use crate::engine::pair_on_arcs::{ImpactResult, Shape, outcome};
 use crate::model::ContactLaw;
 use crate::solver::{DoubleDouble, hypotenuse};
 
@@ -104,7 +104,7 @@ fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct PairImpact {
     pub start: DoubleDouble,
-    pub outcome: Outcome,
+    pub outcome: ImpactResult,
     /// Running integrals of the left and the right ball.
     pub integrals: [RunningIntegrals; 2],
     /// Its segments, computed on first use.
@@ -166,7 +166,7 @@ impl PairImpact {
             drag_loss: 0.0,
             work: ball.model.mass * ball.flight.forcing[0] * displacement,
         };
-        let outcome = Outcome {
+        let outcome = ImpactResult {
             duration: t,
             displacements: [displacement; 2],
             velocities,
@@ -186,7 +186,7 @@ impl PairImpact {
         }
         let shape = coefficients.shape.get_or_init(|| Box::new(Shape::new(law.exponent, power_of_stretching(law))));
         let outcome = outcome(&models, flights, law, shape)?;
-        let Outcome { duration, displacements, .. } = outcome;
+        let ImpactResult { duration, displacements, .. } = outcome;
         let integrals = [0, 1].map(|k| integrals_of_inputs(&models[k], flights[k], duration, &|_| displacements[k]));
         Some(Self { start: balls[0].anchor, outcome, integrals, interior: OnceCell::new() })
     }

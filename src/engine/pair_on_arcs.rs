@@ -1,7 +1,7 @@
 //! The outcome of an elastic impact of two balls on arcs: that along a fixed direction in closed form, and what the
 //! turn of the directions, gravity and inputs change, iterated. See "Arcs" in docs/theory.md for the equations.
 
-use crate::engine::cluster::{Course, Direction};
+use crate::engine::cluster::{BallOnArc, ContactDirection};
 use crate::engine::flight::Flight;
 use crate::model::{BallModel, ContactLaw, Pair};
 use crate::solver::{DoubleDouble, NODES, Power, Stretching, Table, quadrature::gauss_legendre, weighted};
@@ -93,7 +93,7 @@ impl Shape {
 
 /// What an impact of two has changed.
 #[derive(Clone, Debug)]
-pub(crate) struct Outcome {
+pub(crate) struct ImpactResult {
     /// In s.
     pub duration: f64,
     /// Displacements of the two balls along their paths, m, and velocities afterwards, m/s. The overlap is 0 then.
@@ -110,13 +110,13 @@ pub(crate) fn outcome(
     flights: [&Flight; 2],
     law: &ContactLaw,
     shape: &Shape,
-) -> Option<Outcome> {
+) -> Option<ImpactResult> {
     let Shape { p, sigma, kappa, times, weights, phi, slopes, powers, scalings, .. } = shape;
     let (p, sigma, kappa) = (*p, *sigma, *kappa);
     let (lengths, inverse_masses) = (balls.each_ref().map(|ball| ball.length), balls.map(|ball| 1.0 / ball.mass));
     let distances = Pair { balls: balls.each_ref(), law }.distances(flights.map(|flight| flight.x));
-    let starts = [0, 1].map(|k| Course::at_start((&balls[k], flights[k])));
-    let start = Direction::new(&starts[0], &starts[1], lengths, distances);
+    let starts = [0, 1].map(|k| BallOnArc::at_start((&balls[k], flights[k])));
+    let start = ContactDirection::new(&starts[0], &starts[1], lengths, distances);
     let rate = starts[0].approach(&starts[1], &start);
     let along = start.along.map(|[along]| along);
     // 1 over the reduced mass along the line of the centres.
@@ -145,7 +145,7 @@ pub(crate) fn outcome(
             let u = std::array::from_fn(|m| v + duration * once[m]);
             courses[k].follow(&balls[k], flights[k], &[way, u], &times.map(|time| time * duration));
         }
-        direction = Direction::new(&courses[0], &courses[1], lengths, distances);
+        direction = ContactDirection::new(&courses[0], &courses[1], lengths, distances);
         // Changes of the squared parts along the paths, by the small parts away from them, which keep the digits.
         let shorter = [0, 1].map(|k| {
             let ([before], now) = (start.outward[k], &direction.outward[k]);
@@ -211,7 +211,7 @@ pub(crate) fn outcome(
         let middle = scaled + half_slope / kappa;
         let rate_there = half_scaling - 0.25 * (p - 1.0) * kappa * middle;
         let peak = law.elastic_force(reach * (1.0 + (middle + 0.5 * rate_there * rate_there / kappa)));
-        return Some(Outcome { duration, displacements, velocities, impulse: impulse.value(), peak });
+        return Some(ImpactResult { duration, displacements, velocities, impulse: impulse.value(), peak });
     }
     None
 }

@@ -9,7 +9,7 @@ use super::derivatives::{History, LastStep, Recorder, Stretch, Tape};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
-use super::run::{Engine, Snapshot, Unsound, require};
+use super::run::{Engine, InvalidState, Snapshot, require};
 use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
 /// A run by the selected method, whose functions have the meaning of those of [`Engine`], with its parameters.
@@ -230,7 +230,7 @@ impl Simulation {
         snapshot: SimulationSnapshot,
         failed: bool,
         allowed: impl Fn(&Parameters) -> bool,
-    ) -> Result<Self, Unsound> {
+    ) -> Result<Self, InvalidState> {
         parameters.tune(snapshot.tunables);
         require(allowed(&parameters), "a tunable parameter is out of range")?;
         let run = match (parameters.method == SolverMethod::EventDriven, snapshot.run) {
@@ -238,7 +238,7 @@ impl Simulation {
                 ByMethod::EventDriven(Engine::restore(&parameters, start, snapshot, failed)?)
             }
             (false, ByMethod::Continuous(run)) => ByMethod::Continuous(run.restored(&parameters, start, failed)?),
-            _ => return Err(Unsound("it belongs to another method")),
+            _ => return Err(InvalidState("it belongs to another method")),
         };
         Ok(Self { parameters, start, run })
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::clocks::Clocks;
 use super::legality::{Call, Kind, PHASES, Phase, Purpose};
 use super::log::{Log, Severity};
-use crate::engine::{EngineError, Exchange, History, MAX_INPUT_DERIVATIVE, Results, Simulation, Unsound, require};
+use crate::engine::{EngineError, Exchange, History, InvalidState, MAX_INPUT_DERIVATIVE, Results, Simulation, require};
 use crate::model::{Inputs, Parameters, SolverMethod};
 use crate::variables::{DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, ensure, variables};
 
@@ -119,7 +119,7 @@ impl Run {
     }
 
     /// Refuses states that no instance can have saved; the simulation has checks of its own.
-    pub(super) fn check(&self, balls: usize) -> Result<(), Unsound> {
+    pub(super) fn check(&self, balls: usize) -> Result<(), InvalidState> {
         require(self.settings.are_sound(balls), "a setting is out of range")?;
         require(self.phase.exists(self.purpose), "its phase is not one of its kind")?;
         let times = self.last_event.is_none_or(f64::is_finite) && self.padding.values().all(|value| value.is_finite());
@@ -255,8 +255,8 @@ impl Instance {
             }
         }
         // Status OK: several hosts end a run at a warning.
-        for doubt in self.run.settings.doubts() {
-            self.log.write(Severity::Ok, LogCategory::Warning, format_args!("{doubt}"));
+        for warning in self.run.settings.warnings() {
+            self.log.write(Severity::Ok, LogCategory::Warning, format_args!("{warning}"));
         }
         self.log_ignored_parameters();
         Ok(())

@@ -15,7 +15,7 @@ const EVERY: Duration = Duration::from_secs(10);
 
 /// Logs each pulse as it finishes, and how far the step has come if it takes long. Passes onsets and releases to the
 /// clocks; if asked, ends the step at the first.
-pub(super) struct Recorder<'a> {
+pub(super) struct StepLogger<'a> {
     log: &'a Log,
     clocks: &'a mut Clocks,
     /// What the instance is for: whether it has clocks or their log.
@@ -32,7 +32,7 @@ pub(super) struct Recorder<'a> {
     seen: BTreeMap<Busy, u64>,
 }
 
-impl<'a> Recorder<'a> {
+impl<'a> StepLogger<'a> {
     /// For a step to the time `until` (s).
     #[inline]
     pub fn new(log: &'a Log, clocks: &'a mut Clocks, purpose: Purpose, until: f64, stops: bool) -> Self {
@@ -47,7 +47,7 @@ impl<'a> Recorder<'a> {
     }
 }
 
-impl Observer for Recorder<'_> {
+impl Observer for StepLogger<'_> {
     fn pulse(&mut self, pulse: Pulse) {
         self.log.pulse(pulse);
         self.stop_at(pulse.release);
@@ -110,7 +110,7 @@ mod tests {
         let sink = move |severity, category, text: &str| kept.borrow_mut().push((severity, category, text.to_owned()));
         let log = Log::new(Some(Box::new(sink)), false, true);
         let (mut clocks, purpose) = (Clocks::default(), Purpose::fmi2(Kind::CoSimulation));
-        let mut recorder = Recorder::new(&log, &mut clocks, purpose, 1e300, false);
+        let mut recorder = StepLogger::new(&log, &mut clocks, purpose, 1e300, false);
         let mut progress = |seconds: Option<u64>, by: Busy| {
             let since = |seconds| Instant::now().checked_sub(Duration::from_secs(seconds));
             recorder.since = seconds.map_or(recorder.since, since);

@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::legality::{Kind, Phase, Purpose};
 use super::lifecycle::{Instance, Run};
-use crate::engine::{Exchange, Simulation, SimulationSnapshot, Unsound, require};
+use crate::engine::{Exchange, InvalidState, Simulation, SimulationSnapshot, require};
 use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal, ensure};
 
 /// A saved state. The log is no part of it.
@@ -51,8 +51,8 @@ fn refused(reason: impl Display) -> Refusal {
     Refusal::new(format_args!("the state is refused: {reason}"))
 }
 
-impl From<Unsound> for Refusal {
-    fn from(Unsound(reason): Unsound) -> Self {
+impl From<InvalidState> for Refusal {
+    fn from(InvalidState(reason): InvalidState) -> Self {
         refused(format_args!("it is inconsistent: {reason}"))
     }
 }
@@ -107,7 +107,7 @@ impl Instance {
 
     /// Reads what [`SavedState::to_bytes`] wrote, in this or another process.
     pub fn read_state(&self, bytes: &[u8]) -> Result<SavedState, Refusal> {
-        let unreadable = |_| Unsound("it cannot be read");
+        let unreadable = |_| InvalidState("it cannot be read");
         let ((guid, owner_balls), rest) = postcard::take_from_bytes::<Owner>(content(bytes)?).map_err(unreadable)?;
         self.check_owner(&guid, owner_balls)?;
         let ((mut run, snapshot, exchange), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;

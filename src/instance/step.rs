@@ -4,7 +4,7 @@ use std::slice;
 
 use super::legality::{Kind, Phase, Purpose};
 use super::lifecycle::{Instance, StepUnderWay};
-use super::report::Recorder;
+use super::report::StepLogger;
 use crate::engine::{EngineError, Results};
 use crate::model::{ContactModel, Inputs};
 use crate::variables::{Number, Refusal, ensure};
@@ -108,7 +108,7 @@ impl Instance {
         self.run.history.forget_tape();
         let (end, purpose) = (step.end, self.run.purpose);
         let stops = interruptible || self.may_end_early();
-        let mut recorder = Recorder::new(&self.log, &mut self.run.clocks, purpose, end, stops);
+        let mut recorder = StepLogger::new(&self.log, &mut self.run.clocks, purpose, end, stops);
         let moved = match &mut self.run.simulation {
             Some(simulation) => simulation.continue_step(end, &mut recorder),
             None => return Err(Refusal::new("nothing is calculated yet")),

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::arc::{Line, Place};
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
-use crate::next::{NEVER, Next};
+use crate::forecast::{Forecast, NEVER};
 use crate::solver::dual::{Dual, Scalar};
 
 /// Periods of the first ball within which the next onset is looked for.
@@ -198,7 +198,7 @@ pub trait Results: Chain {
     /// Work of the external forces and of the moving support since the start, J.
     fn external_work(&self) -> f64;
     /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
-    fn next_onset(&self) -> Next;
+    fn next_onset(&self) -> Forecast;
     /// Work counters since the start.
     fn work(&self) -> WorkCounters;
 

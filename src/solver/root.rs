@@ -1,7 +1,7 @@
 //! The first time at which a function becomes positive: see "Separation and first crossings" in docs/theory.md.
 
 use super::hypotenuse;
-use crate::next::Next;
+use crate::forecast::Forecast;
 
 pub trait Smooth {
     /// Value and first two derivatives at `t`.
@@ -23,7 +23,7 @@ const GROWTH: f64 = 1000.0;
 /// `g(from)` should not be positive; a value that is counts as 0. If it is 0, the derivatives decide: rising, the
 /// result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is no crossing.
 /// Where `g` is NaN, the result is the time NaN, which the caller notices.
-pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Next {
+pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Forecast {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());
     // Where g is 0 within rounding no bound helps: steps double from a tiny one (of the window or the unit of time).
@@ -33,23 +33,23 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
         *allowed -= 1;
         let [value, slope, curvature] = g.at(t);
         if value.is_nan() {
-            return Next::At(value);
+            return Forecast::At(value);
         }
         if value >= 0.0 && (slope > 0.0 || (slope == 0.0 && curvature > 0.0)) {
-            return Next::At(t);
+            return Forecast::At(t);
         }
         let rest = until - t;
         if rest <= 0.0 {
-            return Next::Never;
+            return Forecast::Never;
         }
         let step = safe_step(g, t, [value.min(0.0), slope, curvature], window.min(rest));
         if step >= rest {
-            return Next::Never;
+            return Forecast::Never;
         }
         let resolution = least.max(f64::EPSILON * t);
         if slope > 0.0 && -value <= 4.0 * slope * resolution {
             // Nearer than the resolution of t.
-            return Next::At(if step > least { t + step } else { t });
+            return Forecast::At(if step > least { t + step } else { t });
         }
         if step > resolution || (slope > 0.0 && t + step > t) {
             t += step;
@@ -60,7 +60,7 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
             blind *= 2.0;
         }
     }
-    Next::NotBefore(t)
+    Forecast::NotBefore(t)
 }
 
 /// The largest step of a few tries from `t` within `window` on which `g` provably does not become positive.

@@ -6,12 +6,12 @@
 //! start values inside an FMU.
 
 mod description;
-mod doubts;
 mod recipe;
 mod settings;
 mod table;
 mod text;
 mod variable;
+mod warnings;
 
 pub use description::{Description, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding};
 pub use recipe::{FILE_NAME, Recipe, StartValue};

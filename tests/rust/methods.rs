@@ -1,6 +1,6 @@
 //! The methods that integrate the whole chain, against the event-driven engine and against themselves.
 
-use newtons_cradle::engine::{EngineError, History, Next, Pulse, Results, Simulation};
+use newtons_cradle::engine::{EngineError, Forecast, History, Pulse, Results, Simulation};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, SolverMethod};
 use newtons_cradle::variables::{Access, Row, Variable, variables};
 
@@ -167,7 +167,7 @@ fn the_next_onset_comes_when_it_was_told() {
             // Just before it there is none.
             let mut early = run.clone();
             early.advance(next.next_down(), &mut Vec::new()).unwrap();
-            assert_eq!((onsets(&early), early.next_onset()), (before, Next::At(next)), "{method:?}");
+            assert_eq!((onsets(&early), early.next_onset()), (before, Forecast::At(next)), "{method:?}");
             run.advance(next, &mut Vec::new()).unwrap();
             assert!(onsets(&run) > before && (0..4).any(|i| run.last_onset(i) == next), "{method:?} {next}");
         }
@@ -185,7 +185,11 @@ fn there_may_be_no_next_onset() {
                     .unwrap();
             run.advance(1.0, &mut Vec::new()).unwrap();
             // Without gravity the horizon is infinite: two balls that part may be looked after for ever.
-            assert!(if p.balls() == 1 { run.next_onset() == Next::Never } else { run.next_onset().found().is_none() });
+            assert!(if p.balls() == 1 {
+                run.next_onset() == Forecast::Never
+            } else {
+                run.next_onset().found().is_none()
+            });
             assert!(run.energy_residual().abs() < 1e-11);
         }
     }

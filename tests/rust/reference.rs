@@ -3,7 +3,7 @@
 //! (`tests/data/strong_damping.py`), chains whose contacts are not linear by series (`tests/data/free_chains.json`);
 //! and balls on arcs in quadruple precision (`tests/data/arcs.cpp`, `tests/data/random_arcs.cpp`).
 
-use newtons_cradle::engine::{Chain, Engine, EngineError, Fault, Next, Results, Simulation, Unrecorded};
+use newtons_cradle::engine::{Chain, Engine, EngineError, Fault, Forecast, Results, Simulation, Unrecorded};
 use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, SolverMethod};
 use serde_json::Value;
 
@@ -62,7 +62,7 @@ fn assert_chain(case: &Value, p: &Parameters, [motion, energy, time]: [f64; 3]) 
     let (n, duration, id) = (p.balls(), number(&case["duration"]), format!("{:?}, {case}", p.method));
     let mut run = Simulation::new(p, &Inputs::zero(n), 0.0).unwrap();
     run.advance(duration + 1.0, &mut Unrecorded).unwrap();
-    assert!(p.method != SolverMethod::EventDriven || run.next_onset() == Next::Never, "{id}");
+    assert!(p.method != SolverMethod::EventDriven || run.next_onset() == Forecast::Never, "{id}");
     assert_close(&id, &state(&*run, n).1, &numbers(&case["v_final"]), motion);
     if case["impulse"].is_array() {
         let impulses: Vec<f64> = (0..n - 1).map(|i| run.impulse(i)).collect();

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import FmuError, InvalidValue, doubt, needed, number
+from ..errors import FmuError, InvalidValue, needed, number, warn
 from ..pulses import Array, pulse_table
 from .model import GIVEN, Model, Value, Values, meant
 from .result import Result
@@ -57,7 +57,7 @@ class Run(AbstractContextManager["Run"]):
         self.time, self._initialized = start_time, True
         for line in self.log:
             if line.category == "logStatusWarning" and not self._meant:
-                doubt(line.text)
+                warn(line.text)
 
     def __repr__(self) -> str:
         state = "closed" if self._closed else f"at {self.time:.9g} s"

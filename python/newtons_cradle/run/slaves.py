@@ -120,7 +120,7 @@ class Version2(Instance):
     whole = "Integer"  # type of enumerations
 
     def create(self: Any, log: Log, **options: Any) -> None:
-        """Instantiates it; pulses, doubts and errors are logged."""
+        """Instantiates it; pulses, warnings and errors are logged."""
         if options:
             raise FmuError(f"{', '.join(options)} is refused: only FMUs of FMI 3.0 have such options")
         functions = fmi2CallbackFunctions()
@@ -149,7 +149,7 @@ class Version3(Instance):
     whole = "Int64"
 
     def create(self: Any, log: Log, **options: Any) -> None:
-        """Instantiates it; pulses, doubts and errors are logged."""
+        """Instantiates it; pulses, warnings and errors are logged."""
         options = {"loggingOn": True} | options
         self.instantiate(logMessage=lambda _, *said: log.take(*said), **options)
         self.setDebugLogging(False, ["logSolver"])

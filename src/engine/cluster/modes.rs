@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use super::natural::Group;
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
-use crate::engine::Next;
+use crate::engine::Forecast;
 use crate::engine::flight::{Forcing, Rounding};
 use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_derivatives};
 
@@ -204,9 +204,9 @@ impl DenseOutput for Modes {
         let mut allowed = self.allowed(j);
         loop {
             let above = self.watch(j, Some(law), 0, 1.0, best + HIGHER * best.abs());
-            let Next::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
+            let Forecast::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
             let falling = self.watch(j, Some(law), 1, -1.0, 0.0);
-            let Next::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
+            let Forecast::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
             best = best.max(force_at(top));
             t = top;
         }
@@ -239,11 +239,11 @@ impl DenseOutput for Modes {
         group.modes.iter().map(|mode| mode.squared_velocity_integral(tau)).sum()
     }
 
-    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Forecast {
         let Joint { overlap, rate, law, impedance, .. } = self.contacts[j];
         let watch = match switch {
             // In touch and closing: at once, not where the overlap exceeds its rounding.
-            Switch::Onset if overlap == 0.0 && rate > rounding.velocity => return Next::At(0.0),
+            Switch::Onset if overlap == 0.0 && rate > rounding.velocity => return Forecast::At(0.0),
             Switch::Onset => self.watch(j, None, 0, 1.0, rounding.position),
             Switch::Release => self.watch(j, None, 0, -1.0, rounding.no_overlap()),
             Switch::Clip => {
@@ -284,15 +284,15 @@ struct Watch<'a> {
 
 impl Watch<'_> {
     /// Where it becomes positive before `until` (s); the evaluations that it takes are counted.
-    fn crossing(&self, until: f64) -> Next {
+    fn crossing(&self, until: f64) -> Forecast {
         let most = self.modes.allowed(self.contact);
         let mut allowed = most;
         let found = search_within(self, 0.0, until, &mut allowed);
         let taken = u64::from(most - allowed) * self.modes.movers(self.contact).count() as u64;
         self.modes.searched.set(self.modes.searched.get() + taken);
         match found {
-            Next::At(tau) | Next::NotBefore(tau) if tau < until => found,
-            _ => Next::Never,
+            Forecast::At(tau) | Forecast::NotBefore(tau) if tau < until => found,
+            _ => Forecast::Never,
         }
     }
 

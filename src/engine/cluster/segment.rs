@@ -6,14 +6,14 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::collocation;
 use super::gauss;
 use super::modes::Modes;
 use super::natural;
+use super::radau;
 use super::step_control::{Control, Method, Problem, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact};
-use crate::engine::Next;
+use crate::engine::Forecast;
 use crate::engine::flight::{
     Ball, Flight, Rounding, RunningIntegrals, integrals_of_inputs, places, shifted, start_by_centre,
 };
@@ -46,7 +46,7 @@ pub(crate) struct Cluster {
     #[serde(skip)]
     series: Series,
     #[serde(skip)]
-    gauss: Box<gauss::Motion>,
+    gauss: Box<gauss::GaussStep>,
     #[serde(skip)]
     modes: Modes,
     #[serde(skip)]
@@ -259,9 +259,11 @@ impl Cluster {
         let rounding = Rounding { velocity: rounding.velocity.max(error), ..rounding };
         for j in 0..laws.len() {
             match self.first_switch(j, &window, self.length, &rounding) {
-                (Next::At(tau), switch) => (self.length, self.switch) = (tau, Some((self.window.start + j, switch))),
-                (Next::NotBefore(tau), _) => (self.length, self.switch) = (tau, None),
-                (Next::Never, _) => {}
+                (Forecast::At(tau), switch) => {
+                    (self.length, self.switch) = (tau, Some((self.window.start + j, switch)))
+                }
+                (Forecast::NotBefore(tau), _) => (self.length, self.switch) = (tau, None),
+                (Forecast::Never, _) => {}
             }
         }
         if self.switch.is_some() {
@@ -273,7 +275,7 @@ impl Cluster {
     }
 
     /// The first switching of contact `j` of the `window` before `until` (s), by more than `rounding`.
-    fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Next, Switch) {
+    fn first_switch(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> (Forecast, Switch) {
         let first = |switch: Switch, until: f64| self.output().first(switch, j, window, until, rounding);
         let mode = window.contacts[j].mode;
         if mode == Mode::Open {
@@ -281,9 +283,9 @@ impl Cluster {
         }
         let release = first(Switch::Release, until);
         if window.laws[j].clips() {
-            let until = if let Next::At(tau) | Next::NotBefore(tau) = release { tau } else { until };
+            let until = if let Forecast::At(tau) | Forecast::NotBefore(tau) = release { tau } else { until };
             let clip = first(Switch::Clip, until);
-            if clip != Next::Never {
+            if clip != Forecast::Never {
                 return (clip, Switch::Clip);
             }
         }
@@ -314,10 +316,10 @@ impl Cluster {
         // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
         let linear = !on_arcs && window.laws.iter().all(ContactLaw::is_linear);
         let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
-        let gain = if by_gauss { collocation::GAIN_OVER_GAUSS } else { collocation::GAIN_OVER_SERIES };
+        let gain = if by_gauss { radau::GAIN_OVER_GAUSS } else { radau::GAIN_OVER_SERIES };
         if windows != Some(None)
             && control.allows(Method::Radau)
-            && collocation::follow(series, history, problem, gain, evaluations)
+            && radau::follow(series, history, problem, gain, evaluations)
         {
             (self.length, *method) = (series.converges_for, Method::Radau);
             return local_error;

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::Next;
+use crate::engine::Forecast;
 use crate::engine::flight::{Ball, Flight, Forcing, Rounding};
 use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode, Pair};
 use crate::solver::Scalar;
@@ -143,7 +143,7 @@ pub(crate) trait DenseOutput {
 
     /// The first `switch` of contact `j` of the `window` described, before `until`; one that may end its mode. Balls
     /// side by side approach each other by `rounding`: that is no onset. A force must change its sign by more.
-    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next;
+    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Forecast;
 
     /// Evaluations of closed forms that the searches for switchings have taken so far.
     fn searched(&self) -> u64 {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::path::Path;
+use super::path::NordsieckStep;
 use crate::engine::flight::{Forcing, forcing_at, shifted};
 use crate::engine::{EngineError, HeldInputs};
 use crate::model::{BallModel, ContactLaw, Cradle};
@@ -126,7 +126,7 @@ impl Dynamics {
     }
 
     /// The overlap of contact `i` on a step as a series of the share of the step that has passed.
-    pub fn overlap_series(&self, path: &Path, i: usize) -> Vec<f64> {
+    pub fn overlap_series(&self, path: &NordsieckStep, i: usize) -> Vec<f64> {
         let mut series: Vec<f64> = (0..=path.degree).map(|j| path.column(j)[self.overlap(i)]).collect();
         series.resize(series.len().max(3), 0.0);
         // From the end of the step to its start.
@@ -139,7 +139,7 @@ impl Dynamics {
     }
 
     /// Whether contact `i`, open or closed at both ends of the step, might switch in between, by a quick bound.
-    fn might_switch(&self, path: &Path, i: usize) -> bool {
+    fn might_switch(&self, path: &NordsieckStep, i: usize) -> bool {
         let end = path.last()[self.overlap(i)];
         let sign = if end > 0.0 { -1.0 } else { 1.0 };
         let mut bound = sign * end;
@@ -251,7 +251,7 @@ impl Dynamics {
     }
 
     /// The fraction of a step, yet to be accepted, at which a contact switches for a moment that its ends do not show.
-    pub fn overlooked(&self, path: &Path) -> Option<f64> {
+    pub fn overlooked(&self, path: &NordsieckStep) -> Option<f64> {
         let shown = |i: usize| {
             if !self.might_switch(path, i) {
                 return None;

@@ -2,7 +2,7 @@
 
 use super::run::Continuous;
 use super::trajectory::{Kind, Trajectory};
-use crate::engine::Next;
+use crate::engine::Forecast;
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
 use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
@@ -60,7 +60,7 @@ impl Continuous {
 
     /// The first onset beyond the last step, or none within 1000 periods of the first ball; if a fixed number of steps
     /// does not reach it, the time reached, from which the next look continues.
-    fn look_ahead(&self, now: DoubleDouble) -> Next {
+    fn look_ahead(&self, now: DoubleDouble) -> Forecast {
         let limit = now + ONSET_PERIODS * self.cradle().period();
         let mut known = self.ahead.borrow_mut();
         if known.as_ref().is_some_and(|ahead| ahead.path.end < self.trajectory.path.end) {
@@ -70,15 +70,15 @@ impl Continuous {
         let mut work = 0;
         let found = loop {
             if let Some(onset) = onset_after(ahead, now) {
-                break if DoubleDouble::from(onset) <= limit { Next::At(onset) } else { Next::Never };
+                break if DoubleDouble::from(onset) <= limit { Forecast::At(onset) } else { Forecast::Never };
             }
             let reached = ahead.path.end;
             if reached > limit {
-                break Next::Never;
+                break Forecast::Never;
             }
             ahead.events.clear();
             if work >= LOOK_AHEAD || ahead.advance().is_err() {
-                break Next::not_before(reached.value_down(), self.time);
+                break Forecast::not_before(reached.value_down(), self.time);
             }
             work += self.ledgers.len() + 1;
         };
@@ -149,13 +149,13 @@ impl Results for Continuous {
         self.value(self.trajectory.dynamics.sums()[1])
     }
 
-    fn next_onset(&self) -> Next {
+    fn next_onset(&self) -> Forecast {
         let now = self.now();
         if self.ledgers.is_empty() {
-            return Next::Never;
+            return Forecast::Never;
         }
         if let Some(onset) = onset_after(&self.trajectory, now) {
-            return Next::At(onset);
+            return Forecast::At(onset);
         }
         if let Some((asked_at, answer)) = self.foreseen.get()
             && asked_at == self.time

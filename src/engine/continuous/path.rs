@@ -8,7 +8,7 @@ use crate::solver::DoubleDouble;
 ///
 /// Its coefficients are scaled derivatives at the end of the step, `step^j y^(j) / j!`: Nordsieck's array (1962).
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Path {
+pub(super) struct NordsieckStep {
     pub end: DoubleDouble,
     /// Its length, s; 0 before the first step.
     pub step: f64,
@@ -18,7 +18,7 @@ pub(super) struct Path {
     columns: Vec<f64>,
 }
 
-impl Path {
+impl NordsieckStep {
     /// A path of no length at `y`, with room for polynomials up to `degree`.
     pub fn resting(t: DoubleDouble, y: &[f64], degree: usize) -> Self {
         let mut columns = y.to_vec();

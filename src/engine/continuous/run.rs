@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::dynamics::{Dynamics, forcings};
 use super::trajectory::{Event, Kind, Trajectory};
-use crate::engine::run::{Unsound, require};
-use crate::engine::{Busy, EngineError, HeldInputs, Ledger, Next, Observer, Watchdog};
+use crate::engine::run::{InvalidState, require};
+use crate::engine::{Busy, EngineError, Forecast, HeldInputs, Ledger, Observer, Watchdog};
 use crate::model::{Chain, Cradle, Inputs, Parameters, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
@@ -33,7 +33,7 @@ pub struct Continuous {
     /// A copy of the motion that looks ahead for the next onset.
     pub(super) ahead: RefCell<Option<Box<Trajectory>>>,
     /// The last result, and the time of the request, s.
-    pub(super) foreseen: Cell<Option<(f64, Next)>>,
+    pub(super) foreseen: Cell<Option<(f64, Forecast)>>,
 }
 
 impl Continuous {
@@ -80,7 +80,7 @@ impl Continuous {
     }
 
     /// See [`Engine::restore`](crate::engine::Engine::restore).
-    pub(crate) fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
+    pub(crate) fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, InvalidState> {
         let of = |run: &Trajectory| (run.method, run.fixed_step, run.dynamics.tolerance);
         let same = |run: &Trajectory| of(run) == (parameters.method, parameters.fixed_step, parameters.tolerance);
         let all_same = same(&self.trajectory) && self.ahead.borrow().as_deref().is_none_or(same);
@@ -94,11 +94,11 @@ impl Continuous {
         require(failed || finite, "an input or a state is not finite")?;
         let forcings = forcings(&cradle, &self.inputs, self.trajectory.dynamics.since.value());
         let trajectory = self.trajectory.restored(cradle, forcings, failed);
-        self.trajectory = trajectory.ok_or(Unsound("its solver has not reached its time"))?;
+        self.trajectory = trajectory.ok_or(InvalidState("its solver has not reached its time"))?;
         if let Some(ahead) = self.ahead.take() {
             let forcings = self.trajectory.dynamics.forcings.clone();
             let ahead = ahead.restored(self.trajectory.dynamics.cradle.clone(), forcings, failed);
-            self.ahead.replace(Some(Box::new(ahead.ok_or(Unsound("its look ahead has not reached its time"))?)));
+            self.ahead.replace(Some(Box::new(ahead.ok_or(InvalidState("its look ahead has not reached its time"))?)));
         }
         let path = &self.trajectory.path;
         let on_path = path.end >= self.now() && path.start() <= self.now();

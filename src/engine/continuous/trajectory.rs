@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::corrector::MAX_ORDER;
 use super::dynamics::Dynamics;
-use super::path::Path;
+use super::path::NordsieckStep;
 use crate::engine::{EngineError, flight::Forcing};
 use crate::model::{Cradle, SolverMethod, WorkCounters};
 use crate::solver::{DoubleDouble, crossing, root};
@@ -67,10 +67,10 @@ pub(super) struct Trajectory {
     pub method: SolverMethod,
     /// Step of the Runge-Kutta formula, s.
     pub fixed_step: f64,
-    pub path: Path,
+    pub path: NordsieckStep,
     /// Where a step is tried.
     #[serde(skip)]
-    pub(super) trial: Path,
+    pub(super) trial: NordsieckStep,
     /// Lengths of the last steps, s, the latest first.
     pub(super) steps: [f64; MAX_ORDER + 1],
     /// Order of the next step and its length, s.
@@ -100,7 +100,7 @@ impl Trajectory {
     /// From the state `y` at `dynamics.since` on, after this `work`. Unless the method has a fixed step (s), the first
     /// step is one of order 1 that changes the state by no more than the allowed error.
     pub fn new(method: SolverMethod, fixed_step: f64, dynamics: Dynamics, y: &[f64], work: WorkCounters) -> Self {
-        let (since, path) = (dynamics.since, Path::resting(dynamics.since, y, room(method)));
+        let (since, path) = (dynamics.since, NordsieckStep::resting(dynamics.since, y, room(method)));
         let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
         let mut trajectory = Self {
             dynamics,

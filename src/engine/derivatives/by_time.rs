@@ -2,7 +2,7 @@
 
 use super::chain_state::ChainState;
 use crate::engine::cluster::{INVERSE_FACTORIAL, Series};
-use crate::engine::flight::{Flight, Regime, shifted};
+use crate::engine::flight::{BallRole, Flight, shifted};
 use crate::engine::{HeldInputs, run::Engine};
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::{of_derivatives, product_term};
@@ -33,7 +33,7 @@ impl Engine {
     fn series_of_bodies(&self, state: &ChainState) -> Series {
         let (mut bodies, mut apart) = (self.cradle.clone(), state.clone());
         apart.contacts.iter_mut().for_each(|contact| contact.mode = Mode::Open);
-        for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.regime == Regime::Body) {
+        for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.role == BallRole::Body) {
             (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
             apart.flights[i].forcing = shifted(&ball.flight.forcing, self.time - ball.anchor.value());
         }

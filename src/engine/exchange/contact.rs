@@ -38,7 +38,7 @@ impl Reached {
 
 /// The record of a contact at the last event and up to the last step of the host.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Contact {
+pub(super) struct ContactRecord {
     /// Its impulse is the state at the last onset or, after a pulse, at its release.
     pub ledger: Ledger,
     /// Largest force of the last pulse as the last event saw it, N.
@@ -49,7 +49,7 @@ pub(super) struct Contact {
     last: Option<Reached>,
 }
 
-impl Contact {
+impl ContactRecord {
     /// Begins a pulse at `time`, with this impulse so far (N.s).
     pub fn open_pulse(&mut self, time: DoubleDouble, impulse: f64) {
         self.ledger.open_pulse(time, 0);

@@ -2,7 +2,7 @@
 
 use super::run::Exchange;
 use crate::engine::flight::{Ball, Flight, Separation};
-use crate::engine::{Next, Unrecorded, run::Engine};
+use crate::engine::{Forecast, Unrecorded, run::Engine};
 use crate::model::{BallModel, Mode, ONSET_PERIODS};
 use crate::solver::{DoubleDouble, Smooth, root::rising_zero};
 
@@ -32,7 +32,7 @@ impl Exchange {
             let forcing = [state.forcings[i], 0.0, 0.0, 0.0];
             let mut ball = Ball::new(model, DoubleDouble::default(), Flight { x: state.x[i], v: state.v[i], forcing });
             // Hosts may have stepped far over an onset: series that look back should hold for long.
-            ball.flies_on = true;
+            ball.starts_long = true;
             ball
         };
         self.cradle.balls.iter().enumerate().map(ball).collect()
@@ -63,7 +63,8 @@ impl Exchange {
         if rate.is_nan() || rate <= RESOLVED * self.scales.speed {
             // Balls that touch within rounding may be about to press each other slowly. Unless the event for which that
             // was announced closes the contact, it would be announced for ever.
-            let announced = matches!(self.next, Next::At(time) if time <= self.time) && self.next_contact == Some(j);
+            let announced =
+                matches!(self.next, Forecast::At(time) if time <= self.time) && self.next_contact == Some(j);
             let still = rate.abs() <= RESOLVED * self.scales.speed;
             let due = announced && still && overlap.abs() <= self.separation(balls, j, 0.0).noise;
             return due.then_some(0.0);
@@ -119,9 +120,9 @@ impl Exchange {
     }
 
     /// The next onset after now, as far as [`Engine::find_next_onset`] would look, and its contact.
-    pub(super) fn find_next_onset(&self) -> (Next, Option<usize>) {
+    pub(super) fn find_next_onset(&self) -> (Forecast, Option<usize>) {
         if !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open) {
-            return (Next::not_before(self.time, self.time), None);
+            return (Forecast::not_before(self.time, self.time), None);
         }
         let mut engine = self.engine_now();
         let limit = DoubleDouble::from(ONSET_PERIODS * self.cradle.period());
@@ -129,9 +130,9 @@ impl Exchange {
         let later = |tau: DoubleDouble| (DoubleDouble::from(self.time) + tau).value_up().max(earliest);
         // Events due now come at the next representable time.
         match engine.seek_onset(engine.onsets, f64::NEG_INFINITY, limit, LOOK_AHEAD) {
-            Next::At((tau, contact)) => (Next::At(later(tau)), contact.filter(|_| !self.is_rigid())),
-            Next::NotBefore((tau, _)) => (Next::NotBefore(later(tau)), None),
-            Next::Never => (Next::Never, None),
+            Forecast::At((tau, contact)) => (Forecast::At(later(tau)), contact.filter(|_| !self.is_rigid())),
+            Forecast::NotBefore((tau, _)) => (Forecast::NotBefore(later(tau)), None),
+            Forecast::Never => (Forecast::Never, None),
         }
     }
 }

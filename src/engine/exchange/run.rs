@@ -4,11 +4,11 @@ use std::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::Contact;
+use super::contact::ContactRecord;
 use super::equations::{State, state_count};
 use super::scales::{SHIFT, Scales};
-use crate::engine::run::{Engine, Unsound, require};
-use crate::engine::{EngineError, Next};
+use crate::engine::run::{Engine, InvalidState, require};
+use crate::engine::{EngineError, Forecast};
 use crate::model::{
     Chain, Cradle, Differential, ExchangedContacts, Inputs, Mode, Parameters, Record, Results, WorkCounters,
 };
@@ -26,11 +26,11 @@ pub struct Exchange {
     pub time: f64,
     /// The states, in that order.
     pub(super) y: Vec<f64>,
-    pub(super) contacts: Vec<Contact>,
+    pub(super) contacts: Vec<ContactRecord>,
     pub(super) scales: Scales,
     pub(super) energy_at_start: f64,
     /// The next onset as the last event saw it, and its contact.
-    pub(super) next: Next,
+    pub(super) next: Forecast,
     pub(super) next_contact: Option<usize>,
     /// Whether there has been no event yet, so that contacts closed at the start have not been followed.
     pub(super) at_start: bool,
@@ -56,7 +56,7 @@ impl Exchange {
             parameters: parameters.clone(),
             inputs: inputs.clone(),
             time: start_time,
-            contacts: vec![Contact::default(); m],
+            contacts: vec![ContactRecord::default(); m],
             scales: Scales::default(),
             energy_at_start: engine.total_energy(),
             next: engine.next_onset(),
@@ -76,7 +76,7 @@ impl Exchange {
     }
 
     /// The run that was saved; see [`Engine::restore`]. After a failed event (`failed`) any values pass.
-    pub fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
+    pub fn restored(mut self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, InvalidState> {
         let (n, m) = (parameters.balls(), parameters.contacts());
         require(self.parameters == *parameters, "its parameters are not those that it was set up with")?;
         let lengths = [self.y.len(), self.modes.len(), self.contacts.len(), self.inputs.force.len()];
@@ -329,7 +329,7 @@ impl Results for Exchange {
         self.y[self.sums_place()[1]]
     }
 
-    fn next_onset(&self) -> Next {
+    fn next_onset(&self) -> Forecast {
         self.next
     }
 

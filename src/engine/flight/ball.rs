@@ -1,4 +1,4 @@
-//! One ball: its state at its anchor, its regime from there on, and its integrals since the start.
+//! One ball: its state at its anchor, its role from there on, and its integrals since the start.
 
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
@@ -12,7 +12,7 @@ use crate::solver::{BASIS, DoubleDouble, Oscillator, Steady, quadrature::gauss_l
 
 /// What governs the motion of a ball.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Regime {
+pub(crate) enum BallRole {
     #[default]
     Flight,
     /// Member of this cluster.
@@ -37,9 +37,9 @@ pub(crate) struct Ball {
     pub flight: Flight,
     pub integrals: RunningIntegrals,
     #[serde(skip)]
-    pub regime: Regime,
+    pub role: BallRole,
     /// Whether a flight on an arc begins with a long step: no impact is near.
-    pub flies_on: bool,
+    pub starts_long: bool,
     /// Parts of its flight on an arc: the farthest that was asked for, and one before it, as that at the start of a
     /// step. There may be millions from the anchor on.
     #[serde(skip)]
@@ -55,8 +55,8 @@ impl Ball {
             anchor,
             flight,
             integrals,
-            regime: Regime::Flight,
-            flies_on: false,
+            role: BallRole::Flight,
+            starts_long: false,
             pieces: RefCell::default(),
         }
     }
@@ -76,7 +76,7 @@ impl Ball {
     /// Asks that part or, after at most so many series on the way there, the one reached; `say` gets to know which.
     #[inline(always)]
     fn go_on<T>(&self, t: DoubleDouble, most: u64, say: impl FnOnce(&Piece, bool) -> T) -> T {
-        let (mut known, origin) = (self.pieces.borrow_mut(), (self.anchor, self.flight, self.flies_on));
+        let (mut known, origin) = (self.pieces.borrow_mut(), (self.anchor, self.flight, self.starts_long));
         let place = if leads_to(&known[0], origin, t) { 0 } else { make_room(&mut known, origin, t) };
         let piece = known[place].get_or_insert_with(|| Box::new(Piece::first(&self.model, origin)));
         let is_there = piece.holds_at(t) || piece.go_on(&self.model, t, most);
@@ -94,7 +94,7 @@ impl Ball {
         if t == self.anchor {
             return self.piece(t, |piece, _| say(&piece.path));
         }
-        say(&Path::new(&self.model, &self.flight_at(t), self.flies_on))
+        say(&Path::new(&self.model, &self.flight_at(t), self.starts_long))
     }
 
     /// What has ended its motion on an arc up to the time `t`, and when. In a cluster only the angle is checked, at
@@ -105,14 +105,14 @@ impl Ball {
 
     /// The same after at most so many series of a flight; `Err` with the time reached if that is not `t`.
     pub fn fault_within(&self, t: DoubleDouble, most: u64) -> Result<Option<(DoubleDouble, Fault)>, DoubleDouble> {
-        match self.regime {
+        match self.role {
             _ if !self.model.on_arc => Ok(None),
-            Regime::Impact(_) => Ok(None),
-            Regime::Cluster(_) => {
+            BallRole::Impact(_) => Ok(None),
+            BallRole::Cluster(_) => {
                 let beyond = self.flight.x.abs() > FRAC_PI_2 * self.model.length;
                 Ok(beyond.then_some((self.anchor, Fault::Horizontal)))
             }
-            Regime::Flight | Regime::Body => self.go_on(t, most, |piece, is_there| match is_there {
+            BallRole::Flight | BallRole::Body => self.go_on(t, most, |piece, is_there| match is_there {
                 true => Ok(piece.fault.filter(|(time, _)| *time <= t)),
                 false => Err(piece.start),
             }),
@@ -211,7 +211,7 @@ impl Ball {
         // the sum with the smaller terms.
         let given = if N < BASIS { flight.forcing[0] * tau } else { integral_of(&flight.forcing, tau) };
         let small = given.abs() + v.abs() + flight.v.abs() < pendulum.abs() + drag.abs();
-        if small && self.regime != Regime::Body { given - (v - flight.v) } else { pendulum + drag }
+        if small && self.role != BallRole::Body { given - (v - flight.v) } else { pendulum + drag }
     }
 
     /// Energy lost to drag within `tau` (s) after the anchor, in flight, J, from the oscillator's functions `u` then.
@@ -250,7 +250,7 @@ impl Ball {
             let (flight, displacement, sums) = self
                 .piece(t, |piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(&self.model, tau)));
             self.integrals.add(&sums);
-            (self.flight, self.anchor, self.flies_on) = (flight, t, false);
+            (self.flight, self.anchor, self.starts_long) = (flight, t, false);
             return displacement;
         }
         let (integrals, displacement, v) = self.on_line(&self.flight.forcing, t);

@@ -6,7 +6,7 @@ use super::approach::Approach;
 use super::ball::Ball;
 use super::free_motion::{Flight, LONGEST, degree, time_of_change};
 use super::path::Path;
-use crate::engine::Next;
+use crate::engine::Forecast;
 use crate::model::ContactLaw;
 use crate::solver::root::{safe_step, search_within};
 use crate::solver::{DoubleDouble, Oscillator, Smooth, all_finite, hypotenuse};
@@ -168,28 +168,28 @@ impl Separation {
     }
 
     /// Whether the series of balls on arcs will not hold for long after the time `t`.
-    pub fn is_worn(&self, t: DoubleDouble) -> bool {
+    pub fn nears_end(&self, t: DoubleDouble) -> bool {
         self.approach.as_ref().is_some_and(|approach| (t - self.anchor).value() > WORN * approach.length)
     }
 
     /// The next closing after `from`, at or after the anchor; counts down the evaluations that are `allowed`.
-    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
+    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast<DoubleDouble> {
         if let Some(approach) = &self.approach {
             *allowed = allowed.saturating_sub(ON_ARCS);
             let onset = approach.onset(self.noise, self.resolution);
             if let Some(crossing) = self.crossing()
                 && onset.is_none_or(|onset| crossing < self.anchor + onset)
             {
-                return Next::NotBefore(crossing);
+                return Forecast::NotBefore(crossing);
             }
             return match onset {
-                Some(tau) => Next::At(self.anchor + tau),
-                None if approach.length < LONGEST => Next::NotBefore(self.anchor + approach.length),
-                None => Next::Never,
+                Some(tau) => Forecast::At(self.anchor + tau),
+                None if approach.length < LONGEST => Forecast::NotBefore(self.anchor + approach.length),
+                None => Forecast::Never,
             };
         }
         if self.stays_apart() {
-            return Next::Never;
+            return Forecast::Never;
         }
         let start = (from - self.anchor).value();
         let reach = reach(self.motions().map(|(o, _)| o), start);
@@ -198,10 +198,10 @@ impl Separation {
             // Events overtake most forecasts, so a cheap bound comes first, tighter for shorter spans: half a period.
             clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
             if clear > WORTH * reach {
-                return Next::NotBefore(self.anchor + clear);
+                return Forecast::NotBefore(self.anchor + clear);
             }
         } else if let Some(tau) = self.next_wave(start) {
-            return Next::At(self.anchor + tau);
+            return Forecast::At(self.anchor + tau);
         }
         let horizon = start + reach;
         // Up to `clear` there is none.
@@ -292,13 +292,13 @@ pub(crate) fn forecast(
     [from, until]: [f64; 2],
     allowed: &mut u32,
     polished: impl Fn(f64) -> DoubleDouble,
-) -> Next<DoubleDouble> {
+) -> Forecast<DoubleDouble> {
     match search_within(g, from, until, allowed) {
-        Next::At(tau) => Next::At(anchor + polished(tau)),
-        Next::NotBefore(tau) if tau - from > LEAST_PROGRESS * from => Next::NotBefore(anchor + tau),
+        Forecast::At(tau) => Forecast::At(anchor + polished(tau)),
+        Forecast::NotBefore(tau) if tau - from > LEAST_PROGRESS * from => Forecast::NotBefore(anchor + tau),
         // A search without progress has followed only rounding.
-        _ if until < FAR => Next::NotBefore(anchor + until),
-        _ => Next::Never,
+        _ if until < FAR => Forecast::NotBefore(anchor + until),
+        _ => Forecast::Never,
     }
 }
 

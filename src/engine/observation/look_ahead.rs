@@ -1,7 +1,7 @@
 //! The next onset, from the forecasts or by a copy of the run that looks ahead; the next onset or release.
 
-use crate::engine::run::{Engine, NO_STEP, Phase};
-use crate::engine::{Next, Unrecorded, cluster::Switch};
+use crate::engine::run::{ContactRole, Engine, NO_STEP};
+use crate::engine::{Forecast, Unrecorded, cluster::Switch};
 use crate::model::ONSET_PERIODS;
 use crate::solver::DoubleDouble;
 
@@ -17,7 +17,7 @@ type Entry = (DoubleDouble, Option<usize>);
 impl Engine {
     /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first
     /// ball; after a fixed amount of work, the time up to which there is none, from which the next look continues.
-    pub(crate) fn find_next_onset(&self) -> Next {
+    pub(crate) fn find_next_onset(&self) -> Forecast {
         if let Some((asked_at, answer)) = self.caches.found.get() {
             // An onset stays the next one until it comes; "none within the horizon" is valid for now only.
             if asked_at == self.time || answer.found().is_some_and(|onset| onset > self.time) {
@@ -36,15 +36,17 @@ impl Engine {
     /// in flight always, while a contact is closed if the next event is known to be one.
     pub fn next_event(&self) -> Option<f64> {
         let (t, key) = self.queue.first()?;
-        let is_known = match &self.contacts[key].phase {
-            Phase::Window(id) => {
+        let is_known = match &self.contacts[key].role {
+            ContactRole::Window(id) => {
                 let switch = self.clusters[*id as usize].as_ref().and_then(|cluster| cluster.switch);
                 matches!(switch, Some((_, Switch::Onset | Switch::Release)))
             }
-            Phase::Impact(_) | Phase::Open(_, Next::At(_)) | Phase::Constraint(_, Next::At(_)) => true,
+            ContactRole::Impact(_)
+            | ContactRole::Open(_, Forecast::At(_))
+            | ContactRole::Constraint(_, Forecast::At(_)) => true,
             _ => false,
         };
-        let in_flight = || self.contacts.iter().all(|contact| matches!(contact.phase, Phase::Open(..)));
+        let in_flight = || self.contacts.iter().all(|contact| matches!(contact.role, ContactRole::Open(..)));
         let next = if is_known { Some(t.value_up()) } else { self.find_next_onset().found().filter(|_| in_flight()) };
         next.filter(|next| *next > self.time)
     }
@@ -55,7 +57,7 @@ impl Engine {
         copy
     }
 
-    fn look_ahead(&self, copy: &mut Option<Box<Self>>) -> Next {
+    fn look_ahead(&self, copy: &mut Option<Box<Self>>) -> Forecast {
         if self.step.number == 0 {
             // Made here, where all balls are set up anyway, so that no later look copies all of them.
             copy.get_or_insert_with(|| self.copy_ahead());
@@ -75,42 +77,48 @@ impl Engine {
         // A copy that has left the range of doubles is no state to save.
         copy.take_if(|copy| copy.queue.first().is_some_and(|(t, _)| !t.value().is_finite()));
         match found {
-            Next::At((t, _)) => Next::At(t.value_up()),
-            Next::NotBefore((t, _)) => Next::not_before(t.value_down(), self.time),
-            Next::Never => Next::Never,
+            Forecast::At((t, _)) => Forecast::At(t.value_up()),
+            Forecast::NotBefore((t, _)) => Forecast::not_before(t.value_down(), self.time),
+            Forecast::Never => Forecast::Never,
         }
     }
 
     /// Advances to the first onset after `now` (s) that is not among the first `passed` ones, unless it lies beyond
     /// `limit` or takes more than this effort. Returns its queue entry.
-    pub(crate) fn seek_onset(&mut self, mut passed: u64, now: f64, limit: DoubleDouble, effort: u64) -> Next<Entry> {
+    pub(crate) fn seek_onset(
+        &mut self,
+        mut passed: u64,
+        now: f64,
+        limit: DoubleDouble,
+        effort: u64,
+    ) -> Forecast<Entry> {
         let enough = self.effort.saturating_add(effort);
         loop {
             let onset = self.totals.last_event;
             if self.onsets > passed && onset > limit {
-                return Next::Never;
+                return Forecast::Never;
             }
             if self.onsets > passed && onset.value_up() > now {
-                return Next::At((onset, None));
+                return Forecast::At((onset, None));
             }
             // Those that are due right now are not ahead.
             passed = self.onsets;
             if let Some(found) = self.read_off(now, limit) {
                 return found;
             }
-            let Some((t, key)) = self.queue.first() else { return Next::Never };
+            let Some((t, key)) = self.queue.first() else { return Forecast::Never };
             // An event that fails here fails in the run, too, which reports it.
             if self.effort >= enough || self.process(t, key, &mut Unrecorded).is_err() {
-                return Next::NotBefore((t, None));
+                return Forecast::NotBefore((t, None));
             }
         }
     }
 
     /// The first onset after `now` (s), if the first entry of the queue is that onset, or beyond `limit`.
-    fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<Next<Entry>> {
-        let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(Next::Never) };
-        let onset = matches!(self.contacts[key].phase, Phase::Open(_, Next::At(_)));
-        (onset && t.value_up() > now).then_some(Next::At((t, Some(key))))
+    fn read_off(&self, now: f64, limit: DoubleDouble) -> Option<Forecast<Entry>> {
+        let Some((t, key)) = self.queue.first().filter(|(t, _)| *t <= limit) else { return Some(Forecast::Never) };
+        let onset = matches!(self.contacts[key].role, ContactRole::Open(_, Forecast::At(_)));
+        (onset && t.value_up() > now).then_some(Forecast::At((t, Some(key))))
     }
 }
 

@@ -1,9 +1,9 @@
 //! The outputs at the current time, and the records of the start of the step. Nothing here changes the trajectory.
 
 use crate::engine::cluster::Cluster;
-use crate::engine::flight::{Regime, RunningIntegrals, forcing_at};
-use crate::engine::run::{Engine, NO_STEP, Phase};
-use crate::engine::{Next, derivatives::ChainState, records::BallStart};
+use crate::engine::flight::{BallRole, RunningIntegrals, forcing_at};
+use crate::engine::run::{ContactRole, Engine, NO_STEP};
+use crate::engine::{Forecast, derivatives::ChainState, records::BallStart};
 use crate::model::{Chain, Cradle, Mode, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
@@ -20,10 +20,10 @@ impl Engine {
 
     /// The segment that governs ball `i` if it is not in flight, and the time since its start.
     fn segment_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        match self.balls[i].regime {
-            Regime::Flight | Regime::Body => None,
-            Regime::Cluster(id) => self.cluster(id, t),
-            Regime::Impact(contact) => self.interior_at(contact as usize, t),
+        match self.balls[i].role {
+            BallRole::Flight | BallRole::Body => None,
+            BallRole::Cluster(id) => self.cluster(id, t),
+            BallRole::Impact(contact) => self.interior_at(contact as usize, t),
         }
     }
 
@@ -51,17 +51,17 @@ impl Engine {
 
     pub(crate) fn integrals_at(&self, i: usize, t: DoubleDouble) -> RunningIntegrals {
         let ball = &self.balls[i];
-        match (self.segment_of_ball(i, t), ball.regime) {
-            (Some((cluster, tau)), regime) => {
+        match (self.segment_of_ball(i, t), ball.role) {
+            (Some((cluster, tau)), role) => {
                 let mut integrals = cluster.integrals(i, &ball.integrals, ball, tau);
-                if let Regime::Impact(contact) = regime
+                if let BallRole::Impact(contact) = role
                     && let Some(interior) = self.interior(contact as usize, t)
                 {
                     integrals.add(&interior.integrals[i - contact as usize]);
                 }
                 integrals
             }
-            (None, Regime::Body) => ball.integrals_under(&self.own_forcing(i, ball.anchor), t),
+            (None, BallRole::Body) => ball.integrals_under(&self.own_forcing(i, ball.anchor), t),
             (None, _) => ball.integrals_under(&ball.flight.forcing, t),
         }
     }
@@ -74,15 +74,15 @@ impl Engine {
     /// Overlap of contact `i` (m) and its mode at the time `t`.
     pub(crate) fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
         let of_segment = |(cluster, tau): (&Cluster, f64)| (cluster.overlap(i, tau).0, cluster.mode(i));
-        match &self.contacts[i].phase {
-            Phase::Constraint(..) => (0.0, Mode::Pressing),
-            Phase::Window(id) => self.cluster(*id, t).map_or((0.0, Mode::Open), of_segment),
-            Phase::Impact(_) => self.interior_at(i, t).map_or((0.0, Mode::Open), of_segment),
+        match &self.contacts[i].role {
+            ContactRole::Constraint(..) => (0.0, Mode::Pressing),
+            ContactRole::Window(id) => self.cluster(*id, t).map_or((0.0, Mode::Open), of_segment),
+            ContactRole::Impact(_) => self.interior_at(i, t).map_or((0.0, Mode::Open), of_segment),
             // Rigid balls side by side overlap by rounding only.
-            Phase::Open(separation, _) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
-            Phase::Open(separation, _) => (separation.at_time(t).0, Mode::Open),
-            Phase::BesideImpact(overlap) => (self.overlap_beside(i, *overlap, t), Mode::Open),
-            Phase::Unassigned(unassigned) => (unassigned.overlap, unassigned.mode),
+            ContactRole::Open(separation, _) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
+            ContactRole::Open(separation, _) => (separation.at_time(t).0, Mode::Open),
+            ContactRole::BesideImpact(overlap) => (self.overlap_beside(i, *overlap, t), Mode::Open),
+            ContactRole::Unassigned(unassigned) => (unassigned.overlap, unassigned.mode),
         }
     }
 
@@ -133,9 +133,9 @@ impl Engine {
     /// Integral of the force of ball `i` on the support over its mass, in the step so far, m/s.
     fn support_in_step(&self, i: usize) -> f64 {
         let (ball, now, start) = (&self.balls[i], self.now(), DoubleDouble::from(self.step.time));
-        match (&self.step.balls[i], ball.regime) {
+        match (&self.step.balls[i], ball.role) {
             (Some(start), _) => (self.support_at(i, now) + -start.support).value(),
-            (None, Regime::Flight | Regime::Body) => {
+            (None, BallRole::Flight | BallRole::Body) => {
                 let momentum = self.momentum_on_arc(i, now) - self.momentum_on_arc(i, start);
                 ball.support_between(start, now) - momentum
             }
@@ -327,7 +327,7 @@ impl Results for Engine {
         (0..self.balls.len()).map(|i| self.integrals_at(i, self.now()).work).sum()
     }
 
-    fn next_onset(&self) -> Next {
+    fn next_onset(&self) -> Forecast {
         self.find_next_onset()
     }
 

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::Next;
+use crate::engine::Forecast;
 use crate::engine::flight::{Ball, Flight, Forcing, degree, forecast, reach, shifted};
 use crate::solver::{
     BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Smooth, root::falling_zero, series::of_derivatives,
@@ -215,13 +215,13 @@ impl Constraint {
     }
 
     /// When, from `from` on, the force would pull by more than rounding; counts down the evaluations `allowed`.
-    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Next<DoubleDouble> {
+    pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast<DoubleDouble> {
         let start = (from - self.anchor).value();
         if self.at(start)[0] > 0.0 {
-            return Next::At(from);
+            return Forecast::At(from);
         }
         if self.is_constant() {
-            return Next::Never;
+            return Forecast::Never;
         }
         let horizon = start + reach(std::iter::once(&self.oscillator), start);
         forecast(self, self.anchor, [start, horizon], allowed, DoubleDouble::from)

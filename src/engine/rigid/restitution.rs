@@ -52,7 +52,7 @@ pub(crate) struct Impact<S> {
 
 /// The outcome of an instant of impacts besides the velocities.
 #[derive(Clone, Debug)]
-pub(crate) struct Outcome<S> {
+pub(crate) struct Collisions<S> {
     pub impacts: Vec<Impact<S>>,
     /// Energy lost, J.
     pub loss: S,
@@ -85,8 +85,8 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
 /// The impacts of a row of touching balls with these velocities along their paths (m/s), which it updates, for the
 /// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest; those that differ by up to
 /// `rounding` (m/s) count as equal.
-pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Outcome<S> {
-    let mut outcome = Outcome { impacts: Vec::new(), loss: S::default() };
+pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Collisions<S> {
+    let mut outcome = Collisions { impacts: Vec::new(), loss: S::default() };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
     if e.value() > 0.0 || e.tangent() != 0.0 {
         sequence(row, v, e, unresolved, rounding, &mut outcome);
@@ -107,7 +107,7 @@ const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
-fn sequence<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64, outcome: &mut Outcome<S>) {
+fn sequence<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64, outcome: &mut Collisions<S>) {
     let masses = &row.masses[..];
     let (balls, contacts) = (masses.len(), masses.len() - 1);
     // Impacts after which approaching balls stick. Elastic sequences end (Galperin, On systems of locally interacting
@@ -150,7 +150,7 @@ fn sequence<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, roundin
 }
 
 /// The impact of the balls of contact `j` alone. Equal balls exchange their velocities to the last digit if `e = 1`.
-fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: &mut Outcome<S>) {
+fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: &mut Collisions<S>) {
     let masses = &row.masses;
     let total = masses[j] + masses[j + 1];
     let (left_share, right_share) = (masses[j] / total, masses[j + 1] / total);
@@ -169,7 +169,14 @@ fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: 
 }
 
 /// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`.
-fn joint_impact<S: Scalar>(masses: &[S], v: &mut [S], e: S, balls: Range<usize>, centre: S, outcome: &mut Outcome<S>) {
+fn joint_impact<S: Scalar>(
+    masses: &[S],
+    v: &mut [S],
+    e: S,
+    balls: Range<usize>,
+    centre: S,
+    outcome: &mut Collisions<S>,
+) {
     let before = v[balls.clone()].to_vec();
     v[balls.clone()].iter_mut().for_each(|v| *v = centre - e * (*v - centre));
     let (half_loss, mut impulse) = (S::from(0.5) * (S::from(1.0) - e), S::default());

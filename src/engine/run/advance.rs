@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::contact::{Phase, around};
+use super::contact::{ContactRole, around};
 use super::engine::Engine;
-use crate::engine::{Busy, EngineError, Next, Observer, Watchdog};
+use crate::engine::{Busy, EngineError, Forecast, Observer, Watchdog};
 use crate::solver::DoubleDouble;
 
 /// Series of a flight on an arc from one look of the watchdog to the next, and the effort of one.
@@ -117,7 +117,8 @@ impl Engine {
 
     /// What the event of the queue entry `key` is about.
     fn busy_with(&self, key: usize) -> Busy {
-        let renews = self.cradle.on_arcs() && matches!(self.contacts[key].phase, Phase::Open(_, Next::NotBefore(_)));
+        let renews =
+            self.cradle.on_arcs() && matches!(self.contacts[key].role, ContactRole::Open(_, Forecast::NotBefore(_)));
         if renews { Busy::Flight(key) } else { Busy::Contact(self.switching(key)) }
     }
 }

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::contact::Phase;
+use super::contact::ContactRole;
 use super::engine::Engine;
 use crate::engine::cluster::{Cluster, StepHistory, Switch};
-use crate::engine::{EngineError, Fault, Observer, flight::Regime};
+use crate::engine::{EngineError, Fault, Observer, flight::BallRole};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -16,12 +16,15 @@ const EVALUATION: u64 = 2;
 impl Engine {
     /// Whether a force law acts in contact `j`.
     pub(crate) fn presses(&self, j: usize) -> bool {
-        match self.contacts[j].phase {
-            Phase::Window(id) => {
+        match self.contacts[j].role {
+            ContactRole::Window(id) => {
                 self.clusters[id as usize].as_ref().is_some_and(|cluster| cluster.mode(j) != Mode::Open)
             }
-            Phase::Impact(_) => true,
-            Phase::Unassigned(_) | Phase::Open(..) | Phase::BesideImpact(_) | Phase::Constraint(..) => false,
+            ContactRole::Impact(_) => true,
+            ContactRole::Unassigned(_)
+            | ContactRole::Open(..)
+            | ContactRole::BesideImpact(_)
+            | ContactRole::Constraint(..) => false,
         }
     }
 
@@ -68,7 +71,7 @@ impl Engine {
         });
         for i in members.clone() {
             self.reanchor(i, t);
-            self.balls[i].regime = Regime::Cluster(id as u32);
+            self.balls[i].role = BallRole::Cluster(id as u32);
         }
         let mut cluster = self.caches.spare.take().unwrap_or_default();
         let contacts = window.start..window.end - 1;
@@ -77,7 +80,7 @@ impl Engine {
         cluster.contacts.extend(contacts.map(|i| {
             self.stop_separation(i, t);
             let contact = self.contacts[i].unassigned();
-            self.contacts[i].phase = Phase::Window(id as u32);
+            self.contacts[i].role = ContactRole::Window(id as u32);
             contact
         }));
         self.follow(id, cluster);
@@ -138,7 +141,7 @@ impl Engine {
         cluster.start = t;
         for i in cluster.members.clone() {
             self.balls[i].flight = cluster.flights[i - cluster.window.start];
-            self.balls[i].flies_on = false;
+            self.balls[i].starts_long = false;
         }
     }
 
@@ -155,10 +158,10 @@ impl Engine {
     fn release_members(&mut self, cluster: Box<Cluster>) {
         self.queue.remove(cluster.key());
         for ball in &mut self.balls[cluster.members.clone()] {
-            ball.regime = Regime::Flight;
+            ball.role = BallRole::Flight;
         }
         for (i, contact) in cluster.window_contacts().zip(&cluster.contacts) {
-            self.contacts[i].phase = Phase::Unassigned(*contact);
+            self.contacts[i].role = ContactRole::Unassigned(*contact);
         }
         self.caches.spare = Some(cluster);
     }

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::{Contact, Keep};
+use super::contact::{Contact, RestRule};
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::flight::{Ball, Flight};
-use crate::engine::{EngineError, Fault, HeldInputs, Next, StepStart, Unrecorded, pair_impact::ImpactCoefficients};
+use crate::engine::{EngineError, Fault, Forecast, HeldInputs, StepStart, Unrecorded, pair_impact::ImpactCoefficients};
 use crate::model::{Chain, Cradle, Inputs, Parameters, WorkCounters, check_start_on_arcs};
 use crate::solver::{DoubleDouble, EventQueue, Stretching};
 
@@ -75,7 +75,7 @@ pub(crate) struct Caches {
     /// A copy of the run that has gone ahead on the same trajectory until the inputs change, to the next onset at most.
     pub ahead: RefCell<Option<Box<Engine>>>,
     /// The last result of a look ahead, and the time of the request, s.
-    pub found: Cell<Option<(f64, Next)>>,
+    pub found: Cell<Option<(f64, Forecast)>>,
     /// The last cluster that ended, whose memory is reused.
     pub spare: Option<Box<Cluster>>,
 }
@@ -105,7 +105,7 @@ impl Engine {
         let start = DoubleDouble::from(start_time);
         if engine.is_rigid() {
             engine.touch_where_close()?;
-            engine.settle(0..engine.contacts.len(), start, Keep::Nothing, &[], &mut Unrecorded);
+            engine.regroup(0..engine.contacts.len(), start, RestRule::Nothing, &[], &mut Unrecorded);
         } else {
             engine.close_where_overlapping(start);
             engine.form(0..engine.contacts.len(), start);
@@ -217,7 +217,7 @@ impl Engine {
         self.caches = Caches::new(self.balls.len());
         if self.is_rigid() {
             // A contact that would have to pull from now on ends in the next step.
-            return self.settle(0..self.contacts.len(), now, Keep::Closed, &[], &mut Unrecorded);
+            return self.regroup(0..self.contacts.len(), now, RestRule::Closed, &[], &mut Unrecorded);
         }
         for i in 0..self.contacts.len() {
             if self.contacts[i].is_closed() {

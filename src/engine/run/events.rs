@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::contact::{Phase, around};
+use super::contact::{ContactRole, around};
 use super::engine::Engine;
-use crate::engine::flight::{EVALUATIONS, Regime, Separation};
-use crate::engine::{EngineError, Fault, Next, Observer, Unrecorded};
+use crate::engine::flight::{BallRole, EVALUATIONS, Separation};
+use crate::engine::{EngineError, Fault, Forecast, Observer, Unrecorded};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -40,35 +40,36 @@ impl Engine {
         self.watch_progress(t, self.switching(key))?;
         self.handled = self.handled.saturating_add(1);
         self.effort = self.effort.saturating_add(EVENT);
-        match &self.contacts[key].phase {
-            Phase::Window(id) => return self.end_segment(*id as usize, observer),
-            Phase::Impact(_) => self.end_impact(key, t, observer),
-            Phase::Open(_, Next::At(_)) if self.is_rigid() => self.meet(key, t, observer),
-            Phase::Open(_, Next::At(_)) => {
+        match &self.contacts[key].role {
+            ContactRole::Window(id) => return self.end_segment(*id as usize, observer),
+            ContactRole::Impact(_) => self.end_impact(key, t, observer),
+            ContactRole::Open(_, Forecast::At(_)) if self.is_rigid() => self.rigid_impact(key, t, observer),
+            ContactRole::Open(_, Forecast::At(_)) => {
                 if !self.begin_impact(key, t, observer) {
                     self.close(key, t, key..key + 1, observer);
                 }
             }
-            Phase::Constraint(_, Next::At(_)) => self.part(key, t, observer),
-            Phase::Open(..) if self.cradle.on_arcs() => {
+            ContactRole::Constraint(_, Forecast::At(_)) => self.release_constraint(key, t, observer),
+            ContactRole::Open(..) if self.cradle.on_arcs() => {
                 // Renews its series and those of neighbours that will end soon. Those of rigid balls side by side are
                 // renewed together, so that the balls stay side by side to the last bit.
                 let beside = |separation: &Separation| self.is_rigid() && separation.touches(t, 0.0);
-                let worn = |separation: &Separation| separation.is_worn(t) || beside(separation);
+                let worn = |separation: &Separation| separation.nears_end(t) || beside(separation);
                 let worn = |j: usize| self.contacts[j].separation().is_some_and(worn);
                 let contacts = around(key, self.contacts.len(), worn);
                 self.reanchor_free(contacts.start..contacts.end + 1, t);
                 let balls = self.balls[contacts.start..contacts.end + 1].iter_mut();
-                balls.filter(|ball| ball.anchor == t).for_each(|ball| ball.flies_on = true);
+                balls.filter(|ball| ball.anchor == t).for_each(|ball| ball.starts_long = true);
                 for j in contacts {
                     let noise = self.contacts[j].separation().map_or(0.0, |separation| separation.noise);
                     self.stop_separation(j, t);
-                    self.fly(j, t, noise);
+                    self.open_contact(j, t, noise);
                 }
             }
-            Phase::Open(..) | Phase::Constraint(..) | Phase::BesideImpact(_) | Phase::Unassigned(_) => {
-                self.forecast(key, t)
-            }
+            ContactRole::Open(..)
+            | ContactRole::Constraint(..)
+            | ContactRole::BesideImpact(_)
+            | ContactRole::Unassigned(_) => self.forecast(key, t),
         }
         Ok(())
     }
@@ -95,13 +96,13 @@ impl Engine {
         // Balls next to a member that a cluster or an impact governs become members, and so on.
         let mut ball = members.start.saturating_sub(1);
         while ball < (members.end + 1).min(self.balls.len()) {
-            let freed = match self.balls[ball].regime {
-                Regime::Flight | Regime::Body => ball..ball,
-                Regime::Impact(contact) => {
+            let freed = match self.balls[ball].role {
+                BallRole::Flight | BallRole::Body => ball..ball,
+                BallRole::Impact(contact) => {
                     self.break_impact(contact as usize, t);
                     contact as usize..contact as usize + 2
                 }
-                Regime::Cluster(id) => {
+                BallRole::Cluster(id) => {
                     let (balls, contacts) = self.dissolve(id as usize, t);
                     range = range.start.min(contacts.start)..range.end.max(contacts.end);
                     balls
@@ -145,7 +146,7 @@ impl Engine {
     /// Unassigns contacts beside impacts that are over, whose balls are anchored at the same time again.
     pub(crate) fn unassign(&mut self, contacts: Range<usize>) {
         for contact in &mut self.contacts[contacts] {
-            if let Phase::BesideImpact(overlap) = contact.phase {
+            if let ContactRole::BesideImpact(overlap) = contact.role {
                 contact.unassign(overlap, Mode::Open);
             }
         }
@@ -175,7 +176,7 @@ impl Engine {
         }
         for i in range {
             if self.contacts[i].cluster().is_none() {
-                self.fly(i, t, 0.0);
+                self.open_contact(i, t, 0.0);
             }
         }
     }
@@ -190,7 +191,7 @@ impl Engine {
     }
 
     /// Makes contact `i` open from `t` on, both balls in flight; overlaps of rigid balls up to `noise` (m) are none.
-    pub(crate) fn fly(&mut self, i: usize, t: DoubleDouble, noise: f64) {
+    pub(crate) fn open_contact(&mut self, i: usize, t: DoubleDouble, noise: f64) {
         let mut overlap = self.contacts[i].overlap().min(0.0);
         if self.cradle.on_arcs() {
             // Their series are about the same time.
@@ -200,9 +201,9 @@ impl Engine {
                 overlap = pair.overlap([0, 1].map(|k| self.balls[i + k].flight_at(t).x));
             }
         }
-        self.contacts[i].phase = Phase::Open(self.separation(i, t, overlap), Next::Never);
+        self.contacts[i].role = ContactRole::Open(self.separation(i, t, overlap), Forecast::Never);
         let (rigid, age) = (self.is_rigid(), self.input_age(t));
-        if let Phase::Open(separation, _) = &mut self.contacts[i].phase
+        if let ContactRole::Open(separation, _) = &mut self.contacts[i].role
             && rigid
         {
             separation.make_rigid(noise, age);
@@ -223,13 +224,16 @@ impl Engine {
     /// Forecasts from `t` on the next onset of contact `i`, whose balls are in flight, or the end of its constraint.
     pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let mut allowed = EVALUATIONS;
-        let (mut found, forecast) = match &mut self.contacts[i].phase {
-            Phase::Constraint(constraint, forecast) => (constraint.forecast(t, &mut allowed), forecast),
-            Phase::Open(separation, forecast) => (separation.forecast(t, &mut allowed), forecast),
-            Phase::Unassigned(_) | Phase::BesideImpact(_) | Phase::Window(_) | Phase::Impact(_) => return,
+        let (mut found, forecast) = match &mut self.contacts[i].role {
+            ContactRole::Constraint(constraint, forecast) => (constraint.forecast(t, &mut allowed), forecast),
+            ContactRole::Open(separation, forecast) => (separation.forecast(t, &mut allowed), forecast),
+            ContactRole::Unassigned(_)
+            | ContactRole::BesideImpact(_)
+            | ContactRole::Window(_)
+            | ContactRole::Impact(_) => return,
         };
         // The rounding of long times does not lead into the past.
-        if let Next::At(time) | Next::NotBefore(time) = &mut found
+        if let Forecast::At(time) | Forecast::NotBefore(time) = &mut found
             && *time < t
         {
             *time = t;
@@ -237,8 +241,8 @@ impl Engine {
         *forecast = found;
         self.effort = self.effort.saturating_add(u64::from(EVALUATIONS - allowed));
         match found {
-            Next::At(time) | Next::NotBefore(time) => self.queue.set(i, time),
-            Next::Never => self.queue.remove(i),
+            Forecast::At(time) | Forecast::NotBefore(time) => self.queue.set(i, time),
+            Forecast::Never => self.queue.remove(i),
         }
     }
 

@@ -12,8 +12,8 @@ mod pair_impacts;
 mod rigid_contacts;
 mod snapshot;
 
-pub(crate) use contact::{Keep, Phase, around};
+pub(crate) use contact::{ContactRole, RestRule, around};
 pub use engine::Engine;
 pub(crate) use engine::NO_STEP;
 pub(crate) use snapshot::require;
-pub use snapshot::{Snapshot, Unsound};
+pub use snapshot::{InvalidState, Snapshot};

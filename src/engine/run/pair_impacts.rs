@@ -3,11 +3,11 @@
 
 use std::ops::Range;
 
-use super::contact::Phase;
+use super::contact::ContactRole;
 use super::engine::Engine;
 use crate::engine::Observer;
 use crate::engine::cluster::{Cluster, Control, Method, StepHistory, Switch, WindowContact};
-use crate::engine::flight::{Regime, RunningIntegrals};
+use crate::engine::flight::{BallRole, RunningIntegrals};
 use crate::engine::pair_impact::{Interior, PairImpact};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
@@ -19,7 +19,7 @@ impl Engine {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let beside = (neighbours.start..neighbours.end - 1).filter(|j| *j != i);
         let beside_cluster =
-            self.balls[neighbours.clone()].iter().any(|ball| matches!(ball.regime, Regime::Cluster(_)));
+            self.balls[neighbours.clone()].iter().any(|ball| matches!(ball.role, BallRole::Cluster(_)));
         if !self.are_in_flight(i) || beside_cluster || !self.control.allows(Method::PairImpact) {
             return false;
         }
@@ -39,11 +39,11 @@ impl Engine {
             return false;
         }
         self.queue.set(i, impact.end());
-        self.contacts[i].phase = Phase::Impact(Some(impact));
+        self.contacts[i].role = ContactRole::Impact(Some(impact));
         for j in beside {
-            self.contacts[j].phase = Phase::BesideImpact(self.contacts[j].overlap());
+            self.contacts[j].role = ContactRole::BesideImpact(self.contacts[j].overlap());
         }
-        (self.balls[i].regime, self.balls[i + 1].regime) = (Regime::Impact(i as u32), Regime::Impact(i as u32));
+        (self.balls[i].role, self.balls[i + 1].role) = (BallRole::Impact(i as u32), BallRole::Impact(i as u32));
         self.begin_pulse(i, t, observer);
         self.totals.work.steps = self.totals.work.steps.saturating_add(1);
         self.totals.work.evaluations = self.totals.work.evaluations.saturating_add(1);
@@ -52,14 +52,14 @@ impl Engine {
 
     /// Whether both balls of contact `j` are in flight.
     fn are_in_flight(&self, j: usize) -> bool {
-        self.balls[j..j + 2].iter().all(|ball| ball.regime == Regime::Flight)
+        self.balls[j..j + 2].iter().all(|ball| ball.role == BallRole::Flight)
     }
 
     /// Whether the open contact `j` provably stays open from `t` until the impacts of its balls are over: the one about
     /// to begin, given for the ball that it moves, and any current one of the other ball.
     fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
-        let under_way = |ball: usize| match self.balls[ball].regime {
-            Regime::Impact(contact) => self.contacts[contact as usize].impact(),
+        let under_way = |ball: usize| match self.balls[ball].role {
+            BallRole::Impact(contact) => self.contacts[contact as usize].impact(),
             _ => None,
         };
         // Each ball, the time since its anchor, its impact, and how long that still lasts.
@@ -99,7 +99,7 @@ impl Engine {
         let in_step = self.impact_peak(i, self.step.time.into(), t);
         self.begin_ledger(i, t);
         let contact = &mut self.contacts[i];
-        let Phase::Impact(Some(impact)) = &contact.phase else { return };
+        let ContactRole::Impact(Some(impact)) = &contact.role else { return };
         let displacements = impact.outcome.displacements;
         contact.ledger.add(impact.outcome.impulse, impact.outcome.peak, in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
@@ -107,7 +107,7 @@ impl Engine {
             ball.flight.v = impact.outcome.velocities[side];
             ball.anchor = t;
             ball.integrals.add(&impact.integrals[side]);
-            (ball.regime, ball.flies_on) = (Regime::Flight, false);
+            (ball.role, ball.starts_long) = (BallRole::Flight, false);
         }
         contact.unassign(0.0, Mode::Open);
         (0..2).for_each(|side| self.shift_contacts(i + side, displacements[side]));
@@ -116,7 +116,7 @@ impl Engine {
         self.reanchor_free(neighbours.clone(), t);
         for j in neighbours.start..neighbours.end - 1 {
             if self.are_in_flight(j) {
-                self.fly(j, t, 0.0);
+                self.open_contact(j, t, 0.0);
             }
         }
     }
@@ -124,7 +124,7 @@ impl Engine {
     /// Moves the anchors of those of `balls` that are in flight to `t`.
     pub(crate) fn reanchor_free(&mut self, balls: Range<usize>, t: DoubleDouble) {
         for ball in balls {
-            if self.balls[ball].regime == Regime::Flight {
+            if self.balls[ball].role == BallRole::Flight {
                 self.reanchor(ball, t);
             }
         }
@@ -145,7 +145,8 @@ impl Engine {
     #[inline]
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
         for (j, side) in [(i.wrapping_sub(1), 1), (i, 0)] {
-            if let Some(Phase::BesideImpact(overlap)) = self.contacts.get_mut(j).map(|contact| &mut contact.phase) {
+            if let Some(ContactRole::BesideImpact(overlap)) = self.contacts.get_mut(j).map(|contact| &mut contact.role)
+            {
                 let (mut places, mut moves) = ([0, 1].map(|side| self.balls[j + side].flight.x), [0.0; 2]);
                 places[side] -= displacement;
                 moves[side] = displacement;
@@ -178,7 +179,7 @@ impl Engine {
             cluster.expand(&self.balls, &self.cradle, &control);
         }
         for ball in &mut self.balls[i..i + 2] {
-            ball.regime = Regime::Flight;
+            ball.role = BallRole::Flight;
         }
         moved.into_iter().enumerate().for_each(|(side, moved)| self.shift_contacts(i + side, moved));
         self.contacts[i].unassign(cluster.contacts[0].overlap, Mode::Pressing);

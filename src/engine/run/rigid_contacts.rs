@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::contact::{Keep, Phase, around};
+use super::contact::{ContactRole, RestRule, around};
 use super::engine::Engine;
-use crate::engine::flight::{Forcing, Regime, Rounding, Separation, places, shifted, start_by_centre};
+use crate::engine::flight::{BallRole, Forcing, Rounding, Separation, places, shifted, start_by_centre};
 use crate::engine::rigid::restitution::{self, Block, Impact, Row};
 use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
-use crate::engine::{EngineError, Fault, Next, Observer, RAPID};
+use crate::engine::{EngineError, Fault, Forecast, Observer, RAPID};
 use crate::model::Mode;
 use crate::solver::{DoubleDouble, Oscillator};
 
@@ -44,7 +44,7 @@ impl Engine {
         Ok(())
     }
 
-    pub(crate) fn meet(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+    pub(crate) fn rigid_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let clock_stands = self.totals.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
         let Some(separation) = self.contacts[i].separation() else { return };
@@ -87,8 +87,8 @@ impl Engine {
             ball.flight.v = v;
         }
         // A contact that closed without speed is pressed, if only by rounding.
-        let keep = if approach <= unresolved { Keep::Contact(i) } else { Keep::Nothing };
-        self.settle(group, t, keep, &impacts, observer);
+        let keep = if approach <= unresolved { RestRule::Contact(i) } else { RestRule::Nothing };
+        self.regroup(group, t, keep, &impacts, observer);
     }
 
     /// Adjusts the positions of the balls of the contacts `group` so that they touch exactly; otherwise rounding would
@@ -117,10 +117,10 @@ impl Engine {
     }
 
     /// Ends the constraint of contact `i`, which would have to pull from `t` on.
-    pub(crate) fn part(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
+    pub(crate) fn release_constraint(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let body = around(i, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
         self.separate(body.clone(), t);
-        self.settle(body, t, Keep::Nothing, &[], observer);
+        self.regroup(body, t, RestRule::Nothing, &[], observer);
     }
 
     /// Begins or ends a pulse of the unassigned contact `i` at `t`, unless that is done.
@@ -148,14 +148,14 @@ impl Engine {
             self.stop_separation(j, t);
         }
         for i in group.start..group.end + 1 {
-            if self.balls[i].regime == Regime::Body {
+            if self.balls[i].role == BallRole::Body {
                 self.look_for_faults(i..i + 1, t);
                 let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
                 let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
                 ball.integrals = ball.integrals_under(&before, t);
                 ball.flight = ball.flight_at(t);
                 ball.flight.forcing = after;
-                (ball.anchor, ball.regime) = (t, Regime::Flight);
+                (ball.anchor, ball.role) = (t, BallRole::Flight);
                 ball.oscillator = Oscillator::new(model.omega2, model.gamma);
             } else {
                 self.reanchor(i, t);
@@ -168,7 +168,7 @@ impl Engine {
             self.begin_ledger(j, t);
             self.queue.remove(j);
             let contact = &mut self.contacts[j];
-            if let Phase::Constraint(constraint, _) = std::mem::take(&mut contact.phase) {
+            if let ContactRole::Constraint(constraint, _) = std::mem::take(&mut contact.role) {
                 let in_step = constraint.peak(self.step.time.into(), t);
                 contact.ledger.add(constraint.impulse(t), constraint.peak(constraint.anchor, t), in_step);
             }
@@ -191,11 +191,11 @@ impl Engine {
 
     /// Joins balls of the separated contacts `group` that press each other at `t` to bodies, enters the `impacts`, with
     /// contacts counted from the first of the group, in the ledgers, and lets the other balls and their neighbours fly.
-    pub(crate) fn settle(
+    pub(crate) fn regroup(
         &mut self,
         group: Range<usize>,
         t: DoubleDouble,
-        keep: Keep,
+        keep: RestRule,
         impacts: &[Impact<f64>],
         observer: &mut dyn Observer,
     ) {
@@ -221,10 +221,10 @@ impl Engine {
         for (j, constraint) in beside.zip(constraints) {
             self.set_closed(j, constraint.is_some(), t, observer);
             if let Some(constraint) = constraint {
-                self.contacts[j].phase = Phase::Constraint(constraint, Next::Never);
+                self.contacts[j].role = ContactRole::Constraint(constraint, Forecast::Never);
                 self.forecast(j, t);
             } else {
-                self.fly(j, t, rounding.position);
+                self.open_contact(j, t, rounding.position);
                 let held = self.is_held(j, t, rounding.velocity).then_some((t, Fault::Held));
                 self.note(j, held);
             }
@@ -241,7 +241,7 @@ impl Engine {
     /// Whether contact `j`, open from `t` on, closes again without speed, to within `rounding` (m/s), although its
     /// balls cannot swing as one.
     fn is_held(&self, j: usize, t: DoubleDouble, rounding: f64) -> bool {
-        let Phase::Open(separation, Next::At(next)) = &self.contacts[j].phase else { return false };
+        let ContactRole::Open(separation, Forecast::At(next)) = &self.contacts[j].role else { return false };
         let still = |t: DoubleDouble| separation.at_time(t).1.abs() <= RESOLVED * rounding;
         !self.swing_as_one(j) && still(t) && still(*next)
     }
@@ -253,7 +253,7 @@ impl Engine {
     }
 
     /// Makes bodies of the balls of contacts `run`, which touch at rest, where they press; enters their `constraints`.
-    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: Keep, constraints: &mut [Option<Constraint>]) {
+    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: RestRule, constraints: &mut [Option<Constraint>]) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.model.mass).collect();
         let age = self.input_age(t);
@@ -268,9 +268,9 @@ impl Engine {
             let contact = run.start + j;
             let pressed = approach > 0.0;
             match keep {
-                Keep::Contact(this) if contact == this => approach >= -rounding,
-                Keep::Closed => pressed || self.contacts[contact].is_closed(),
-                Keep::Nothing | Keep::Contact(_) => pressed,
+                RestRule::Contact(this) if contact == this => approach >= -rounding,
+                RestRule::Closed => pressed || self.contacts[contact].is_closed(),
+                RestRule::Nothing | RestRule::Contact(_) => pressed,
             }
         };
         for Block { members, .. } in restitution::pool(&masses, &accelerations, meet) {
@@ -279,7 +279,7 @@ impl Engine {
                 let members = run.start + members.start..run.start + members.end;
                 let body = Body::new(&self.balls[members.clone()], &approach[contacts.clone()], rounding, t);
                 for (ball, flight) in self.balls[members].iter_mut().zip(body.flights) {
-                    (ball.oscillator, ball.flight, ball.regime) = (body.oscillator, flight, Regime::Body);
+                    (ball.oscillator, ball.flight, ball.role) = (body.oscillator, flight, BallRole::Body);
                 }
                 for (place, constraint) in constraints[contacts].iter_mut().zip(body.constraints) {
                     *place = Some(constraint);

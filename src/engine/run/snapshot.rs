@@ -3,11 +3,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::Phase;
+use super::contact::ContactRole;
 use super::engine::{Engine, NO_STEP};
 use crate::engine::cluster::Cluster;
-use crate::engine::flight::{Ball, Flight, Regime};
-use crate::engine::{Next, StepStart, pair_impact::PairImpact};
+use crate::engine::flight::{Ball, BallRole, Flight};
+use crate::engine::{Forecast, StepStart, pair_impact::PairImpact};
 use crate::model::{Mode, Parameters};
 use crate::solver::{DoubleDouble, Oscillator};
 
@@ -18,15 +18,15 @@ pub struct Snapshot {
     /// The copy that looks ahead, unless it is where the run is.
     copy: Option<Box<Engine>>,
     /// The result of the look ahead, and the time of the request, s.
-    found: Option<(f64, Next)>,
+    found: Option<(f64, Forecast)>,
 }
 
 /// An inconsistent snapshot, and what shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unsound(pub &'static str);
+pub struct InvalidState(pub &'static str);
 
-pub(crate) fn require(holds: bool, reason: &'static str) -> Result<(), Unsound> {
-    if holds { Ok(()) } else { Err(Unsound(reason)) }
+pub(crate) fn require(holds: bool, reason: &'static str) -> Result<(), InvalidState> {
+    if holds { Ok(()) } else { Err(InvalidState(reason)) }
 }
 
 impl Engine {
@@ -43,7 +43,12 @@ impl Engine {
 
     /// The run of `snapshot`, with its parameters and its start time (s). After a failed step (`failed`) any values
     /// pass, because the run can only be read.
-    pub fn restore(parameters: &Parameters, start: f64, snapshot: Snapshot, failed: bool) -> Result<Self, Unsound> {
+    pub fn restore(
+        parameters: &Parameters,
+        start: f64,
+        snapshot: Snapshot,
+        failed: bool,
+    ) -> Result<Self, InvalidState> {
         let Snapshot { run, copy, found } = snapshot;
         let engine = run.rebuilt(parameters, start, failed)?;
         let now = DoubleDouble::from(engine.time);
@@ -65,7 +70,7 @@ impl Engine {
     }
 
     /// The run without its look ahead.
-    fn rebuilt(self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, Unsound> {
+    fn rebuilt(self, parameters: &Parameters, start: f64, failed: bool) -> Result<Self, InvalidState> {
         let (n, m) = (parameters.balls(), parameters.contacts());
         let StepStart { balls, contacts, .. } = &self.step;
         let lengths = [(self.balls.len(), self.contacts.len()), (balls.len(), contacts.len())];
@@ -79,8 +84,8 @@ impl Engine {
         let apart = Self::apart(parameters, inputs, time);
         let mut engine = Self { contacts, step: step.restored(), totals, handled, onsets, ..apart };
         require(totals.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
-        for (ball, Ball { anchor, flight, integrals, flies_on, .. }) in engine.balls.iter_mut().zip(balls) {
-            (ball.anchor, ball.flight, ball.integrals, ball.flies_on) = (anchor, flight, integrals, flies_on);
+        for (ball, Ball { anchor, flight, integrals, starts_long, .. }) in engine.balls.iter_mut().zip(balls) {
+            (ball.anchor, ball.flight, ball.integrals, ball.starts_long) = (anchor, flight, integrals, starts_long);
         }
         for cluster in clusters {
             engine.clusters.push(None);
@@ -88,22 +93,24 @@ impl Engine {
         }
         let contacts = 0..engine.contacts.len();
         for i in contacts.clone() {
-            match &engine.contacts[i].phase {
-                Phase::Impact(_) => engine.restore_impact(i)?,
-                Phase::Constraint(constraint, _) => engine.restore_constraint(i, constraint.oscillator, failed)?,
-                Phase::Window(id) => {
+            match &engine.contacts[i].role {
+                ContactRole::Impact(_) => engine.restore_impact(i)?,
+                ContactRole::Constraint(constraint, _) => {
+                    engine.restore_constraint(i, constraint.oscillator, failed)?
+                }
+                ContactRole::Window(id) => {
                     let cluster = engine.clusters.get(*id as usize).and_then(Option::as_ref);
                     let its_own = cluster.is_some_and(|cluster| cluster.window_contacts().contains(&i));
                     require(its_own, "a contact lost its cluster")?;
                 }
-                Phase::Open(..) | Phase::BesideImpact(_) | Phase::Unassigned(_) => {}
+                ContactRole::Open(..) | ContactRole::BesideImpact(_) | ContactRole::Unassigned(_) => {}
             }
         }
         contacts.into_iter().try_for_each(|i| engine.restore_phase(i, failed))?;
         Ok(engine)
     }
 
-    fn restore_cluster(&mut self, mut cluster: Box<Cluster>) -> Result<(), Unsound> {
+    fn restore_cluster(&mut self, mut cluster: Box<Cluster>) -> Result<(), InvalidState> {
         let Cluster { members, flights, contacts, .. } = &*cluster;
         let balls = self.balls.len();
         require(members.start < members.end && members.end <= balls && members.len() > 1, "a cluster has no balls")?;
@@ -120,8 +127,8 @@ impl Engine {
         let closed = |i: usize| contacts[i - window.start].mode != Mode::Open;
         require(closed(members.start) && closed(members.end - 2), "a cluster holds balls that touch nothing")?;
         for ball in &mut self.balls[members.clone()] {
-            require(ball.regime == Regime::Flight, "a ball is in two clusters")?;
-            ball.regime = Regime::Cluster(id as u32);
+            require(ball.role == BallRole::Flight, "a ball is in two clusters")?;
+            ball.role = BallRole::Cluster(id as u32);
         }
         (cluster.window, cluster.history) = (window, cluster.history_before);
         cluster.expand(&self.balls, &self.cradle, &self.control);
@@ -130,47 +137,47 @@ impl Engine {
         Ok(())
     }
 
-    fn restore_impact(&mut self, i: usize) -> Result<(), Unsound> {
+    fn restore_impact(&mut self, i: usize) -> Result<(), InvalidState> {
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        require(left.regime == Regime::Flight && right.regime == Regime::Flight, "a ball is in two impacts")?;
+        require(left.role == BallRole::Flight && right.role == BallRole::Flight, "a ball is in two impacts")?;
         require(left.anchor == right.anchor, "the balls of an impact have not met")?;
         let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.impact_coefficients);
-        let impact = impact.ok_or(Unsound("an impact has no outcome"))?;
+        let impact = impact.ok_or(InvalidState("an impact has no outcome"))?;
         self.queue.set(i, impact.end());
-        self.contacts[i].phase = Phase::Impact(Some(impact));
+        self.contacts[i].role = ContactRole::Impact(Some(impact));
         for ball in &mut self.balls[i..i + 2] {
-            ball.regime = Regime::Impact(i as u32);
+            ball.role = BallRole::Impact(i as u32);
         }
         Ok(())
     }
 
-    /// Restores the phase of a contact, after all balls.
-    fn restore_phase(&mut self, i: usize, failed: bool) -> Result<(), Unsound> {
+    /// Restores the role of a contact, after all balls.
+    fn restore_phase(&mut self, i: usize, failed: bool) -> Result<(), InvalidState> {
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        let flies = |ball: &Ball| matches!(ball.regime, Regime::Flight | Regime::Body);
+        let flies = |ball: &Ball| matches!(ball.role, BallRole::Flight | BallRole::Body);
         let in_flight = flies(left) && flies(right);
-        let in_cluster = |regime: Regime| matches!(regime, Regime::Cluster(_));
+        let in_cluster = |role: BallRole| matches!(role, BallRole::Cluster(_));
         let now = DoubleDouble::from(self.time);
-        let (sound, reason, forecast) = match &self.contacts[i].phase {
-            Phase::Window(_) | Phase::Impact(_) => return Ok(()),
+        let (sound, reason, forecast) = match &self.contacts[i].role {
+            ContactRole::Window(_) | ContactRole::Impact(_) => return Ok(()),
             // A failed step may end in the middle of an event.
-            Phase::Unassigned(_) => (failed, "a contact belongs to nothing", Next::Never),
-            Phase::BesideImpact(overlap) => {
-                let beside_impact = !in_flight && !in_cluster(left.regime) && !in_cluster(right.regime);
+            ContactRole::Unassigned(_) => (failed, "a contact belongs to nothing", Forecast::Never),
+            ContactRole::BesideImpact(overlap) => {
+                let beside_impact = !in_flight && !in_cluster(left.role) && !in_cluster(right.role);
                 let sound = beside_impact && (failed || overlap.is_finite());
-                (sound, "a contact has no impact beside it", Next::Never)
+                (sound, "a contact has no impact beside it", Forecast::Never)
             }
-            Phase::Constraint(constraint, forecast) => {
+            ContactRole::Constraint(constraint, forecast) => {
                 let sound = failed || constraint.is_sound(left, right, now);
                 (sound, "a sustained contact does not fit its balls", *forecast)
             }
-            Phase::Open(separation, forecast) => {
+            ContactRole::Open(separation, forecast) => {
                 let sound = in_flight && (failed || separation.is_sound(left, right, now));
                 (sound, "an open contact does not fit its balls", *forecast)
             }
         };
         require(sound, reason)?;
-        if let Next::At(time) | Next::NotBefore(time) = forecast {
+        if let Forecast::At(time) | Forecast::NotBefore(time) = forecast {
             require(failed || time.is_sound(), "the time of an event is invalid")?;
             self.queue.set(i, time);
         }
@@ -178,14 +185,14 @@ impl Engine {
     }
 
     /// Restores the constraint of contact `i` in a body with this oscillator.
-    fn restore_constraint(&mut self, i: usize, oscillator: Oscillator, failed: bool) -> Result<(), Unsound> {
+    fn restore_constraint(&mut self, i: usize, oscillator: Oscillator, failed: bool) -> Result<(), InvalidState> {
         for ball in &mut self.balls[i..i + 2] {
-            let free = matches!(ball.regime, Regime::Flight | Regime::Body);
+            let free = matches!(ball.role, BallRole::Flight | BallRole::Body);
             require(
                 free && (failed || self.cradle.restitution.is_some()),
                 "a constraint holds balls that something else holds",
             )?;
-            (ball.regime, ball.oscillator) = (Regime::Body, oscillator);
+            (ball.role, ball.oscillator) = (BallRole::Body, oscillator);
         }
         Ok(())
     }
@@ -197,7 +204,7 @@ impl Engine {
     }
 
     /// Checks that all values are finite and no past time lies ahead.
-    fn check_values(&self, start: f64) -> Result<(), Unsound> {
+    fn check_values(&self, start: f64) -> Result<(), InvalidState> {
         let now = DoubleDouble::from(self.time);
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);
         require(self.inputs.are_finite(), "an input is not finite")?;

@@ -8,8 +8,8 @@ pub(super) mod types;
 
 use std::slice::{from_mut, from_ref};
 
+use crate::forecast::NEVER;
 use crate::model::{ContactModel, DampingLaw, ExchangedContacts, Parameters, PendulumModel, SolverMethod};
-use crate::next::NEVER;
 use row::Causality::{CalculatedParameter, Input, Local, Output};
 use row::Shape::{Balls, Contacts, Scalar};
 use row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row};

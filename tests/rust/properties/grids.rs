@@ -1,6 +1,6 @@
 //! Communication points have no effect.
 
-use newtons_cradle::engine::{Chain, Engine, Pulse, Results, Simulation, Unsound};
+use newtons_cradle::engine::{Chain, Engine, InvalidState, Pulse, Results, Simulation};
 use newtons_cradle::model::Inputs;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -33,7 +33,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<Vec<Pulse>, Te
                 fine.hold(&case.inputs, &[]).map_err(ended_early)?;
                 fine.retune(case.p.tunables()).map_err(ended_early)?;
                 let restored = Simulation::restore(case.p.clone(), 0.0, fine.snapshot(), false, |_| true);
-                fine = restored.map_err(|Unsound(reason)| TestCaseError::fail(reason))?;
+                fine = restored.map_err(|InvalidState(reason)| TestCaseError::fail(reason))?;
             }
         }
         fine.advance(time, &mut fine_pulses).map_err(ended_early)?;

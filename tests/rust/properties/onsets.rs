@@ -1,6 +1,6 @@
 //! No onset is missed or invented: grazing contacts, contacts that are closed or about to close at the start.
 
-use newtons_cradle::engine::{Chain, NEVER, Next, Results, Unrecorded};
+use newtons_cradle::engine::{Chain, Forecast, NEVER, Results, Unrecorded};
 use newtons_cradle::model::{Inputs, Parameters};
 use proptest::prelude::*;
 
@@ -86,7 +86,7 @@ proptest! {
             prop_assert!((engine.last_onset(0) - onset).abs() < 10.0 * unclear, "{} {onset}", engine.last_onset(0));
             prop_assert!((foretold.time() - engine.last_onset(0)).abs() <= f64::EPSILON * onset);
         } else {
-            prop_assert_eq!((engine.pulses(0), foretold), (0, Next::Never));
+            prop_assert_eq!((engine.pulses(0), foretold), (0, Forecast::Never));
         }
         prop_assert!(engine.energy_residual().abs() <= 1e-13 * engine.total_energy());
     }

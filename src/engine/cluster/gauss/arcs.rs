@@ -7,7 +7,7 @@ use crate::solver::{NODES, Nodes};
 
 /// A ball at some times: its direction, its rate along the path (m/s), and its acceleration without contacts (m/s2).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Course<const N: usize> {
+pub(crate) struct BallOnArc<const N: usize> {
     /// Sine and cosine at the start.
     start: (f64, f64),
     /// Their changes since then, which keep their digits, and the values.
@@ -18,7 +18,7 @@ pub(crate) struct Course<const N: usize> {
     pub free: [f64; N],
 }
 
-impl Course<1> {
+impl BallOnArc<1> {
     pub fn at_start((ball, flight): (&BallModel, &Flight)) -> Self {
         let (start, none) = (libm::sincos(flight.x / ball.length), [0.0]);
         let mut course = Self { start, changes: [none; 2], sin: none, cos: none, u: none, free: none };
@@ -27,20 +27,20 @@ impl Course<1> {
     }
 
     /// The same all the time.
-    pub fn lasting<const N: usize>(&self) -> Course<N> {
+    pub fn lasting<const N: usize>(&self) -> BallOnArc<N> {
         let all = |[value]: [f64; 1]| [value; N];
         let &Self { start, changes, sin, cos, u, free } = self;
-        Course { start, changes: changes.map(all), sin: all(sin), cos: all(cos), u: all(u), free: all(free) }
+        BallOnArc { start, changes: changes.map(all), sin: all(sin), cos: all(cos), u: all(u), free: all(free) }
     }
 
     /// Rate of the overlap of this ball and the next one, m/s.
-    pub fn approach(&self, next: &Self, between: &Direction<1>) -> f64 {
+    pub fn approach(&self, next: &Self, between: &ContactDirection<1>) -> f64 {
         let [[left], [right]] = between.along;
         self.u[0] * left - next.u[0] * right
     }
 }
 
-impl<const N: usize> Course<N> {
+impl<const N: usize> BallOnArc<N> {
     /// Takes it to these displacements (m) from the start and rates (m/s) at these times (s).
     pub fn follow(&mut self, ball: &BallModel, flight: &Flight, [way, u]: &[[f64; N]; 2], times: &[f64; N]) {
         let ((sine, cosine), inverse) = (self.start, 1.0 / ball.length);
@@ -66,23 +66,23 @@ impl<const N: usize> Course<N> {
 
 /// A contact at some times: its direction along its balls' paths and outward, and the pull on its overlap, m/s2.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Direction<const N: usize> {
+pub(crate) struct ContactDirection<const N: usize> {
     pub along: [[f64; N]; 2],
     pub outward: [[f64; N]; 2],
     pub pull: [f64; N],
 }
 
-impl Direction<1> {
+impl ContactDirection<1> {
     /// The same all the time.
-    pub fn lasting<const N: usize>(&self) -> Direction<N> {
+    pub fn lasting<const N: usize>(&self) -> ContactDirection<N> {
         let [along, outward] = [self.along, self.outward].map(|parts| parts.map(|[value]| [value; N]));
-        Direction { along, outward, pull: [self.pull[0]; N] }
+        ContactDirection { along, outward, pull: [self.pull[0]; N] }
     }
 }
 
-impl<const N: usize> Direction<N> {
+impl<const N: usize> ContactDirection<N> {
     /// Of balls on pendulums of these lengths, with these horizontal and vertical distances at the start, m.
-    pub fn new(l: &Course<N>, r: &Course<N>, lengths: [f64; 2], start: [f64; 2]) -> Self {
+    pub fn new(l: &BallOnArc<N>, r: &BallOnArc<N>, lengths: [f64; 2], start: [f64; 2]) -> Self {
         let (none, [left, right]) = ([0.0; N], lengths);
         let mut direction = Self { along: [none; 2], outward: [none; 2], pull: none };
         let (inverse_left, inverse_right) = (1.0 / left, 1.0 / right);
@@ -122,11 +122,11 @@ impl<const N: usize> Direction<N> {
 
 /// All of a window at the nodes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Arcs {
+pub(super) struct ArcNodes {
     /// Empty where balls move on lines.
     pub balls: Vec<BallModel>,
-    pub courses: Vec<Course<NODES>>,
-    pub directions: Vec<Direction<NODES>>,
+    pub courses: Vec<BallOnArc<NODES>>,
+    pub directions: Vec<ContactDirection<NODES>>,
     pub factors: Vec<[Nodes; 3]>,
     /// For each contact: the distances of the centres at the start, horizontal and vertical, m.
     pub starts: Vec<[f64; 2]>,
@@ -134,13 +134,13 @@ pub(super) struct Arcs {
     pub turned: Vec<f64>,
 }
 
-impl Arcs {
+impl ArcNodes {
     /// Everything as at the start.
-    pub fn begin(&mut self, courses: &[Course<1>], directions: &[Direction<1>], factors: &[[f64; 3]]) {
+    pub fn begin(&mut self, courses: &[BallOnArc<1>], directions: &[ContactDirection<1>], factors: &[[f64; 3]]) {
         self.courses.clear();
-        self.courses.extend(courses.iter().map(Course::lasting));
+        self.courses.extend(courses.iter().map(BallOnArc::lasting));
         self.directions.clear();
-        self.directions.extend(directions.iter().map(Direction::lasting));
+        self.directions.extend(directions.iter().map(ContactDirection::lasting));
         self.factors.clear();
         self.factors.extend(factors.iter().map(|factors| factors.map(|factor| [factor; NODES])));
         self.turned.clear();
@@ -166,10 +166,10 @@ impl Arcs {
         let contacts = || (0..self.balls.len() - 1).filter(|j| matters(*j));
         for j in contacts() {
             let lengths = [self.balls[j].length, self.balls[j + 1].length];
-            self.directions[j] = Direction::new(&self.courses[j], &self.courses[j + 1], lengths, self.starts[j]);
+            self.directions[j] = ContactDirection::new(&self.courses[j], &self.courses[j + 1], lengths, self.starts[j]);
         }
         for j in contacts() {
-            self.factors[j] = Direction::factors(&self.directions, j, &self.balls);
+            self.factors[j] = ContactDirection::factors(&self.directions, j, &self.balls);
         }
     }
 }

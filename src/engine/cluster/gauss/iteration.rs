@@ -2,7 +2,7 @@
 //!
 //! Only closed contacts need their overlaps meanwhile. Loops over nodes have no branches: compilers vectorise them.
 
-use super::motion::{Motion, Samples, Track};
+use super::motion::{GaussStep, Samples, StepContact};
 use crate::engine::flight::forcing_at;
 use crate::model::Mode;
 use crate::solver::{NODES, Table};
@@ -18,13 +18,13 @@ const FAR: f64 = 1e-3;
 /// Negligible part of the motion by the pendulums, over that by the forces.
 const LEFT_OUT: f64 = 1e-17;
 
-impl Motion {
+impl GaussStep {
     /// Start of the iteration: overlaps and rates by their Taylor polynomials about the start of the step; for open
     /// contacts, which exert no force, those at the start.
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         let cube = length * length * length;
-        for (j, Track { mode, overlap, rate, accelerations, .. }) in self.tracks.iter().enumerate() {
+        for (j, StepContact { mode, overlap, rate, accelerations, .. }) in self.tracks.iter().enumerate() {
             if *mode == Mode::Open {
                 (self.at_nodes.overlaps[j], self.at_nodes.rates[j]) = ([*overlap; NODES], [*rate; NODES]);
                 continue;
@@ -240,7 +240,7 @@ impl Motion {
     /// Overlaps and, where they matter, rates of contact `j` from its accelerations, if the step ends `later` (s).
     pub(super) fn move_contact(&mut self, j: usize, table: &Table, later: f64) {
         let (length, square) = (self.length, self.length * self.length);
-        let Track { overlap, rate, .. } = self.tracks[j];
+        let StepContact { overlap, rate, .. } = self.tracks[j];
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
         // In local arrays, which cannot alias their inputs.
         let (mut overlaps, mut rates) = ([0.0; NODES], [0.0; NODES]);

@@ -20,8 +20,8 @@ use crate::model::{ContactLaw, Mode};
 
 use plan::Planner;
 
-pub(crate) use arcs::{Course, Direction};
-pub(crate) use motion::Motion;
+pub(crate) use arcs::{BallOnArc, ContactDirection};
+pub(crate) use motion::GaussStep;
 pub(crate) use plan::power_of_stretching;
 
 /// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration would need
@@ -47,7 +47,7 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
         && !window.laws.iter().enumerate().any(is_stiff)
 }
 
-impl Motion {
+impl GaussStep {
     /// Describes the motion for a step of about the length `before` (s; 0 if unknown). Returns its length and that of
     /// the next one, s; `None` if the method does not apply. Adds the `evaluations` of forces, each at all nodes.
     #[expect(clippy::print_stderr, reason = "attempts are printed in a build with `--features trace`")]

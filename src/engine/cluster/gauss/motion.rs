@@ -2,7 +2,7 @@
 
 use std::cell::{OnceCell, RefCell};
 
-use super::arcs::{Arcs, Course, Direction};
+use super::arcs::{ArcNodes, BallOnArc, ContactDirection};
 use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};
@@ -11,7 +11,7 @@ use crate::solver::{NODES, Nodes, Oscillator, Stretching};
 
 /// A contact at the start of the step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Track {
+pub(super) struct StepContact {
     pub law: ContactLaw,
     pub mode: Mode,
     /// Overlap (m) and its rate (m/s).
@@ -34,7 +34,7 @@ pub(super) struct Track {
     pub accelerations: [f64; 4],
 }
 
-impl Track {
+impl StepContact {
     /// Contact `j` of `window`, before what acts on it besides inputs is known.
     fn new(window: &Window, j: usize, rate: f64, inverse_masses: [f64; 2]) -> Self {
         let Window { flights, contacts, laws, .. } = window;
@@ -109,7 +109,7 @@ pub(super) struct Samples {
 pub(super) struct Moment {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
-    /// See [`Motion::weights`].
+    /// See [`GaussStep::weights`].
     pub weights: [Nodes; 3],
     /// For each ball: displacement (m), change of velocity (m/s), and integral of the displacement (m.s); the same of
     /// the left ball relative to the right one for each contact, 0 if it does not press.
@@ -123,7 +123,7 @@ pub(super) struct Moment {
 
 /// The motion of a window on a step.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Motion {
+pub(crate) struct GaussStep {
     pub(super) stretching: Stretching,
     /// Length of the step, s.
     pub(super) length: f64,
@@ -136,7 +136,7 @@ pub(crate) struct Motion {
     pub(super) flights: Vec<Flight>,
     /// Whether some pendulums differ.
     pub(super) unlike: bool,
-    pub(super) tracks: Vec<Track>,
+    pub(super) tracks: Vec<StepContact>,
     /// Whether a forcing varies, whether there is drag, and whether the iteration needs rates.
     pub(super) varies: bool,
     pub(super) drags: bool,
@@ -146,12 +146,12 @@ pub(crate) struct Motion {
     pub(super) accelerations: Vec<Nodes>,
     pub(super) ball_accelerations: Vec<Nodes>,
     /// What turns, if balls move on arcs.
-    pub(super) arcs: Arcs,
+    pub(super) arcs: ArcNodes,
     /// The values at the time asked for last.
     pub(super) moment: RefCell<Moment>,
 }
 
-impl Motion {
+impl GaussStep {
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, models, balls, .. } = window;
@@ -192,9 +192,9 @@ impl Motion {
             let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
             let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
             let inverse_masses = [j, j + 1].map(|i| 1.0 / models[i].mass);
-            let track = Track::new(window, j, left.v - right.v, inverse_masses);
+            let track = StepContact::new(window, j, left.v - right.v, inverse_masses);
             let pull = track.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
-            self.tracks.push(Track { mean, unlike, pull, ..track });
+            self.tracks.push(StepContact { mean, unlike, pull, ..track });
         }
         self.for_each_under(0, |j, track, forces| {
             let both = flights[j].v + flights[j + 1].v;
@@ -210,20 +210,20 @@ impl Motion {
         let Window { flights, models, laws, .. } = window;
         let arcs = &mut self.arcs;
         arcs.balls.extend_from_slice(models);
-        let courses: Vec<Course<1>> = arcs.balls.iter().zip(*flights).map(Course::at_start).collect();
+        let courses: Vec<BallOnArc<1>> = arcs.balls.iter().zip(*flights).map(BallOnArc::at_start).collect();
         let lengths = |j: usize| [arcs.balls[j].length, arcs.balls[j + 1].length];
         arcs.starts.clear();
         arcs.starts.extend((0..laws.len()).map(|j| window.pair(j).distances([flights[j].x, flights[j + 1].x])));
-        let direction = |j: usize| Direction::new(&courses[j], &courses[j + 1], lengths(j), arcs.starts[j]);
-        let directions: Vec<Direction<1>> = (0..laws.len()).map(direction).collect();
-        let factors = |j: usize| Direction::factors(&directions, j, &arcs.balls).map(|[factor]| factor);
+        let direction = |j: usize| ContactDirection::new(&courses[j], &courses[j + 1], lengths(j), arcs.starts[j]);
+        let directions: Vec<ContactDirection<1>> = (0..laws.len()).map(direction).collect();
+        let factors = |j: usize| ContactDirection::factors(&directions, j, &arcs.balls).map(|[factor]| factor);
         let factors: Vec<[f64; 3]> = (0..laws.len()).map(factors).collect();
         for j in 0..laws.len() {
             let inverse_masses = [j, j + 1].map(|i| 1.0 / arcs.balls[i].mass);
             let [[l], [r]] = directions[j].along;
             let rate = courses[j].approach(&courses[j + 1], &directions[j]);
-            let track = Track::new(window, j, rate, [l * l * inverse_masses[0], r * r * inverse_masses[1]]);
-            self.tracks.push(Track { pull: directions[j].pull[0], ..track });
+            let track = StepContact::new(window, j, rate, [l * l * inverse_masses[0], r * r * inverse_masses[1]]);
+            self.tracks.push(StepContact { pull: directions[j].pull[0], ..track });
         }
         arcs.begin(&courses, &directions, &factors);
         let pushed = |j: usize, forces: [f64; 3]| {
@@ -256,8 +256,8 @@ impl Motion {
 
     /// Calls a function for each contact with its number, its track, and derivative `k` of the forces of the left one,
     /// its own and the right one, 0 for those that do not press.
-    fn for_each_under(&mut self, k: usize, enter: impl Fn(usize, &mut Track, [f64; 3])) {
-        let force = |track: Option<&Track>| {
+    fn for_each_under(&mut self, k: usize, enter: impl Fn(usize, &mut StepContact, [f64; 3])) {
+        let force = |track: Option<&StepContact>| {
             track.filter(|track| track.mode == Mode::Pressing).map_or(0.0, |track| derivative_of_force(track, k))
         };
         let (mut left, mut own) = (0.0, force(self.tracks.first()));
@@ -271,8 +271,8 @@ impl Motion {
 
 /// Derivative `k` (0 to 3) of the force of a contact by time at the start, N/s^k: exact for an elastic force and for a
 /// dashpot, rough for other damping from the second one on.
-fn derivative_of_force(track: &Track, k: usize) -> f64 {
-    let Track { slopes: (by_overlap, by_rate), overlap, rate, accelerations, .. } = *track;
+fn derivative_of_force(track: &StepContact, k: usize) -> f64 {
+    let StepContact { slopes: (by_overlap, by_rate), overlap, rate, accelerations, .. } = *track;
     if k == 0 {
         return track.law.unclipped_force(overlap, rate);
     }

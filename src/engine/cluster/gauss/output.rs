@@ -12,8 +12,8 @@
 
 use std::cell::{OnceCell, Ref};
 
-use super::motion::{Moment, Motion, Samples};
-use crate::engine::Next;
+use super::motion::{GaussStep, Moment, Samples};
+use crate::engine::Forecast;
 use crate::engine::cluster::window::{DenseOutput, Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::model::{Mode, Pair};
@@ -25,7 +25,7 @@ const MARGIN: f64 = 1.25;
 /// Up to this part of the stretched step, integrals have nodes of their own.
 const EARLY: f64 = 0.5;
 
-impl Motion {
+impl GaussStep {
     fn moment(&self, tau: f64) -> Ref<'_, Moment> {
         if self.moment.borrow().tau != Some(tau) {
             self.compute_moment(&mut self.moment.borrow_mut(), tau);
@@ -197,7 +197,7 @@ fn moved_by([once, twice, thrice]: &[Nodes; 3], v: f64, accelerations: &Nodes, t
     [v * tau + displacement, velocity, 0.5 * v * tau * tau + integral]
 }
 
-impl DenseOutput for Motion {
+impl DenseOutput for GaussStep {
     fn moved(&self, i: usize, tau: f64) -> (f64, f64) {
         let [displacement, change, _] = self.moment(tau).balls[i];
         (displacement, change)
@@ -274,7 +274,7 @@ impl DenseOutput for Motion {
         })
     }
 
-    fn first(&self, switch: Switch, j: usize, _: &Window, _: f64, _: &Rounding) -> Next {
-        if self.end == Some((j, switch)) { Next::At(self.until) } else { Next::Never }
+    fn first(&self, switch: Switch, j: usize, _: &Window, _: f64, _: &Rounding) -> Forecast {
+        if self.end == Some((j, switch)) { Forecast::At(self.until) } else { Forecast::Never }
     }
 }

@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow::{self, Break, Continue};
 
-use super::motion::{Motion, Tolerance, Track};
-use super::step::{Outcome, Plan};
+use super::motion::{GaussStep, StepContact, Tolerance};
+use super::step::{Attempt, Plan};
 use super::switching::fall;
 use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window};
@@ -47,7 +47,7 @@ const LONGEST: f64 = 0.25;
 /// Angle (rad) by which balls on arcs turn in a step at most.
 const SMALL_ANGLE: f64 = 1e-3;
 
-/// See [`Motion::smoothness`]; guarded by `awkward_starts_keep_their_energy` and
+/// See [`GaussStep::smoothness`]; guarded by `awkward_starts_keep_their_energy` and
 /// `balls_that_rattle_keep_their_energy_at_all_times`.
 const ROUGH: f64 = 0.01;
 const FRACTIONAL: f64 = 0.3;
@@ -71,11 +71,11 @@ pub(super) struct Planner<'a> {
 }
 
 impl<'a> Planner<'a> {
-    /// The first plan. See [`Motion::follow`] for the arguments.
-    pub fn new(motion: &Motion, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
+    /// The first plan. See [`GaussStep::follow`] for the arguments.
+    pub fn new(motion: &GaussStep, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
         let &Problem { window, control, ref rounding, speed, .. } = problem;
         // The stretching of a step serves only the branch point at its start, not those shortly before it.
-        let since = |track: &Track| to_branch_point(track, track.overlap, track.rate, rounding);
+        let since = |track: &StepContact| to_branch_point(track, track.overlap, track.rate, rounding);
         let beyond = motion.tracks.iter().filter_map(since).map(|since| BEYOND * since);
         let longest = beyond.fold(motion.longest().min(control.longest), f64::min);
         let tolerance = Tolerance {
@@ -123,51 +123,51 @@ impl<'a> Planner<'a> {
     }
 
     /// What to do after an attempt.
-    pub fn decide(&mut self, motion: &mut Motion, plan: &Plan, outcome: Outcome) -> Decision {
+    pub fn decide(&mut self, motion: &mut GaussStep, plan: &Plan, outcome: Attempt) -> Decision {
         // An iteration that diverges may have moved the end anywhere.
         let (least, longest) = (LEAST * plan.length, self.tolerance.longest);
         let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
         let plan = match (outcome, plan.switching) {
-            (Outcome::Stands(error), _) => {
+            (Attempt::Stands(error), _) => {
                 return Break(Some((motion.until, (reached * change_for(error)).min(longest))));
             }
             // A series shows which way a force or an overlap at rest goes from 0, the mean slope over a step does not.
-            (Outcome::AtOnce(_, Switch::Clip), _) => return Break(None),
-            (Outcome::AtOnce(j, Switch::Release), _)
+            (Attempt::AtOnce(_, Switch::Clip), _) => return Break(None),
+            (Attempt::AtOnce(j, Switch::Release), _)
                 if motion.tracks[j].is_resting(&self.tolerance.problem.rounding) =>
             {
                 return Break(None);
             }
-            (Outcome::AtOnce(j, switch), _) => {
+            (Attempt::AtOnce(j, switch), _) => {
                 // A step of no length.
                 (motion.length, motion.until, motion.end) = (0.0, 0.0, Some((j, switch)));
                 motion.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
                 return Break(Some((0.0, self.before)));
             }
             // It switches before the end found for it; the same step would give the same result.
-            (Outcome::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
-            (Outcome::Within(j, Switch::Release, time), _) if motion.presses(j) => {
+            (Attempt::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
+            (Attempt::Within(j, Switch::Release, time), _) if motion.presses(j) => {
                 match plan.stretching {
                     Stretching::None | Stretching::AtEnd(_) => to_release(motion, j, time.max(least)),
                     // It closes and opens in one step.
                     Stretching::AtStart(_) => self.ahead(FAILED * time.max(least)),
                 }
             }
-            (Outcome::Within(j, _, time), _) => self.to_switching(j, time.max(least)),
+            (Attempt::Within(j, _, time), _) => self.to_switching(j, time.max(least)),
             // It nearly opens; the same step would give the same result.
-            (Outcome::NoSwitching, _) => self.ahead(SHORTER * self.length.min(reached.max(least))),
-            (Outcome::TooLong(_) | Outcome::Failed, Some(_)) => self.ahead(SHORTER * tried),
-            (Outcome::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
-            (Outcome::Failed, None) => self.ahead(FAILED * tried),
+            (Attempt::NoSwitching, _) => self.ahead(SHORTER * self.length.min(reached.max(least))),
+            (Attempt::TooLong(_) | Attempt::Failed, Some(_)) => self.ahead(SHORTER * tried),
+            (Attempt::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
+            (Attempt::Failed, None) => self.ahead(FAILED * tried),
         };
         Continue(Plan { length: plan.length.min(longest), ..plan })
     }
 }
 
-impl Motion {
+impl GaussStep {
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s).
     fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
-        let fresh = |track: &Track| {
+        let fresh = |track: &StepContact| {
             track.mode == Mode::Pressing && track.overlap <= rounding.position && track.rate >= NEGLIGIBLE * speed
         };
         let power = self.stretching_power().filter(|_| self.tracks.iter().any(fresh));
@@ -212,7 +212,7 @@ impl Motion {
 
     /// Whether a step with its time stretched to a release ends shortly before the branch point of another contact.
     pub(super) fn ends_before_branch_point(&self, table: &Table, rounding: &Rounding) -> bool {
-        let follows = |(j, track): (usize, &Track)| {
+        let follows = |(j, track): (usize, &StepContact)| {
             let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
             let time = to_branch_point(track, overlap, -rate, rounding);
             self.end.is_none_or(|(own, _)| own != j) && time.is_some_and(|time| self.length > BEYOND * time)
@@ -224,7 +224,8 @@ impl Motion {
     fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
         let negligible = rounding.no_overlap().max(NEGLIGIBLE * largest);
-        let opens = |track: &Track| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > negligible;
+        let opens =
+            |track: &StepContact| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > negligible;
         self.first_at_zero(|track| {
             if !opens(track) {
                 return None;
@@ -252,8 +253,8 @@ impl Motion {
     }
 
     /// The contact whose overlap vanishes first, and when (s), by rates (m/s) and accelerations (m/s2) from `motion`.
-    fn first_at_zero(&self, motion: impl Fn(&Track) -> Option<(f64, f64)>) -> Option<(usize, f64)> {
-        let at_zero = |(j, track): (usize, &Track)| {
+    fn first_at_zero(&self, motion: impl Fn(&StepContact) -> Option<(f64, f64)>) -> Option<(usize, f64)> {
+        let at_zero = |(j, track): (usize, &StepContact)| {
             let side = if track.overlap > 0.0 { 1.0 } else { -1.0 };
             let (rate, acceleration) = motion(track)?;
             fall(side * track.overlap, side * rate, 0.5 * side * acceleration).map(|time| (j, time))
@@ -264,7 +265,7 @@ impl Motion {
 
 /// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None` if
 /// there is none or it is here, within `rounding`.
-fn to_branch_point(track: &Track, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
+fn to_branch_point(track: &StepContact, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
     let is_near = track.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
     (is_near && power_of_stretching(&track.law).is_some()).then_some(overlap / rate)
 }
@@ -281,7 +282,7 @@ pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
 }
 
 /// The step that ends where contact `j` opens, in about this `time` (s).
-fn to_release(motion: &Motion, j: usize, time: f64) -> Plan {
+fn to_release(motion: &GaussStep, j: usize, time: f64) -> Plan {
     let stretching = motion.stretching_power().map_or(Stretching::None, Stretching::AtEnd);
     Plan { stretching, length: time, switching: Some(j) }
 }

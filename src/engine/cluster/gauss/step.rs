@@ -1,6 +1,6 @@
 //! One step of explicit Gauss collocation, from a plan to its outcome. Picard's iteration moves its end to a switching.
 
-use super::motion::{Motion, Tolerance};
+use super::motion::{GaussStep, Tolerance};
 use crate::engine::cluster::window::Switch;
 use crate::model::Mode;
 use crate::solver::{Stretching, Table, weighted};
@@ -94,7 +94,7 @@ impl Turns {
 
 /// The outcome of an attempt.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Outcome {
+pub(super) enum Attempt {
     /// The step is accepted, with this error over the allowed one.
     Stands(f64),
     /// This contact switches at the start.
@@ -109,9 +109,9 @@ pub(super) enum Outcome {
     Failed,
 }
 
-impl Motion {
+impl GaussStep {
     /// Computes the step of this `plan`, and what ends it.
-    pub(super) fn attempt(&mut self, plan: &Plan, tolerance: &Tolerance, evaluations: &mut u64) -> Outcome {
+    pub(super) fn attempt(&mut self, plan: &Plan, tolerance: &Tolerance, evaluations: &mut u64) -> Attempt {
         let table = plan.stretching.table();
         (self.stretching, self.length, self.end) = (plan.stretching, plan.length, None);
         let closed = self.tracks.iter().filter(|track| track.mode == Mode::Pressing).count() as u64;
@@ -132,11 +132,11 @@ impl Motion {
                 looked = true;
                 (0..self.tracks.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
                 match self.first_switching(table, tolerance) {
-                    Some((j, switch, 0.0)) => return Outcome::AtOnce(j, switch),
+                    Some((j, switch, 0.0)) => return Attempt::AtOnce(j, switch),
                     Some((j, ..)) if plan.switching == Some(j) => {}
                     Some((j, switch, time)) if time < self.length * (1.0 - 1e-12) => {
                         if !self.may_end(plan, j, switch) {
-                            return Outcome::Within(j, switch, time);
+                            return Attempt::Within(j, switch, time);
                         }
                         self.end = Some((j, switch));
                     }
@@ -151,8 +151,8 @@ impl Motion {
                     Some(time) if time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest) => {
                         (later, self.end) = (time - self.length, Some((j, self.tracks[j].switch())));
                     }
-                    Some(_) => return Outcome::Failed,
-                    None if looked || self.end.is_some() => return Outcome::NoSwitching,
+                    Some(_) => return Attempt::Failed,
+                    None if looked || self.end.is_some() => return Attempt::NoSwitching,
                     None => {}
                 }
             }
@@ -163,7 +163,7 @@ impl Motion {
                     let still = change * if smooth { SMOOTH_STILL_CHANGING } else { STILL_CHANGING };
                     let error = self.error(table, tolerance);
                     if error > TOO_LONG + still {
-                        return Outcome::TooLong(error);
+                        return Attempt::TooLong(error);
                     }
                     measured = still < TOO_LONG;
                 }
@@ -191,7 +191,7 @@ impl Motion {
             }
             (last_change, last_rate) = (change, rate_of(change, last_change));
         }
-        Outcome::Failed
+        Attempt::Failed
     }
 
     /// Computes the directions anew, for `all` contacts or for those that press.
@@ -239,14 +239,14 @@ impl Motion {
     }
 
     /// After the iteration: computes the forces of the last overlaps, and decides whether the step is accepted.
-    fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Outcome {
+    fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Attempt {
         self.push();
         let mut error = self.error(table, tolerance);
         if self.ends_before_branch_point(table, &tolerance.problem.rounding) {
             error *= SECOND_BRANCH_POINT;
         }
         if error > 1.0 {
-            return Outcome::TooLong(error);
+            return Attempt::TooLong(error);
         }
         for j in 0..self.tracks.len() {
             if self.presses(j) {
@@ -266,32 +266,32 @@ impl Motion {
                 self.end == Some((j, switch)) && overlap.abs() <= self.noise(tolerance)
             };
             if time == 0.0 {
-                return Outcome::AtOnce(j, switch);
+                return Attempt::AtOnce(j, switch);
             }
             if time < self.length * (1.0 - 1e-13) && !ends() {
-                return Outcome::Within(j, switch, time);
+                return Attempt::Within(j, switch, time);
             }
         }
         self.until = self.length;
-        let Ok(clipped) = self.first_clipping(table, tolerance) else { return Outcome::Failed };
+        let Ok(clipped) = self.first_clipping(table, tolerance) else { return Attempt::Failed };
         if let Some((j, time)) = clipped {
             if time == 0.0 {
-                return Outcome::AtOnce(j, Switch::Clip);
+                return Attempt::AtOnce(j, Switch::Clip);
             }
             (self.until, self.end) = (time, Some((j, Switch::Clip)));
             error *= WITHIN;
         }
         if error > 1.0 {
-            return Outcome::TooLong(error);
+            return Attempt::TooLong(error);
         }
         if self.may_have_passed_over(self.until, table, tolerance) {
-            return Outcome::Failed;
+            return Attempt::Failed;
         }
         self.at_nodes.times = table.times.map(|part| self.length * part);
         if self.needs_balls() {
             self.move_balls();
         }
-        Outcome::Stands(error)
+        Attempt::Stands(error)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Switchings on a step: those at its end, where `d(h)` of "Gauss collocation" in docs/theory.md is 0, and whether it
 //! has missed any. A change of a force's sign is found afterwards; up to there the step is valid.
 
-use super::motion::{Motion, Tolerance, Track};
+use super::motion::{GaussStep, StepContact, Tolerance};
 use crate::engine::cluster::window::{Switch, sign_after_clip};
 use crate::model::Mode;
 use crate::solver::{NODES, Nodes, RULE, Table, root::first_root_of_parabola, weighted};
@@ -19,7 +19,7 @@ enum Excess {
     Near(usize),
 }
 
-impl Motion {
+impl GaussStep {
     /// Error of the overlaps, m.
     pub(super) fn noise(&self, tolerance: &Tolerance) -> f64 {
         tolerance.problem.rounding.position.max(UNKNOWN * tolerance.problem.speed * self.length)
@@ -141,7 +141,7 @@ impl Motion {
     }
 
     /// Whether a ball at rest at an open contact would be pressed or moved noticeably at this `overlap`.
-    fn matters(&self, track: &Track, overlap: f64, tolerance: &Tolerance) -> bool {
+    fn matters(&self, track: &StepContact, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
         overlap > self.noise(tolerance) || speed_up > tolerance.problem.local_error

@@ -10,7 +10,7 @@ use crate::solver::series::{product_term, sine_and_cosine_term};
 
 /// Rows of coefficients like those of a series, whose stride they have; empty where balls move on lines.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Arcs<S = f64> {
+pub(crate) struct ArcSeries<S = f64> {
     stride: usize,
     /// For each ball: its length, m; the angle, each coefficient times its number, its sine and its cosine.
     lengths: Vec<S>,
@@ -28,7 +28,7 @@ pub(crate) struct Arcs<S = f64> {
     touch: Vec<Option<S>>,
 }
 
-impl<S: Scalar> Arcs<S> {
+impl<S: Scalar> ArcSeries<S> {
     /// Whether the row of overlaps of contact `j` is that of G.
     pub(super) fn is_open(&self, j: usize) -> bool {
         self.touch.get(j).is_some_and(Option::is_some)

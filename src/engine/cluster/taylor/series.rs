@@ -1,8 +1,8 @@
 //! The motions and forces of a window as power series of the time, with their dense output. The coefficients come from
 //! `recurrences`, from `linear` for linear contacts, or from `collocation`.
 
-use super::arcs::Arcs;
-use crate::engine::Next;
+use super::arcs::ArcSeries;
+use crate::engine::Forecast;
 use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
 use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::{BallModel, Mode};
@@ -33,7 +33,7 @@ pub(crate) struct Series<S = f64> {
     /// For each contact: stiffness, N/m, and damping, N.s/m, of a linear one; zeros of an open one beside it.
     pub(crate) linear: Vec<Option<[S; 2]>>,
     /// The geometry, where balls move on arcs.
-    pub(super) arcs: Arcs<S>,
+    pub(super) arcs: ArcSeries<S>,
     /// Last terms from which the convergence is estimated.
     pub(super) terms: usize,
     /// How long the series converge to the tolerance, s.
@@ -156,20 +156,20 @@ impl Series {
     }
 
     /// The crossing of `row`, signed, above `level` before `until` (s).
-    fn crossing(&self, row: &[f64], sign: f64, level: f64, until: f64) -> Next {
+    fn crossing(&self, row: &[f64], sign: f64, level: f64, until: f64) -> Forecast {
         self.switching(crossing::first_positive(row, sign, level, until / self.unit), until)
     }
 
     /// A switching at the scaled time `s`, if there is one and it comes before `until` (s).
-    fn switching(&self, s: Option<f64>, until: f64) -> Next {
+    fn switching(&self, s: Option<f64>, until: f64) -> Forecast {
         match s.map(|s| s * self.unit) {
-            None => Next::Never,
-            Some(tau) if tau >= until => Next::Never,
-            Some(tau) => Next::At(tau), // Also one that is no number, to be noticed.
+            None => Forecast::Never,
+            Some(tau) if tau >= until => Forecast::Never,
+            Some(tau) => Forecast::At(tau), // Also one that is no number, to be noticed.
         }
     }
 
-    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+    fn onset(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Forecast {
         let (row, noise, end) = (self.overlap_row(j), rounding.position, until / self.unit);
         let onset = self.crossing(row, 1.0, 0.0, until);
         let is_deep =
@@ -184,10 +184,10 @@ impl Series {
                 (&window.laws[j], window.reduced_mass(j), self.overlap(j, until));
             change_of_rate + law.elastic_force(overlap) * until / mass > rounding.velocity
         };
-        if onset != Next::Never && (is_deep() || wave() && matters()) { onset } else { Next::Never }
+        if onset != Forecast::Never && (is_deep() || wave() && matters()) { onset } else { Forecast::Never }
     }
 
-    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Next {
+    fn release(&self, j: usize, until: f64, rounding: &Rounding) -> Forecast {
         let (row, level) = (self.overlap_row(j), rounding.no_overlap());
         if row[0] <= level && rounding.is_rest(row[0], row[1] / self.unit) {
             return self.release_from_rest(row, level, until, rounding);
@@ -197,27 +197,27 @@ impl Series {
 
     /// Where a closed contact at rest opens before `until` (s): where its balls have parted by more than rounding or,
     /// if they are pressed before, where their overlap falls below `level` (m) again.
-    fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Next {
+    fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Forecast {
         let (end, drift) = (until / self.unit, rounding.position.max(rounding.velocity * until));
         let parted = crossing::first_positive(row, -1.0, -drift, end);
         let pressed = PARTS.into_iter().map(|part| part * end).find(|&s| series::value_by_lanes(row, s) > level);
         if parted.is_some_and(|parted| pressed.is_none_or(|pressed| parted <= pressed)) {
             return self.switching(parted, until);
         }
-        let Some(pressed) = pressed else { return Next::Never };
+        let Some(pressed) = pressed else { return Forecast::Never };
         let about: [f64; MOST] = series::about(row, pressed);
         let fall = crossing::first_positive(&about[..row.len()], -1.0, level, end - pressed);
         self.switching(fall.map(|s| pressed + s), until)
     }
 
-    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+    fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Forecast {
         let (law, mode) = (&window.laws[j], window.contacts[j].mode);
         let (pressing, noise) = match law.sign_of_force() {
             Some(sign) => {
                 let row = self.overlap_row(j);
                 let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
                 if mode == Mode::Pressing && sign.by_rate * fastest < (1.0 - 1e-9) * sign.constant * self.unit {
-                    return Next::Never;
+                    return Forecast::Never;
                 }
                 let noise = sign.by_overlap * rounding.position + sign.by_rate * rounding.velocity;
                 (sign.series(row, &self.rate(row)), noise)
@@ -227,7 +227,7 @@ impl Series {
         let sign = sign_after_clip(mode);
         match crossing::first_positive(&pressing, sign, sign * noise, until / self.unit) {
             Some(_) => self.crossing(&pressing, sign, 0.0, until),
-            None => Next::Never,
+            None => Forecast::Never,
         }
     }
 
@@ -326,7 +326,7 @@ impl DenseOutput for Series {
         })
     }
 
-    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Next {
+    fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Forecast {
         match switch {
             Switch::Onset => self.onset(j, window, until, rounding),
             Switch::Release => self.release(j, until, rounding),

@@ -31,7 +31,7 @@ const SMOOTH_TAIL: f64 = 1e-7;
 
 /// Neighbours that press on each other, all contacts between them closed, at the start of a segment.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Group<'a> {
+pub(super) struct PressedBalls<'a> {
     pub first: usize,
     pub tuning: usize,
     pub models: &'a [BallModel],
@@ -72,7 +72,7 @@ fn along(columns: &[Nodes; NODES], values: &Nodes, factor: f64, start: f64, slop
 /// Unknowns in the equations for the forces of a contact: its own, and those of its neighbours before and behind them.
 const BAND: usize = 3 * NODES;
 
-impl Group<'_> {
+impl PressedBalls<'_> {
     /// Numbers needed to linearise the motion of this many balls: the map, and the equations for the forces.
     pub fn numbers_of(balls: usize) -> usize {
         let contacts = balls - 1;

@@ -26,11 +26,11 @@ pub(super) struct Oscillation<'a> {
     shares: [f64; 2],
     /// The oscillator of the centre.
     own: Oscillator,
-    contact: Option<Contact<'a>>,
+    contact: Option<LinearContact<'a>>,
 }
 
 /// The distance of two balls as an oscillator.
-struct Contact<'a> {
+struct LinearContact<'a> {
     law: &'a ContactLaw,
     /// The inverse of the reduced mass, 1/kg.
     inverse_mass: f64,
@@ -48,7 +48,7 @@ impl<'a> Oscillation<'a> {
                 (equal && law.exponent == 1.0 && law.is_elastic()).then(|| {
                     let (total, inverse_mass) = (left.mass + right.mass, 1.0 / left.mass + 1.0 / right.mass);
                     let oscillator = Oscillator::new(left.omega2 + law.stiffness * inverse_mass, left.gamma);
-                    let contact = Some(Contact { law, inverse_mass, oscillator });
+                    let contact = Some(LinearContact { law, inverse_mass, oscillator });
                     Self { models, shares: [left.mass / total, right.mass / total], own: of_pendulum(left), contact }
                 })
             }
@@ -90,7 +90,7 @@ impl<'a> Oscillation<'a> {
         let (x, v) = moved(&centre, &self.own, &basis, length);
         let by_centre = swing(&self.own, &basis);
         let (mut by_distance, mut apart) = ([[0.0; 3]; 2], [0.0; 3]);
-        if let Some(Contact { law, oscillator, .. }) = &self.contact {
+        if let Some(LinearContact { law, oscillator, .. }) = &self.contact {
             let basis: [f64; 3] = oscillator.basis(length.into());
             let (closer, rate) = moved(&overlap, oscillator, &basis, length);
             apart = [closer, rate, 0.0];
@@ -158,7 +158,7 @@ impl<'a> Oscillation<'a> {
             to_centre = [to_centre[0] + x, to_centre[1] + v];
             let (mut distance, mut rate, mut force) = (0.0, 0.0, 0.0);
             let mut apart = [0.0; 3];
-            if let Some((Contact { law, inverse_mass, oscillator }, basis)) =
+            if let Some((LinearContact { law, inverse_mass, oscillator }, basis)) =
                 self.contact.as_ref().zip(of_distance.as_ref())
             {
                 let (closer, closing) = moved(overlap, oscillator, &basis[m], s);
@@ -188,7 +188,7 @@ impl<'a> Oscillation<'a> {
             }
         };
         (0..self.models.len()).for_each(|side| integrate(COEFFICIENTS * side, &of_balls[side], &to_balls[side]));
-        if let Some(Contact { law, .. }) = &self.contact {
+        if let Some(LinearContact { law, .. }) = &self.contact {
             of_force[CLEARANCE].fill(-law.stiffness);
             integrate(OF_BALL, &of_force, &to_force);
         }

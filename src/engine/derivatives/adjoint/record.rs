@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::group::Group;
+use super::group::PressedBalls;
 use super::map::{COEFFICIENTS, Map, OF_BALL, STATE, V, X, numbers_of_coefficients};
 use super::oscillation::Oscillation;
 use super::{Tape, Tuning};
@@ -191,13 +191,13 @@ impl Recorder {
 
     /// Advances `balls`, which press on each other, by `length` (s), in as many parts as needed.
     fn press(&mut self, balls: Range<usize>, length: f64, stretching: Stretching, halvings: u32) -> Option<()> {
-        self.room(1.0, Group::numbers_of(balls.len()))?;
+        self.room(1.0, PressedBalls::numbers_of(balls.len()))?;
         let (tuning, contacts) = (self.tunings.len() - 1, balls.start..balls.end - 1);
         let cradle = &self.tunings[tuning].cradle;
         let [_, support] = self.inputs_of(balls.start);
         let pushes: Vec<Forcing> = balls.clone().map(|ball| self.inputs_of(ball)[0]).collect();
         let overlaps = self.overlaps[contacts.clone()].iter().map(|overlap| overlap.unwrap_or_default());
-        let group = Group {
+        let group = PressedBalls {
             first: balls.start,
             tuning,
             models: &cradle.balls[balls.clone()],

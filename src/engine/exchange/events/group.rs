@@ -3,9 +3,10 @@
 
 use std::ops::Range;
 
-use crate::engine::run::{Engine, Keep, Phase, around};
+use crate::engine::run::{ContactRole, Engine, RestRule, around};
 use crate::engine::{
-    EngineError, HeldInputs, Next, Observer, Pulse, RAPID, exchange::run::Exchange, flight::Ball, rigid::restitution,
+    EngineError, Forecast, HeldInputs, Observer, Pulse, RAPID, exchange::run::Exchange, flight::Ball,
+    rigid::restitution,
 };
 use crate::model::{Inputs, Mode, Parameters};
 use crate::solver::DoubleDouble;
@@ -19,7 +20,7 @@ const EFFORT: u64 = 1_000_000;
 /// The time of an engine where it begins.
 pub(super) const START: DoubleDouble = DoubleDouble::ZERO;
 
-pub(super) struct Group {
+pub(super) struct MappedGroup {
     /// The engine that has followed it, with time 0 at the onset, and its first ball.
     pub engine: Engine,
     first: usize,
@@ -31,7 +32,7 @@ pub(super) struct Group {
     pulses: Vec<Pulse>,
 }
 
-impl Group {
+impl MappedGroup {
     pub fn contains(&self, j: usize) -> bool {
         (self.first + self.contacts.start..self.first + self.contacts.end).contains(&j)
     }
@@ -80,7 +81,7 @@ impl Exchange {
             for block in restitution::pool(&masses, &v, |j, _| is_closed(j)) {
                 engine.balls[block.members].iter_mut().for_each(|ball| ball.flight.v = block.mean);
             }
-            engine.settle(all, START, Keep::Closed, &[], observer);
+            engine.regroup(all, START, RestRule::Closed, &[], observer);
             return engine;
         }
         for j in all.clone().filter(|j| is_closed(*j)) {
@@ -97,7 +98,7 @@ impl Exchange {
                 let flight = self.separation(balls, contacts.start + j, parting);
                 let overlap = flight.at_time(parting.into()).0.min(0.0);
                 let separation = engine.separation(j, anchor, overlap);
-                engine.contacts[j].phase = Phase::Open(separation, Next::Never);
+                engine.contacts[j].role = ContactRole::Open(separation, Forecast::Never);
                 engine.forecast(j, anchor);
             }
         }
@@ -112,7 +113,7 @@ impl Exchange {
         first: usize,
         onset: f64,
         closed: &[usize],
-    ) -> Result<Option<Group>, EngineError> {
+    ) -> Result<Option<MappedGroup>, EngineError> {
         let is_closed = |j: usize| self.modes[j] != Mode::Open;
         let free = around(first, self.modes.len(), |j| !is_closed(j) || closed.binary_search(&j).is_ok());
         let mut members = free.start..free.end + 1;
@@ -121,7 +122,7 @@ impl Exchange {
             let mut engine = self.engine_at(balls, &members, onset, closed, &mut pulses);
             let j = first - members.start;
             if self.is_rigid() {
-                engine.meet(j, START, &mut pulses);
+                engine.rigid_impact(j, START, &mut pulses);
             } else if closed.is_empty() && !engine.begin_impact(j, START, &mut pulses) {
                 engine.close(j, START, j..j + 1, &mut pulses);
             }
@@ -140,7 +141,7 @@ impl Exchange {
             if at_left || at_end && is_closed(members.end - 1) {
                 return Ok(None);
             }
-            return Ok(Some(Group { engine, first: members.start, contacts, onset, end, pulses }));
+            return Ok(Some(MappedGroup { engine, first: members.start, contacts, onset, end, pulses }));
         }
     }
 
@@ -177,11 +178,11 @@ impl Exchange {
     pub(super) fn apply(
         &mut self,
         balls: &[Ball],
-        group: &Group,
+        group: &MappedGroup,
         before: impl Fn(usize) -> f64,
         observer: &mut dyn Observer,
     ) {
-        let Group { engine, first, contacts, onset, end, pulses } = group;
+        let MappedGroup { engine, first, contacts, onset, end, pulses } = group;
         let (n, first, onset, end) = (self.balls(), *first, *onset, *end);
         let back = (DoubleDouble::from(-onset) - end).value();
         let members = contacts.start..contacts.end + 1;

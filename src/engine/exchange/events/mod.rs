@@ -2,10 +2,10 @@
 
 mod group;
 
-use super::contact::{Contact, Reached};
+use super::contact::{ContactRecord, Reached};
 use super::run::Exchange;
-use crate::engine::run::{Engine, Phase};
-use crate::engine::{EngineError, Fault, Next, Observer, Unrecorded, flight::Ball};
+use crate::engine::run::{ContactRole, Engine};
+use crate::engine::{EngineError, Fault, Forecast, Observer, Unrecorded, flight::Ball};
 use crate::model::{Chain, Mode};
 use crate::solver::DoubleDouble;
 use group::START;
@@ -60,7 +60,7 @@ impl Exchange {
         self.check_finite()?;
         (self.next, self.next_contact) = self.find_next_onset();
         let resolved = !self.is_rigid() && self.modes.iter().any(|mode| *mode != Mode::Open);
-        let next = Some(self.next).filter(|next| !resolved && *next != Next::Never).map(Next::time);
+        let next = Some(self.next).filter(|next| !resolved && *next != Forecast::Never).map(Forecast::time);
         Ok(Update { changed: (&self.y, &self.modes) != (&before.0, &before.1), next })
     }
 
@@ -161,7 +161,7 @@ impl Exchange {
                 Some(group) => {
                     for &j in closed.iter().filter(|j| group.contains(**j)) {
                         self.state.modes[j] = Mode::Open;
-                        self.contacts[j] = Contact::default();
+                        self.contacts[j] = ContactRecord::default();
                     }
                     closed.retain(|j| !group.contains(*j));
                     self.apply(&balls, &group, |_| 0.0, observer);
@@ -209,7 +209,7 @@ impl Exchange {
     fn rest(&mut self, engine: &mut Engine, observer: &mut dyn Observer) -> Result<(), EngineError> {
         while let Some((t, key)) = engine.queue.first()
             && t <= START
-            && matches!(engine.contacts[key].phase, Phase::Constraint(..))
+            && matches!(engine.contacts[key].role, ContactRole::Constraint(..))
         {
             engine.process(t, key, &mut Unrecorded)?;
         }

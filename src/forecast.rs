@@ -7,7 +7,7 @@ pub const NEVER: f64 = 1e30;
 
 /// When something happens next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Next<T = f64> {
+pub enum Forecast<T = f64> {
     /// At this time.
     At(T),
     /// Not before this time; what comes then has not been looked at.
@@ -16,7 +16,7 @@ pub enum Next<T = f64> {
     Never,
 }
 
-impl Next {
+impl Forecast {
     /// After the time `now` (s) not before `time` (s). Between one double and the next there is no time, so that the
     /// answer can always be later than now.
     pub fn not_before(time: f64, now: f64) -> Self {

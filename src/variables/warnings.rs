@@ -12,7 +12,7 @@ const AMPLITUDE: f64 = 0.25;
 impl Settings {
     /// Warnings about start values that are allowed, but hardly ever meant: the deepest overlap and the widest swing,
     /// each with the likely cure.
-    pub fn doubts(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<String> {
         let p = &self.parameters;
         let (x, v) = (&p.x_start, &p.v_start);
         let overlap = |i: usize| x[i] - x[i + 1] - p.gap[i] - p.dead_band;
@@ -54,24 +54,26 @@ mod tests {
     use crate::model::Parameters;
 
     #[test]
-    fn a_wrong_sign_and_a_wide_swing_are_doubted() {
-        let doubts = |change: &dyn Fn(&mut Parameters)| {
+    fn a_wrong_sign_and_a_wide_swing_are_warned_of() {
+        let warnings = |change: &dyn Fn(&mut Parameters)| {
             let mut settings = Settings::default_for(5);
             change(&mut settings.parameters);
-            settings.doubts()
+            settings.warnings()
         };
-        assert_eq!(doubts(&|_| {}), [""; 0]);
-        assert_eq!(doubts(&|p| p.x_start = vec![0.0, 0.0, 0.0, 0.0, 0.49]), [""; 0]);
-        assert_eq!(doubts(&|p| p.gap[2] = -3e-5), [""; 0]);
-        assert_eq!(doubts(&|p| (p.gravity, p.v_start[0]) = (0.0, 9.0)), [""; 0]);
-        let [pressed] = &doubts(&|p| p.x_start = vec![0.1, 0.0, 0.0, 0.0, 0.0])[..] else { panic!("one is expected") };
+        assert_eq!(warnings(&|_| {}), [""; 0]);
+        assert_eq!(warnings(&|p| p.x_start = vec![0.0, 0.0, 0.0, 0.0, 0.49]), [""; 0]);
+        assert_eq!(warnings(&|p| p.gap[2] = -3e-5), [""; 0]);
+        assert_eq!(warnings(&|p| (p.gravity, p.v_start[0]) = (0.0, 9.0)), [""; 0]);
+        let [pressed] = &warnings(&|p| p.x_start = vec![0.1, 0.0, 0.0, 0.0, 0.0])[..] else {
+            panic!("one is expected")
+        };
         assert!(pressed.starts_with("x_start[1] = 0.1 m and x_start[2] = 0 m press balls 1 and 2 into each other"));
-        assert_eq!(doubts(&|p| p.gap[2] = -4e-5).len(), 1);
+        assert_eq!(warnings(&|p| p.gap[2] = -4e-5).len(), 1);
         for change in [|p: &mut Parameters| p.x_start[0] = -0.5, |p: &mut Parameters| p.v_start[0] = 1.2] {
-            let [wide] = &doubts(&change)[..] else { panic!("one is expected") };
+            let [wide] = &warnings(&change)[..] else { panic!("one is expected") };
             assert!(wide.contains("ball 1 swings farther than a quarter of its pendulum, 1.962 m long"), "{wide}");
         }
-        assert_eq!(doubts(&|p| p.x_start = vec![-1.0, -1.0, 0.0, 0.0, 0.0]).len(), 1);
-        assert_eq!(doubts(&|p| p.x_start = vec![0.6, 0.0, 0.0, 0.0, 0.0]).len(), 2);
+        assert_eq!(warnings(&|p| p.x_start = vec![-1.0, -1.0, 0.0, 0.0, 0.0]).len(), 1);
+        assert_eq!(warnings(&|p| p.x_start = vec![0.6, 0.0, 0.0, 0.0, 0.0]).len(), 2);
     }
 }

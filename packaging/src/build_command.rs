@@ -20,7 +20,7 @@ impl Build {
         let description = self.description(&start)?;
         // A preset alone gives no warnings.
         if !self.set.is_empty() || !self.parameters.is_empty() {
-            start.doubts().iter().for_each(|doubt| eprintln!("warning: {doubt}"));
+            start.warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
         }
         // An empty name is the current folder.
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.is_dir();
