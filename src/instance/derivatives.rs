@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::legality::{Kind, Phase};
-use super::lifecycle::{Instance, Run};
+use super::lifecycle::{Instance, InstanceState};
 use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
 use crate::variables::{Access, Causality, DerivativesOf, Extra, Refusal, Settings, Type, Variable, ensure};
 
@@ -138,7 +138,7 @@ impl Instance {
                 Some(self.simulation()?.last_step().with_next_onset(next_onset).at_end_along_inputs(inputs))
             }
             Derived::Step => {
-                let Run { history, simulation, .. } = &self.run;
+                let InstanceState { history, simulation, .. } = &self.run;
                 let run = simulation.as_ref();
                 run.and_then(|run| run.sensitivity_of_step(history, inputs, next_onset))
             }
@@ -204,7 +204,7 @@ impl Instance {
 
     /// The run so far, and its complete history of inputs.
     fn so_far(&self) -> Result<(&Simulation, &History), Refusal> {
-        let Run { history, simulation, .. } = &self.run;
+        let InstanceState { history, simulation, .. } = &self.run;
         ensure(history.is_complete(), || Refusal::no_value(NO_HISTORY))?;
         let simulation = simulation.as_ref().ok_or_else(|| Refusal::new("nothing is calculated yet"))?;
         Ok((simulation, history))

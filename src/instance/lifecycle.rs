@@ -43,7 +43,7 @@ impl Experiment {
 
 /// Everything that changes while an instance runs: all that a saved state has to hold.
 #[derive(Clone, Default, Serialize, Deserialize)]
-pub(super) struct Run {
+pub(super) struct InstanceState {
     pub(super) purpose: Purpose,
     pub(super) phase: Phase,
     pub(super) settings: Settings,
@@ -90,7 +90,7 @@ pub(super) struct StepUnderWay {
     pub(super) end: f64,
 }
 
-impl Run {
+impl InstanceState {
     pub(super) fn new(purpose: Purpose, start: &Settings) -> Self {
         let clocks = Clocks::new(Self::contacts_with_clocks(purpose, start.balls()));
         Self { purpose, settings: start.clone(), clocks, ..Self::default() }
@@ -158,7 +158,7 @@ pub struct Start {
 
 pub struct Instance {
     pub(super) start: Start,
-    pub(super) run: Run,
+    pub(super) run: InstanceState,
     pub log: Log,
 }
 
@@ -167,7 +167,7 @@ impl Instance {
         if !start.purpose.fmi3 {
             start.settings.derivatives_of = DerivativesOf::LastStep;
         }
-        let run = Run::new(start.purpose, &start.settings);
+        let run = InstanceState::new(start.purpose, &start.settings);
         Self { start, run, log }
     }
 
@@ -179,13 +179,13 @@ impl Instance {
     /// Refuses a call that is not legal in the current phase. To be asked before every call.
     #[inline]
     pub fn require(&self, call: Call) -> Result<(), Refusal> {
-        let Run { phase, purpose, .. } = self.run;
+        let InstanceState { phase, purpose, .. } = self.run;
         if call.is_of(purpose.kind) && call.is_legal_in(phase) { Ok(()) } else { Err(self.illegal(call)) }
     }
 
     #[cold]
     fn illegal(&self, call: Call) -> Refusal {
-        let Run { phase, purpose, ended_by, .. } = &self.run;
+        let InstanceState { phase, purpose, ended_by, .. } = &self.run;
         if !call.is_of(purpose.kind) {
             return Refusal::new(format_args!("not allowed in {}, which the instance was created for", purpose.kind));
         }
@@ -264,7 +264,7 @@ impl Instance {
 
     /// Returns to the state after creation; the log categories stay as they are.
     pub fn reset(&mut self) {
-        self.run = Run::new(self.start.purpose, &self.start.settings);
+        self.run = InstanceState::new(self.start.purpose, &self.start.settings);
     }
 
     /// The simulation, built on first use.

@@ -5,14 +5,14 @@ use std::fmt::Display;
 use uuid::Uuid;
 
 use super::legality::{Kind, Phase, Purpose};
-use super::lifecycle::{Instance, Run};
+use super::lifecycle::{Instance, InstanceState};
 use crate::engine::{Exchange, InvalidState, Simulation, SimulationSnapshot, require};
 use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal, ensure};
 
 /// A saved state. The log is no part of it.
 pub struct SavedState {
     guid: String,
-    run: Run,
+    run: InstanceState,
 }
 
 /// First bytes of a serialized state, and its format.
@@ -29,7 +29,7 @@ fn digest(bytes: &[u8]) -> uuid::Bytes {
 
 /// GUID and number of balls of the FMU that a state belongs to.
 type Owner = (String, usize);
-type Content = (Run, Option<SimulationSnapshot>, Option<Exchange>);
+type Content = (InstanceState, Option<SimulationSnapshot>, Option<Exchange>);
 
 impl SavedState {
     /// The state as bytes: a header; in postcard's format the owner, the run and its simulation; a digest.

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::mem::MaybeUninit;
 
 use super::legality::{Kind, Phase};
-use super::lifecycle::{Instance, Run, Start};
+use super::lifecycle::{Instance, InstanceState, Start};
 use crate::engine::{Exchange, NEVER, Pulse};
 use crate::model::Inputs;
 use crate::variables::{Access, Causality, Extra, Number, Refusal, Settings, Shape, TABLE, Type, Variable, padding};
@@ -326,7 +326,7 @@ impl Instance {
                 scalar.set(&mut settings, value);
             }
         }
-        self.run = Run { phase: self.run.phase, ..Run::new(self.run.purpose, &settings) };
+        self.run = InstanceState { phase: self.run.phase, ..InstanceState::new(self.run.purpose, &settings) };
     }
 
     /// Sets time derivatives of inputs, of `orders` from 1 on, for the next step: all, or none if any is refused. After

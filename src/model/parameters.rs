@@ -118,7 +118,7 @@ parameters! {
     /// Step of [`SolverMethod::Rk4`], s, > 0.
     fixed_step: f64 = 1e-6,
     /// What a host that integrates the equations itself sees of contacts.
-    exchanged: ExchangedContacts = ExchangedContacts::Mapped,
+    exchange_contacts: ExchangedContacts = ExchangedContacts::Mapped,
 }
 
 /// Start positions: the first balls are lifted.

@@ -1,7 +1,7 @@
 //! The results at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
 
 use super::run::Continuous;
-use super::trajectory::{Kind, Trajectory};
+use super::trajectory::{ContactEvent, Trajectory};
 use crate::engine::Forecast;
 use crate::engine::derivatives::{ChainState, LastStep, by_time};
 use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Record, Results, WorkCounters};
@@ -49,7 +49,7 @@ impl Continuous {
 
     /// Time of the next onset or release, s, if it is on the solver's steps so far or, in flight, on those ahead.
     pub fn next_event(&self) -> Option<f64> {
-        let known = self.trajectory.events.iter().find(|event| event.kind != Kind::Peak);
+        let known = self.trajectory.events.iter().find(|event| event.kind != ContactEvent::Peak);
         let in_flight = || self.trajectory.closed.iter().all(|closed| !closed);
         let next = match known {
             Some(event) => Some(event.time.value_up()),
@@ -174,6 +174,6 @@ impl Results for Continuous {
 
 /// The first onset in the last step of `trajectory` after the time `now`, s.
 fn onset_after(trajectory: &Trajectory, now: DoubleDouble) -> Option<f64> {
-    let onset = trajectory.events.iter().find(|event| event.kind == Kind::Onset && event.time > now)?;
+    let onset = trajectory.events.iter().find(|event| event.kind == ContactEvent::Onset && event.time > now)?;
     Some(onset.time.value_up())
 }

@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use serde::{Deserialize, Serialize};
 
 use super::dynamics::{Dynamics, forcings};
-use super::trajectory::{Event, Kind, Trajectory};
+use super::trajectory::{ContactEvent, Event, Trajectory};
 use crate::engine::run::{InvalidState, require};
 use crate::engine::{Busy, EngineError, Forecast, HeldInputs, Ledger, Observer, Watchdog};
 use crate::model::{Chain, Cradle, Inputs, Parameters, Results, WorkCounters};
@@ -230,19 +230,19 @@ impl Continuous {
         let impulse = path.value(self.trajectory.dynamics.impulse(i), path.place(time));
         let ledger = &mut self.ledgers[i];
         match kind {
-            Kind::Onset => {
+            ContactEvent::Onset => {
                 ledger.open_pulse(time, self.step);
                 ledger.add(0.0, force, force);
                 ledger.impulse = impulse.into();
                 observer.onset(i, ledger.record.onset);
             }
-            Kind::Peak => ledger.add(0.0, force, force),
-            Kind::Release => {
+            ContactEvent::Peak => ledger.add(0.0, force, force),
+            ContactEvent::Release => {
                 ledger.add(impulse - ledger.impulse.value(), 0.0, 0.0);
                 observer.pulse(ledger.close_pulse(i, time));
             }
         }
-        if kind != Kind::Peak {
+        if kind != ContactEvent::Peak {
             let events = &mut self.trajectory.work.events;
             *events = events.saturating_add(1);
         }

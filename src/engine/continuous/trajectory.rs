@@ -17,7 +17,7 @@ const FIRST_GROWTH: f64 = 1e4;
 
 /// What happens in a contact within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum Kind {
+pub(super) enum ContactEvent {
     Onset,
     /// The force is largest.
     Peak,
@@ -29,7 +29,7 @@ pub(super) enum Kind {
 pub(super) struct Event {
     pub time: DoubleDouble,
     pub contact: usize,
-    pub kind: Kind,
+    pub kind: ContactEvent,
     pub force: f64,
 }
 
@@ -139,9 +139,9 @@ impl Trajectory {
         // Later events do not happen like this.
         for event in self.events.drain(..) {
             match event.kind {
-                Kind::Onset => self.closed[event.contact] = false,
-                Kind::Release => self.closed[event.contact] = true,
-                Kind::Peak => {}
+                ContactEvent::Onset => self.closed[event.contact] = false,
+                ContactEvent::Release => self.closed[event.contact] = true,
+                ContactEvent::Peak => {}
             }
         }
         let closed = std::mem::take(&mut self.closed);
@@ -226,7 +226,7 @@ impl Trajectory {
             let series = self.dynamics.overlap_series(&self.path, i);
             let sign = if closes { 1.0 } else { -1.0 };
             let s = crossing::first_positive(&series, sign, 0.0, 1.0).unwrap_or(1.0) - 1.0;
-            let kind = if closes { Kind::Onset } else { Kind::Release };
+            let kind = if closes { ContactEvent::Onset } else { ContactEvent::Release };
             // The damper acts at once.
             let law = &self.dynamics.cradle.contacts[i];
             let force = if closes { law.force(f64::MIN_POSITIVE, self.overlap(i, s).1) } else { 0.0 };
@@ -237,7 +237,7 @@ impl Trajectory {
         if slope(from) > 0.0 && slope(to) <= 0.0 {
             let s = root::falling_zero(slope, from, to);
             let (time, force) = (self.path.time(s), self.force(i, s));
-            self.events.push_back(Event { time, contact: i, kind: Kind::Peak, force });
+            self.events.push_back(Event { time, contact: i, kind: ContactEvent::Peak, force });
         }
     }
 

@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use super::chain_state::ChainState;
 use super::history::Stretch;
-use super::tangent::Run;
+use super::tangent::DualRun;
 use crate::engine::flight::{Flight, Forcing};
 use crate::engine::{HeldInputs, cluster::WindowContact, run::Engine};
 use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters, Results};
@@ -99,8 +99,8 @@ impl<'a> LastStep<'a> {
         inputs: &Inputs,
         start: impl Fn(&Cradle<Dual>) -> ChainState<Dual>,
         coefficients: impl Fn(&Parameters) -> Cradle<Dual>,
-    ) -> Option<Run> {
-        let (mut acting, mut run): (Parameters, Option<Run>) = (parameters.clone(), None);
+    ) -> Option<DualRun> {
+        let (mut acting, mut run): (Parameters, Option<DualRun>) = (parameters.clone(), None);
         for stretch in stretches {
             acting.tune(stretch.tunables);
             let along = coefficients(&acting);
@@ -109,7 +109,7 @@ impl<'a> LastStep<'a> {
                 Some(run) => run.under(along, forcings),
                 None => {
                     let start = start(&along).under(forcings);
-                    Run::new(along, start)
+                    DualRun::new(along, start)
                 }
             };
             let run = run.insert(begun);
@@ -126,7 +126,7 @@ impl<'a> LastStep<'a> {
     }
 
     /// Derivatives of the outputs at its end, which `run` has reached.
-    fn outputs_of(&self, mut run: Run) -> Option<Differential> {
+    fn outputs_of(&self, mut run: DualRun) -> Option<Differential> {
         run.agree_with(&self.end)?;
         let outputs = run.outputs_of_step(self.length);
         Some(Differential { next_onset: self.next_onset(run), ..outputs })
@@ -137,7 +137,7 @@ impl<'a> LastStep<'a> {
     pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
         let along = self.cradle.map(Dual::from);
         let forcings = forcings_along(&along, &self.inputs, inputs);
-        let run = Run::new(along, lifted(&self.end).under(forcings));
+        let run = DualRun::new(along, lifted(&self.end).under(forcings));
         let outputs = run.outputs();
         Differential { next_onset: self.next_onset(run), ..outputs }
     }
@@ -148,7 +148,7 @@ impl<'a> LastStep<'a> {
         let forcings = forcings_along(&along, &self.inputs, inputs);
         let state = start_along(&self.end, &along, tangent).under(forcings);
         let first = along.balls[0].omega2;
-        let run = Run::new(along, state);
+        let run = DualRun::new(along, state);
         let mut outputs = run.outputs_of_step(0.0);
         if first.value() > 0.0 {
             outputs.period = (Dual::from(std::f64::consts::TAU) / first.sqrt()).tangent();
@@ -158,7 +158,7 @@ impl<'a> LastStep<'a> {
     }
 
     /// Derivative of the time of the next onset after `run`; NaN if it is not wanted, or cannot be followed.
-    fn next_onset(&self, mut run: Run) -> f64 {
+    fn next_onset(&self, mut run: DualRun) -> f64 {
         let delay = match self.to_next_onset {
             true if self.run.next_onset().found().is_none() => 0.0,
             true => run.follow(None).map_or(f64::NAN, |()| run.delay),

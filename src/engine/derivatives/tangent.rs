@@ -28,7 +28,7 @@ const UNRESOLVED: f64 = 32.0;
 /// Velocities that differ by more than this part of the largest are on other sides of an impact of rigid balls.
 const SAME_VELOCITIES: f64 = 1e-6;
 
-pub(super) struct Run {
+pub(super) struct DualRun {
     /// The coefficients that act.
     cradle: Cradle<Dual>,
     state: ChainState<Dual>,
@@ -46,7 +46,7 @@ pub(super) struct Run {
     pub segments: usize,
 }
 
-impl Run {
+impl DualRun {
     pub fn new(cradle: Cradle<Dual>, state: ChainState<Dual>) -> Self {
         let none = vec![Dual::default(); cradle.contacts.len()];
         Self {
@@ -330,7 +330,7 @@ impl Run {
     }
 }
 
-impl Chain<Dual> for Run {
+impl Chain<Dual> for DualRun {
     fn cradle(&self) -> &Cradle<Dual> {
         &self.cradle
     }

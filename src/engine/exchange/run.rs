@@ -118,7 +118,7 @@ impl Exchange {
 
     /// Whether events follow contacts to their end.
     pub(super) fn is_mapped(&self) -> bool {
-        self.is_rigid() || self.parameters.exchanged == ExchangedContacts::Mapped
+        self.is_rigid() || self.parameters.exchange_contacts == ExchangedContacts::Mapped
     }
 
     pub(super) fn closed(&self) -> Vec<usize> {

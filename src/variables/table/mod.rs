@@ -128,7 +128,7 @@ pub static TABLE: &[Row] = &[
         .used_if(|p| p.method != SolverMethod::Rk4),
     parameter("solver.fixedStep", Scalar, &TIME_US, POSITIVE, one!(fixed_step),
         "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
-    enumeration("exchange.contacts", item!(parameters.exchanged: ExchangedContacts),
+    enumeration("exchange.contacts", item!(parameters.exchange_contacts: ExchangedContacts),
         "Who follows the contacts in model exchange; resolved needs a tolerance of 1e-10 for contacts in touch"),
     row("pendulum.period", Scalar, CalculatedParameter, Access::Calculated(period),
         "Period of ball 1 for small angles; 1e30 without gravity").of(&TIME)
