@@ -3,7 +3,6 @@
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
-use super::parameters::{Parameters, PendulumModel};
 use crate::solver::dual::Scalar;
 
 /// A place on the path of a ball.
@@ -38,8 +37,8 @@ impl<S: Scalar> BallModel<S> {
         S::from(2.0) * self.length * half
     }
 
-    /// What gravity and this acceleration by the inputs (m/s2) give at `s` (m) along the path, less what they would give
-    /// on a line, m/s2.
+    /// What gravity and this acceleration by the inputs (m/s2) give at `s` (m) along the path, less what they would
+    /// give on a line, m/s2.
     pub(crate) fn bend(&self, s: S, forcing: S) -> S {
         if !self.on_arc {
             return S::default();
@@ -59,46 +58,6 @@ impl<S: Scalar> BallModel<S> {
         let (sin, cos) = S::from(angle).sin_cos();
         (self.length * S::from(angle) + (x * cos - below * sin), v * self.length / below)
     }
-}
-
-/// Refuses what balls on arcs cannot do at the start: says why, and what is allowed.
-pub(crate) fn check_start_on_arcs(p: &Parameters) -> Result<(), String> {
-    if p.pendulum == PendulumModel::Linear {
-        return Ok(());
-    }
-    let Cradle { balls, contacts, .. } = Cradle::new(p);
-    for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
-        if x.abs() >= *length {
-            let text = format_args!("x_start[{i}] = {x} m lifts its ball to 90 degrees or farther");
-            let allowed = format_args!("more than -{length} m and less than {length} m");
-            return Err(format!("{text}; allowed: {allowed}"));
-        }
-    }
-    for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(contacts) {
-        if pivots.min(pivots - clearance) <= 0.0 {
-            let text = "contact.gap and contact.deadBand leave no distance between the centres of balls";
-            let allowed = "allowed: 2 ball.radius + contact.gap and 2 ball.radius - contact.deadBand above 0";
-            return Err(format!("{text} {i} and {}; {allowed}", i + 1));
-        }
-    }
-    check_sides_at_start(p)
-}
-
-/// Refuses neighbours that have changed sides.
-fn check_sides_at_start(p: &Parameters) -> Result<(), String> {
-    let cradle = Cradle::new(p);
-    for j in 0..cradle.contacts.len() {
-        let (pair, [left, right]) = (cradle.pair(j), [j, j + 1].map(|i| p.x_start[i]));
-        let places = [0, 1].map(|k| pair.balls[k].along_path([left, right][k], 0.0).0);
-        if pair.changed_sides(places) {
-            let (i, next) = (j + 1, j + 2);
-            return Err(format!(
-                "balls {i} and {next} have changed sides with x_start[{i}] = {left} m and x_start[{next}] = {right} m; \
-                 allowed: each on its side of the other one's string"
-            ));
-        }
-    }
-    Ok(())
 }
 
 /// The direction from the centre of a ball to that of the next one.
@@ -322,6 +281,7 @@ pub(crate) fn overlap_of_approach<S: Scalar>([g, rate, bend]: [S; 3], touch: S) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Parameters, PendulumModel};
     use crate::solver::Dual;
 
     /// Pendulums of these lengths (m), of balls with the radius 0.03 m.

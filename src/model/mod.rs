@@ -9,8 +9,9 @@ mod forces;
 mod impact;
 mod parameters;
 mod results;
+mod start_on_arcs;
 
-pub(crate) use arc::{Pair, check_start_on_arcs, overlap_of_approach};
+pub(crate) use arc::{Pair, overlap_of_approach};
 pub use contact::{ContactLaw, Mode};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
 pub use damping::{Damping, SignOfForce};
@@ -22,3 +23,4 @@ pub use parameters::{
 pub use results::{
     Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Record, Results, WorkCounters,
 };
+pub(crate) use start_on_arcs::check_start_on_arcs;

@@ -2,7 +2,7 @@
 //! motion.
 
 use newtons_cradle::engine::{Chain, Engine, Results, Simulation, Unrecorded, WorkCounters};
-use newtons_cradle::model::{Inputs, Parameters, PendulumModel};
+use newtons_cradle::model::{Inputs, Parameters};
 
 use crate::runs::{assert_energy, cradle, energy, run, run_under, started, touching};
 
@@ -325,33 +325,6 @@ fn drag_beyond_all_measure_costs_little() {
         engine.hold(&inputs, &[rate]).unwrap();
         engine.advance_within(2.0 * time, 1_000_000, &mut Vec::new()).unwrap();
         assert!(engine.time() == 2.0 * time && engine.work().events == 0, "{}", engine.time());
-    }
-}
-
-/// Strong drag and damping on arcs: steps follow the slow motion, which for small angles is that on lines.
-#[test]
-fn what_creeps_on_arcs_costs_little() {
-    let amplitude = 1e-4;
-    for (balls, settings) in [
-        (1, "pendulum.drag=1e3"),
-        (5, "pendulum.drag=2e9"),
-        (5, "pendulum.drag=1e18 pendulum.lengthRatio=1,1,1.5,1,0.1"),
-        (2, "contact.damping=5e6"),
-        (5, "contact.model=hertz contact.damping=1e7 contact.deadBand=0"),
-        (5, "contact.model=hertz contact.damping=1e7 ball.massRatio=1,2,1,0.5,1"),
-        (3, "contact.exponent=3 contact.damping=1e9 pendulum.drag=1"),
-    ] {
-        let start = cradle(balls, &format!("x_start=0 x_start[1]=-{amplitude} contact.deadBand=1e-8 {settings}"));
-        let [line, arc] = [PendulumModel::Linear, PendulumModel::Circular].map(|pendulum| {
-            let p = Parameters { pendulum, ..start.clone() };
-            let mut engine = Engine::new(&p, &Inputs::zero(balls), 0.0).unwrap();
-            engine.advance_within(20.0, 1_000_000, &mut Unrecorded).unwrap();
-            assert!(engine.time() == 20.0 && engine.work().steps < 1000, "{settings}: {:?}", engine.work());
-            assert_energy(&engine, 1e-13, settings);
-            engine
-        });
-        let off = (0..balls).map(|i| (line.x(i) - arc.x(i)).abs() / amplitude).fold(0.0, f64::max);
-        assert!(off < 1e-7, "{settings}: {off:e}");
     }
 }
 

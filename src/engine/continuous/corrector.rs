@@ -1,6 +1,7 @@
 //! The corrector polynomials of the multistep methods and their error constants, for steps of any lengths.
 //!
-//! Points lie at distances `xi`, in steps, before the end of one; the variable is `s` of [`NordsieckStep`](super::path::NordsieckStep).
+//! Points lie at distances `xi`, in steps, before the end of one; the variable is `s` of
+//! [`NordsieckStep`](super::path::NordsieckStep).
 
 /// Highest order of any method.
 pub(super) const MAX_ORDER: usize = 12;

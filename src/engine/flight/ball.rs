@@ -301,8 +301,8 @@ mod tests {
     use super::*;
     use crate::model::{Cradle, Parameters, PendulumModel};
 
-    /// Strong gravity makes the series of a flight short. The way from the anchor on is gone once, also if results of the
-    /// start of a step are asked for in between.
+    /// Strong gravity makes the series of a flight short. The way from the anchor on is gone once, also if results of
+    /// the start of a step are asked for in between.
     #[test]
     fn a_long_flight_is_followed_once() {
         let p = Parameters { pendulum: PendulumModel::Circular, gravity: 1e10, ..Parameters::default_for(1) };

@@ -65,7 +65,7 @@ pub(crate) struct Response {
 }
 
 impl Response {
-    /// On a step of so many times [`RADAU`]'s, s.
+    /// On a step of this length, s.
     pub fn new(o: &Oscillator, length: f64) -> Self {
         let integral = RADAU.integral * length;
         let twice = integral * integral;
@@ -113,7 +113,8 @@ impl BallStages {
 pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<(f64, [f64; STAGES + 1])> {
     let BallModel { omega2, gamma, gravity, .. } = *ball;
     let mut length = (OF_DECAY * 2.0 * gamma / omega2).min(LONGEST);
-    let pays = |length: f64| length >= GAIN * by_series;
+    // Only where drag keeps the series short: they cover a few of its decay times.
+    let pays = |length: f64| length >= GAIN * by_series && 2.0 * gamma * by_series >= 1.0;
     if !pays(length) {
         return None;
     }
