@@ -361,6 +361,13 @@ fn other_rigid_balls_are_not_held_together() {
     assert_eq!(held(Parameters { mass_ratio: vec![1.0, 1.0, 2.0], ..drag }), 0.0);
     let chatter = held(Parameters { gap: vec![0.0, 1e-3], ..p.clone() });
     assert!((0.1..2.0).contains(&chatter), "{chatter}");
+    // After the last bounce the next one is as low as rounding, but its speed is above that of velocities.
+    let mut p = Parameters { radius: 0.05, length: 0.2, gravity: 4.36685759178228, mass: 1.0, ..p };
+    (p.mass_ratio[1], p.length_ratio) = (0.2898942573352073, vec![0.7, 0.8072641806598986, 0.7]);
+    (p.dead_band, p.restitution) = (8.667015589687107e-9, 0.3930767266892951);
+    inputs.force = vec![0.0, 0.3147931646716329, -0.32796128858371404];
+    let error = Engine::new(&p, &inputs, 0.0).unwrap().advance(0.1, &mut Unrecorded).unwrap_err();
+    assert!(matches!(error, EngineError::OffArc { ball: 1, fault: Fault::Held, .. }), "{error}");
     let error = EngineError::OffArc { time: 0.5, ball: 1, fault: Fault::Held }.to_string();
     assert!(error.starts_with("rigid balls 2 and 3 are pressed together at t = 0.5 s; allowed"), "{error}");
 }
