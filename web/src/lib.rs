@@ -9,8 +9,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use newtons_cradle::engine::{Chain, Engine, Pulse, Results};
+use newtons_cradle::forecast::Forecast;
 use newtons_cradle::model::SolverMethod;
-use newtons_cradle::next::Next;
 use newtons_cradle::variables::Recipe;
 
 thread_local! {
@@ -79,7 +79,7 @@ fn started() -> Result<i32, String> {
         return Err("solver.method is refused; allowed: eventDriven".into());
     }
     let engine = Engine::new(&settings.parameters, &settings.inputs, 0.0).map_err(|error| error.to_string())?;
-    say(&settings.doubts().join(". "));
+    say(&settings.warnings().join(". "));
     Ok(keep(engine))
 }
 
@@ -114,9 +114,9 @@ pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
 #[unsafe(no_mangle)]
 pub extern "C" fn next_onset(run: i32) -> f64 {
     match with(run, |engine| engine.next_onset()) {
-        Next::At(time) => time,
-        Next::NotBefore(time) => -time,
-        Next::Never => f64::INFINITY,
+        Forecast::At(time) => time,
+        Forecast::NotBefore(time) => -time,
+        Forecast::Never => f64::INFINITY,
     }
 }
 

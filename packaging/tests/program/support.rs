@@ -62,7 +62,8 @@ impl Folder {
     /// A command to run a program in the folder with these words.
     pub fn command(&self, program: &str, words: &str) -> Command {
         let (host, library) = (Platform::host().unwrap().folder, library_path());
-        let word = |word: &str| word.replace("HOST", host).replace("LIBRARY", library.to_str().unwrap());
+        let library = library.to_str().unwrap();
+        let word = |word: &str| word.replace("HOST", host).replace("LIBRARY", library).replace("PROGRAM", PROGRAM);
         let mut command = Command::new(program);
         command.args(words.split_whitespace().map(word)).current_dir(&self.0);
         command
