@@ -43,7 +43,7 @@ pub enum EngineError {
     NoArc(String),
     /// Rigid contacts cannot start like this, or not by this method; the text says why, and what is allowed.
     NotRigid(String),
-    /// The energy is beyond the range of doubles.
+    /// The energy, or a sum over all balls, is beyond the range of doubles.
     EnergyNotFinite {
         /// When, s.
         time: f64,
@@ -114,7 +114,8 @@ impl std::fmt::Display for EngineError {
             Self::NoArc(ref text) => write!(f, "with pendulum.model = circular, {text}"),
             Self::NoCoefficient(ref text) | Self::NotRigid(ref text) => f.write_str(text),
             Self::EnergyNotFinite { time } => {
-                write!(f, "the energy of the cradle at t = {} s is beyond the range of doubles", Number(time))
+                let what = "the energy, the work or the impulse on the support";
+                write!(f, "{what} is beyond the range of doubles at t = {} s", Number(time))
             }
             Self::Stalled { time, contact } => {
                 write!(f, "no progress in contact {} at t = {} s", contact + 1, Number(time))
@@ -126,7 +127,10 @@ impl std::fmt::Display for EngineError {
                     Busy::Solver => ("the solver".to_owned(), "steps"),
                 };
                 let time = Number(time);
-                write!(f, "the step would take days: at t = {time} s, {who} takes {rate:.1e} {rounds} per second")
+                write!(
+                    f,
+                    "the step would take days: at t = {time} s, {who} needs {rate:.1e} {rounds} per second of the run"
+                )
             }
             Self::StepTooSmall { time, step } => {
                 write!(f, "the solver cannot go on at t = {} s, even with a step of {} s", Number(time), Number(step))

@@ -107,7 +107,8 @@ mod tests {
         assert_eq!(watch(look, std::iter::repeat_n(5.0, 1000)).0, None);
         // No progress at all.
         let error = watch(look, std::iter::repeat(0.0)).0.unwrap().to_string();
-        let words = "the step would take days: at t = 1 s, the flight of ball 4 takes 1.8e308 steps per second";
+        let words =
+            "the step would take days: at t = 1 s, the flight of ball 4 needs 1.8e308 steps per second of the run";
         assert_eq!(error, words);
     }
 }

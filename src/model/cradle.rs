@@ -74,24 +74,24 @@ impl Cradle {
     /// range.
     pub(crate) fn check(&self) -> Result<(), String> {
         let check = |holds: bool, what: std::fmt::Arguments, value: f64| {
-            let side = if value == 0.0 { "below" } else { "beyond" };
-            let text = || format!("{what} is {side} the range of doubles; allowed: values for which it is within");
+            let side = if value == 0.0 { "small" } else { "large" };
+            let text = || format!("{what} is too {side} for a double; allowed: values with which it is finite");
             if holds { Ok(()) } else { Err(text()) }
         };
         let finite = |what: std::fmt::Arguments, value: f64| check(value.is_finite(), what, value);
         let positive = |what: std::fmt::Arguments, value: f64| check(value > 0.0 && value.is_finite(), what, value);
         for (i, ball) in (1..).zip(&self.balls) {
-            positive(format_args!("ball.mass ball.massRatio[{i}]"), ball.mass)?;
-            positive(format_args!("pendulum.length pendulum.lengthRatio[{i}]"), ball.length)?;
-            finite(format_args!("gravity / (pendulum.length pendulum.lengthRatio[{i}])"), ball.omega2)?;
-            finite(format_args!("pendulum.drag / (2 ball.mass ball.massRatio[{i}])"), ball.gamma)?;
+            positive(format_args!("ball.mass * ball.massRatio[{i}]"), ball.mass)?;
+            positive(format_args!("pendulum.length * pendulum.lengthRatio[{i}]"), ball.length)?;
+            finite(format_args!("gravity / (pendulum.length * pendulum.lengthRatio[{i}])"), ball.omega2)?;
+            finite(format_args!("pendulum.drag / (2 * ball.mass * ball.massRatio[{i}])"), ball.gamma)?;
         }
         for (i, law) in (1..).zip(&self.contacts) {
             finite(format_args!("the stiffness times contact.stiffnessRatio[{i}]"), law.stiffness)?;
             finite(format_args!("the damping of contact {i}"), law.damping_coefficient())?;
             finite(format_args!("contact.gap[{i}] + contact.deadBand"), law.clearance)?;
             let pivots = if self.on_arcs() { law.pivots } else { 0.0 };
-            finite(format_args!("2 ball.radius + contact.gap[{i}]"), pivots)?;
+            finite(format_args!("2 * ball.radius + contact.gap[{i}]"), pivots)?;
         }
         Ok(())
     }

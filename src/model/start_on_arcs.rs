@@ -2,36 +2,28 @@
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
-use super::parameters::{Parameters, PendulumModel};
 
 /// Refuses what balls on arcs cannot do at the start: says why, and what is allowed.
-pub(crate) fn check_start_on_arcs(p: &Parameters) -> Result<(), String> {
-    if p.pendulum == PendulumModel::Linear {
+pub(crate) fn check_start_on_arcs(cradle: &Cradle, x_start: &[f64]) -> Result<(), String> {
+    if !cradle.on_arcs() {
         return Ok(());
     }
-    let Cradle { balls, contacts, .. } = Cradle::new(p);
-    for (i, (BallModel { length, .. }, x)) in (1..).zip(balls.iter().zip(&p.x_start)) {
+    for (i, (BallModel { length, .. }, x)) in (1..).zip(cradle.balls.iter().zip(x_start)) {
         if x.abs() >= *length {
             let text = format_args!("x_start[{i}] = {x} m lifts its ball to 90 degrees or farther");
             let allowed = format_args!("more than -{length} m and less than {length} m");
             return Err(format!("{text}; allowed: {allowed}"));
         }
     }
-    for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(contacts) {
+    for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(&cradle.contacts) {
         if pivots.min(pivots - clearance) <= 0.0 {
             let text = "contact.gap and contact.deadBand leave no distance between the centres of balls";
             let allowed = "allowed: 2 ball.radius + contact.gap and 2 ball.radius - contact.deadBand above 0";
             return Err(format!("{text} {i} and {}; {allowed}", i + 1));
         }
     }
-    check_sides_at_start(p)
-}
-
-/// Refuses neighbours that have changed sides.
-fn check_sides_at_start(p: &Parameters) -> Result<(), String> {
-    let cradle = Cradle::new(p);
     for j in 0..cradle.contacts.len() {
-        let (pair, [left, right]) = (cradle.pair(j), [j, j + 1].map(|i| p.x_start[i]));
+        let (pair, [left, right]) = (cradle.pair(j), [j, j + 1].map(|i| x_start[i]));
         let places = [0, 1].map(|k| pair.balls[k].along_path([left, right][k], 0.0).0);
         if pair.changed_sides(places) {
             let (i, next) = (j + 1, j + 2);

@@ -94,7 +94,7 @@ fn first_near(c: &[f64], sign: f64, level: f64, until: f64) -> Result<Option<f64
     let (value, slope, curvature) = (sign * (c[0] - level), sign * c[1], sign * c[2]);
     let (chord, bend) = (value + until * slope, until * until * bound(&c[2..], until));
     // A cheap bound: most searches would find nothing.
-    if value.max(chord) < -bend {
+    if value < -bend && chord < -bend {
         return Ok(None);
     }
     // Of numbers beyond the range of doubles nothing is known.
@@ -268,6 +268,8 @@ mod tests {
             let noticed = first_positive(&c, 1.0, 0.0, 1.0).is_some_and(f64::is_nan);
             assert!(noticed || !strange.is_nan(), "{k} {strange}");
         }
+        // Also where nothing bends and the value alone is below 0.
+        assert!(first_positive(&[-1.0, f64::NAN, 0.0], 1.0, 0.0, 1.0).is_some_and(f64::is_nan));
         assert!(first_positive(&wave(0.0, 1.0, 0.0), 1.0, f64::NAN, 1.0).is_some_and(f64::is_nan));
         assert!(first_positive(&wave(0.0, 1.0, 0.0), 1.0, 1.0, f64::NAN).is_some_and(f64::is_nan));
     }

@@ -230,6 +230,11 @@ fn the_last_values_need_no_way_back() {
             && run.time() < 0.1
             && run.total_energy() < Engine::new(&p, &Inputs::zero(3), 0.0).unwrap().total_energy()
     );
+    // Without any event, those at the start of the step.
+    let alone = cradle(1, "pendulum.model=circular v_start[1]=20 x_start=0");
+    let mut run = Engine::new(&alone, &Inputs::zero(1), 0.0).unwrap();
+    assert!(run.advance(1.0, &mut Unrecorded).is_err());
+    assert_eq!((run.time(), run.x(0)), (0.0, 0.0));
 }
 
 /// Strong drag and damping on arcs: steps follow the slow motion, which for small angles is that on lines.
@@ -257,6 +262,42 @@ fn what_creeps_on_arcs_costs_little() {
         let off = (0..balls).map(|i| (line.x(i) - arc.x(i)).abs() / amplitude).fold(0.0, f64::max);
         assert!(off < 1e-7, "{settings}: {off:e}");
     }
+}
+
+/// A ball creeps to where a force holds it: `b L angle' = F cos(angle) - m g sin(angle)`, with an inertia that is less
+/// than the square of `m omega / b`.
+#[test]
+fn a_force_against_strong_drag_has_its_closed_form() {
+    for (drag, force, share, start) in [
+        (1e6, 9.81, 1e-4, 0.785),
+        (1e6, 9.81, 8.0, 0.785),
+        (1e6, 981.0, 3.0, 0.2),
+        (1e8, 9.81, 1e-8, 0.785),
+        (1e8, 9810.0, 3.0, 0.3),
+        (1e11, 1.0, 0.5, 1.5),
+    ] {
+        let p = cradle(1, &format!("pendulum.model=circular pendulum.drag={drag} x_start={}", 1.962 * f64::sin(start)));
+        let mut inputs = Inputs::zero(1);
+        inputs.force[0] = force;
+        let mut run = Engine::new(&p, &inputs, 0.0).unwrap();
+        let (start, held, strength) = (run.angle(0), f64::atan2(force, p.gravity), f64::hypot(force, p.gravity));
+        let time = share * drag * p.length / strength;
+        run.advance(time, &mut Unrecorded).unwrap();
+        let expected = held + 2.0 * f64::atan(f64::tan(0.5 * (start - held)) * f64::exp(-share));
+        let off = (run.angle(0) - expected).abs() / (start - expected).abs().max(1e-3);
+        assert!(off < 1e-10, "{drag:e} {force} {share}: {off:e}");
+    }
+}
+
+/// Series that could hold for ever are renewed as well.
+#[test]
+fn balls_that_hardly_move_meet() {
+    let p =
+        cradle(2, "pendulum.model=circular gravity=0 contact.deadBand=0 x_start[1]=-0.1 x_start[2]=0 v_start[1]=1e-8");
+    let mut run = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
+    run.advance(2e7, &mut Unrecorded).unwrap();
+    assert_eq!(run.pulses(0), 1);
+    assert!((run.last_onset(0) - 1e7).abs() < 1e5, "{}", run.last_onset(0));
 }
 
 /// The same with rigid contacts and no dead band.

@@ -13,10 +13,10 @@ use super::radau;
 use super::step_control::{Control, Method, Problem, StepHistory};
 use super::taylor::{Series, Workspace, velocity_scale};
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact};
-use crate::engine::Forecast;
 use crate::engine::flight::{
     Ball, Flight, Rounding, RunningIntegrals, integrals_of_inputs, places, shifted, start_by_centre,
 };
+use crate::engine::{EngineError, Forecast};
 use crate::model::{BallModel, ContactLaw, Cradle, Mode, Pair};
 use crate::solver::{DoubleDouble, MAX_FORCE_ORDER};
 
@@ -89,11 +89,14 @@ impl Cluster {
         self.start + self.length
     }
 
-    /// The first ball or contact that has left the range of doubles, as that of the contact at its right.
-    pub fn lost(&self) -> Option<usize> {
-        let overlaps = self.contacts.iter().map(|contact| contact.overlap).chain([0.0]);
-        let lost = |(flight, overlap): (&Flight, f64)| !(flight.is_finite() && overlap.is_finite());
-        self.flights.iter().zip(overlaps).position(lost).map(|ball| self.window.start + ball)
+    /// Fails if a ball or a contact of the window has left the range of doubles at the start of the segment.
+    pub fn check_finite(&self) -> Result<(), EngineError> {
+        let (time, first) = (self.start.value(), self.window.start);
+        if let Some(ball) = self.flights.iter().position(|flight| !flight.is_finite()) {
+            return Err(EngineError::NotFinite { time, ball: first + ball });
+        }
+        let contact = self.contacts.iter().position(|contact| !contact.overlap.is_finite());
+        contact.map_or(Ok(()), |contact| Err(EngineError::ContactNotFinite { time, contact: first + contact }))
     }
 
     fn output(&self) -> &dyn DenseOutput {

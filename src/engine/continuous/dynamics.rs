@@ -103,7 +103,8 @@ impl Dynamics {
         [2, 1, 0].map(|before| 4 * self.balls() - before)
     }
 
-    /// The first component of a state, of its rates, or of the first of them, that cannot be gone on from.
+    /// The first component of `y` (a state, its rates, or the first of either) from which no run can go on: it is NaN,
+    /// infinite or, of positions, velocities and overlaps, beyond [`LARGEST`].
     pub fn beyond_range(&self, y: &[f64]) -> Option<usize> {
         let (dynamic, sums) = y.split_at(self.impulse(0).min(y.len()));
         let of_sums = || sums.iter().position(|y| !y.is_finite()).map(|sum| dynamic.len() + sum);

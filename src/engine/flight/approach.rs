@@ -69,6 +69,11 @@ impl Approach {
             && scales.iter().chain(&self.g).chain(&self.crossing).all(|value| value.is_finite())
     }
 
+    /// Whether the overlap does not change.
+    pub fn is_constant(&self) -> bool {
+        self.g[1..].iter().all(|c| *c == 0.0)
+    }
+
     /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s), while the series holds.
     pub fn at(&self, tau: f64) -> [f64; 3] {
         let [g, slope, bend] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
@@ -128,7 +133,7 @@ impl Sides<'_> {
     fn crossing_within(&self, near: f64, [largest_sine, less]: [f64; 2], k: usize) -> Option<f64> {
         let &Self { paths, distances: [width, height], g, touch, until, .. } = self;
         let [narrower, higher] = [width, height].map(|c| until * bound(&c[1..], until));
-        let stays_beside = (width[0] - narrower) * (1.0 - less) > (height[0].abs() + higher) * largest_sine;
+        let stays_beside = (width[0] - narrower) * (1.0 - less).max(0.0) > (height[0].abs() + higher) * largest_sine;
         let level = 0.5 * (touch - near * (near / touch));
         let comes_near = || g[0] >= level || first_positive(g, 1.0, level, until).is_some();
         if stays_beside || !comes_near() {

@@ -21,8 +21,10 @@ const GAIN: f64 = 20.0;
 /// part of gravity and inputs.
 const SETTLED: f64 = 1e-12;
 
-/// Allowed size of the highest terms of the velocities, over the largest.
+/// Allowed size of the highest terms of the velocities: over the largest, and over the rounding of a velocity at which
+/// drag balances gravity and inputs.
 const ALLOWED: f64 = 2e-14;
+const NOISE: f64 = 16.0;
 
 /// The next step over the one that the error allows, the largest growth of a step, and its factors after too large an
 /// error and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8).
@@ -112,7 +114,9 @@ impl BallStages {
 /// velocity (m/s) as a polynomial of the time over that.
 pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<(f64, [f64; STAGES + 1])> {
     let BallModel { omega2, gamma, gravity, .. } = *ball;
-    let mut length = (OF_DECAY * 2.0 * gamma / omega2).min(LONGEST);
+    // How strongly the forces along the path may change with the place, 1/s2.
+    let stiffness = omega2 + flight.forcing[0].abs() / ball.length;
+    let mut length = (OF_DECAY * 2.0 * gamma / stiffness).min(LONGEST);
     // Only where drag keeps the series short: they cover a few of its decay times.
     let pays = |length: f64| length >= GAIN * by_series && 2.0 * gamma * by_series >= 1.0;
     if !pays(length) {
@@ -120,15 +124,17 @@ pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<
     }
     let (sin, cos) = libm::sincos(flight.x / ball.length);
     let (weight, push) = (gravity * sin, flight.forcing[0] * cos);
-    let (acceleration, slow) =
-        (push - weight - 2.0 * gamma * flight.v, omega2 * flight.v.abs() + flight.forcing[1].abs());
-    let settled = acceleration.abs() <= SETTLED * (push.abs() + weight.abs()) + slow / gamma;
+    let acceleration = push - weight - 2.0 * gamma * flight.v;
+    let (forces, slow) = (push.abs() + weight.abs(), stiffness * flight.v.abs() + flight.forcing[1].abs());
+    let settled = acceleration.abs() <= SETTLED * forces + slow / gamma;
+    let rounding = f64::EPSILON * forces / (2.0 * gamma);
     let oscillator = Oscillator::new(omega2, gamma);
     while settled && pays(length) {
         let error = match velocities(ball, &oscillator, flight, length) {
             Some(velocities) => {
                 let polynomial = RADAU.polynomial_from(flight.v, &velocities);
-                let error = highest_terms(&polynomial) / (ALLOWED * velocities.amax());
+                let allowed = (ALLOWED * velocities.amax()).max(NOISE * rounding);
+                let error = highest_terms(&polynomial) / allowed;
                 if error <= 1.0 {
                     return Some((length, polynomial));
                 }

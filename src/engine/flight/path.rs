@@ -1,6 +1,7 @@
 //! The flight of a ball on its arc, as power series of the time. See "Arcs" in docs/theory.md for the equations.
 //!
-//! A [`Path`] holds as long as its last terms are below rounding; a ball that flies on takes the next one ([`Piece`]).
+//! A [`Path`] holds as long as its last terms are below rounding, or, under strong drag, for a step of implicit
+//! collocation; a ball that flies on takes the next one ([`Piece`]).
 
 use super::free_motion::{Flight, Forcing, LONGEST, RunningIntegrals, degree, forcing_at, integral_of, shifted};
 use super::implicit;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::approach::Approach;
 use super::ball::Ball;
-use super::free_motion::{Flight, LONGEST, degree, time_of_change};
+use super::free_motion::{Flight, degree, time_of_change};
 use super::path::Path;
 use crate::engine::Forecast;
 use crate::model::ContactLaw;
@@ -184,8 +184,8 @@ impl Separation {
             }
             return match onset {
                 Some(tau) => Forecast::At(self.anchor + tau),
-                None if approach.length < LONGEST => Forecast::NotBefore(self.anchor + approach.length),
-                None => Forecast::Never,
+                None if approach.is_constant() => Forecast::Never,
+                None => Forecast::NotBefore(self.anchor + approach.length),
             };
         }
         if self.stays_apart() {

@@ -79,8 +79,8 @@ impl Engine {
         if self.cradle.on_arcs() {
             self.follow_flights(0..self.balls.len(), reached.into(), &mut watchdog, observer)?;
         }
-        self.time = reached;
         self.check_fault(0.0)?;
+        self.time = reached;
         if self.step.moved.is_empty() {
             return Ok(());
         }

@@ -33,10 +33,10 @@ impl Engine {
         let Some(t) = self.clusters[id].as_ref().map(|cluster| cluster.end()) else { return Ok(()) };
         let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
         self.account_until(&mut cluster, t);
-        if let Some(ball) = cluster.lost() {
-            let error = EngineError::NotFinite { time: t.value(), ball };
+        let finite = cluster.check_finite();
+        if finite.is_err() {
             self.follow(id, cluster); // What is left can still be looked at.
-            return Err(error);
+            return finite;
         }
         self.look_for_faults(cluster.members.clone(), t);
         match cluster.switch {

@@ -98,8 +98,9 @@ impl Clone for Caches {
 impl Engine {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        Cradle::new(parameters).check().map_err(EngineError::NoCoefficient)?;
-        check_start_on_arcs(parameters).map_err(EngineError::NoArc)?;
+        let cradle = Cradle::new(parameters);
+        cradle.check().map_err(EngineError::NoCoefficient)?;
+        check_start_on_arcs(&cradle, &parameters.x_start).map_err(EngineError::NoArc)?;
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let mut engine = Self::apart(parameters, inputs, start_time);
         let start = DoubleDouble::from(start_time);

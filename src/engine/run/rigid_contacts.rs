@@ -238,8 +238,8 @@ impl Engine {
         !left.on_arc || alike && self.cradle.contacts[j].clearance == 0.0
     }
 
-    /// Whether contact `j`, open from `t` on without speed, to within `rounding` (m/s), closes again before its balls are
-    /// apart by more than rounding, although they cannot swing as one.
+    /// Whether contact `j`, open from `t` on without speed, to within `rounding` (m/s), closes again before its balls
+    /// are apart by more than rounding, although they cannot swing as one.
     fn is_held(&self, j: usize, t: DoubleDouble, rounding: f64) -> bool {
         let ContactRole::Open(separation, Forecast::At(next)) = &self.contacts[j].role else { return false };
         let still = separation.at_time(t).1.abs() <= RESOLVED * rounding;

@@ -35,8 +35,8 @@ const FINE: f64 = 1e-5;
 
 /// The directions of balls on arcs are computed anew once the iteration changes overlaps by less than that would change
 /// them. The expected change is that of the last time, multiplied by the relative change of the first time; before the
-/// first time both count as `FIRST_TURN`. Directions stand if the next change would be at most `STANDS`. All of these
-/// are parts of the largest overlap.
+/// first time both count as `FIRST_TURN`, a part of the largest overlap. Directions stand if the next change
+/// would be at most `STANDS`, a part of the largest overlap, displacement or acceleration.
 const FIRST_TURN: f64 = 1e-2;
 const STANDS: f64 = 1e-15;
 

@@ -1,5 +1,5 @@
 //! The motions and forces of a window as power series of the time, with their dense output. The coefficients come from
-//! `recurrences`, from `linear` for linear contacts, or from `collocation`.
+//! `recurrences`, from `linear` for linear contacts, or from `radau`.
 
 use super::arcs::ArcSeries;
 use crate::engine::Forecast;
