@@ -15,7 +15,7 @@ fn values(host: &Host, of: &[(&str, usize)]) -> Vec<f64> {
     of.iter().flat_map(|(name, length)| host.floats(name, *length)).collect()
 }
 
-/// Derivatives of the outputs of the step, and of `t_next`, by a force on the first ball over the last step.
+/// Derivatives of outputs by a force on the first ball over the last step.
 fn derivatives_of_step(host: &Host) -> Result<Vec<f64>, Vec<String>> {
     let unknowns = DERIVED.map(|(name, _)| vr(name));
     let mut found = vec![f64::NAN; DERIVED.iter().map(|(_, length)| length).sum()];
@@ -179,4 +179,18 @@ fn a_step_goes_on_where_inputs_change_within() {
         let highest = |k: usize| seen.iter().map(|(_, values)| values[k]).fold(0.0, f64::max);
         assert!((5..9).all(|k| own[k] >= highest(k)) && own[5] > 0.0, "{own:?}");
     }
+}
+
+/// A force set within a step is continued with its slope to the end of the step, and has to stay finite until then.
+#[test]
+fn an_input_set_within_a_step_stays_finite_with_its_slope() {
+    let host = stepping(&[("ball.mass", &[1e307])], &[("contact.model", 3)]);
+    assert_eq!(host.set("der(F_ext)", &[0.0, 0.0, 0.0, 0.0, 1.79e308]), fmi3OK);
+    host.within(|c, _, _| {
+        assert_eq!(unsafe { fmi3SetFloat64(c, &vr("F_ext"), 1, [0.0, 0.0, 0.0, 0.0, 1.75e308].as_ptr(), 5) }, fmi3OK);
+        false
+    });
+    let (status, log) = (host.step(0.0, 0.8).0, host.log());
+    let why = "fmi3DoStep: the rest of the step = 0.09";
+    assert!(status == fmi3Error && log.last().unwrap().starts_with(why), "{status:?} {log:?}");
 }
