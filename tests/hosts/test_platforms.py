@@ -67,7 +67,7 @@ def test_the_folder_in_which_it_is_compiled_does_not_matter():
     if not copy.exists():
         pytest.skip(f"{copy} is missing: cradle.py test --all makes it where a toolchain is to be had")
     compiled = [path for path in copy.glob("*/release/*newtons_cradle*") if path.suffix in (".dylib", ".dll")]
-    assert compiled
+    assert {path.suffix for path in compiled} == {".dylib", ".dll"}
     for path in compiled:
         assert path.read_bytes() == (TO_TEST / path.relative_to(copy)).read_bytes(), path
 
