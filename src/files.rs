@@ -22,7 +22,7 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     // One byte more than allowed shows that there are too many, whatever length the system says the file has.
     file.take(limit.saturating_add(1)).read_to_end(&mut contents)?;
     if contents.len() as u64 > limit {
-        return Err(Error::new(ErrorKind::FileTooLarge, format!("more than {limit} bytes")));
+        return Err(Error::new(ErrorKind::FileTooLarge, format!("it is too large; allowed: at most {limit} bytes")));
     }
     Ok(contents)
 }

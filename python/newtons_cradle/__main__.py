@@ -1,6 +1,7 @@
 """Command line: `python -m newtons_cradle page FILE`, `live`, `cases` and `judge CASE RESULT`."""
 
 import argparse
+import signal
 import sys
 import zipfile
 from collections.abc import Callable
@@ -133,4 +134,6 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    # An exit that removes unpacked FMUs, with the status that shells show for this signal.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     sys.exit(main())

@@ -61,7 +61,7 @@ def text(path: Path) -> str:
     with regular(path).open("rb") as file:
         read = file.read(LARGEST + 1)  # whatever length the system says it has
     if len(read) > LARGEST:
-        raise InvalidValue(f"{path} has more than {LARGEST} bytes, which is the largest that is read")
+        raise InvalidValue(f"{path} is too large; allowed: at most {LARGEST} bytes")
     return read.decode("utf-8-sig", errors="replace")
 
 

@@ -310,11 +310,10 @@ pub unsafe extern "C" fn fmi3DoStep(
     let mut end: Option<StepEnd> = None;
     let mut part = |legal: Call, body: &dyn Fn(&mut Instance) -> Result<StepEnd, Refusal>| {
         // Those of a refused call, see `export_by`.
-        let (end, refused) = (&mut end, |time: f64| answers(false, fmi3True, false, time));
-        _ = refused(end.map_or(currentCommunicationPoint, |end| end.time));
+        _ = answers(false, fmi3True, false, end.map_or(currentCommunicationPoint, |end| end.time));
         let status = unsafe {
             call::<Fmi3>(instance, "fmi3DoStep", legal, &mut |instance| {
-                _ = refused(instance.time());
+                _ = answer("lastSuccessfulTime", lastSuccessfulTime, instance.time());
                 let StepEnd { time, early, events, .. } = *end.insert(body(instance)?);
                 answers(events, fmi3False, early, time)
             })

@@ -92,7 +92,7 @@ impl Instance {
     }
 
     fn checked(&self, name: &str, values: Vec<f64>) -> Found {
-        let exist = self.require_numbers(name, &values);
+        let exist = self.require_numbers(name, 0, &values);
         (values, exist)
     }
 
@@ -104,7 +104,7 @@ impl Instance {
         let exchange = self.exchange()?;
         let of_contact = of == Extra::ContactIndicator;
         let found = if of_contact { exchange.contact_indicator(index) } else { exchange.clip_indicator(index) };
-        self.require_numbers(if of_contact { "z.contact" } else { "z.clip" }, &[found])?;
+        self.require_numbers(if of_contact { "z.contact" } else { "z.clip" }, index, &[found])?;
         Ok(found)
     }
 

@@ -57,7 +57,7 @@ impl Instance {
         let in_time = (current - own).abs() <= CLOCK_TOLERANCE * own.abs().max(1.0);
         let end = current + step;
         ensure(in_time && step > 0.0 && end.is_finite(), || refuse_times(own, current, step))?;
-        self.check_inputs_after(end - own)?;
+        self.check_inputs_after("communicationStepSize", end - own)?;
         self.apply_slopes();
         if end <= own {
             // A step below the resolution of doubles, by a host whose clock lags by some ulps: the end is reached
@@ -89,13 +89,14 @@ impl Instance {
         let Some(mut step) = self.run.under_way else { return Err(Refusal::new("no step is under way")) };
         self.run.phase = Phase::StepMode;
         let now = self.time();
+        if let Some(end) = end.filter(|end| !end.is_nan()) {
+            step.end = step.end.min(end.max(now));
+        }
         if self.run.inputs_changed {
+            self.check_inputs_after("the rest of the step", step.end - now)?;
             self.apply_slopes();
             self.update_simulation()?;
             self.catch_up_rigid();
-        }
-        if let Some(end) = end.filter(|end| !end.is_nan()) {
-            step.end = step.end.min(end.max(now));
         }
         if step.end == now || self.may_end_early() && self.run.clocks.are_due() {
             return Ok(self.end_step(step));
@@ -141,8 +142,8 @@ impl Instance {
     /// Slopes that are not 0. They act over each step, like derivatives that are given again.
     fn slopes(&self) -> Option<&Inputs> {
         let slopes = &self.run.settings.slopes;
-        let act = slopes.support_acceleration != 0.0 || slopes.force.iter().any(|slope| *slope != 0.0);
-        (self.run.purpose.fmi3 && act).then_some(slopes)
+        let act = || slopes.support_acceleration != 0.0 || slopes.force.iter().any(|slope| *slope != 0.0);
+        (self.run.purpose.fmi3 && act()).then_some(slopes)
     }
 
     fn apply_slopes(&mut self) {
@@ -152,16 +153,16 @@ impl Instance {
         }
     }
 
-    /// Checks that inputs with derivatives are finite after a step of `length` (s).
-    fn check_inputs_after(&self, length: f64) -> Result<(), Refusal> {
+    /// Checks that inputs with derivatives are finite after a step of `length` (s), in messages called `name`.
+    fn check_inputs_after(&self, name: &str, length: f64) -> Result<(), Refusal> {
         let derivatives = self.slopes().map_or(&*self.run.input_derivatives, slice::from_ref);
         if derivatives.is_empty() {
             return Ok(());
         }
         let length = length.max(0.0); // A host's clock may lag by some ulps.
         let reached = self.run.settings.inputs.continued(derivatives, length);
-        let allowed = "a step over which the inputs, with their given derivatives, stay finite";
-        ensure(reached.is_finite(), || Refusal::number("communicationStepSize", length, "s", allowed))
+        let allowed = "a length over which the inputs, with their given derivatives, stay finite";
+        ensure(reached.is_finite(), || Refusal::number(name, length, "s", allowed))
     }
 
     /// Inputs with derivatives keep the values that they have reached.

@@ -135,15 +135,17 @@ impl Instance {
         })
     }
 
-    /// Refuses `values` of this name of which one is no number, or any if a ball has no place.
-    pub(super) fn require_numbers(&self, name: &str, values: &[f64]) -> Result<(), Refusal> {
+    /// Refuses `values` of this name, counted `from` 0 on, of which one is not finite, or any if a ball has no place.
+    pub(super) fn require_numbers(&self, name: &str, from: usize, values: &[f64]) -> Result<(), Refusal> {
         let any = values.iter().fold(false, |any, value| any | !value.is_finite());
         let lost = any || self.run.exchange.as_ref().is_some_and(Exchange::lacks_places);
         if !lost || self.run.phase == Phase::Error {
             return Ok(());
         }
-        let first = values.iter().position(|value| !value.is_finite()).unwrap_or_default();
-        Err(self.no_number(format_args!("{name} {}", first + 1)))
+        Err(match values.iter().position(|value| !value.is_finite()) {
+            Some(first) => self.no_number(format_args!("{name} {}", from + first + 1)),
+            None => self.no_number(name),
+        })
     }
 
     /// Why there is no value of `what`.

@@ -2,6 +2,7 @@
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
+use crate::number::Number;
 
 /// Refuses what balls on arcs cannot do at the start: says why, and what is allowed.
 pub(crate) fn check_start_on_arcs(cradle: &Cradle, x_start: &[f64]) -> Result<(), String> {
@@ -10,6 +11,7 @@ pub(crate) fn check_start_on_arcs(cradle: &Cradle, x_start: &[f64]) -> Result<()
     }
     for (i, (BallModel { length, .. }, x)) in (1..).zip(cradle.balls.iter().zip(x_start)) {
         if x.abs() >= *length {
+            let (x, length) = (Number(*x), Number(*length));
             let text = format_args!("x_start[{i}] = {x} m lifts its ball to 90 degrees or farther");
             let allowed = format_args!("more than -{length} m and less than {length} m");
             return Err(format!("{text}; allowed: {allowed}"));
@@ -26,7 +28,7 @@ pub(crate) fn check_start_on_arcs(cradle: &Cradle, x_start: &[f64]) -> Result<()
         let (pair, [left, right]) = (cradle.pair(j), [j, j + 1].map(|i| x_start[i]));
         let places = [0, 1].map(|k| pair.balls[k].along_path([left, right][k], 0.0).0);
         if pair.changed_sides(places) {
-            let (i, next) = (j + 1, j + 2);
+            let (i, next, [left, right]) = (j + 1, j + 2, [left, right].map(Number));
             return Err(format!(
                 "balls {i} and {next} have changed sides with x_start[{i}] = {left} m and x_start[{next}] = {right} m; \
                  allowed: each on its side of the other one's string"

@@ -111,7 +111,7 @@ REFUSED = {
 
 
 def test_every_call_gives_the_same_bits_in_any_environment_and_leaves_it(fmu, host):
-    """Refused is, also, the derivative of a step in which rigid balls stay in touch."""
+    """The derivative of a step in which rigid balls stay in touch is refused as well."""
     assert host(fmu, cases(5), environments=7) == REFUSED | {"rigid"}
 
 

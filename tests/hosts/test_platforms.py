@@ -66,9 +66,13 @@ def test_the_folder_in_which_it_is_compiled_does_not_matter():
     copy = COPY / TO_TEST.relative_to(ROOT)
     if not copy.exists():
         pytest.skip(f"{copy} is missing: cradle.py test --all makes it where a toolchain is to be had")
-    compiled = [path for path in copy.glob("*/release/*newtons_cradle*") if path.suffix in (".dylib", ".dll")]
-    assert compiled
-    for path in compiled:
+
+    def compiled(folder):
+        return [path for path in folder.glob("*/release/*newtons_cradle*") if path.suffix in (".dylib", ".dll")]
+
+    # Of as many linkers as there are here.
+    assert {path.suffix for path in compiled(copy)} == {path.suffix for path in compiled(TO_TEST)} != set()
+    for path in compiled(copy):
         assert path.read_bytes() == (TO_TEST / path.relative_to(copy)).read_bytes(), path
 
 

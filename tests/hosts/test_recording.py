@@ -197,7 +197,7 @@ def test_only_regular_files_are_read_and_replaced(tmp_path, monkeypatch):
     large = tmp_path / "large.csv"
     large.write_text("time,x[1]\n")
     monkeypatch.setattr(files, "LARGEST", 9)
-    with pytest.raises(nc.InvalidValue, match=r"large\.csv has more than 9 bytes"):
+    with pytest.raises(nc.InvalidValue, match=r"large\.csv is too large; allowed: at most 9 bytes"):
         from_csv(large)
 
 

@@ -118,6 +118,7 @@ fn what_cannot_swing_is_refused_or_ends_the_run() {
         "x_start[2] = 1.962 m lifts its ball to 90 degrees or farther; allowed: more than -1.962 m and less than \
          1.962 m",
     );
+    expect(Parameters { x_start: vec![-1e300, 0.0], ..p.clone() }, "x_start[1] = -1e300 m lifts its ball");
     expect(
         Parameters { x_start: vec![0.03, 0.0], ..rigid(2, 0, 0.0, 1.0) },
         "rigid balls 1 and 2 overlap by 2.9999e-2 m; allowed: x_start[1] - x_start[2] up to contact.gap[1]",

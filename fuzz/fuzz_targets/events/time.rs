@@ -8,8 +8,11 @@ use crate::Driver;
 use crate::hybrid::{Operation, Within};
 use crate::values::{Current, LONGEST_STEP, Step, clock_tolerance};
 
-/// Times to the next onset that a step with extreme values may take.
+/// With extreme values, how many times as long as to the next onset a step may be.
 const FEW_ONSETS: f64 = 3.0;
+
+/// The longest step (s) with extreme values where the next onset is not known.
+const SHORT_STEP: f64 = 1e-9;
 
 impl Driver<'_> {
     /// Event Mode has been entered: in co-simulation an event within the tolerance of the host's clock has been
@@ -71,15 +74,17 @@ impl Driver<'_> {
     }
 
     /// How long it is to the next onset, s, where this call is legal and that is known.
-    fn ahead(&self, operation: &Operation) -> f64 {
-        let next = self.picture.allows(operation).then(|| self.floats("t_next")).flatten();
-        next.map_or(0.0, |next| next[0] - self.picture.time)
+    fn ahead(&self, operation: &Operation) -> Option<f64> {
+        let next = self.picture.allows(operation).then(|| self.floats("t_next")).flatten()?;
+        Some(next[0] - self.picture.time)
     }
 
-    /// The length of a step, s. With extreme values, a longer one than to the next onset might take days.
+    /// The length of a step, s. With extreme values, one of more than a few times the time to the next onset might take
+    /// days.
     pub fn length(&self, operation: &Operation, step: &Step) -> f64 {
         let ahead = self.ahead(operation);
-        let length = step.length(ahead, LONGEST_STEP);
-        if self.picture.extreme { length.min(FEW_ONSETS * ahead) } else { length }
+        let length = step.length(ahead.unwrap_or_default(), LONGEST_STEP);
+        let longest = ahead.map_or(SHORT_STEP, |ahead| FEW_ONSETS * ahead);
+        if self.picture.extreme { length.min(longest) } else { length }
     }
 }

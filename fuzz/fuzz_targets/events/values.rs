@@ -8,7 +8,7 @@ use newtons_cradle::variables::Variable;
 #[derive(Clone, Debug, Arbitrary)]
 pub enum Value {
     Everyday(u16),
-    /// Of this magnitude and sign, of which balls make runs that leave the range of doubles, or do nothing.
+    /// One of the [extremes](extreme), with which runs leave the range of doubles, or nothing happens.
     Extreme(u8),
     Min,
     Max,

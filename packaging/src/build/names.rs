@@ -62,16 +62,23 @@ pub fn not_a_number(row: &Row, value: &StartValue) -> Option<String> {
     let of_unit = |c: char| c.is_ascii_alphabetic() && !matches!(c, 'e' | 'E') || c.is_whitespace() || c == '%';
     let is_number = |text: &&str| text.parse::<f64>().is_ok();
     let number = text.find(of_unit).and_then(|end| text.get(..end)).filter(is_number);
-    let prefix = text.trim_start_matches(['-', '+']).get(..2).unwrap_or_default();
+    if is_of_other_base(text) {
+        return Some(format!("{refused}; allowed: a decimal number"));
+    }
     Some(match number {
-        // What follows is no unit.
-        _ if ["0x", "0b", "0o"].contains(&prefix.to_lowercase().as_str()) => {
-            format!("{refused}; allowed: a decimal number")
-        }
         Some(number) if row.unit() == "1" => format!("{refused}: leave the unit out, {number} has no unit"),
         Some(number) => format!("{refused}: leave the unit out, {number} is in {}", row.unit()),
         None if is_number(&text.as_str()) => format!("{refused}: write the number without quotes"),
         None if text.starts_with('[') || text.ends_with(']') => format!("{refused}: write the list without brackets"),
         None => format!("{refused}; allowed: a number"),
+    })
+}
+
+/// Whether a text begins as a number in base 2, 8 or 16 does, such as `-0x1F`.
+fn is_of_other_base(text: &str) -> bool {
+    let digits = text.trim_start_matches(['-', '+']).strip_prefix('0').unwrap_or_default();
+    [('b', 2), ('o', 8), ('x', 16)].iter().any(|(letter, base)| {
+        let digits = digits.strip_prefix([*letter, letter.to_ascii_uppercase()]);
+        digits.and_then(|digits| digits.chars().next()).is_some_and(|digit| digit.is_digit(*base))
     })
 }

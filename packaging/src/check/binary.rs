@@ -179,15 +179,14 @@ fn begins_with_drive(path: &[u8]) -> bool {
     matches!(path, [drive, b':', b'/' | b'\\', next, ..] if drive.is_ascii_alphabetic() && next.is_ascii_alphanumeric())
 }
 
-/// The absolute path of a file of Rust's sources, of which the extension is at `end`. Rust writes texts without a gap:
-/// one of Unix is recognized behind what cannot be part of a path, and behind another source, as most are. In front of
-/// a mapped path there can be other texts with a slash.
-fn source(bytes: &[u8], end: usize) -> Option<&[u8]> {
+/// The absolute path of a file of Rust's sources, with which these bytes end; they begin behind the source before. Rust
+/// writes texts without a gap: one of Unix is recognized behind what cannot be part of a path, and behind another
+/// source, as most are. In front of a mapped path there can be other texts with a slash. Spaces and bytes beyond ASCII
+/// are in front of paths more often than within: a path that holds them is only found by what it begins with, `PATHS`.
+fn source(bytes: &[u8]) -> Option<&[u8]> {
     let in_path = |byte: &u8| byte.is_ascii_alphanumeric() || b"/\\:._-+@~%".contains(byte);
-    let length = bytes[..end].iter().rev().take_while(|byte| in_path(byte)).count();
-    let path = &bytes[end - length..end + RUST.len()];
-    let other = path[..length].windows(RUST.len()).rposition(|window| window == RUST);
-    let path = &path[other.map_or(0, |at| at + RUST.len())..];
+    let length = bytes.iter().rev().take_while(|byte| in_path(byte)).count();
+    let path = &bytes[bytes.len() - length..];
     if let Some(drive) = (0..path.len()).find(|at| begins_with_drive(&path[*at..])) {
         return Some(&path[drive..]);
     }
@@ -198,7 +197,7 @@ fn source(bytes: &[u8], end: usize) -> Option<&[u8]> {
 }
 
 fn paths(bytes: &[u8]) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
+    let (mut found, mut behind_source) = (BTreeSet::new(), 0);
     // A loop, which is fast enough without optimisation.
     for (begin, byte) in bytes.iter().enumerate() {
         if matches!(byte, b'/' | b':') && PATHS.iter().any(|path| bytes[begin..].starts_with(path)) {
@@ -206,7 +205,9 @@ fn paths(bytes: &[u8]) -> BTreeSet<String> {
             found.insert(path.map(|byte| char::from(*byte)).collect());
         }
         if *byte == b'.' && bytes[begin..].starts_with(RUST) {
-            found.extend(source(bytes, begin).map(text));
+            let end = begin + RUST.len();
+            found.extend(source(&bytes[behind_source..end]).map(text));
+            behind_source = end;
         }
     }
     found
@@ -282,5 +283,8 @@ mod tests {
         ] {
             assert_eq!(paths(bytes.as_bytes()).into_iter().collect::<Vec<_>>(), expected);
         }
+        // Each byte is looked at a few times, whatever there is.
+        let many = format!("{}/srv/x.rs", ".rs".repeat(350_000));
+        assert_eq!(paths(many.as_bytes()).into_iter().collect::<Vec<_>>(), ["/srv/x.rs"]);
     }
 }

@@ -1,11 +1,11 @@
 //! Recording the results of the FMU's own binary. It is loaded in a process of its own, this program again, so that a
 //! binary may crash or hang. That process also has the files that the binary needs, so that they are removed if this
-//! one is ended from the terminal or killed.
+//! one is ended from the terminal or killed: all but the binary on Windows, where it is not removed while it is loaded.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{env, fs, io, thread};
 
@@ -26,6 +26,9 @@ const BINARY: &str = "binary.dll";
 
 /// What the line begins with by which the child says how it went; the rest is what went wrong.
 const OUTCOME: &[u8] = b"cradle-fmu has ended the runs: ";
+
+/// The most that is kept of a line, bytes: a binary may write without end. Much more than the outcome has.
+const LONGEST_LINE: u64 = 1 << 16;
 
 /// Of Windows: the interrupt of a terminal does not reach the process.
 #[cfg(windows)]
@@ -67,10 +70,12 @@ pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<String>, String> 
         None => Ok(Vec::new()),
     };
     drop(input);
-    let status = child.wait().map_err(|error| error.to_string())?;
+    let status = child.wait();
+    // The child leaves its folder if it crashes, and on Windows the binary that it has loaded. Files in the system's
+    // temporary folder do no harm.
+    let _ = fs::remove_dir_all(&folder);
+    let status = status.map_err(|error| error.to_string())?;
     if outcome.is_none() {
-        // It has left its folder. Files in the system's temporary folder do no harm.
-        let _ = fs::remove_dir_all(&folder);
         return Err(format!("its binary crashed ({status})"));
     }
     results
@@ -89,9 +94,16 @@ fn child(folder: &Path, names: &[&str]) -> io::Result<Child> {
 }
 
 /// What the child says in the end: nothing if all went well. None if it ends before.
-fn outcome(output: impl BufRead) -> Option<String> {
-    let mut lines = output.split(b'\n').map_while(Result::ok);
-    lines.find_map(|line| Some(String::from_utf8_lossy(line.strip_prefix(OUTCOME)?).trim_end().to_owned()))
+fn outcome(mut output: impl BufRead) -> Option<String> {
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        let read = output.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line);
+        read.ok().filter(|length| *length > 0)?;
+        if let Some(problem) = line.strip_prefix(OUTCOME) {
+            return Some(String::from_utf8_lossy(problem).trim_end().to_owned());
+        }
+    }
 }
 
 /// The child: makes the folder, takes resources and binary from its standard input, and runs the binary for the cases
@@ -129,8 +141,13 @@ fn results(folder: PathBuf, names: Vec<String>) -> Result<(), String> {
         all.iter().try_for_each(|name| sender.send(csv(&place, name).map_err(|problem| problem.to_string())))
     });
     for name in names {
-        let csv =
-            receiver.recv_timeout(PATIENCE).unwrap_or_else(|_| Err("its run takes more than a minute".to_owned()));
+        let csv = receiver.recv_timeout(PATIENCE).unwrap_or_else(|error| {
+            let problem = match error {
+                RecvTimeoutError::Timeout => "its run takes more than a minute",
+                RecvTimeoutError::Disconnected => "an internal error of this program has ended its run",
+            };
+            Err(problem.to_owned())
+        });
         let file = folder.join(&name).with_extension("csv");
         csv.and_then(|csv| fs::write(file, csv).map_err(|error| format!("cannot write: {error}")))
             .map_err(|problem| format!("{name}: {problem}"))?;

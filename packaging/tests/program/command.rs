@@ -255,6 +255,7 @@ fn what_is_refused_is_named_and_leaves_nothing() {
         ("--set ball.mass=-1", "--set ball.mass=-1: ball.mass = -1 kg is refused; allowed: finite and > 0 kg"),
         ("--set ball.mass=inf", "allowed: finite and > 0 kg"),
         ("--set ball.mass=0x10", "ball.mass = 0x10 is refused; allowed: a decimal number"),
+        ("--set ball.mass=0bar", "ball.mass = 0bar is refused: leave the unit out, 0 is in kg"),
         ("--set ball.mass=5m/s2", "ball.mass = 5m/s2 is refused: leave the unit out, 5 is in kg"),
         ("--set ball.mass=heavy", "--set ball.mass=heavy: ball.mass = heavy is refused; allowed: a number"),
         ("--set x_start=[-0.1,0,0,0,0]", "x_start = [-0.1 is refused: write the list without brackets"),

@@ -39,10 +39,13 @@ enumerations! {
         Events = 0 "logEvents" "One line for each finished pulse: contact, onset, release, peak force and impulse",
         Solver "logSolver" "What the solver does with the settings it was given",
         Warning "logStatusWarning" "Warnings",
-        Discard "logStatusDiscard" "Refused values that leave the instance as it was, or that the states do not have, with the reason",
+        Discard "logStatusDiscard" "Values that are refused, or that do not exist, with the reason",
         Error "logStatusError" "Refused calls and failed steps, with the reason",
     }
 }
+
+/// The text of [`LogCategory::Discard`] in FMI 2.0, where a value that is refused is an error.
+const DISCARD_OF_FMI2: &str = "Values that do not exist in the states that a solver tries, with the reason";
 
 /// The description of the FMU whose start values are `start`.
 pub struct Description<'a> {
@@ -139,7 +142,9 @@ impl<'a> Description<'a> {
             "types" => write_types(out, self.fmi3),
             "variables" => write_variables(out, self.start, self.fmi3, &self.states(), &self.variables()),
             "structure" => write_structure(out, self.start, self.fmi3, &self.states(), &self.variables()),
-            "log_categories" => LogCategory::ITEMS.iter().try_for_each(|Item { name, description, .. }| {
+            "log_categories" => LogCategory::ITEMS.iter().try_for_each(|Item { name, value, description }| {
+                let of_discard = *value == LogCategory::Discard as i32;
+                let description = if of_discard && !self.fmi3 { DISCARD_OF_FMI2 } else { description };
                 writeln!(out, "    <Category name=\"{name}\" description=\"{}\"/>", escaped(description))
             }),
             _ => write!(out, "{{{{{key}}}}}"),

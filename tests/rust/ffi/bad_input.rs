@@ -328,7 +328,7 @@ fn resources_that_are_no_file_or_too_large_are_refused() {
     let with = || Instantiate { location: Some(location.clone()), ..Default::default() };
     let file = folder.join(FILE_NAME);
     fs::File::create(&file).unwrap().set_len((32 << 20) + 1).unwrap();
-    refused(with(), &format!("{FILE_NAME}: more than 33554432 bytes"));
+    refused(with(), &format!("{FILE_NAME}: it is too large; allowed: at most 33554432 bytes"));
     fs::remove_file(&file).unwrap();
     std::os::unix::fs::symlink("/dev/null", &file).unwrap();
     refused(with(), "it is a device, a pipe or a socket; allowed: a regular file");

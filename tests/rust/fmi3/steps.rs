@@ -15,7 +15,7 @@ fn values(host: &Host, of: &[(&str, usize)]) -> Vec<f64> {
     of.iter().flat_map(|(name, length)| host.floats(name, *length)).collect()
 }
 
-/// Derivatives of the outputs of the step, and of `t_next`, by a force on the first ball over the last step.
+/// Derivatives of outputs by a force on the first ball over the last step.
 fn derivatives_of_step(host: &Host) -> Result<Vec<f64>, Vec<String>> {
     let unknowns = DERIVED.map(|(name, _)| vr(name));
     let mut found = vec![f64::NAN; DERIVED.iter().map(|(_, length)| length).sum()];
@@ -71,6 +71,11 @@ const SCENES: [Scene; 9] = [
     (PRESSED, &[("contact.model", 2), ("contact.dampingLaw", 3)], 1e-3),
 ];
 
+/// Whether a step has derivatives: not where rigid balls stay in contact.
+fn has_derivatives(reals: &[(&str, &[f64])], items: &[(&str, i64)]) -> bool {
+    (reals, items) != (PRESSED, &[("contact.model", 3)])
+}
+
 /// In Event Mode inputs and tunable parameters act at once, and values of the step remain, with their derivatives, also
 /// in a state that is saved then.
 #[test]
@@ -79,6 +84,7 @@ fn what_is_set_in_event_mode_is_no_part_of_the_step() {
         let host = stepping(reals, items);
         assert_eq!(host.step(0.0, length).0, fmi3OK, "{:?}", host.log());
         let (before, derivatives) = (values(&host, &OF_STEP), derivatives_of_step(&host));
+        assert_eq!(derivatives.is_ok(), has_derivatives(reals, items), "{items:?} {derivatives:?}");
         assert!(before[..5].iter().any(|mean| *mean > 0.0), "{items:?} {before:?}");
         assert_eq!(unsafe { fmi3EnterEventMode(host.c) }, fmi3OK);
         let (accelerations, forces) = (host.floats("a", 5), host.floats("F_ext", 5));
@@ -125,6 +131,7 @@ fn with_a_slope_values_are_those_without_event_mode() {
             assert_eq!(host.step(0.0, length).0, fmi3OK);
         }
         let (before, derivatives) = (values(&plain, &OF_STEP), derivatives_of_step(&host));
+        assert_eq!(derivatives.is_ok(), has_derivatives(reals, items), "{items:?} {derivatives:?}");
         assert_eq!(values(&host, &OF_STEP), before);
         assert_eq!(unsafe { fmi3EnterEventMode(host.c) }, fmi3OK);
         assert_same(&values(&host, &OF_STEP), &before, 1e-13, "in Event Mode");
@@ -179,4 +186,18 @@ fn a_step_goes_on_where_inputs_change_within() {
         let highest = |k: usize| seen.iter().map(|(_, values)| values[k]).fold(0.0, f64::max);
         assert!((5..9).all(|k| own[k] >= highest(k)) && own[5] > 0.0, "{own:?}");
     }
+}
+
+/// A force set within a step is continued with its slope to the end of the step, and has to stay finite until then.
+#[test]
+fn an_input_set_within_a_step_stays_finite_with_its_slope() {
+    let host = stepping(&[("ball.mass", &[1e307])], &[("contact.model", 3)]);
+    assert_eq!(host.set("der(F_ext)", &[0.0, 0.0, 0.0, 0.0, 1.79e308]), fmi3OK);
+    host.within(|c, _, _| {
+        assert_eq!(unsafe { fmi3SetFloat64(c, &vr("F_ext"), 1, [0.0, 0.0, 0.0, 0.0, 1.75e308].as_ptr(), 5) }, fmi3OK);
+        false
+    });
+    let (status, log) = (host.step(0.0, 0.8).0, host.log());
+    let why = "fmi3DoStep: the rest of the step = 0.09";
+    assert!(status == fmi3Error && log.last().unwrap().starts_with(why), "{status:?} {log:?}");
 }

@@ -110,7 +110,7 @@ class App {
   choose(name) { this.attempt(() => this.begin(PRESETS[name].setup(), name)); }
 
   begin(setup, preset) {
-    const live = new Live(this.engine, setup), { doubt } = live.run;
+    const live = new Live(this.engine, setup), { warnings } = live.run;
     this.replace(live);
     // Values from an address may have made something else of it.
     this.preset = preset && setup.toLink(preset).startsWith("preset=") ? preset : null;
@@ -119,7 +119,7 @@ class App {
     this.clock.calm();
     this.setRunning(true);
     this.changed();
-    if (doubt && !this.preset) this.tell(say("doubt", { text: doubt }), 20);
+    if (warnings && !this.preset) this.tell(say("warnings", { text: warnings }), 20);
   }
 
   /** Changes values at the next instant at which no balls touch. */

@@ -21,14 +21,14 @@ export class Engine {
   get text() { return new TextDecoder().decode(this.left("text", Uint8Array)); }
   get numbers() { return this.left("numbers", Float64Array); }
 
-  /** Starts a run from an FMU's recipe {balls, start}; its `doubt`: a warning. Throws Refusal. */
+  /** Starts a run from an FMU's recipe {balls, start}; its `warnings`: a text. Throws Refusal. */
   start({ balls, start }) {
     const recipe = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
     this.functions.make_room(recipe.length);
     this.left("text", Uint8Array).set(recipe);
     const number = this.functions.start();
     if (number < 0) throw new Refusal(this.text);
-    return Object.assign(new Run(this, number, balls), { doubt: this.text });
+    return Object.assign(new Run(this, number, balls), { warnings: this.text });
   }
 }
 
