@@ -75,7 +75,9 @@ impl Cradle {
     pub(crate) fn check(&self) -> Result<(), String> {
         let check = |holds: bool, what: std::fmt::Arguments, value: f64| {
             let side = if value == 0.0 { "small" } else { "large" };
-            let text = || format!("{what} is too {side} for a double; allowed: values with which it is finite");
+            let text = || {
+                format!("{what} is too {side} for a double; allowed: values for which it is in the range of doubles")
+            };
             if holds { Ok(()) } else { Err(text()) }
         };
         let finite = |what: std::fmt::Arguments, value: f64| check(value.is_finite(), what, value);
