@@ -22,7 +22,8 @@ const TOLERANCE: f64 = 1e-12;
 const SERIES: u32 = 13;
 const SERIES_OF_FRONT: u32 = 64;
 
-/// Number of segments by series after a switching before natural modes take over, if they [apply](apply_to).
+/// Number of segments of a linear window by series after a switching before natural modes take over, if they
+/// [apply](apply_to).
 pub(super) fn series_before_modes(window: &Window) -> Option<u32> {
     apply_to(window).then(|| match window.laws.iter().all(ContactLaw::is_elastic) {
         true => SERIES,
@@ -34,15 +35,12 @@ pub(super) fn series_before_modes(window: &Window) -> Option<u32> {
     })
 }
 
-/// Whether the closed contacts of a window are linear, and those that press join equal pendulums and are damped in
-/// proportion to their stiffness, under constant inputs. (Drag makes pendulums of unequal masses unequal.)
+/// Whether the contacts that press join equal pendulums and are damped in proportion to their stiffness, under constant
+/// inputs. (Drag makes pendulums of unequal masses unequal.)
 fn apply_to(window: &Window) -> bool {
     let Window { flights, balls, contacts, laws, .. } = window;
     let mut first = 0;
     for (j, (contact, law)) in contacts.iter().zip(*laws).enumerate() {
-        if contact.mode != Mode::Open && !law.is_linear() {
-            return false;
-        }
         if contact.mode != Mode::Pressing {
             first = j + 1;
             continue;

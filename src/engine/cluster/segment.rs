@@ -180,8 +180,8 @@ impl Cluster {
         let j = i - self.window.start;
         let flight = &self.flights[j];
         let mut integrals = *integrals;
-        let BallModel { gamma, mass, omega2, on_arc, .. } = ball.model;
-        if on_arc {
+        let BallModel { gamma, mass, omega2, .. } = ball.model;
+        if ball.model.on_arc {
             integrals.add(&integrals_of_inputs(&ball.model, flight, tau, &|t| self.output().moved(j, t).0));
         } else {
             integrals.support += omega2 * (flight.x * tau + self.output().displacement_integral(j, tau));
@@ -301,9 +301,10 @@ impl Cluster {
         let Self { method, series, gauss, modes, history, workspace, evaluations, .. } = self;
         let &Problem { window, control, speed, local_error, .. } = problem;
         *evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
-        let on_arcs = window.models[0].on_arc;
+        let linear = window.is_linear();
         // Linear contacts: closed forms until the next switching, after some segments by series.
-        let series_first = natural::series_before_modes(window).filter(|_| control.allows(Method::Modes) && !on_arcs);
+        let modes_serve = linear && control.allows(Method::Modes);
+        let series_first = if modes_serve { natural::series_before_modes(window) } else { None };
         // Segments by modes so far; `Some(None)` while series come first.
         let windows = series_first.map(|series| history.quiet.checked_sub(series));
         if let Some(Some(windows)) = windows
@@ -317,7 +318,6 @@ impl Cluster {
             return 0.0;
         }
         // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
-        let linear = !on_arcs && window.laws.iter().all(ContactLaw::is_linear);
         let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
         let gain = if by_gauss { radau::GAIN_OVER_GAUSS } else { radau::GAIN_OVER_SERIES };
         if windows != Some(None)

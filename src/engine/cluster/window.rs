@@ -88,6 +88,11 @@ impl Window<'_> {
         loads.into_iter().any(|load| (0..2).all(|k| load[k] < NEGLIGIBLE * largest[k]))
     }
 
+    /// Whether it moves by linear equations between its switchings.
+    pub fn is_linear(&self) -> bool {
+        !self.models[0].on_arc && self.laws.iter().all(ContactLaw::is_linear)
+    }
+
     /// Whether a closed contact is damped so little, for its part in a chain, that the balls oscillate or nearly so.
     pub fn rings(&self) -> bool {
         let rings = |j: usize| {

@@ -106,7 +106,7 @@ impl Engine {
                 ContactRole::Open(..) | ContactRole::BesideImpact(_) | ContactRole::Unassigned(_) => {}
             }
         }
-        contacts.into_iter().try_for_each(|i| engine.restore_phase(i, failed))?;
+        contacts.into_iter().try_for_each(|i| engine.restore_role(i, failed))?;
         Ok(engine)
     }
 
@@ -152,7 +152,7 @@ impl Engine {
     }
 
     /// Restores the role of a contact, after all balls.
-    fn restore_phase(&mut self, i: usize, failed: bool) -> Result<(), InvalidState> {
+    fn restore_role(&mut self, i: usize, failed: bool) -> Result<(), InvalidState> {
         let (left, right) = (&self.balls[i], &self.balls[i + 1]);
         let flies = |ball: &Ball| matches!(ball.role, BallRole::Flight | BallRole::Body);
         let in_flight = flies(left) && flies(right);

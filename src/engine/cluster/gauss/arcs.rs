@@ -21,9 +21,9 @@ pub(crate) struct BallOnArc<const N: usize> {
 impl BallOnArc<1> {
     pub fn at_start((ball, flight): (&BallModel, &Flight)) -> Self {
         let (start, none) = (libm::sincos(flight.x / ball.length), [0.0]);
-        let mut course = Self { start, changes: [none; 2], sin: none, cos: none, u: none, free: none };
-        course.follow(ball, flight, &[none, [flight.v]], &none);
-        course
+        let mut ball_on_arc = Self { start, changes: [none; 2], sin: none, cos: none, u: none, free: none };
+        ball_on_arc.follow(ball, flight, &[none, [flight.v]], &none);
+        ball_on_arc
     }
 
     /// The same all the time.
@@ -124,8 +124,8 @@ impl<const N: usize> ContactDirection<N> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ArcNodes {
     /// Empty where balls move on lines.
-    pub balls: Vec<BallModel>,
-    pub courses: Vec<BallOnArc<NODES>>,
+    pub models: Vec<BallModel>,
+    pub balls: Vec<BallOnArc<NODES>>,
     pub directions: Vec<ContactDirection<NODES>>,
     pub factors: Vec<[Nodes; 3]>,
     /// For each contact: the distances of the centres at the start, horizontal and vertical, m.
@@ -136,20 +136,20 @@ pub(super) struct ArcNodes {
 
 impl ArcNodes {
     /// Everything as at the start.
-    pub fn begin(&mut self, courses: &[BallOnArc<1>], directions: &[ContactDirection<1>], factors: &[[f64; 3]]) {
-        self.courses.clear();
-        self.courses.extend(courses.iter().map(BallOnArc::lasting));
+    pub fn begin(&mut self, balls: &[BallOnArc<1>], directions: &[ContactDirection<1>], factors: &[[f64; 3]]) {
+        self.balls.clear();
+        self.balls.extend(balls.iter().map(BallOnArc::lasting));
         self.directions.clear();
         self.directions.extend(directions.iter().map(ContactDirection::lasting));
         self.factors.clear();
         self.factors.extend(factors.iter().map(|factors| factors.map(|factor| [factor; NODES])));
         self.turned.clear();
-        self.turned.resize(courses.len(), 0.0);
+        self.turned.resize(balls.len(), 0.0);
     }
 
     /// The accelerations of ball `i` along its path by these forces (N) of the contacts, with one of 0 at either end.
     pub fn accelerations(&self, i: usize, forces: &[Nodes]) -> Nodes {
-        let (mut sums, inverse_mass) = (self.courses[i].free, 1.0 / self.balls[i].mass);
+        let (mut sums, inverse_mass) = (self.balls[i].free, 1.0 / self.models[i].mass);
         if let Some(left) = i.checked_sub(1) {
             let along = &self.directions[left].along[1];
             (0..NODES).for_each(|m| sums[m] += forces[i][m] * along[m] * inverse_mass);
@@ -161,15 +161,15 @@ impl ArcNodes {
         sums
     }
 
-    /// Computes the directions and factors of those contacts that `matter` from the courses of their balls.
+    /// Computes the directions and factors of those contacts that `matter` from the motion of their balls.
     pub fn turn(&mut self, matters: impl Fn(usize) -> bool) {
-        let contacts = || (0..self.balls.len() - 1).filter(|j| matters(*j));
+        let contacts = || (0..self.models.len() - 1).filter(|j| matters(*j));
         for j in contacts() {
-            let lengths = [self.balls[j].length, self.balls[j + 1].length];
-            self.directions[j] = ContactDirection::new(&self.courses[j], &self.courses[j + 1], lengths, self.starts[j]);
+            let lengths = [self.models[j].length, self.models[j + 1].length];
+            self.directions[j] = ContactDirection::new(&self.balls[j], &self.balls[j + 1], lengths, self.starts[j]);
         }
         for j in contacts() {
-            self.factors[j] = ContactDirection::factors(&self.directions, j, &self.balls);
+            self.factors[j] = ContactDirection::factors(&self.directions, j, &self.models);
         }
     }
 }

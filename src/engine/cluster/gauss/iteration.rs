@@ -24,7 +24,7 @@ impl GaussStep {
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         let cube = length * length * length;
-        for (j, StepContact { mode, overlap, rate, accelerations, .. }) in self.tracks.iter().enumerate() {
+        for (j, StepContact { mode, overlap, rate, accelerations, .. }) in self.contacts.iter().enumerate() {
             if *mode == Mode::Open {
                 (self.at_nodes.overlaps[j], self.at_nodes.rates[j]) = ([*overlap; NODES], [*rate; NODES]);
                 continue;
@@ -55,16 +55,16 @@ impl GaussStep {
 
     /// Forces and accelerations of the closed contacts.
     pub(super) fn push(&mut self) {
-        for (j, track) in self.tracks.iter().enumerate() {
-            if track.mode == Mode::Pressing {
+        for (j, contact) in self.contacts.iter().enumerate() {
+            if contact.mode == Mode::Pressing {
                 self.at_nodes.forces[j + 1] =
-                    track.law.unclipped_forces(&self.at_nodes.overlaps[j], &self.at_nodes.rates[j]);
+                    contact.law.unclipped_forces(&self.at_nodes.overlaps[j], &self.at_nodes.rates[j]);
             }
         }
         if self.unlike {
             self.move_balls();
         }
-        for j in 0..self.tracks.len() {
+        for j in 0..self.contacts.len() {
             if self.presses(j) {
                 self.accelerate(j);
             }
@@ -95,18 +95,21 @@ impl GaussStep {
             self.arcs.turned[i] = way[NODES - 1];
             self.at_nodes.balls[i] = [way, u];
             let arcs = &mut self.arcs;
-            arcs.courses[i].follow(&arcs.balls[i], flight, &self.at_nodes.balls[i], &times);
-            nearest =
-                self.tracks.get(i).map_or(nearest, |track| track.law.pivots.min(nearest)).min(arcs.balls[i].length);
+            arcs.balls[i].follow(&arcs.models[i], flight, &self.at_nodes.balls[i], &times);
+            nearest = self
+                .contacts
+                .get(i)
+                .map_or(nearest, |contact| contact.law.pivots.min(nearest))
+                .min(arcs.models[i].length);
         }
-        self.arcs.turn(|j| all || self.tracks[j].mode == Mode::Pressing);
+        self.arcs.turn(|j| all || self.contacts[j].mode == Mode::Pressing);
         changes.map(|change| change / nearest)
     }
 
     /// Relative accelerations of the balls of contact `j` at the nodes, by the forces of three neighbouring contacts, a
     /// constant pull and the pendulums.
     pub(super) fn accelerate(&mut self, j: usize) {
-        let (track, Samples { overlaps, rates, forces, balls, .. }) = (&self.tracks[j], &self.at_nodes);
+        let (contact, Samples { overlaps, rates, forces, balls, .. }) = (&self.contacts[j], &self.at_nodes);
         if self.on_arcs() {
             let ([left, own, right], mut sums) = (&self.arcs.factors[j], self.arcs.directions[j].pull);
             for m in 0..NODES {
@@ -116,17 +119,17 @@ impl GaussStep {
             return;
         }
         let ([a, b], [omega2, drag], [left, own, right]) =
-            (track.inverse_masses, track.mean, [&forces[j], &forces[j + 1], &forces[j + 2]]);
+            (contact.inverse_masses, contact.mean, [&forces[j], &forces[j + 1], &forces[j + 2]]);
         let mut sums = [0.0; NODES];
         for m in 0..NODES {
             let pushed = (left[m] - own[m]) * a - (own[m] - right[m]) * b;
-            sums[m] = pushed + (track.pull - omega2 * overlaps[j][m]);
+            sums[m] = pushed + (contact.pull - omega2 * overlaps[j][m]);
         }
         if drag > 0.0 {
             (0..NODES).for_each(|m| sums[m] -= drag * rates[j][m]);
         }
         if self.unlike {
-            let ([of_place, of_velocity], [left, right]) = (track.unlike, [&balls[j], &balls[j + 1]]);
+            let ([of_place, of_velocity], [left, right]) = (contact.unlike, [&balls[j], &balls[j + 1]]);
             for m in 0..NODES {
                 let [place, velocity] = [0, 1].map(|k| 0.5 * (left[k][m] + right[k][m]));
                 sums[m] -= of_place * place + of_velocity * velocity;
@@ -134,7 +137,7 @@ impl GaussStep {
         }
         if self.varies {
             let times = &self.stretching.table().times;
-            (0..NODES).for_each(|m| sums[m] += track.varying(self.length * times[m]));
+            (0..NODES).for_each(|m| sums[m] += contact.varying(self.length * times[m]));
         }
         self.accelerations[j] = sums;
     }
@@ -157,9 +160,9 @@ impl GaussStep {
             let flight = &self.flights[i];
             let (mut displacements, mut velocities) = ([0.0; NODES], [0.0; NODES]);
             if i > 0 && self.presses(i - 1) {
-                let (track, Samples { overlaps, rates, balls, .. }) = (&self.tracks[i - 1], &self.at_nodes);
+                let (contact, Samples { overlaps, rates, balls, .. }) = (&self.contacts[i - 1], &self.at_nodes);
                 for m in 0..NODES {
-                    displacements[m] = balls[i - 1][0][m] - (overlaps[i - 1][m] - track.overlap);
+                    displacements[m] = balls[i - 1][0][m] - (overlaps[i - 1][m] - contact.overlap);
                 }
                 if needs_velocities {
                     (0..NODES).for_each(|m| velocities[m] = balls[i - 1][1][m] - rates[i - 1][m]);
@@ -219,7 +222,7 @@ impl GaussStep {
     /// some nodes for the size of the overlaps.
     pub(super) fn update(&mut self, table: &Table, later: f64) -> [f64; 2] {
         let (mut change, mut size, mut of_rate) = (0.0, f64::MIN_POSITIVE, 0.0);
-        for j in 0..self.tracks.len() {
+        for j in 0..self.contacts.len() {
             if self.presses(j) {
                 let (before, rate) = (LAST.map(|m| self.at_nodes.overlaps[j][m]), self.at_nodes.rates[j][NODES - 1]);
                 self.move_contact(j, table, later);
@@ -240,7 +243,7 @@ impl GaussStep {
     /// Overlaps and, where they matter, rates of contact `j` from its accelerations, if the step ends `later` (s).
     pub(super) fn move_contact(&mut self, j: usize, table: &Table, later: f64) {
         let (length, square) = (self.length, self.length * self.length);
-        let StepContact { overlap, rate, .. } = self.tracks[j];
+        let StepContact { overlap, rate, .. } = self.contacts[j];
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
         // In local arrays, which cannot alias their inputs.
         let (mut overlaps, mut rates) = ([0.0; NODES], [0.0; NODES]);

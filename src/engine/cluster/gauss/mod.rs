@@ -31,15 +31,14 @@ const STIFF: f64 = 0.1;
 /// Attempts for one step, after which it is left to another method.
 const ATTEMPTS: usize = 40;
 
-/// Whether contacts press, the closed ones are not linear, forces that may clip have a `sign_of_force`, and damping at
-/// this `speed` (m/s) is not stiff.
+/// Whether contacts press, forces that may clip have a `sign_of_force`, and damping at this `speed` (m/s) is not stiff;
+/// of a window that is not linear.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
         window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
     };
-    let on_arcs = window.models[0].on_arc;
     let serves = |(contact, law): (&WindowContact, &ContactLaw)| {
-        contact.mode == Mode::Open || ((on_arcs || !law.is_linear()) && (!law.clips() || law.sign_of_force().is_some()))
+        contact.mode == Mode::Open || !law.clips() || law.sign_of_force().is_some()
     };
     let presses = |contact: &WindowContact| contact.mode == Mode::Pressing;
     window.contacts.iter().any(presses)

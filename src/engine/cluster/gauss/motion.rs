@@ -136,7 +136,7 @@ pub(crate) struct GaussStep {
     pub(super) flights: Vec<Flight>,
     /// Whether some pendulums differ.
     pub(super) unlike: bool,
-    pub(super) tracks: Vec<StepContact>,
+    pub(super) contacts: Vec<StepContact>,
     /// Whether a forcing varies, whether there is drag, and whether the iteration needs rates.
     pub(super) varies: bool,
     pub(super) drags: bool,
@@ -155,33 +155,33 @@ impl GaussStep {
     /// The state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, models, balls, .. } = window;
-        let on_arcs = models[0].on_arc;
         self.moment.get_mut().tau = None;
         self.flights.clear();
         self.flights.extend_from_slice(flights);
-        self.tracks.clear();
+        self.contacts.clear();
         self.oscillators.clear();
         self.oscillators.extend(balls.iter().map(|ball| ball.oscillator));
-        self.unlike = !on_arcs && self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
-        self.varies = !on_arcs && flights.iter().any(|flight| degree(&flight.forcing) > 0);
-        self.drags = !on_arcs && self.oscillators.iter().any(|o| o.gamma() > 0.0);
-        self.arcs.balls.clear();
-        if on_arcs {
+        self.arcs.models.clear();
+        if models[0].on_arc {
+            (self.unlike, self.varies, self.drags) = (false, false, false);
             self.start_on_arcs(window);
         } else {
+            self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
+            self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
+            self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
             self.start_on_lines(window);
         }
-        let lossy = self.tracks.iter().any(|track| !track.law.is_elastic());
+        let lossy = self.contacts.iter().any(|contact| !contact.law.is_elastic());
         self.needs_rates = self.drags || self.varies || lossy;
-        let contacts = self.tracks.len();
+        let count = self.contacts.len();
         let Samples { overlaps, rates, forces, balls, .. } = &mut self.at_nodes;
         for values in [overlaps, rates, &mut self.accelerations] {
-            values.resize(contacts, [0.0; NODES]);
+            values.resize(count, [0.0; NODES]);
         }
         forces.clear();
-        forces.resize(contacts + 2, [0.0; NODES]);
-        balls.resize(contacts + 1, [[0.0; NODES]; 2]);
-        self.ball_accelerations.resize(contacts + 1, [0.0; NODES]);
+        forces.resize(count + 2, [0.0; NODES]);
+        balls.resize(count + 1, [[0.0; NODES]; 2]);
+        self.ball_accelerations.resize(count + 1, [0.0; NODES]);
     }
 
     fn start_on_lines(&mut self, window: &Window) {
@@ -192,56 +192,57 @@ impl GaussStep {
             let mean = [0, 1].map(|k| 0.5 * (pendulums[0][k] + pendulums[1][k]));
             let unlike = [0, 1].map(|k| pendulums[0][k] - pendulums[1][k]);
             let inverse_masses = [j, j + 1].map(|i| 1.0 / models[i].mass);
-            let track = StepContact::new(window, j, left.v - right.v, inverse_masses);
-            let pull = track.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
-            self.tracks.push(StepContact { mean, unlike, pull, ..track });
+            let contact = StepContact::new(window, j, left.v - right.v, inverse_masses);
+            let pull = contact.forcing[0] - mean[0] * law.clearance - 0.5 * unlike[0] * (left.x + right.x);
+            self.contacts.push(StepContact { mean, unlike, pull, ..contact });
         }
-        self.for_each_under(0, |j, track, forces| {
+        self.for_each_under(0, |j, contact, forces| {
             let both = flights[j].v + flights[j + 1].v;
-            let swing = -track.mean[0] * track.overlap - track.mean[1] * track.rate - 0.5 * track.unlike[1] * both;
-            track.accelerations[0] = track.pushed(forces) + (track.pull + swing);
+            let swing =
+                -contact.mean[0] * contact.overlap - contact.mean[1] * contact.rate - 0.5 * contact.unlike[1] * both;
+            contact.accelerations[0] = contact.pushed(forces) + (contact.pull + swing);
         });
         for k in 1..4 {
-            self.for_each_under(k, |_, track, changes| track.accelerations[k] = track.pushed(changes));
+            self.for_each_under(k, |_, contact, changes| contact.accelerations[k] = contact.pushed(changes));
         }
     }
 
     fn start_on_arcs(&mut self, window: &Window) {
         let Window { flights, models, laws, .. } = window;
         let arcs = &mut self.arcs;
-        arcs.balls.extend_from_slice(models);
-        let courses: Vec<BallOnArc<1>> = arcs.balls.iter().zip(*flights).map(BallOnArc::at_start).collect();
-        let lengths = |j: usize| [arcs.balls[j].length, arcs.balls[j + 1].length];
+        arcs.models.extend_from_slice(models);
+        let balls: Vec<BallOnArc<1>> = arcs.models.iter().zip(*flights).map(BallOnArc::at_start).collect();
+        let lengths = |j: usize| [arcs.models[j].length, arcs.models[j + 1].length];
         arcs.starts.clear();
         arcs.starts.extend((0..laws.len()).map(|j| window.pair(j).distances([flights[j].x, flights[j + 1].x])));
-        let direction = |j: usize| ContactDirection::new(&courses[j], &courses[j + 1], lengths(j), arcs.starts[j]);
+        let direction = |j: usize| ContactDirection::new(&balls[j], &balls[j + 1], lengths(j), arcs.starts[j]);
         let directions: Vec<ContactDirection<1>> = (0..laws.len()).map(direction).collect();
-        let factors = |j: usize| ContactDirection::factors(&directions, j, &arcs.balls).map(|[factor]| factor);
+        let factors = |j: usize| ContactDirection::factors(&directions, j, &arcs.models).map(|[factor]| factor);
         let factors: Vec<[f64; 3]> = (0..laws.len()).map(factors).collect();
         for j in 0..laws.len() {
-            let inverse_masses = [j, j + 1].map(|i| 1.0 / arcs.balls[i].mass);
+            let inverse_masses = [j, j + 1].map(|i| 1.0 / arcs.models[i].mass);
             let [[l], [r]] = directions[j].along;
-            let rate = courses[j].approach(&courses[j + 1], &directions[j]);
-            let track = StepContact::new(window, j, rate, [l * l * inverse_masses[0], r * r * inverse_masses[1]]);
-            self.tracks.push(StepContact { pull: directions[j].pull[0], ..track });
+            let rate = balls[j].approach(&balls[j + 1], &directions[j]);
+            let contact = StepContact::new(window, j, rate, [l * l * inverse_masses[0], r * r * inverse_masses[1]]);
+            self.contacts.push(StepContact { pull: directions[j].pull[0], ..contact });
         }
-        arcs.begin(&courses, &directions, &factors);
+        arcs.begin(&balls, &directions, &factors);
         let pushed = |j: usize, forces: [f64; 3]| {
             let [left, own, right] = factors[j];
             left * forces[0] + own * forces[1] + right * forces[2]
         };
-        self.for_each_under(0, |j, track, forces| track.accelerations[0] = pushed(j, forces) + track.pull);
-        self.for_each_under(1, |j, track, changes| track.accelerations[1] = pushed(j, changes));
+        self.for_each_under(0, |j, contact, forces| contact.accelerations[0] = pushed(j, forces) + contact.pull);
+        self.for_each_under(1, |j, contact, changes| contact.accelerations[1] = pushed(j, changes));
     }
 
     /// Whether there is a contact `j` and it presses.
     pub(super) fn presses(&self, j: usize) -> bool {
-        self.tracks.get(j).is_some_and(|track| track.mode == Mode::Pressing)
+        self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
     }
 
     /// Whether balls move on arcs.
     pub(super) fn on_arcs(&self) -> bool {
-        !self.arcs.balls.is_empty()
+        !self.arcs.models.is_empty()
     }
 
     /// Whether balls must be followed at the nodes; otherwise their centres fly.
@@ -254,16 +255,18 @@ impl GaussStep {
         self.oscillators.iter().map(Oscillator::pace).fold(0.0, f64::max)
     }
 
-    /// Calls a function for each contact with its number, its track, and derivative `k` of the forces of the left one,
+    /// Calls a function with the number of each contact, the contact, and derivative `k` of the forces of the left one,
     /// its own and the right one, 0 for those that do not press.
     fn for_each_under(&mut self, k: usize, enter: impl Fn(usize, &mut StepContact, [f64; 3])) {
-        let force = |track: Option<&StepContact>| {
-            track.filter(|track| track.mode == Mode::Pressing).map_or(0.0, |track| derivative_of_force(track, k))
+        let force = |contact: Option<&StepContact>| {
+            contact
+                .filter(|contact| contact.mode == Mode::Pressing)
+                .map_or(0.0, |contact| derivative_of_force(contact, k))
         };
-        let (mut left, mut own) = (0.0, force(self.tracks.first()));
-        for j in 0..self.tracks.len() {
-            let right = force(self.tracks.get(j + 1));
-            enter(j, &mut self.tracks[j], [left, own, right]);
+        let (mut left, mut own) = (0.0, force(self.contacts.first()));
+        for j in 0..self.contacts.len() {
+            let right = force(self.contacts.get(j + 1));
+            enter(j, &mut self.contacts[j], [left, own, right]);
             (left, own) = (own, right);
         }
     }
@@ -271,12 +274,12 @@ impl GaussStep {
 
 /// Derivative `k` (0 to 3) of the force of a contact by time at the start, N/s^k: exact for an elastic force and for a
 /// dashpot, rough for other damping from the second one on.
-fn derivative_of_force(track: &StepContact, k: usize) -> f64 {
-    let StepContact { slopes: (by_overlap, by_rate), overlap, rate, accelerations, .. } = *track;
+fn derivative_of_force(contact: &StepContact, k: usize) -> f64 {
+    let StepContact { slopes: (by_overlap, by_rate), overlap, rate, accelerations, .. } = *contact;
     if k == 0 {
-        return track.law.unclipped_force(overlap, rate);
+        return contact.law.unclipped_force(overlap, rate);
     }
-    let (exponent, overlap) = (track.law.exponent, overlap.max(f64::MIN_POSITIVE)); // without overlap the slope is 0
+    let (exponent, overlap) = (contact.law.exponent, overlap.max(f64::MIN_POSITIVE)); // without overlap the slope is 0
     let bend = (exponent - 1.0) * by_overlap / overlap;
     let by_bend = match k {
         1 => 0.0,

@@ -37,8 +37,8 @@ impl GaussStep {
         (moment.tau, moment.weights, moment.early) = (Some(tau), self.weights(tau), OnceCell::new());
         let weights = &moment.weights;
         moment.relative.clear();
-        moment.relative.extend(self.tracks.iter().zip(&self.accelerations).map(|(track, a)| match track.mode {
-            Mode::Pressing => moved_by(weights, track.rate, a, tau),
+        moment.relative.extend(self.contacts.iter().zip(&self.accelerations).map(|(contact, a)| match contact.mode {
+            Mode::Pressing => moved_by(weights, contact.rate, a, tau),
             Mode::Open | Mode::Clipped => [0.0; 3],
         }));
         moment.balls.clear();
@@ -49,19 +49,19 @@ impl GaussStep {
             self.move_about_centres(&mut moment.balls, &moment.relative, tau);
         }
         moment.contacts.clear();
-        for (j, track) in self.tracks.iter().enumerate() {
-            moment.contacts.push(if track.mode == Mode::Pressing {
-                [track.overlap + moment.relative[j][0], moment.relative[j][1]]
+        for (j, contact) in self.contacts.iter().enumerate() {
+            moment.contacts.push(if contact.mode == Mode::Pressing {
+                [contact.overlap + moment.relative[j][0], moment.relative[j][1]]
             } else if self.on_arcs() {
-                let pair = Pair { balls: [&self.arcs.balls[j], &self.arcs.balls[j + 1]], law: &track.law };
+                let pair = Pair { balls: [&self.arcs.models[j], &self.arcs.models[j + 1]], law: &contact.law };
                 let states = [j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v));
                 let moves = [j, j + 1].map(|i| moment.balls[i]);
                 let then = [0, 1].map(|k| (states[k].0 + moves[k][0], states[k].1 + moves[k][1]));
                 let change = pair.change_of_overlap(states.map(|(place, _)| place), moves.map(|[way, ..]| way));
-                [track.overlap + change, pair.overlap_rate(then) - pair.overlap_rate(states)]
+                [contact.overlap + change, pair.overlap_rate(then) - pair.overlap_rate(states)]
             } else {
                 let [left, right] = [&moment.balls[j], &moment.balls[j + 1]];
-                [track.overlap + (left[0] - right[0]), left[1] - right[1]]
+                [contact.overlap + (left[0] - right[0]), left[1] - right[1]]
             });
         }
     }
@@ -118,9 +118,9 @@ impl GaussStep {
 
     /// Inverse mass of ball `i`, 1/kg, from the contact on its right or, for the last one, on its left.
     pub(super) fn inverse_mass(&self, i: usize) -> f64 {
-        match self.tracks.get(i) {
-            Some(track) => track.inverse_masses[0],
-            None => self.tracks[i - 1].inverse_masses[1],
+        match self.contacts.get(i) {
+            Some(contact) => contact.inverse_masses[0],
+            None => self.contacts[i - 1].inverse_masses[1],
         }
     }
 
@@ -147,11 +147,11 @@ impl GaussStep {
                 (samples.balls[i][0][m], samples.balls[i][1][m]) = (*displacement, self.flights[i].v + change);
             }
             for (j, [overlap, change]) in moment.contacts.iter().enumerate() {
-                (samples.overlaps[j][m], samples.rates[j][m]) = (*overlap, self.tracks[j].rate + change);
+                (samples.overlaps[j][m], samples.rates[j][m]) = (*overlap, self.contacts[j].rate + change);
             }
         }
-        for (j, track) in self.tracks.iter().enumerate().filter(|(_, track)| track.mode == Mode::Pressing) {
-            samples.forces[j + 1] = track.law.unclipped_forces(&samples.overlaps[j], &samples.rates[j]);
+        for (j, contact) in self.contacts.iter().enumerate().filter(|(_, contact)| contact.mode == Mode::Pressing) {
+            samples.forces[j + 1] = contact.law.unclipped_forces(&samples.overlaps[j], &samples.rates[j]);
         }
         samples
     }
@@ -166,18 +166,18 @@ impl GaussStep {
 
     /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at any time of the step.
     fn force(&self, j: usize, tau: f64) -> (f64, f64) {
-        let track = &self.tracks[j];
+        let contact = &self.contacts[j];
         let [overlap, change] = match tau {
-            0.0 => [track.overlap, 0.0],
+            0.0 => [contact.overlap, 0.0],
             tau if tau == self.length => self.moment(tau).contacts[j],
             _ => {
-                let [change, of_rate, _] = moved_by(&self.weights(tau), track.rate, &self.accelerations[j], tau);
-                [track.overlap + change, of_rate]
+                let [change, of_rate, _] = moved_by(&self.weights(tau), contact.rate, &self.accelerations[j], tau);
+                [contact.overlap + change, of_rate]
             }
         };
         // Where the overlap is 0, a dashpot acts all the same.
-        let rate = track.rate + change;
-        let [force] = track.law.unclipped_forces(&[overlap], &[rate]);
+        let rate = contact.rate + change;
+        let [force] = contact.law.unclipped_forces(&[overlap], &[rate]);
         (force, rate)
     }
 
@@ -256,7 +256,7 @@ impl DenseOutput for GaussStep {
             largest = largest.max(force);
         }
         // An elastic force grows with the overlap.
-        if largest * MARGIN <= known || (at_end && self.tracks[j].law.is_elastic()) {
+        if largest * MARGIN <= known || (at_end && self.contacts[j].law.is_elastic()) {
             return largest.max(known);
         }
         let start = node.filter(|m| *m > first).map_or(from, |m| time(m - 1));
@@ -269,7 +269,7 @@ impl DenseOutput for GaussStep {
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
         self.integral(tau, |at| {
-            let forces = self.tracks[j].law.damping_forces(&at.overlaps[j], &at.rates[j]);
+            let forces = self.contacts[j].law.damping_forces(&at.overlaps[j], &at.rates[j]);
             std::array::from_fn(|m| forces[m] * at.rates[j][m])
         })
     }

@@ -75,8 +75,8 @@ impl<'a> Planner<'a> {
     pub fn new(motion: &GaussStep, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
         let &Problem { window, control, ref rounding, speed, .. } = problem;
         // The stretching of a step serves only the branch point at its start, not those shortly before it.
-        let since = |track: &StepContact| to_branch_point(track, track.overlap, track.rate, rounding);
-        let beyond = motion.tracks.iter().filter_map(since).map(|since| BEYOND * since);
+        let since = |contact: &StepContact| to_branch_point(contact, contact.overlap, contact.rate, rounding);
+        let beyond = motion.contacts.iter().filter_map(since).map(|since| BEYOND * since);
         let longest = beyond.fold(motion.longest().min(control.longest), f64::min);
         let tolerance = Tolerance {
             problem,
@@ -134,7 +134,7 @@ impl<'a> Planner<'a> {
             // A series shows which way a force or an overlap at rest goes from 0, the mean slope over a step does not.
             (Attempt::AtOnce(_, Switch::Clip), _) => return Break(None),
             (Attempt::AtOnce(j, Switch::Release), _)
-                if motion.tracks[j].is_resting(&self.tolerance.problem.rounding) =>
+                if motion.contacts[j].is_resting(&self.tolerance.problem.rounding) =>
             {
                 return Break(None);
             }
@@ -167,23 +167,23 @@ impl<'a> Planner<'a> {
 impl GaussStep {
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s).
     fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
-        let fresh = |track: &StepContact| {
-            track.mode == Mode::Pressing && track.overlap <= rounding.position && track.rate >= NEGLIGIBLE * speed
+        let fresh = |contact: &StepContact| {
+            contact.mode == Mode::Pressing && contact.overlap <= rounding.position && contact.rate >= NEGLIGIBLE * speed
         };
-        let power = self.stretching_power().filter(|_| self.tracks.iter().any(fresh));
+        let power = self.stretching_power().filter(|_| self.contacts.iter().any(fresh));
         power.map_or(Stretching::None, Stretching::AtStart)
     }
 
     /// The power by which time is stretched where a contact opens or closes, if forces have a branch point there.
     pub(super) fn stretching_power(&self) -> Option<Power> {
-        self.tracks.iter().find_map(|track| power_of_stretching(&track.law))
+        self.contacts.iter().find_map(|contact| power_of_stretching(&contact.law))
     }
 
     /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional
     /// power of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most
     /// of all a damping force that starts with a power below 1.
     fn smoothness(&self) -> f64 {
-        let law = &self.tracks[0].law; // contacts have one exponent and one law of damping
+        let law = &self.contacts[0].law; // contacts have one exponent and one law of damping
         let is_smooth = self.stretching_power().is_none() || law.has_root();
         match law.damping {
             _ if is_smooth => 1.0,
@@ -195,79 +195,81 @@ impl GaussStep {
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
     fn fastest(&self, window: &Window, speed: f64) -> f64 {
         // Contacts have one exponent and one reference overlap.
-        let squared_time = |j: &usize| window.reduced_mass(*j) / self.tracks[*j].law.stiffness;
-        let pressing = (0..self.tracks.len()).filter(|j| self.presses(*j));
+        let squared_time = |j: &usize| window.reduced_mass(*j) / self.contacts[*j].law.stiffness;
+        let pressing = (0..self.contacts.len()).filter(|j| self.presses(*j));
         let fastest = pressing.min_by(|a, b| squared_time(a).total_cmp(&squared_time(b)));
-        fastest.map_or(f64::INFINITY, |j| self.tracks[j].law.largest_overlap(window.reduced_mass(j), speed) / speed)
+        fastest.map_or(f64::INFINITY, |j| self.contacts[j].law.largest_overlap(window.reduced_mass(j), speed) / speed)
     }
 
     /// The longest step on which the pendulums hardly act, s.
     fn longest(&self) -> f64 {
         let pace = self.pace();
         let longest = if pace > 0.0 { LONGEST / pace } else { f64::INFINITY };
-        let moving = self.arcs.balls.iter().zip(&self.flights).filter(|(_, flight)| flight.v != 0.0);
+        let moving = self.arcs.models.iter().zip(&self.flights).filter(|(_, flight)| flight.v != 0.0);
         let turn = |(ball, flight): (&BallModel, &Flight)| SMALL_ANGLE * ball.length / flight.v.abs();
         moving.map(turn).fold(longest, f64::min)
     }
 
     /// Whether a step with its time stretched to a release ends shortly before the branch point of another contact.
     pub(super) fn ends_before_branch_point(&self, table: &Table, rounding: &Rounding) -> bool {
-        let follows = |(j, track): (usize, &StepContact)| {
+        let follows = |(j, contact): (usize, &StepContact)| {
             let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
-            let time = to_branch_point(track, overlap, -rate, rounding);
+            let time = to_branch_point(contact, overlap, -rate, rounding);
             self.end.is_none_or(|(own, _)| own != j) && time.is_some_and(|time| self.length > BEYOND * time)
         };
-        matches!(self.stretching, Stretching::AtEnd(_)) && self.tracks.iter().enumerate().any(follows)
+        matches!(self.stretching, Stretching::AtEnd(_)) && self.contacts.iter().enumerate().any(follows)
     }
 
     /// The closed contact that opens or clips first, and when, s. Contacts that hardly press are ignored.
     fn release_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
-        let largest = self.tracks.iter().map(|track| track.overlap).fold(0.0, f64::max);
+        let largest = self.contacts.iter().map(|contact| contact.overlap).fold(0.0, f64::max);
         let negligible = rounding.no_overlap().max(NEGLIGIBLE * largest);
-        let opens =
-            |track: &StepContact| track.mode == Mode::Pressing && track.rate < 0.0 && track.overlap > negligible;
-        self.first_at_zero(|track| {
-            if !opens(track) {
+        let opens = |contact: &StepContact| {
+            contact.mode == Mode::Pressing && contact.rate < 0.0 && contact.overlap > negligible
+        };
+        self.first_at_zero(|contact| {
+            if !opens(contact) {
                 return None;
             }
-            let inverse_mass = track.inverse_masses[0] + track.inverse_masses[1];
-            let own = inverse_mass * track.law.unclipped_force(track.overlap, track.rate).max(0.0);
+            let inverse_mass = contact.inverse_masses[0] + contact.inverse_masses[1];
+            let own = inverse_mass * contact.law.unclipped_force(contact.overlap, contact.rate).max(0.0);
             // Its force drives the balls apart and vanishes on the way: the rate follows from its remaining energy.
-            let last = (track.rate * track.rate + 2.0 * own * track.overlap / (track.law.exponent + 1.0)).sqrt();
-            let rate = (1.0 - LAST_IN_MEAN) * track.rate - LAST_IN_MEAN * last;
-            Some((rate, (track.accelerations[0] + own).max(0.0)))
+            let last =
+                (contact.rate * contact.rate + 2.0 * own * contact.overlap / (contact.law.exponent + 1.0)).sqrt();
+            let rate = (1.0 - LAST_IN_MEAN) * contact.rate - LAST_IN_MEAN * last;
+            Some((rate, (contact.accelerations[0] + own).max(0.0)))
         })
     }
 
     /// The first clipped contact to open, or open one to close, and when, s; without a force there is no branch point.
     /// Balls side by side are left out, because rounding decides.
     fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
-        self.first_at_zero(|track| {
-            let switches = match track.mode {
-                Mode::Open => track.overlap < 0.0 && track.rate > 0.0 && !track.is_resting(rounding),
-                Mode::Clipped => track.rate < 0.0,
+        self.first_at_zero(|contact| {
+            let switches = match contact.mode {
+                Mode::Open => contact.overlap < 0.0 && contact.rate > 0.0 && !contact.is_resting(rounding),
+                Mode::Clipped => contact.rate < 0.0,
                 Mode::Pressing => false,
             };
-            switches.then_some((track.rate, track.accelerations[0]))
+            switches.then_some((contact.rate, contact.accelerations[0]))
         })
     }
 
     /// The contact whose overlap vanishes first, and when (s), by rates (m/s) and accelerations (m/s2) from `motion`.
     fn first_at_zero(&self, motion: impl Fn(&StepContact) -> Option<(f64, f64)>) -> Option<(usize, f64)> {
-        let at_zero = |(j, track): (usize, &StepContact)| {
-            let side = if track.overlap > 0.0 { 1.0 } else { -1.0 };
-            let (rate, acceleration) = motion(track)?;
-            fall(side * track.overlap, side * rate, 0.5 * side * acceleration).map(|time| (j, time))
+        let at_zero = |(j, contact): (usize, &StepContact)| {
+            let side = if contact.overlap > 0.0 { 1.0 } else { -1.0 };
+            let (rate, acceleration) = motion(contact)?;
+            fall(side * contact.overlap, side * rate, 0.5 * side * acceleration).map(|time| (j, time))
         };
-        self.tracks.iter().enumerate().filter_map(at_zero).min_by(|a, b| a.1.total_cmp(&b.1))
+        self.contacts.iter().enumerate().filter_map(at_zero).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 
 /// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None` if
 /// there is none or it is here, within `rounding`.
-fn to_branch_point(track: &StepContact, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
-    let is_near = track.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
-    (is_near && power_of_stretching(&track.law).is_some()).then_some(overlap / rate)
+fn to_branch_point(contact: &StepContact, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
+    let is_near = contact.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
+    (is_near && power_of_stretching(&contact.law).is_some()).then_some(overlap / rate)
 }
 
 /// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, the force times the

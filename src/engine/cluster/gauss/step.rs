@@ -114,12 +114,12 @@ impl GaussStep {
     pub(super) fn attempt(&mut self, plan: &Plan, tolerance: &Tolerance, evaluations: &mut u64) -> Attempt {
         let table = plan.stretching.table();
         (self.stretching, self.length, self.end) = (plan.stretching, plan.length, None);
-        let closed = self.tracks.iter().filter(|track| track.mode == Mode::Pressing).count() as u64;
+        let closed = self.contacts.iter().filter(|contact| contact.mode == Mode::Pressing).count() as u64;
         self.begin(table);
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, Some(0.0), false, false);
         let smooth = self.on_arcs() && self.stretching_power().is_none();
         let mut turns = Turns::default();
-        let exponent = self.tracks[0].law.exponent; // contacts have one
+        let exponent = self.contacts[0].law.exponent; // contacts have one
         let sensitivity = SENSITIVITY * exponent * exponent;
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
@@ -130,7 +130,7 @@ impl GaussStep {
             }
             if !looked && last_change < ROUGH && last_change < FINE.max(ROUGH * self.evenness()) {
                 looked = true;
-                (0..self.tracks.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
+                (0..self.contacts.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
                 match self.first_switching(table, tolerance) {
                     Some((j, switch, 0.0)) => return Attempt::AtOnce(j, switch),
                     Some((j, ..)) if plan.switching == Some(j) => {}
@@ -149,7 +149,7 @@ impl GaussStep {
                 let from_start = || self.switching(j, table, tolerance).map(|(_, time)| time);
                 match self.switching_near_end(j, table).or_else(from_start) {
                     Some(time) if time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest) => {
-                        (later, self.end) = (time - self.length, Some((j, self.tracks[j].switch())));
+                        (later, self.end) = (time - self.length, Some((j, self.contacts[j].switch())));
                     }
                     Some(_) => return Attempt::Failed,
                     None if looked || self.end.is_some() => return Attempt::NoSwitching,
@@ -205,7 +205,7 @@ impl GaussStep {
     /// end of the step has moved since, and the part of it in the accelerations.
     fn stands(&self, turns: &Turns) -> bool {
         let Turns { all, last, changes, largest, length, .. } = *turns;
-        let (reach, drags) = (self.pace() * self.length, self.arcs.balls.iter().any(|ball| ball.gamma > 0.0));
+        let (reach, drags) = (self.pace() * self.length, self.arcs.models.iter().any(|ball| ball.gamma > 0.0));
         let gain = if drags { 2.0 * reach } else { reach * reach };
         let moved = largest * (self.length / length - 1.0).abs();
         let [pressed, any] = changes.map(|change| change * gain + moved);
@@ -224,8 +224,8 @@ impl GaussStep {
     /// The two highest Legendre coefficients of the accelerations of closed contacts, over the allowed ones.
     fn error(&self, table: &Table, tolerance: &Tolerance) -> f64 {
         let mut largest = 0.0_f64;
-        for (track, accelerations) in self.tracks.iter().zip(&self.accelerations) {
-            if track.mode == Mode::Pressing {
+        for (contact, accelerations) in self.contacts.iter().zip(&self.accelerations) {
+            if contact.mode == Mode::Pressing {
                 for tail in &table.tail {
                     let size = weighted(tail, accelerations).abs();
                     if !size.is_finite() {
@@ -248,7 +248,7 @@ impl GaussStep {
         if error > 1.0 {
             return Attempt::TooLong(error);
         }
-        for j in 0..self.tracks.len() {
+        for j in 0..self.contacts.len() {
             if self.presses(j) {
                 continue;
             }

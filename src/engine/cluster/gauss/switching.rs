@@ -32,18 +32,18 @@ impl GaussStep {
 
     /// Overlap of contact `j` at the end of the step, m.
     pub(super) fn overlap_at_end(&self, j: usize, curvature: f64) -> f64 {
-        self.tracks[j].overlap + (self.tracks[j].rate + curvature * self.length) * self.length
+        self.contacts[j].overlap + (self.contacts[j].rate + curvature * self.length) * self.length
     }
 
     /// Its rate there, m/s.
     pub(super) fn rate_at_end(&self, j: usize, table: &Table) -> f64 {
-        self.tracks[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
+        self.contacts[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
 
     /// Smallest overlap of a pressing contact over the largest: 0 if none overlaps yet, infinite if none presses.
     pub(super) fn evenness(&self) -> f64 {
         let pressing =
-            self.tracks.iter().zip(&self.at_nodes.overlaps).filter(|(track, _)| track.mode == Mode::Pressing);
+            self.contacts.iter().zip(&self.at_nodes.overlaps).filter(|(contact, _)| contact.mode == Mode::Pressing);
         let largest = pressing.map(|(_, overlaps)| range(overlaps)[1]);
         let [least, most] = largest.fold([f64::INFINITY, 0.0], |[least, most], d| [d.min(least), d.max(most)]);
         if most > 0.0 { least / most } else { least.max(0.0) }
@@ -52,7 +52,7 @@ impl GaussStep {
     /// The earliest onset or release by the present accelerations: contact, switching, and time (s).
     pub(super) fn first_switching(&self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
-        for j in 0..self.tracks.len() {
+        for j in 0..self.contacts.len() {
             // The parabola for a release may vanish all the same, if the contact comes to rest.
             let stays_closed = self.presses(j)
                 && range(&self.at_nodes.overlaps[j])[0] > 0.0
@@ -80,25 +80,25 @@ impl GaussStep {
 
     /// The onset or release of contact `j`, within the step or after it.
     pub(super) fn switching(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<(Switch, f64)> {
-        let (track, curvature) = (&self.tracks[j], self.curvature(j, table));
-        if track.mode == Mode::Open {
-            if track.is_resting(&tolerance.problem.rounding) {
+        let (contact, curvature) = (&self.contacts[j], self.curvature(j, table));
+        if contact.mode == Mode::Open {
+            if contact.is_resting(&tolerance.problem.rounding) {
                 return self.onset_from_rest(j, table, tolerance).map(|time| (Switch::Onset, time));
             }
-            if track.overlap >= 0.0 && track.rate > 0.0 {
+            if contact.overlap >= 0.0 && contact.rate > 0.0 {
                 return Some((Switch::Onset, 0.0));
             }
-            return fall(-track.overlap.min(0.0), -track.rate, -curvature).map(|time| (Switch::Onset, time));
+            return fall(-contact.overlap.min(0.0), -contact.rate, -curvature).map(|time| (Switch::Onset, time));
         }
-        let time = if track.overlap > tolerance.problem.rounding.no_overlap() {
-            self.fall_at_nodes(j, table).or_else(|| fall(track.overlap, track.rate, curvature))
+        let time = if contact.overlap > tolerance.problem.rounding.no_overlap() {
+            self.fall_at_nodes(j, table).or_else(|| fall(contact.overlap, contact.rate, curvature))
         } else {
             // It has just closed. A rate within rounding does not show whether its balls part.
             let known = tolerance.problem.rounding.velocity;
-            let parts = curvature < 0.0 || track.rate < -known;
-            parts.then(|| if track.rate > known { -track.rate / curvature } else { 0.0 })
+            let parts = curvature < 0.0 || contact.rate < -known;
+            parts.then(|| if contact.rate > known { -contact.rate / curvature } else { 0.0 })
         };
-        time.map(|time| (track.switch(), time))
+        time.map(|time| (contact.switch(), time))
     }
 
     /// When the overlap of contact `j` vanishes between two nodes (s), if it does.
@@ -115,7 +115,7 @@ impl GaussStep {
     pub(super) fn switching_near_end(&self, j: usize, table: &Table) -> Option<f64> {
         let (overlap, rate) = (self.overlap_at_end(j, self.curvature(j, table)), self.rate_at_end(j, table));
         let half = 0.5 * self.accelerations[j][NODES - 1];
-        let side = if self.tracks[j].mode == Mode::Open { -1.0 } else { 1.0 };
+        let side = if self.contacts[j].mode == Mode::Open { -1.0 } else { 1.0 };
         // From where it has yet to vanish, or back from where it has vanished.
         let later = match side * overlap {
             before if before > 0.0 => fall(before, side * rate, side * half)?,
@@ -128,10 +128,10 @@ impl GaussStep {
     /// When the open contact `j`, at rest, closes (s), by this step: at once, unless its balls are first accelerated
     /// apart, possibly by a force that grows from 0. Otherwise series would open it again.
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
-        let track = &self.tracks[j];
-        let matters = self.matters(track, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
-        let first_change = match track.accelerations {
-            [0.0, jerk, ..] => jerk + track.forcing[1],
+        let contact = &self.contacts[j];
+        let matters = self.matters(contact, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
+        let first_change = match contact.accelerations {
+            [0.0, jerk, ..] => jerk + contact.forcing[1],
             [acceleration, ..] => acceleration,
         };
         if first_change >= 0.0 {
@@ -141,9 +141,9 @@ impl GaussStep {
     }
 
     /// Whether a ball at rest at an open contact would be pressed or moved noticeably at this `overlap`.
-    fn matters(&self, track: &StepContact, overlap: f64, tolerance: &Tolerance) -> bool {
+    fn matters(&self, contact: &StepContact, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
-            track.law.elastic_force(overlap) * self.length * (track.inverse_masses[0] + track.inverse_masses[1]);
+            contact.law.elastic_force(overlap) * self.length * (contact.inverse_masses[0] + contact.inverse_masses[1]);
         overlap > self.noise(tolerance) || speed_up > tolerance.problem.local_error
     }
 
@@ -152,13 +152,13 @@ impl GaussStep {
     pub(super) fn first_clipping(&self, table: &Table, tolerance: &Tolerance) -> Result<Option<(usize, f64)>, ()> {
         let (mut first, mut unclear) = (None, f64::INFINITY);
         let noise_of_rate = tolerance.problem.rounding.velocity.max(UNKNOWN * tolerance.problem.speed);
-        for (j, track) in self.tracks.iter().enumerate() {
-            let Some(sign) = track.sign() else { continue };
-            let side = sign_after_clip(track.mode);
+        for (j, contact) in self.contacts.iter().enumerate() {
+            let Some(sign) = contact.sign() else { continue };
+            let side = sign_after_clip(contact.mode);
             let overlap_at_end = self.overlap_at_end(j, self.curvature(j, table));
             let rate_at_end = self.rate_at_end(j, table);
             let within = std::array::from_fn(|m| sign.at(self.at_nodes.overlaps[j][m], self.at_nodes.rates[j][m]));
-            let ends = [sign.at(track.overlap, track.rate), sign.at(overlap_at_end, rate_at_end)];
+            let ends = [sign.at(contact.overlap, contact.rate), sign.at(overlap_at_end, rate_at_end)];
             let noise = sign.by_overlap * self.noise(tolerance) + sign.by_rate * noise_of_rate;
             match first_excess(side, ends, &within, noise) {
                 Excess::Never if side * ends[1] <= noise => {}
@@ -196,13 +196,13 @@ impl GaussStep {
     /// Whether the overlap of a contact has or may have the sign of another mode before the time `until` (s).
     pub(super) fn may_have_passed_over(&self, until: f64, table: &Table, tolerance: &Tolerance) -> bool {
         let noise = self.noise(tolerance);
-        (0..self.tracks.len()).any(|j| {
-            let track = &self.tracks[j];
-            if track.mode == Mode::Open && !self.may_close(j) {
+        (0..self.contacts.len()).any(|j| {
+            let contact = &self.contacts[j];
+            if contact.mode == Mode::Open && !self.may_close(j) {
                 return false;
             }
-            let side = if track.mode == Mode::Open { 1.0 } else { -1.0 };
-            let ends = [track.overlap, self.overlap_at_end(j, self.curvature(j, table))];
+            let side = if contact.mode == Mode::Open { 1.0 } else { -1.0 };
+            let ends = [contact.overlap, self.overlap_at_end(j, self.curvature(j, table))];
             match first_excess(side, ends, &self.at_nodes.overlaps[j], noise) {
                 Excess::Never => false,
                 Excess::At(m) | Excess::Near(m) => m == 0 || self.time_of(m - 1, table) < until,
@@ -212,11 +212,11 @@ impl GaussStep {
 
     /// Whether contact `j`, if open, may close by the accelerations at the nodes and twice the largest between them.
     pub(super) fn may_close(&self, j: usize) -> bool {
-        let track = &self.tracks[j];
+        let contact = &self.contacts[j];
         let [least, most] = range(&self.accelerations[j]);
-        let farthest = (track.rate.max(0.0) + most.max(-least) * self.length) * self.length;
+        let farthest = (contact.rate.max(0.0) + most.max(-least) * self.length) * self.length;
         // NaN decides nothing.
-        let stays_open = track.overlap <= -2.0 * farthest;
+        let stays_open = contact.overlap <= -2.0 * farthest;
         !stays_open
     }
 
