@@ -42,7 +42,7 @@ pub struct Progress {
 pub enum Busy {
     /// Steps and events of this contact, from 0, and of those that press at the same time.
     Contact(usize),
-    /// The flight of this ball on its arc, from 0: steps by one power series, or one step of implicit collocation, each.
+    /// The flight of this ball on its arc, from 0: power series, or implicit steps, one after the other.
     Flight(usize),
     /// Steps of a general-purpose solver for the whole chain.
     Solver,

@@ -128,7 +128,7 @@ pub(crate) fn outcome(
     if !begins {
         return None; // Also where they are no numbers.
     }
-    let mut on_arcs = starts.map(|start| start.lasting());
+    let mut moving = starts.map(|start| start.lasting());
     let mut direction = start.lasting();
     let (mut y, mut forces, mut late) = ([0.0; 2 * NODES], powers.map(|power| strongest * power), 0.0);
     for _ in 0..ITERATIONS {
@@ -137,15 +137,15 @@ pub(crate) fn outcome(
         for (k, side) in [-1.0, 1.0].into_iter().enumerate() {
             for m in 0..2 * NODES {
                 let pushed = side * forces[m] * direction.along[k][m] * inverse_masses[k];
-                accelerations[k][m] = on_arcs[k].free[m] + pushed;
+                accelerations[k][m] = moving[k].free[m] + pushed;
             }
             let once = shape.integrate(&accelerations[k]);
             let (twice, v) = (shape.integrate(&once), flights[k].v);
             let way = std::array::from_fn(|m| duration * (v * times[m] + duration * twice[m]));
             let u = std::array::from_fn(|m| v + duration * once[m]);
-            on_arcs[k].follow(&balls[k], flights[k], &[way, u], &times.map(|time| time * duration));
+            moving[k].follow(&balls[k], flights[k], &[way, u], &times.map(|time| time * duration));
         }
-        direction = ContactDirection::new(&on_arcs[0], &on_arcs[1], lengths, distances);
+        direction = ContactDirection::new(&moving[0], &moving[1], lengths, distances);
         // Changes of the squared parts along the paths, by the small parts away from them, which keep the digits.
         let shorter = [0, 1].map(|k| {
             let ([before], now) = (start.outward[k], &direction.outward[k]);
@@ -200,7 +200,7 @@ pub(crate) fn outcome(
         let sides = [(0, -1.0), (1, 1.0)];
         let velocities = sides.map(|(k, side)| {
             let turned = sum(&|m| -shorter[k][m] / (direction.along[k][m] + along[k]) * forces[m]);
-            let more = side * turned * inverse_masses[k] + sum(&|m| on_arcs[k].free[m]);
+            let more = side * turned * inverse_masses[k] + sum(&|m| moving[k].free[m]);
             (pushes[k] * impulse * side + flights[k].v + more).value()
         });
         let displacements =

@@ -5,6 +5,7 @@
 #![expect(clippy::unwrap_used, reason = "what goes wrong fails the test")]
 
 mod arcs;
+mod creeping;
 mod description;
 mod differences;
 mod directional_derivatives;

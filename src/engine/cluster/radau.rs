@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::step_control::{Problem, StepHistory};
 use super::taylor::{Series, integrate};
 use super::window::Window;
-use crate::engine::flight::{BallStages, Flight, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
+use crate::engine::flight::{BallStages, Flight, NOISE, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
 use crate::model::Mode;
 use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
 
@@ -15,9 +15,6 @@ use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
 pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
 const WORTH: f64 = 0.5;
-
-/// Smallest error allowed, in roundings, which differences of the ninth order magnify.
-const NOISE: f64 = 100.0;
 
 /// Newton iterations after which a step is given up, and the relative correction whose square is below rounding.
 const ITERATIONS: usize = 8;

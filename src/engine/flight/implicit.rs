@@ -21,10 +21,11 @@ const GAIN: f64 = 20.0;
 /// part of gravity and inputs.
 const SETTLED: f64 = 1e-12;
 
-/// Allowed size of the highest terms of the velocities: over the largest, and over the rounding of a velocity at which
-/// drag balances gravity and inputs.
+/// Allowed size of the highest terms of the velocities, over the largest.
 const ALLOWED: f64 = 2e-14;
-const NOISE: f64 = 16.0;
+
+/// Smallest error allowed, in roundings, which differences of the ninth order magnify.
+pub(crate) const NOISE: f64 = 100.0;
 
 /// The next step over the one that the error allows, the largest growth of a step, and its factors after too large an
 /// error and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8).
@@ -127,6 +128,7 @@ pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<
     let acceleration = push - weight - 2.0 * gamma * flight.v;
     let (forces, slow) = (push.abs() + weight.abs(), stiffness * flight.v.abs() + flight.forcing[1].abs());
     let settled = acceleration.abs() <= SETTLED * forces + slow / gamma;
+    // Of a velocity at which drag balances gravity and inputs.
     let rounding = f64::EPSILON * forces / (2.0 * gamma);
     let oscillator = Oscillator::new(omega2, gamma);
     while settled && pays(length) {

@@ -1,6 +1,6 @@
 //! Balls that touch nothing. One swings in closed form from its anchor, the time of its last event ([`Ball`],
-//! [`Flight`]); the overlap of two has a closed form, too, which gives the next onset ([`Separation`]). On an arc, power
-//! series take the place of closed forms, or, under strong drag, implicit steps (`path`, `approach`, `implicit`).
+//! [`Flight`]); the overlap of two has a closed form, too, which gives the next onset ([`Separation`]). On an arc,
+//! power series take the place of closed forms, or, under strong drag, implicit steps (`path`, `approach`, `implicit`).
 
 mod approach;
 mod ball;
@@ -11,7 +11,7 @@ mod separation;
 
 pub(crate) use ball::{Ball, BallRole, places, start_by_centre};
 pub(crate) use free_motion::{Flight, Forcing, Rounding, RunningIntegrals, degree, forcing_at, integral_of, shifted};
-pub(crate) use implicit::{BallStages, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
+pub(crate) use implicit::{BallStages, NOISE, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
 pub use path::Fault;
 pub(crate) use path::integrals_of_inputs;
 pub(crate) use separation::{EVALUATIONS, Separation, forecast, reach};
