@@ -104,7 +104,7 @@ impl<S: Scalar> ContactLaw<S> {
     pub fn elastic_coefficient(&self, overlap: &[S], powers: &mut Vec<S>, k: usize) -> S {
         let (scale, stride) = (S::from(1.0) / self.overlap_ref, overlap.len());
         let power = match self.whole_exponent() {
-            Some(1) => overlap[k] * scale,
+            Some(1) => return self.stiffness * overlap[k],
             Some(p) => {
                 // The lower powers, one after the other.
                 powers.resize(p * stride, S::default());
@@ -177,6 +177,14 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
+    /// Coefficient c of Kelvin and Voigt's laws, `F = F_el + c r`, N.s/m; 0 for the others.
+    pub fn damping_coefficient(&self) -> S {
+        match self.damping {
+            Damping::KelvinVoigt { c, .. } => c,
+            Damping::None | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => S::default(),
+        }
+    }
+
     /// The mode of a closed contact at this overlap (m) and rate (m/s).
     pub fn mode_when_closed(&self, overlap: S, rate: S) -> Mode {
         let closed = |overlap: S| if overlap.value() > 0.0 { overlap } else { S::from(f64::MIN_POSITIVE) };
@@ -217,14 +225,6 @@ impl ContactLaw {
     /// Whether the force is a linear function of the overlap and its rate while the contact presses.
     pub fn is_linear(&self) -> bool {
         self.exponent == 1.0 && matches!(self.damping, Damping::None | Damping::KelvinVoigt { .. })
-    }
-
-    /// Coefficient c of Kelvin and Voigt's laws, `F = F_el + c r`, N.s/m; 0 for the others.
-    pub fn damping_coefficient(&self) -> f64 {
-        match self.damping {
-            Damping::KelvinVoigt { c, .. } => c,
-            Damping::None | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => 0.0,
-        }
     }
 
     /// Mechanical impedance of a linear contact hit by a reduced mass `m` (kg), N.s/m: an upper bound of its largest

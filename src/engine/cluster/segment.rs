@@ -11,7 +11,7 @@ use super::modes::Modes;
 use super::natural;
 use super::radau;
 use super::step_control::{Control, Method, Problem, StepHistory};
-use super::taylor::{Series, Workspace, velocity_scale};
+use super::taylor::{Series, velocity_scale};
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact};
 use crate::engine::flight::{
     Ball, Flight, Rounding, RunningIntegrals, integrals_of_inputs, places, shifted, start_by_centre,
@@ -49,8 +49,6 @@ pub(crate) struct Cluster {
     gauss: Box<gauss::GaussStep>,
     #[serde(skip)]
     modes: Modes,
-    #[serde(skip)]
-    workspace: Workspace,
     /// The step history from here on, and at the start of the current segment.
     #[serde(skip)]
     pub history: StepHistory,
@@ -298,7 +296,7 @@ impl Cluster {
     /// Describes the motion, by the first method that applies, for as long as that holds. Returns its error in the
     /// velocities, m/s.
     fn describe(&mut self, problem: &Problem) -> f64 {
-        let Self { method, series, gauss, modes, history, workspace, evaluations, .. } = self;
+        let Self { method, series, gauss, modes, history, evaluations, .. } = self;
         let &Problem { window, control, speed, local_error, .. } = problem;
         *evaluations = window.contacts.iter().filter(|contact| contact.mode != Mode::Open).count() as u64;
         let linear = window.is_linear();
@@ -317,8 +315,10 @@ impl Cluster {
             (*modes, *method, *evaluations) = (found, Method::Modes, 1);
             return 0.0;
         }
-        // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
-        let by_gauss = !linear && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
+        // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion. Explicit
+        // steps do not pay for linear ones, whose series cost little.
+        let by_series = linear && control.allows(Method::Series);
+        let by_gauss = !by_series && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
         let gain = if by_gauss { radau::GAIN_OVER_GAUSS } else { radau::GAIN_OVER_SERIES };
         if windows != Some(None)
             && control.allows(Method::Radau)
@@ -334,14 +334,8 @@ impl Cluster {
             return local_error;
         }
         // Linear contacts, a start from rest, stiff damping: series keep balls that nothing has moved exactly at rest.
-        if linear && control.allows(Method::LinearSeries) {
-            series.expand_linear(workspace, problem);
-            *method = Method::LinearSeries;
-        } else {
-            series.expand_window(problem);
-            *method = Method::Series;
-        }
-        (self.length, history.explicit_length) = (series.converges_for, series.converges_for);
+        series.expand_window(problem);
+        (self.length, history.explicit_length, *method) = (series.converges_for, series.converges_for, Method::Series);
         local_error
     }
 }

@@ -28,9 +28,7 @@ pub(crate) enum Method {
     Radau,
     /// Explicit collocation.
     Gauss,
-    /// Taylor series of linear contacts.
-    LinearSeries,
-    /// Taylor series of contacts of any law.
+    /// Taylor series.
     #[default]
     Series,
 }

@@ -302,8 +302,8 @@ mod tests {
             (Method::PairImpact, Parameters { exponent: 3.0, ..Parameters::default_for(5) }, 0.0, 3.0),
             (Method::PairImpact, circular(Parameters::default_for(5)), 0.0, 3.0),
             (Method::PairImpact, circular(Parameters { dead_band: 1e-4, ..hertz.clone() }), 0.0, 3.0),
-            (Method::LinearSeries, row(5), 0.0, 1.2),
-            (Method::LinearSeries, Parameters { damping: 300.0, ..row(5) }, 0.0, 1.2),
+            (Method::Series, row(5), 0.0, 1.2),
+            (Method::Series, Parameters { damping: 300.0, ..row(5) }, 0.0, 1.2),
             (Method::Gauss, hertz.clone(), 0.0, 1.2),
             (Method::Gauss, unequal, 0.0, 1.2),
             (Method::Gauss, lossy(DampingLaw::HuntCrossley), 0.0, 1.2),
@@ -332,7 +332,7 @@ mod tests {
             };
             let all = run(None);
             let energy = all.total_energy() + all.dissipated_energy() + all.external_work().abs();
-            for method in [Method::PairImpact, Method::LinearSeries, Method::Gauss, Method::Modes, Method::Radau] {
+            for method in [Method::PairImpact, Method::Series, Method::Gauss, Method::Modes, Method::Radau] {
                 let without = run(Some(method));
                 assert!(method != own || without.work().steps != all.work().steps, "{own:?} is not used");
                 assert!(without.energy_residual().abs() <= 1e-12 * energy, "{own:?} without {method:?}");

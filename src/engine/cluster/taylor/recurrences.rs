@@ -5,7 +5,7 @@ use crate::engine::cluster::step_control::{Control, Problem};
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::{degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
-use crate::solver::series::{product_term, value_by_lanes};
+use crate::solver::series::{INVERSES, NUMBERS, product_term, value_by_lanes};
 use crate::solver::{MAX_FORCE_ORDER, Scalar, crossing};
 
 /// Allowed difference between the forces by the series and by the law: its effect on the velocities over their scale.
@@ -18,30 +18,64 @@ const AT_REST: f64 = 1e-20;
 const SHORTEST_UNIT: f64 = 1e-20;
 
 /// Terms from which the convergence of a series without gaps is estimated.
-pub(super) const TERMS_AT_LEAST: usize = 3;
+const TERMS_AT_LEAST: usize = 3;
+
+/// Order of the series of linear contacts over that of others, whose coefficients cost the more, the higher they are. A
+/// lower one needs more steps for a pulse; twice the order loses digits by cancelling terms (`benches/runs.rs`,
+/// `tests/rust/reference.rs`).
+const HIGHER: f64 = 1.5;
+
+/// A closed contact: its law and, if it has an elastic force, the powers of its overlap so far.
+struct Force<'a, S> {
+    contact: usize,
+    law: &'a ContactLaw<S>,
+    powers: Option<Vec<S>>,
+}
+
+/// What the coefficients of a ball's displacement on a line depend on: the unit of time over its mass (s/kg; the square
+/// of the unit might underflow), and its squared frequency and damping in units of time.
+struct Pendulum<S> {
+    unit_over_mass: S,
+    omega2: S,
+    drag: S,
+}
+
+impl<S: Scalar> Pendulum<S> {
+    fn new(ball: &BallModel<S>, unit: f64) -> Self {
+        let unit = S::from(unit);
+        Self {
+            unit_over_mass: unit / ball.mass,
+            omega2: unit * ball.omega2 * unit,
+            drag: S::from(2.0) * ball.gamma * unit,
+        }
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.omega2, self.drag) == (other.omega2, other.drag)
+    }
+}
 
 impl<S: Scalar> Series<S> {
     /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no
     /// elastic force; overlaps that are `given` stay as they are, and the forces follow from them.
     pub fn fill(&mut self, window: &Window<'_, S>, negligible: &dyn Fn(usize) -> bool, given: &dyn Fn(usize) -> bool) {
-        let mut powers = vec![Vec::new(); window.laws.len()];
+        let closed = (0..window.laws.len()).filter(|j| window.contacts[*j].mode != Mode::Open);
+        let force = |j| Force { contact: j, law: &window.laws[j], powers: (!negligible(j)).then(Vec::new) };
+        let mut forces: Vec<Force<S>> = closed.map(force).collect();
+        let pendulums: Vec<Pendulum<S>> = window.models.iter().map(|ball| Pendulum::new(ball, self.unit)).collect();
         for k in 0..self.order {
-            for (j, powers) in powers.iter_mut().enumerate() {
-                if window.contacts[j].mode != Mode::Open {
-                    self.expand_force(j, &window.laws[j], (!negligible(j)).then_some(powers), k);
-                }
-            }
+            forces.iter_mut().for_each(|force| self.expand_force(force, k));
             if window.models[0].on_arc {
                 self.expand_motion_on_arcs(window, k, given);
             } else {
-                self.expand_motion(window, k, given);
+                self.expand_motion(window, &pendulums, k, given);
             }
         }
     }
 
-    /// Coefficient `k` of the forces of contact `j`, from the powers of its overlap if it has an elastic force.
-    fn expand_force(&mut self, j: usize, law: &ContactLaw<S>, powers: Option<&mut Vec<S>>, k: usize) {
-        let at = j * self.stride;
+    /// Coefficient `k` of the forces of a contact.
+    fn expand_force(&mut self, Force { contact, law, powers }: &mut Force<S>, k: usize) {
+        let at = *contact * self.stride;
         let overlap = &self.overlaps[at..at + self.stride];
         if let Some(powers) = powers {
             for k in law.elastic_terms_due(k) {
@@ -49,48 +83,51 @@ impl<S: Scalar> Series<S> {
             }
         }
         let elastic = &self.elastic[at..at + self.stride];
-        let rate = |c: &[S], k: usize| S::from((k + 1) as f64) * c[k + 1] / S::from(self.unit);
+        let rate = |c: &[S], k: usize| S::from(NUMBERS[k + 1]) * c[k + 1] / S::from(self.unit);
         let product = || (0..=k).map(|i| elastic[i] * rate(overlap, k - i)).sum();
         self.forces[at + k] = law.force_coefficient(elastic[k], rate(overlap, k), product, || rate(elastic, k));
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
-    fn expand_motion(&mut self, window: &Window<'_, S>, k: usize, given: &dyn Fn(usize) -> bool) {
-        let (stride, unit) = (self.stride, S::from(self.unit));
-        let unit_to_k = (0..k.min(MAX_FORCE_ORDER)).fold(1.0, |power, _| power * self.unit);
-        let next = (k + 1) as f64;
-        // The next coefficient of a pendulum from this one of position (m) and rate, under the acceleration `driven`.
-        let term = |ball: &BallModel<S>, driven: S, position: S, of_rate: S| {
-            let damped = S::from(2.0) * ball.gamma * S::from(next) * of_rate / unit;
-            (driven - ball.omega2 * position - damped) * unit * unit / S::from(next * (next + 1.0))
-        };
-        let mut left: Option<(BallModel<S>, S, S)> = None;
-        for i in 0..window.models.len() {
-            let (ball, at) = (window.models[i], i * stride + k);
+    fn expand_motion(
+        &mut self,
+        window: &Window<'_, S>,
+        pendulums: &[Pendulum<S>],
+        k: usize,
+        given: &dyn Fn(usize) -> bool,
+    ) {
+        let (stride, unit, next) = (self.stride, S::from(self.unit), S::from(NUMBERS[k + 1]));
+        let inverse = S::from(INVERSES[k + 1] * INVERSES[k + 2]);
+        let of_forcing = |inverse: &f64| S::from(inverse * (0..=k).fold(1.0, |power, _| power * self.unit));
+        let of_forcing = INVERSE_FACTORIAL.get(k).map(of_forcing);
+        let (mut from_left, mut driven_left) = (S::default(), S::default());
+        for (i, pendulum) in pendulums.iter().enumerate() {
+            let at = i * stride + k;
             let from_right = if window.presses(i) { self.forces[at] } else { S::default() };
-            let from_left = left.as_ref().map_or(S::default(), |(_, force, _)| *force);
-            let forcing = window.flights[i].forcing.get(k);
-            let forcing = forcing.map_or(S::default(), |f| *f * S::from(INVERSE_FACTORIAL[k]) * S::from(unit_to_k));
-            let driven = (from_left - from_right) / ball.mass + forcing;
+            let mut driven = (from_left - from_right) * pendulum.unit_over_mass * unit;
+            if let Some(factor) = of_forcing {
+                driven += window.flights[i].forcing[k] * unit * factor;
+            }
+            // The next coefficient of a pendulum from this one of position (m) and the next one.
+            let term = |driven: S, position: S, of_rate: S| {
+                (driven - pendulum.omega2 * position - pendulum.drag * next * of_rate) * inverse
+            };
             let position = if k == 0 { window.flights[i].x } else { self.displacements[at] };
-            self.displacements[at + 2] = term(&ball, driven, position, self.displacements[at + 1]);
-            if let Some((other, _, driven_left)) = left
-                && !given(i - 1)
+            self.displacements[at + 2] = term(driven, position, self.displacements[at + 1]);
+            if let Some(j) = i.checked_sub(1)
+                && !given(j)
             {
-                let (j, at_contact) = (i - 1, at - stride);
-                self.overlaps[at_contact + 2] = if (other.omega2, other.gamma) == (ball.omega2, ball.gamma) {
+                let at_contact = at - stride;
+                self.overlaps[at_contact + 2] = if pendulums[j].is_like(pendulum) {
                     // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
-                    let apart = if k == 0 {
-                        window.contacts[j].overlap + window.laws[j].clearance
-                    } else {
-                        self.overlaps[at_contact]
-                    };
-                    term(&ball, driven_left - driven, apart, self.overlaps[at_contact + 1])
+                    let clearance = if k == 0 { window.laws[j].clearance } else { S::default() };
+                    let apart = self.overlaps[at_contact] + clearance;
+                    term(driven_left - driven, apart, self.overlaps[at_contact + 1])
                 } else {
                     self.displacements[at_contact + 2] - self.displacements[at + 2]
                 };
             }
-            left = Some((ball, from_right, driven));
+            (from_left, driven_left) = (from_right, driven);
         }
     }
 
@@ -158,7 +195,8 @@ impl<S: Scalar> Series<S> {
 impl Series {
     /// The same for a window. The segment ends where last terms, or forces left out, would change velocities too much.
     pub fn expand_window(&mut self, &Problem { window, control, speed, local_error, .. }: &Problem) {
-        let negligible = self.expand(window, control, speed);
+        let order = if window.is_linear() { HIGHER * control.order as f64 } else { control.order as f64 };
+        let negligible = self.expand(window, &Control { order: order as usize, ..*control }, speed);
         self.converges_for = self.convergence(local_error, |c| c).min(control.longest);
         self.shorten_where_above(&negligible);
         for (j, law) in window.laws.iter().enumerate() {

@@ -1,11 +1,11 @@
 //! The motions and forces of a window as power series of the time, with their dense output. The coefficients come from
-//! `recurrences`, from `linear` for linear contacts, or from `radau`.
+//! `recurrences` or from `radau`.
 
 use super::arcs::ArcSeries;
 use crate::engine::Forecast;
 use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
 use crate::engine::flight::{Forcing, Rounding, degree};
-use crate::model::{BallModel, Mode};
+use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::quadrature::{self, POINTS};
 use crate::solver::series::{self, MOST};
 use crate::solver::{MAX_FORCE_ORDER, Scalar, crossing};
@@ -26,12 +26,11 @@ pub(crate) struct Series<S = f64> {
     pub(crate) displacements: Vec<S>,
     /// For each contact: overlap.
     pub(crate) overlaps: Vec<S>,
-    /// For each contact: elastic force, and the unclipped force of the law; zero where the contact is open. `linear`
-    /// contacts have no elastic force and, without damping, not the other one either.
+    /// For each contact: elastic force, and the unclipped force of the law; zero where the contact is open.
     pub(crate) elastic: Vec<S>,
     pub(crate) forces: Vec<S>,
-    /// For each contact: stiffness, N/m, and damping, N.s/m, of a linear one; zeros of an open one beside it.
-    pub(crate) linear: Vec<Option<[S; 2]>>,
+    /// For each contact: the coefficient of its dashpot, N.s/m, or 0 if its damping force is another one.
+    dashpots: Vec<S>,
     /// The geometry, where balls move on arcs.
     pub(super) arcs: ArcSeries<S>,
     /// Last terms from which the convergence is estimated.
@@ -91,8 +90,8 @@ impl<S: Scalar> Series<S> {
             rows.clear();
             rows.resize(contacts * stride, S::default());
         }
-        self.linear.clear();
-        self.linear.resize(contacts, None);
+        self.dashpots.clear();
+        self.dashpots.extend(window.laws.iter().map(ContactLaw::damping_coefficient));
         for i in 0..balls {
             self.displacements[i * stride + 1] = window.flights[i].v * S::from(unit);
         }
@@ -101,17 +100,6 @@ impl<S: Scalar> Series<S> {
             self.overlaps[j * stride + 1] = window.overlap_rate(j) * S::from(unit);
         }
         self.arcs.begin(window, stride, &self.displacements, &mut self.overlaps);
-    }
-
-    /// Rows for this many balls and linear contacts, each with room for `stride` coefficients to be set later.
-    pub(super) fn begin_unset(&mut self, balls: usize, contacts: usize, stride: usize, unit: f64) {
-        (self.stride, self.unit) = (stride, unit);
-        for rows in [&mut self.displacements, &mut self.overlaps, &mut self.forces] {
-            rows.resize(balls * stride, S::default());
-        }
-        self.elastic.clear();
-        self.linear.clear();
-        self.linear.resize(contacts, Some([S::default(); 2]));
     }
 
     /// Gives contact `j` these polynomials of the scaled time as its elastic force and that without clipping, N.
@@ -231,14 +219,6 @@ impl Series {
         }
     }
 
-    /// A row and the factor that makes it the force of contact `j` without clipping, N; zero while it is open.
-    fn force(&self, j: usize) -> (&[f64], f64) {
-        match self.linear[j] {
-            Some([stiffness, 0.0]) => (self.overlap_row(j), stiffness),
-            _ => (self.force_row(j), 1.0),
-        }
-    }
-
     /// `integral a b` over the first `tau` (s) of a segment, of the rate b of what a row holds and a function a, given
     /// at some scaled times and with the rates there over the unit of time.
     fn integral_by_rate(
@@ -288,15 +268,14 @@ impl DenseOutput for Series {
     }
 
     fn impulse(&self, j: usize, tau: f64) -> f64 {
-        let (row, factor) = self.force(j);
-        factor * self.unit * series::integral_by_lanes(row, tau / self.unit)
+        self.unit * series::integral_by_lanes(self.force_row(j), tau / self.unit)
     }
 
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        let ((row, factor), to) = (self.force(j), to / self.unit);
-        match factor * series::bound(row, to) < known {
+        let (row, to) = (self.force_row(j), to / self.unit);
+        match series::bound(row, to) < known {
             true => known,
-            false => known.max(factor * crossing::maximum(row, from / self.unit, to).1),
+            false => known.max(crossing::maximum(row, from / self.unit, to).1),
         }
     }
 
@@ -318,8 +297,9 @@ impl DenseOutput for Series {
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        if let Some([_, damping]) = self.linear[j] {
-            return damping * self.squared_rate_integral(self.overlap_row(j), tau);
+        // As `force - elastic`, weak dashpots would lose digits.
+        if self.dashpots[j] != 0.0 {
+            return self.dashpots[j] * self.squared_rate_integral(self.overlap_row(j), tau);
         }
         self.integral_by_rate(self.overlap_row(j), tau, |places, _| {
             series::sample_terms(self.force_row(j), self.elastic_row(j), places, |force, elastic| force - elastic)
