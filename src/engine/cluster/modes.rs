@@ -6,19 +6,16 @@ use std::cell::Cell;
 use super::natural::Group;
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
 use crate::engine::Forecast;
-use crate::engine::flight::{Forcing, Rounding};
+use crate::engine::flight::{Forcing, ROUNDINGS, Rounding};
 use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_derivatives};
 
 /// Most evaluations of a mode in a search for switchings, some milliseconds; the next segment continues the search.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Roundings below which an overlap, summed over modes, is noise, and those of its derivatives, which guide a search.
-const NOISE: f64 = 8.0;
-const NOISE_OF_DERIVATIVES: f64 = 128.0;
-
-/// Relative rounding of a force after several operations.
-const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+/// Part of their magnitudes below which the derivatives of an overlap, which guide a search, are noise; the overlap is
+/// below [`ROUNDINGS`].
+const NOISE_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
 
 /// A maximum of a force is higher than another one by more than this part of it.
 const HIGHER: f64 = 1e-12;
@@ -120,7 +117,7 @@ impl Modes {
         });
         // 0 within rounding, so that no search follows noise.
         std::array::from_fn(|k| {
-            let noise = if k == 0 { NOISE } else { NOISE_OF_DERIVATIVES } * f64::EPSILON * magnitudes[k];
+            let noise = if k == 0 { ROUNDINGS } else { NOISE_OF_DERIVATIVES } * magnitudes[k];
             if sums[k].abs() <= noise { 0.0 } else { sums[k] }
         })
     }

@@ -315,8 +315,8 @@ impl Cluster {
             (*modes, *method, *evaluations) = (found, Method::Modes, 1);
             return 0.0;
         }
-        // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion. Explicit
-        // steps do not pay for linear ones, whose series cost little.
+        // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
+        // Explicit steps do not pay for linear ones, whose series cost little.
         let by_series = linear && control.allows(Method::Series);
         let by_gauss = !by_series && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
         let gain = if by_gauss { radau::GAIN_OVER_GAUSS } else { radau::GAIN_OVER_SERIES };

@@ -14,4 +14,4 @@ pub(crate) use free_motion::{Flight, Forcing, Rounding, RunningIntegrals, degree
 pub(crate) use implicit::{BallStages, NOISE, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
 pub use path::Fault;
 pub(crate) use path::integrals_of_inputs;
-pub(crate) use separation::{EVALUATIONS, Separation, forecast, reach};
+pub(crate) use separation::{EVALUATIONS, ROUNDINGS, Separation, forecast, reach};

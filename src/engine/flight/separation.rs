@@ -45,7 +45,7 @@ const ON_ARCS: u32 = 20;
 const LEAST_PROGRESS: f64 = 1e-6;
 
 /// Relative rounding of several operations.
-const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+pub(crate) const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
 /// Parts of the reach of a forecast: that of its first look, and the least that it must clear to pay.
 const FIRST_LOOK: f64 = 0.25;

@@ -1,8 +1,8 @@
 //! Switchings on a step: those at its end, where `d(h)` of "Gauss collocation" in docs/theory.md is 0, and whether it
 //! has missed any. A change of a force's sign is found afterwards; up to there the step is valid.
 //!
-//! Not by the search for the first crossing of a known function (`solver::root`): here the end of the step moves with the
-//! switching while the motion is still being computed, and there is no function before both are found.
+//! Not by the search for the first crossing of a known function (`solver::root`): here the end of the step moves with
+//! the switching while the motion is still being computed, and there is no function before both are found.
 
 use super::motion::{GaussStep, StepContact, Tolerance};
 use crate::engine::cluster::window::{Switch, sign_after_clip};
