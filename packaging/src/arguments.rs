@@ -120,6 +120,10 @@ pub struct Build {
     /// List x[1], x[2], ... of version 3 as scalars, for hosts that do not support arrays; n is fixed then
     #[arg(long)]
     scalars: bool,
+    /// Make outputs that are not real numbers locals, for hosts that read every output as a real number; version 3 then
+    /// has no clocks
+    #[arg(long)]
+    real_outputs: bool,
     /// Start from a preset, see below
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
@@ -155,13 +159,15 @@ impl Build {
             let text = format!("{what} is refused: FMI 2.0 has no {why}; allowed: together with --fmi 3");
             Err(Error::Usage(text))
         };
+        let real_outputs = self.real_outputs;
         match (self.fmi.as_deref(), &self.clocks, self.scalars) {
             (Some("3"), clocks, scalars) => {
-                Ok(Description { clocks: clocks.is_none(), scalars, ..Description::fmi3(start) })
+                let clocks = clocks.is_none() && !real_outputs;
+                Ok(Description { clocks, scalars, real_outputs, ..Description::fmi3(start) })
             }
             (_, Some(_), _) => refused("--clocks none", "clocks"),
             (.., true) => refused("--scalars", "arrays"),
-            _ => Ok(Description::of(start)),
+            _ => Ok(Description { real_outputs, ..Description::of(start) }),
         }
     }
 }

@@ -167,6 +167,33 @@ fn an_fmu_of_fmi_3_has_parameter_sets_with_arrays() {
     assert_eq!(related("scalars.fmu", "--fmi 3 --scalars"), two);
 }
 
+/// The others are still there, and the binary takes the description for its own.
+#[test]
+fn outputs_are_real_for_hosts_that_know_no_others() {
+    let folder = Folder::new("real");
+    let named = |text: &str, part: &str| -> Vec<String> {
+        let variables = text.split("<ModelVariables>").nth(1).unwrap().split("</ModelVariables>").next().unwrap();
+        let lines = variables.split("name=\"").skip(1).filter(|variable| variable.contains(part));
+        lines.map(|variable| variable.split('"').next().unwrap().to_owned()).collect()
+    };
+    for words in ["", "--fmi 3", "--fmi 3 --scalars"] {
+        let [plain, real] = ["", "--real-outputs"].map(|option| {
+            let entries = folder.build(&format!("x{option}.fmu"), &format!("{words} {option}"));
+            text(&entries, "modelDescription.xml")
+        });
+        folder.sound("x--real-outputs.fmu");
+        std::fs::remove_file(folder.file("x.fmu")).unwrap();
+        std::fs::remove_file(folder.file("x--real-outputs.fmu")).unwrap();
+        let (before, after) = (named(&plain, "causality=\"output\""), named(&real, "causality=\"output\""));
+        let others = ["pulses", "inContact", "log.", "onset.", "release."];
+        let expected: Vec<_> =
+            before.iter().filter(|name| others.iter().all(|other| !name.starts_with(other))).cloned().collect();
+        assert_eq!(after, expected, "{words}");
+        let locals = named(&real, "causality=\"local\"");
+        assert!(locals.iter().any(|name| name.starts_with("pulses")), "{words}");
+    }
+}
+
 /// The start values contain a force that no string bears; the presets run without it.
 #[test]
 fn a_case_that_cannot_run_is_left_out_alone_with_the_reason_of_the_fmu() {
