@@ -3,8 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::{self, Display, Write};
 
-use super::Description;
-use super::structure::numbering;
+use super::structure::{Contents, numbering};
 use crate::model::Item;
 use crate::number::Number;
 use crate::variables::settings::Settings;
@@ -62,15 +61,15 @@ pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
 
 /// Writes these variables, those of FMI 2.0 as scalars. Units of FMI 3.0 stand only in the declared types, because the
 /// reader `fmi-schema` knows no unit and no nominal value of a variable.
-pub(super) fn write_variables(out: &mut String, description: &Description) -> fmt::Result {
-    let Description { start, fmi3, .. } = *description;
-    let of_states = of_states(&description.states(), numbering(start.balls(), fmi3));
+pub(super) fn write_variables(out: &mut String, contents: &Contents) -> fmt::Result {
+    let Contents { start, fmi3, .. } = *contents;
+    let of_states = of_states(&contents.states, numbering(start.balls(), fmi3));
     // The common part of a row is rendered once: an instance renders all of this for its GUID.
     let mut rows = HashMap::new();
-    for variable in description.variables() {
+    for variable in &contents.variables {
         let (row, reference) = (variable.row, variable.reference());
         let variability = || if fmi3 { variable.variability() } else { row.variability };
-        let parts = || [common_attributes(description.causality(row), row, variability()), typed(row, fmi3)];
+        let parts = || [common_attributes(contents.causality(row), row, variability()), typed(row, fmi3)];
         let [common, typed] = rows.entry(variable.position).or_insert_with(parts);
         let is_array = row.shape != Shape::Scalar && variable.whole;
         let element = if fmi3 { row.access.data_type().fmi3() } else { "ScalarVariable" };

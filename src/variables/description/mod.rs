@@ -9,13 +9,12 @@ use std::fmt::{self, Write};
 pub use elements::padding;
 
 use super::settings::Settings;
-use super::table::row::{Causality, Row, Type};
 use super::text::escaped;
 use super::variable::{Variable, states, variables};
 use crate::model::{Item, enumerations};
 use crate::number::Number;
 use elements::{write_types, write_units, write_variables};
-use structure::write_structure;
+use structure::{Contents, write_structure};
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
@@ -111,15 +110,15 @@ impl<'a> Description<'a> {
         }
     }
 
+    /// What its lists are written from.
+    fn contents(&self) -> Contents<'a> {
+        let Self { start, fmi3, real_outputs, .. } = *self;
+        Contents { start, fmi3, real_outputs, states: self.states(), variables: self.variables() }
+    }
+
     /// The states with their derivatives.
     fn states(&self) -> Vec<(Variable, Variable)> {
         if self.scalars { states(self.start.balls()).collect() } else { Variable::states().collect() }
-    }
-
-    /// What the variables of a row are to the host.
-    fn causality(&self, row: &Row) -> Causality {
-        let is_other = row.causality == Causality::Output && row.access.data_type() != Type::Real;
-        if self.real_outputs && is_other { Causality::Local } else { row.causality }
     }
 
     fn render(&self, guid: &str, date: &str) -> String {
@@ -154,8 +153,8 @@ impl<'a> Description<'a> {
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
             "types" => write_types(out, self.fmi3),
-            "variables" => write_variables(out, self),
-            "structure" => write_structure(out, self),
+            "variables" => write_variables(out, &self.contents()),
+            "structure" => write_structure(out, &self.contents()),
             "log_categories" => LogCategory::ITEMS.iter().try_for_each(|Item { name, value, description }| {
                 let of_discard = *value == LogCategory::Discard as i32;
                 let description = if of_discard && !self.fmi3 { DISCARD_OF_FMI2 } else { description };

@@ -4,7 +4,6 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt::{self, Write};
 use std::ops::Range;
 
-use super::Description;
 use crate::model::{ContactModel, PendulumModel};
 use crate::variables::settings::Settings;
 use crate::variables::table::TABLE;
@@ -22,6 +21,28 @@ const EVERYTHING: Groups = &[&["all position", "all v", "all F_ext", "a_support"
 /// Inputs on which the forecast of the next onset depends.
 const INPUTS: Groups = &[&["F_ext", "a_support"]];
 
+/// What the variables and their structure are written from.
+pub(super) struct Contents<'a> {
+    /// Start values.
+    pub start: &'a Settings,
+    /// Whether they are those of FMI 3.0.
+    pub fmi3: bool,
+    /// Whether only real variables are outputs.
+    pub real_outputs: bool,
+    /// The states with their derivatives.
+    pub states: Vec<(Variable, Variable)>,
+    /// The variables in their order.
+    pub variables: Vec<Variable>,
+}
+
+impl Contents<'_> {
+    /// What the variables of a row are to the host.
+    pub(super) fn causality(&self, row: &Row) -> Causality {
+        let is_other = row.causality == Causality::Output && row.access.data_type() != Type::Real;
+        if self.real_outputs && is_other { Causality::Local } else { row.causality }
+    }
+}
+
 /// Whether circular pendulums make it depend on all states and inputs and, at the start, on all parameters: positions
 /// follow from angles and the directions of contacts, the tension of a string from all that acts on its ball.
 fn is_of_arcs(row: &Row, start: &Settings) -> bool {
@@ -35,9 +56,8 @@ fn is_of_arcs(row: &Row, start: &Settings) -> bool {
 /// In FMI 3.0 it acts from now on: at once it changes only the forecast and the force of rigid balls that stay in
 /// contact, which the host may select. In model exchange outputs and derivatives depend on states and inputs. At
 /// initialization they depend on parameters.
-pub(super) fn write_structure(out: &mut String, description: &Description) -> fmt::Result {
-    let Description { start, fmi3, .. } = *description;
-    let (states, variables) = (description.states(), description.variables());
+pub(super) fn write_structure(out: &mut String, contents: &Contents) -> fmt::Result {
+    let Contents { start, fmi3, ref states, ref variables, .. } = *contents;
     let number = numbering(start.balls(), fmi3);
     let mut found: HashMap<&str, Vec<Known>> = HashMap::new(); // once for all scalars
     let mut write = |out: &mut String, element: &str, variable: Variable, groups: Option<Groups>| {
@@ -65,21 +85,21 @@ pub(super) fn write_structure(out: &mut String, description: &Description) -> fm
     // Only FMI 2.0 has lists of unknowns.
     let list = |out: &mut String, tag: &str| if fmi3 { Ok(()) } else { writeln!(out, "    <{tag}>") };
     list(out, "Outputs")?;
-    for variable in variables.iter().filter(|variable| description.causality(variable.row) == Causality::Output) {
+    for variable in variables.iter().filter(|variable| contents.causality(variable.row) == Causality::Output) {
         write(out, "Output", *variable, following(variable, start, fmi3))?;
     }
     list(out, "/Outputs")?;
     list(out, "Derivatives")?;
     let mut exchanged = BTreeSet::new();
-    for (state, derivative) in &states {
+    for (state, derivative) in states {
         write(out, "ContinuousStateDerivative", *derivative, following(derivative, start, fmi3))?;
         exchanged.extend([state.reference(), derivative.reference()]);
     }
     list(out, "/Derivatives")?;
     list(out, "InitialUnknowns")?;
-    for variable in &variables {
+    for variable in variables {
         let row = variable.row;
-        let is_unknown = matches!(description.causality(row), Causality::Output | Causality::CalculatedParameter)
+        let is_unknown = matches!(contents.causality(row), Causality::Output | Causality::CalculatedParameter)
             && !matches!(row.access, Access::Instance(..));
         // By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
         if row.access.data_type() == Type::Clock {
