@@ -1,4 +1,4 @@
-"""What one would write without the FMU: the paper's cradle by hand in Modelica, 25 lines, beside the FMU.
+"""What one would write without the FMU: the paper's cradle by hand in Modelica, two dozen lines, beside the FMU.
 
     .venv/bin/python examples/modelica/compare.py
 
