@@ -46,12 +46,12 @@ def say(text: str) -> None:
             raise OutputError(f"cannot write to standard output: {problem.strerror}") from None
 
 
-def setting(text: str) -> tuple[str, str]:
-    """`name=value` of the command line."""
+def setting(text: str) -> tuple[str, int | str]:
+    """`name=value` of the command line; a whole number may be that of an item."""
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} is not name=value")
-    return name.strip(), value.strip()
+    return name.strip(), int(value) if value.strip().isdecimal() else value.strip()
 
 
 def arguments() -> argparse.ArgumentParser:
