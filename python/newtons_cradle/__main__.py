@@ -8,6 +8,7 @@ import sys
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -179,4 +180,6 @@ def main() -> int:
 if __name__ == "__main__":
     # An exit that removes unpacked FMUs, with the status that shells show for this signal.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    if isinstance(sys.stdout, TextIOWrapper):  # closed from the start, it is None
+        sys.stdout.reconfigure(errors="backslashreplace")  # of names that the locale has no letters for
     sys.exit(main())

@@ -154,6 +154,16 @@ def test_the_exit_code_is_the_verdict(producer, results):
     assert "is not the folder of a case; allowed: folders named grid, " in refused.stderr
 
 
+def test_names_beyond_the_locale_are_escaped(producer, results):
+    """As Python's standard error does."""
+    cases, folder = results
+    (other := folder.parent / "Kür\u7b2c").mkdir()
+    (other / "start.csv").write_bytes((folder / "start.csv").read_bytes())
+    judge = [producer, "judge", cases, other, "--python", sys.executable]
+    said = ended(*judge, code=2, env=os.environ | {"PYTHONIOENCODING": "ascii"}).stdout
+    assert "start: right to the last bit" in said and r"K\xfcr\u7b2c/grid.csv: there is no such file" in said
+
+
 def test_help_is_of_the_command(producer):
     for command, says in (
         ("judge", ["usage: cradle-fmu judge [-h] CASE [RESULT.csv]", "Exit codes: 0 right; 1 wrong; 2 not judged"]),
