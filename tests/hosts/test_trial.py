@@ -88,6 +88,24 @@ PLANTED = {  # in the importer, by case: what the judge says of it
 }
 
 
+class ThreeEighths(Importer):
+    """With Kutta's other method of order 4."""
+
+    def moved(self, time, x, h):
+        k1 = self.slopes(time, x)
+        k2 = self.slopes(time + h / 3, x + h / 3 * k1)
+        k3 = self.slopes(time + 2 * h / 3, x + h * (k2 - k1 / 3))
+        return x + h / 8 * (k1 + 3 * k2 + 3 * k3 + self.slopes(time + h, x + h * (k1 - k2 + k3)))
+
+
+@pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.exchange and case.fmi == 2])
+def test_another_right_solver_is_right(folders, name, tmp_path):
+    (line,) = judge(
+        folders[name], ThreeEighths(CASES[name], folders[name] / "cradle.fmu", tmp_path / "unpacked").table()
+    )
+    assert line.startswith("right "), line
+
+
 @pytest.mark.parametrize(("mistake", "name"), PLANTED, ids=[mistake for mistake, _ in PLANTED])
 def test_planted_mistakes_are_found(folders, mistake, name, tmp_path):
     """In an importer that has nothing in common with the judge. Without the mistake its result is right."""
