@@ -214,6 +214,7 @@ def apart(results: Results, background: ThreadPoolExecutor) -> None:
     # Those that .ci/run asks for.
     wanted = {name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()}
     results.in_parallel(python=lambda part: python_style(part, ALL), **wanted)
+    packages_that_are_hosts(results)
     results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
     deny(results)
     results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
@@ -225,6 +226,19 @@ def apart(results: Results, background: ThreadPoolExecutor) -> None:
     # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=LINTING)
+
+
+def packages_that_are_hosts(results: Results) -> None:
+    """Python packages that tests/hosts/test_hosts.py runs if they are there, in a folder of their own."""
+    pins, folder = ROOT / "tests/hosts/requirements.txt", ROOT / "target/hosts/python"
+    stamp = folder / pins.name
+    if stamp.exists() and stamp.read_bytes() == pins.read_bytes():
+        return
+    shutil.rmtree(folder, ignore_errors=True)
+    options = ["--disable-pip-version-check", "--progress-bar", "off", "--no-deps", "--no-compile"]
+    command = [PYTHON, "-m", "pip", "install", *options, "--target", folder, "-r", pins]
+    if results.step("Python packages that are hosts", command):
+        shutil.copy(pins, stamp)
 
 
 def unpack(name: str, results: Results) -> None:

@@ -8,9 +8,7 @@ use cradle_packaging::Error;
 use cradle_packaging::build::PRESETS;
 use newtons_cradle::variables::{Description, Settings};
 
-const PYTHON: &str = "This runs `python -m newtons_cradle` with this command and all arguments except --python. \
-                      `pip install newtons-cradle` installs what is needed. So does `python3 cradle.py paper` in the \
-                      folder of the sources.\n\nExit codes: those of Python; 1 if Python cannot be run.";
+const PYTHON: &str = "The Python package answers; this command with --help lists its arguments.";
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 success; 1 failure, or `check` found problems; 2 the arguments are refused, or the file cannot be read.";
@@ -19,6 +17,9 @@ Exit codes: 0 success; 1 failure, or `check` found problems; 2 the arguments are
 #[derive(Parser)]
 #[command(name = "cradle-fmu", version, after_help = EXIT_CODES)]
 pub struct Program {
+    /// The Python of the commands that need one.
+    #[arg(long, value_name = "PROGRAM", hide = true)]
+    pub python: Option<OsString>,
     #[command(subcommand)]
     pub request: Request,
 }
@@ -52,16 +53,16 @@ pub enum Request {
     #[command(after_help = EXIT_CODES)]
     Presets,
     /// Write the page of the live cradle: one HTML file for a browser, no network needed
-    #[command(after_help = PYTHON)]
+    #[command(after_help = PYTHON, disable_help_flag = true)]
     Live(Python),
     /// Write the page of an FMU's run, or of a result in CSV: one HTML file for a browser, no network needed
-    #[command(after_help = PYTHON)]
+    #[command(after_help = PYTHON, disable_help_flag = true)]
     Page(Python),
     /// Write small FMUs with known answers, to try out a tool that imports FMUs
-    #[command(after_help = PYTHON)]
+    #[command(after_help = PYTHON, disable_help_flag = true)]
     Cases(Python),
-    /// Say what a tool did right or wrong in one of those cases, from its result in CSV
-    #[command(after_help = PYTHON)]
+    /// Say what a tool did right or wrong in those cases, from its results in CSV
+    #[command(after_help = PYTHON, disable_help_flag = true)]
     Judge(Python),
     /// Run a binary, from standard input, in a new folder for reference results (used by `build` and `check`)
     #[command(hide = true)]
@@ -71,13 +72,32 @@ pub enum Request {
 /// A command of the Python package.
 #[derive(Args)]
 pub struct Python {
-    /// The Python to run [default: the first that has the package: beside this program, on the PATH, or in .venv in
-    /// this folder or one above]
-    #[arg(long, value_name = "PROGRAM")]
-    pub python: Option<OsString>,
-    /// Arguments of the package's command; `-- --help` lists them
+    /// Arguments of the package's command; and `--python PROGRAM`, the Python to run [default: the first that has the
+    /// package: beside this program, on the PATH, or in .venv in this folder or one above]
     #[arg(num_args = 0.., value_name = "ARGUMENT", trailing_var_arg = true, allow_hyphen_values = true)]
-    pub arguments: Vec<OsString>,
+    arguments: Vec<OsString>,
+}
+
+impl Python {
+    /// The Python to run, if one is named here or was `before` the command, and the arguments for it: all but
+    /// `--python` and a `--`, behind which nothing is taken for an option of this program.
+    pub fn split(self, before: Option<OsString>) -> Result<(Option<OsString>, Vec<OsString>), Error> {
+        let (mut program, mut own, mut rest) = (before, Vec::new(), self.arguments.into_iter());
+        while let Some(argument) = rest.next() {
+            let given = argument.to_str().and_then(|text| text.strip_prefix("--python="));
+            if let Some(given) = given {
+                program = Some(given.into());
+            } else if argument == "--python" {
+                let missing = || Error::Usage("--python needs the name of a program".to_owned());
+                program = Some(rest.next().ok_or_else(missing)?);
+            } else if argument == "--" {
+                own.extend(rest.by_ref());
+            } else {
+                own.push(argument);
+            }
+        }
+        Ok((program, own))
+    }
 }
 
 #[derive(Args)]
@@ -85,7 +105,7 @@ pub struct Build {
     /// Number of balls, 1 to 10000 [default: that of the preset or parameter file, or 5]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub balls: Option<usize>,
-    /// Set a start value; an array as `x_start[1]=-0.1` or `x_start=-0.1,-0.1,0`, an enumeration by item name
+    /// Set a start value; an array as `x_start[1]=-0.1` or `x_start=-0.1,-0.1,0`, an enumeration by the name or number of an item
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
     /// Take the number of balls and start values from a TOML file in the format of the presets
@@ -100,6 +120,10 @@ pub struct Build {
     /// List x[1], x[2], ... of version 3 as scalars, for hosts that do not support arrays; n is fixed then
     #[arg(long)]
     scalars: bool,
+    /// Make outputs that are not real numbers locals, for hosts that read every output as a real number; version 3 then
+    /// has no clocks
+    #[arg(long)]
+    real_outputs: bool,
     /// Start from a preset, see below
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
@@ -135,13 +159,15 @@ impl Build {
             let text = format!("{what} is refused: FMI 2.0 has no {why}; allowed: together with --fmi 3");
             Err(Error::Usage(text))
         };
+        let real_outputs = self.real_outputs;
         match (self.fmi.as_deref(), &self.clocks, self.scalars) {
             (Some("3"), clocks, scalars) => {
-                Ok(Description { clocks: clocks.is_none(), scalars, ..Description::fmi3(start) })
+                let clocks = clocks.is_none() && !real_outputs;
+                Ok(Description { clocks, scalars, real_outputs, ..Description::fmi3(start) })
             }
             (_, Some(_), _) => refused("--clocks none", "clocks"),
             (.., true) => refused("--scalars", "arrays"),
-            _ => Ok(Description::of(start)),
+            _ => Ok(Description { real_outputs, ..Description::of(start) }),
         }
     }
 }

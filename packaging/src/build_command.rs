@@ -9,6 +9,7 @@ use cradle_packaging::platform::Platform;
 use cradle_packaging::{Error, check, environment, reference};
 
 use super::arguments::Build;
+use super::say::{say, tell};
 
 impl Build {
     /// Writes the FMU.
@@ -20,7 +21,7 @@ impl Build {
         let description = self.description(&start)?;
         // A preset alone gives no warnings.
         if !self.set.is_empty() || !self.parameters.is_empty() {
-            start.warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
+            start.warnings().iter().for_each(|warning| tell(format_args!("warning: {warning}")));
         }
         // An empty name is the current folder.
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.is_dir();
@@ -43,8 +44,8 @@ impl Build {
         let runs_here = ready.binaries.iter().any(|(platform, _)| Platform::host() == Some(*platform));
         let mut entries = build::entries(&recipe, &description, ready.binaries)?;
         entries.extend(ready.licenses);
-        if let Some(reason) = reference::add(&mut entries, &description) {
-            eprintln!("warning: the FMU gets no reference results: {reason}");
+        for missing in reference::add(&mut entries, &description) {
+            tell(format_args!("warning: the FMU gets no reference results{missing}"));
         }
         let beside = self.reference.as_ref().map(|folder| reference::beside(&entries, &out, folder)).transpose()?;
         let bytes = archive::bytes(entries)
@@ -53,21 +54,15 @@ impl Build {
         archive::replace(&out, &bytes)?;
         let path = shown(&out).display().to_string();
         if let Some(what) = replaced {
-            eprintln!("Replaced {path}, which was: {what}");
+            tell(format_args!("Replaced {path}, which was: {what}"));
         }
         let beside: String = beside.iter().flatten().map(|file| format!("{}\n", shown(file).display())).collect();
         // The Python package makes the page.
         let command = if environment::has_package() { "page" } else { "check" };
         let program = quoted(&std::env::args().next().unwrap_or_else(|| "cradle-fmu".to_owned()));
         let hint = format!("Try it: {program} {command} {}\n", quoted(&path));
-        // In one piece, for a reader who closes the pipe after the first line.
-        print!(
-            "{path} ({} kB, n = {})\n{beside}{}",
-            bytes.len().div_ceil(1000),
-            recipe.balls,
-            if runs_here { &hint } else { "" }
-        );
-        Ok(())
+        let (size, hint) = (bytes.len().div_ceil(1000), if runs_here { &hint } else { "" });
+        say(format_args!("{path} ({size} kB, n = {})\n{beside}{hint}", recipe.balls))
     }
 
     /// The cradle, and the name of its file.
@@ -106,7 +101,7 @@ impl Build {
         let workspace = workspace.ok_or_else(|| Error::Failure(NO_SOURCES.to_owned()))?;
         let how = if self.release { "release" } else { "debug" };
         let of = if here { "this machine".to_owned() } else { self.target.join(", ") };
-        eprintln!("Compiling the FMU's binary for {of} ({how})");
+        tell(format_args!("Compiling the FMU's binary for {of} ({how})"));
         for (platform, file) in workspace.libraries(&self.target, self.release)? {
             add(&mut ready, platform, &file, "--target")?;
         }

@@ -1,9 +1,8 @@
 //! `cradle-fmu`: builds, checks and shows FMUs on the command line. `cargo pack` runs it from the sources.
 
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program speaks to its user")]
-
 mod arguments;
 mod build_command;
+mod say;
 
 use std::process::ExitCode;
 
@@ -12,10 +11,16 @@ use clap::Parser;
 use cradle_packaging::build::PRESETS;
 use cradle_packaging::check::MAX_BYTES;
 use cradle_packaging::{Error, check, environment, info, reference};
+use say::{say, tell};
 
 fn main() -> ExitCode {
-    answer(Program::parse().request).unwrap_or_else(|error| {
-        eprintln!("error: {error}");
+    let ended = match Program::try_parse() {
+        Ok(program) => answer(program),
+        Err(help) if !help.use_stderr() => say(help.render()).map(|()| ExitCode::SUCCESS),
+        Err(refusal) => Err(Error::Usage(refusal.render().to_string().trim_start_matches("error: ").trim_end().into())),
+    };
+    ended.unwrap_or_else(|error| {
+        tell(format_args!("error: {error}"));
         match error {
             Error::Usage(_) => ExitCode::from(2),
             Error::Failure(_) => ExitCode::FAILURE,
@@ -23,30 +28,36 @@ fn main() -> ExitCode {
     })
 }
 
-/// Lets the Python package answer.
-fn python(command: &str, Python { python, arguments }: Python) -> Result<ExitCode, Error> {
-    environment::hand_over(command, python, &arguments).map(ExitCode::from)
-}
-
-fn answer(request: Request) -> Result<ExitCode, Error> {
+fn answer(Program { python, request }: Program) -> Result<ExitCode, Error> {
+    // Lets the Python package answer.
+    let hand_over = |command: &str, own: Python| {
+        let (program, arguments) = own.split(python.clone())?;
+        environment::hand_over(command, program, &arguments).map(ExitCode::from)
+    };
     match request {
+        Request::Live(own) => return hand_over("live", own),
+        Request::Page(own) => return hand_over("page", own),
+        Request::Cases(own) => return hand_over("cases", own),
+        Request::Judge(own) => return hand_over("judge", own),
+        _ if python.is_some() => {
+            return Err(Error::Usage("--python is refused; allowed: for page, live, cases and judge".to_owned()));
+        }
         Request::Build(build) => build.run()?,
         Request::Check { file, no_load } => {
             let (mut report, entries) = check::bytes(&check::read(&file)?, MAX_BYTES);
             if let Some(entries) = entries.filter(|_| !no_load) {
                 reference::check(&entries, &mut report);
             }
-            print!("{report}");
+            say(&report)?;
             if !report.problems.is_empty() {
                 return Ok(ExitCode::FAILURE);
             }
         }
-        Request::Info { file } => print!("{}", info::of(&file)?),
-        Request::Presets => PRESETS.iter().for_each(|preset| println!("{:8} {}", preset.name, preset.title())),
-        Request::Live(of) => return python("live", of),
-        Request::Page(of) => return python("page", of),
-        Request::Cases(of) => return python("cases", of),
-        Request::Judge(of) => return python("judge", of),
+        Request::Info { file } => say(info::of(&file)?)?,
+        Request::Presets => {
+            let lines = PRESETS.iter().map(|preset| format!("{:8} {}\n", preset.name, preset.title()));
+            say(lines.collect::<String>())?;
+        }
         Request::Record { folder, names } => reference::run(folder, names),
     }
     Ok(ExitCode::SUCCESS)

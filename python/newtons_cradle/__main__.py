@@ -1,10 +1,14 @@
-"""Command line: `python -m newtons_cradle page FILE`, `live`, `cases` and `judge CASE RESULT`."""
+"""Command line: `python -m newtons_cradle page FILE`, `live`, `cases` and `judge CASE RESULT`. The program cradle-fmu
+has the same commands, and hands them over."""
 
 import argparse
+import os
 import signal
 import sys
 import zipfile
 from collections.abc import Callable
+from contextlib import suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -13,34 +17,59 @@ from .files import in_folder
 from .page import save_page, save_site
 from .progress import Progress
 from .recording import LENGTH, RADIUS, Recording, RecordingError, from_csv
-from .trial import CASES, judge, write_cases
+from .trial import CASES, judge, judge_all, write_cases
 from .views import from_fmu
 
 LONGEST = 3600.0  # s, of a run that nobody insists on
+OTHER_PYTHON = "`cradle-fmu ... --python PROGRAM` selects the Python that answers."
+EPILOG = {"judge": "Exit codes: 0 right; 1 wrong; 2 not judged, such as a result without a needed column. "}
 
 
-def setting(text: str) -> tuple[str, str]:
-    """`name=value` of the command line."""
+class Parser(argparse.ArgumentParser):
+    """A parser whose help is said as everything is."""
+
+    def print_help(self, file: Any = None) -> None:
+        say(self.format_help().rstrip())
+
+
+class OutputError(CradleError):
+    """Standard output cannot be written."""
+
+
+def say(text: str) -> None:
+    """Says something on standard output. A reader that has closed the pipe has read enough. Raises OutputError."""
+    try:
+        print(text, flush=True)
+    except OSError as problem:
+        # Python would try to write the rest once more when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if not isinstance(problem, BrokenPipeError):
+            raise OutputError(f"cannot write to standard output: {problem.strerror}") from None
+
+
+def setting(text: str) -> tuple[str, int | str]:
+    """`name=value` of the command line; a whole number may be that of an item."""
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} is not name=value")
-    return name.strip(), value.strip()
+    return name.strip(), int(value) if value.strip().isdecimal() else value.strip()
 
 
 def arguments() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m newtons_cradle", description="Looks at runs of the cradle FMU.")
+    parser = Parser(prog="cradle-fmu", description="Looks at runs of the cradle FMU.")
     commands = parser.add_subparsers(required=True, metavar="{page,live,cases,judge}")
 
-    def command(name: str, function: Callable[[argparse.Namespace], None]) -> Any:
+    def command(name: str, function: Callable[[argparse.Namespace], int | None]) -> Any:
         """A command that does what the function's documentation says."""
-        made = commands.add_parser(name, help=function.__doc__, description=function.__doc__)
+        about = (function.__doc__ or "").split("\n")[0]
+        made = commands.add_parser(name, help=about, description=about, epilog=EPILOG.get(name, "") + OTHER_PYTHON)
         made.set_defaults(function=function)
         return made
 
     page = command("page", make_page)
     help = (
-        "an .fmu file, which this runs with samples in every pulse, or the .csv file of a result as FMPy writes it, "
-        "with time, x[i] and v[i] of every ball, and F[i] and F_peak[i] of every contact"
+        "an .fmu file, which this runs with samples in every pulse, or the .csv file of a result, with time, x[i] and "
+        "v[i] of every ball, and F[i] and F_peak[i] of every contact"
     )
     page.add_argument("file", type=Path, metavar="FILE", help=help)
     page.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="the page (default: beside FILE)")
@@ -67,8 +96,9 @@ def arguments() -> argparse.ArgumentParser:
     help = "an FMU whose binaries they get (default: the one of this package)"
     cases.add_argument("--from", type=Path, dest="binaries", metavar="FILE.fmu", help=help)
     judged = command("judge", make_judgement)
-    judged.add_argument("folder", type=Path, metavar="CASE", help="the folder of the case")
-    judged.add_argument("result", type=Path, metavar="RESULT.csv", help="what the tool has recorded")
+    judged.add_argument("folder", type=Path, metavar="CASE", help="the folder of a case, or the one of all cases")
+    help = "what the tool has recorded; for all cases a folder with NAME.csv for each (default: CASE/result.csv)"
+    judged.add_argument("result", type=Path, nargs="?", metavar="RESULT.csv", help=help)
     return parser
 
 
@@ -104,12 +134,26 @@ def make_live(options: argparse.Namespace) -> None:
 def make_cases(options: argparse.Namespace) -> None:
     """Writes small FMUs with known answers, to try out a tool that imports FMUs, each into a folder."""
     for folder in write_cases(options.out, options.binaries):
-        print(f"{folder}: {CASES[folder.name].title}")
+        say(f"{folder}: {CASES[folder.name].title}")
 
 
-def make_judgement(options: argparse.Namespace) -> None:
-    """Says what a tool did right or wrong in one of the cases, one verdict a line."""
-    print("\n".join(judge(options.folder, options.result)))
+def make_judgement(options: argparse.Namespace) -> int:
+    """Says what a tool did right or wrong in the cases, one verdict a line.
+
+    Returns 0 if all is right, 1 if something is wrong, else 2 if something could not be judged."""
+    if options.folder.resolve().name in CASES or not any((options.folder / name).is_dir() for name in CASES):
+        lines = judge(options.folder, options.result)
+        say("\n".join(lines))
+    else:
+        lines = []
+        for name, verdicts in judge_all(options.folder, options.result):
+            lines += verdicts
+            say("\n".join(f"{name}: {line}" for line in verdicts))
+    return (
+        1
+        if any(line.startswith("wrong") for line in lines)
+        else 2 * any(line.startswith("not judged") for line in lines)
+    )
 
 
 def save(out: Path, recording: Recording | None = None) -> None:
@@ -119,21 +163,23 @@ def save(out: Path, recording: Recording | None = None) -> None:
 
 
 def written(out: Path, size: int, advice: str = "open it in a browser") -> None:
-    print(f"{out} ({size / 1e6:.1f} MB): {advice}")
+    say(f"{out} ({size / 1e6:.1f} MB): {advice}")
 
 
 def main() -> int:
     """Returns 0, or, after saying what is wrong, 1; 2 if it is in the command, such as a file that is missing."""
-    options = arguments().parse_args()
     try:
-        options.function(options)
+        options = arguments().parse_args()
+        return options.function(options) or 0
     except (CradleError, OSError, zipfile.BadZipFile) as problem:
-        print(f"error: {problem}", file=sys.stderr)
+        with suppress(OSError):  # of standard error
+            print(f"error: {problem}", file=sys.stderr, flush=True)
         return 2 if isinstance(problem, (FileNotFoundError, InvalidValue)) else 1
-    return 0
 
 
 if __name__ == "__main__":
     # An exit that removes unpacked FMUs, with the status that shells show for this signal.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    if isinstance(sys.stdout, TextIOWrapper):  # closed from the start, it is None
+        sys.stdout.reconfigure(errors="backslashreplace")  # of names that the locale has no letters for
     sys.exit(main())

@@ -1,5 +1,6 @@
 """Places of the package's files: beside it in a wheel, among the sources and builds in a checkout."""
 
+import codecs
 import sys
 import sysconfig
 import tomllib
@@ -57,12 +58,15 @@ def regular(path: Path, what: str = "") -> Path:
 
 
 def text(path: Path) -> str:
-    """The text of a regular file that somebody else has written. Raises FileMissing, InvalidValue, OSError."""
+    """The text of a regular file that somebody else has written, in UTF-8 or UTF-16. Raises FileMissing, InvalidValue,
+    OSError."""
     with regular(path).open("rb") as file:
         read = file.read(LARGEST + 1)  # whatever length the system says it has
     if len(read) > LARGEST:
         raise InvalidValue(f"{path} is too large; allowed: at most {LARGEST} bytes")
-    return read.decode("utf-8-sig", errors="replace")
+    marked = read.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    wide = {b"\0": "utf-16-be"}.get(read[:1], "utf-16-le") if b"\0" in read[:2] else "utf-8-sig"
+    return read.decode("utf-16" if marked else wide, errors="replace")
 
 
 def in_folder(path: str | Path, what: str = "path") -> Path:

@@ -1,7 +1,5 @@
 """What a page shows of a finished run: motion, forces, energies and pulses."""
 
-import csv
-import io
 import re
 from dataclasses import dataclass, field, replace
 from itertools import groupby
@@ -11,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import MOST_BALLS, CradleError, number, whole
-from .files import MODEL, text
+from .files import MODEL
 from .pulses import FIELDS, PULSE, Array
+from .tables import as_number, by_name, read_csv
 
 if TYPE_CHECKING:
     from .run.model import Model
@@ -20,10 +19,12 @@ if TYPE_CHECKING:
 LARGEST = 1_200_000  # numbers that a recording may hold, so that its page stays below 5 MB
 DERIVATIVES = "derivatives.of"  # a parameter of FMI 3.0 that changes no run
 LENGTH, RADIUS = 1.962, 0.0313  # m, for the drawing, where nothing else is said
-TRUTH = {"True": "1", "False": "0"}  # how FMPy writes Booleans
 COARSE = 0.05  # of the largest excursion: how far a ball may be from where velocities of two samples take it
+HUGE = 1e30  # the largest number that is drawn: pages hold numbers in single precision
 STRUCK = 0.3  # of the largest velocity: a change from one sample to the next that only an impact makes
 OF_CONTACTS = ("F", "F_peak", "F_mean", "impulse", "E_contact", "gap")  # vectors with an element for each
+
+SHOWN = rf"(time|x|v|{'|'.join(OF_CONTACTS)}|E_\w+|{'|'.join(FIELDS)})(\[\d+\])?"  # names of columns
 
 Columns = dict[str, Array]  # by name
 
@@ -62,7 +63,7 @@ def from_csv(
     length: float = LENGTH,
     radius: float = RADIUS,
 ) -> Recording:
-    """Reads a result as FMPy writes it: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there.
+    """Reads a result in CSV: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there.
 
     `pulses`: CSV file of the pulse table; without it, they are taken from F_peak, else from F. `balls`: how many there
     are, None for as many as are named. `length`, `radius` (m): for the drawing. Raises RecordingError, InvalidValue,
@@ -134,6 +135,9 @@ def _number_of_balls(source: object, columns: Columns, wanted: int | None) -> in
     """The number of balls in the file, once all their columns are there."""
     ends = [re.fullmatch(r"(\w+)\[(\d+)\]", name) for name in columns]
     n = wanted or max([1, *(int(end[2]) + (end[1] in OF_CONTACTS) for end in ends if end)])
+    if n > MOST_BALLS:
+        name = max((end for end in ends if end), key=lambda end: int(end[2]))[0]
+        raise RecordingError(f"{source}: it has a column {name}; allowed: up to {MOST_BALLS} balls")
     counts = {"x": n, "v": n, "F": n - 1}
     needed = ["time", *(f"{name}[{i}]" for name, count in counts.items() for i in range(1, count + 1))]
     missing = [name for name in needed if name not in columns]
@@ -179,24 +183,29 @@ def _guessed_pulses(time: Array, force: Array) -> Array:
 
 
 def _read_columns(path: Path, what: str = "a run", first: tuple[str, ...] = ("time", "x[1]", "...")) -> Columns:
-    """A CSV file of numbers below one line of names, with these `first`."""
-    lines = csv.reader(io.StringIO(text(path), newline=""))
-    names = [name.strip() for name in next(lines, [])]
-    if first[0] not in names:
+    """The columns of a CSV file by name, numbers as far as they are shown; `first`: names that it needs."""
+    table = read_csv(path)
+    columns = by_name(table.columns)
+    if first[0] not in columns:
         needed = f"its first line must name {', '.join(first)}, separated by commas"
         raise RecordingError(f"{path}: this is not a table of {what}: {needed}")
-    rows = []
-    for row in lines:
-        try:
-            rows.append([float(TRUTH.get(cell, cell)) for cell in row])
-        except ValueError as problem:
-            raise RecordingError(f"{path}, line {lines.line_num}: {problem}") from None
-        if (count := len(row)) != len(names):
-            raise RecordingError(f"{path}, line {lines.line_num}: {count} numbers for {len(names)} names")
-    table = np.array(rows, dtype=float).reshape(len(rows), len(names))
-    if not np.isfinite(table).all():
-        raise RecordingError(f"{path}: NaN or infinite numbers cannot be drawn")
-    return dict(zip(names, table.T, strict=True))
+    found = {}
+    # In arrays of FMI 3.0 the last element of those over contacts belongs to none.
+    arrays = [name for name in OF_CONTACTS if name in columns and f"{name}[1]" in columns]
+    padding = [f"{name}[{sum(other.startswith(f'{name}[') for other in columns)}]" for name in arrays]
+    left_out = {*arrays, *padding, "x", "v"}
+    for name in (name for name in columns if re.fullmatch(SHOWN, name) and name not in left_out):
+        numbers = [as_number(cell) for cell in columns[name]]
+        if None in numbers:
+            row = numbers.index(None)
+            wrong = f"{name} is {columns[name][row]!r}; a number is needed"
+            raise RecordingError(f"{path}, line {table.lines[row]}: {wrong}")
+        found[name] = np.array(numbers, dtype=float)
+        if not np.all(np.abs(found[name]) <= HUGE):
+            raise RecordingError(
+                f"{path}: {name} has numbers that cannot be drawn; allowed: finite ones up to {HUGE:g}"
+            )
+    return found
 
 
 def _pulse_table(path: Path, balls: int) -> Array:

@@ -5,7 +5,9 @@ The step is a power of two, so that every host, however it counts, arrives at th
 
 import csv
 import json
+import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -17,6 +19,7 @@ from other_hosts import container
 
 pytestmark = pytest.mark.all
 
+HOSTS = Path(__file__).with_name("python_hosts.py")
 STEP = 1 / 128  # s
 STOP = 10.0  # s
 STEPS = 1280
@@ -140,3 +143,59 @@ def test_inside_a_container(fmu, fmu_path, plain, tmp_path):
     done = ended(*container(fmu_path, tmp_path, STEP, inputs, plain.dtype.names[1:]), cwd=tmp_path)
     assert "ERROR" not in done.stdout + done.stderr, done
     same(fmpy.simulate_fmu(str(tmp_path / "outer.fmu"), stop_time=STOP, output_interval=STEP), plain)
+
+
+#: Hosts that are Python packages: which versions of FMI they run, and whether they read every output as a real number.
+PACKAGES = {
+    "pathsim": ((2, 3), True),
+    "pathsim-exchange": ((2, 3), True),
+    "cofmupy": ((2, 3), True),
+    "gemseo": ((2,), False),
+    "fmuloader": ((2, 3), False),
+    "syssimx": ((2,), False),
+}
+
+
+@pytest.fixture(scope="module")
+def scalars(fmu_path, producer, tmp_path_factory):
+    """FMUs of scalars by the version of FMI and by whether all outputs are real."""
+    folder = tmp_path_factory.mktemp("scalars")
+    made = {}
+    for fmi, real in ((2, False), (2, True), (3, False), (3, True)):
+        options = ["--fmi", str(fmi), *(["--scalars", "--clocks", "none"] if fmi == 3 else [])]
+        options += ["--real-outputs"] if real else []
+        made[fmi, real] = repacked(producer, fmu_path, folder / f"{fmi}{real}.fmu", *options)
+    return made
+
+
+def by_package(host, fmu, names, code=0) -> list:
+    """The rows of a run over two seconds in such a host; or what it says, if it is to end with a code."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "target/hosts/python")}
+    request = json.dumps({"path": str(fmu), "step": STEP, "count": 256, "names": names})
+    done = subprocess.run(
+        [sys.executable, HOSTS, host, request], capture_output=True, text=True, timeout=300, env=environment
+    )
+    if done.returncode == 77:
+        pytest.skip(f"{host} is missing: {done.stderr.strip()}")
+    assert done.returncode == code, done.stderr[-3000:]
+    return done.stderr if code else json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize("host", PACKAGES)
+def test_hosts_that_are_python_packages(host, scalars, plain):
+    """The doubles of FMPy; in model exchange, by a method of order 5, nearly. Those that read every output as a real
+    number stop where one is not."""
+    versions, needs_real = PACKAGES[host]
+    names = ["x[1]", "x[5]", "v[1]", "E_total", "impulse[4]"]
+    of_time = {time: row for time, *row in plain[["time", *names]].tolist()}
+    for fmi in versions:
+        for real in (True,) if needs_real else (False, True):
+            rows = by_package(host, scalars[fmi, real], names)
+            assert 256 <= len(rows) <= 257 and rows[-1][0] == 2.0
+            if host == "pathsim-exchange":
+                expected = [of_time[time] for time, *_ in rows]
+                assert np.allclose([row for _, *row in rows], expected, rtol=1e-9, atol=1e-9)
+            else:
+                assert all(row == of_time[time] for time, *row in rows)
+        if needs_real:
+            assert f"fmi{fmi}Get" in by_package(host, scalars[fmi, False], names, code=1)

@@ -174,14 +174,20 @@ const LAWS: [&str; 7] = [
 const TOUCHING: &str = "contact.model=rigid contact.deadBand=0 x_start=0 F_ext[1]=5 F_ext[5]=-3";
 
 /// Every known is changed in every set-up: unknowns change exactly if they list it. Only the time of the next onset
-/// lists nothing.
+/// lists everything, in a long row nothing.
 #[test]
 fn dependencies_are_those_of_the_values() {
     let xml = xml(BALLS);
     let mut described = dependencies(xml.split_once("<InitialUnknowns>").unwrap().1, BALLS);
     assert!(described.is_sorted_by_key(|(unknown, _)| unknown.reference()));
-    let all = described.extract_if(.., |(_, on)| on.is_none()).map(|(unknown, _)| unknown.to_string());
-    assert_eq!(all.collect::<Vec<_>>(), ["t_next"]);
+    let settable = |balls| variables(balls).filter(|known| known.row.settable()).map(|known| known.to_string());
+    let everything: BTreeSet<String> = settable(BALLS).collect();
+    let all = described.extract_if(.., |(_, on)| on.as_ref() == Some(&everything));
+    assert_eq!(all.map(|(unknown, _)| unknown.to_string()).collect::<Vec<_>>(), ["t_next"]);
+    let long = self::xml(11);
+    let long = dependencies(long.split_once("<InitialUnknowns>").unwrap().1, 11);
+    let unlisted = long.iter().filter(|(_, on)| on.is_none()).map(|(unknown, _)| unknown.to_string());
+    assert_eq!(unlisted.collect::<Vec<_>>(), ["t_next"]);
     let unknowns: Vec<Variable> = described.iter().map(|(unknown, _)| *unknown).collect();
     let mut seen: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     let others = ["", "solver.method=rk4 solver.fixedStep=1e-3", TOUCHING].map(str::to_owned);

@@ -5,7 +5,9 @@ use std::fmt::Display;
 use std::path::Path;
 
 use newtons_cradle::files::{self, MAX_START_VALUES};
-use newtons_cradle::variables::{DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Shape, StartValue};
+use newtons_cradle::variables::{
+    Access, DEFAULT_BALLS, MAX_BALLS, MIN_BALLS, MODEL_IDENTIFIER, Recipe, Row, Shape, StartValue,
+};
 use toml::{Table, Value};
 
 use super::names;
@@ -113,7 +115,8 @@ impl Choice {
 
     /// Takes the text of a parameter file: `balls`, and start values by name, whose dots may be TOML tables.
     fn toml(&mut self, origin: &str, text: &str) -> Result<(), Error> {
-        let mut table: Table = text.parse().map_err(|error| Error::Usage(format!("{origin}: {error}")))?;
+        let refused = |error: toml::de::Error| Error::Usage(format!("{origin}: {}", names::brief(&error.to_string())));
+        let mut table: Table = text.parse().map_err(refused)?;
         if let Some(balls) = table.remove("balls") {
             let whole = balls.as_integer().and_then(|balls| usize::try_from(balls).ok());
             let (given, allowed) = (shown(&balls), format_args!("a whole number from {MIN_BALLS} to {MAX_BALLS}"));
@@ -128,7 +131,7 @@ impl Choice {
 
     /// Takes `name=value` or `name=value,value,...`.
     pub fn set(&mut self, text: &str) -> Result<(), Error> {
-        let origin = format!("--set {text}");
+        let origin = format!("--set {}", names::brief(text));
         let Some((name, values)) = text.split_once('=') else {
             return Err(Error::Usage(format!("{origin} is refused; allowed: name=value or name=value,value,...")));
         };
@@ -217,9 +220,17 @@ fn start(assignments: Vec<Assignment>, balls: usize) -> Result<BTreeMap<String, 
     Ok(recipe.start)
 }
 
+/// The value of an enumeration by the name of its item, if its number is given.
+fn by_name(row: &Row, value: StartValue) -> StartValue {
+    let (StartValue::Number(number), Access::Enumeration(enumeration)) = (&value, row.access) else { return value };
+    let item = enumeration.items.iter().find(|item| f64::from(item.value) == *number);
+    item.map_or(value, |item| StartValue::Item(item.name.to_owned()))
+}
+
 /// The variables of `name`, with their values.
 fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
     let row = names::settable(name, balls)?;
+    let values: Vec<StartValue> = values.into_iter().map(|value| by_name(row, value)).collect();
     if let Some(refusal) = values.iter().find_map(|value| names::not_a_number(row, value)) {
         return Err(refusal);
     }

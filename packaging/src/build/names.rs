@@ -2,6 +2,18 @@
 
 use newtons_cradle::variables::{Row, Shape, StartValue, TABLE, Type};
 
+/// Most characters of a line of the user's that a message repeats.
+const LONGEST_LINE: usize = 100;
+
+/// A text for messages, without the ends of lines that are longer than anybody reads.
+pub fn brief(text: &str) -> String {
+    let line = |line: &str| match line.char_indices().nth(LONGEST_LINE) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line.to_owned(),
+    };
+    text.split('\n').map(line).collect::<Vec<_>>().join("\n")
+}
+
 /// `; did you mean "..."?` with the known name most similar to a wrong one: less than a third of its letters differ, or
 /// it equals the wrong one after a dot. Empty if none is.
 pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
@@ -58,7 +70,7 @@ pub fn not_a_number(row: &Row, value: &StartValue) -> Option<String> {
     if row.access.data_type() != Type::Real {
         return None;
     }
-    let refused = format!("{} = {text} is refused", row.name);
+    let refused = format!("{} = {} is refused", row.name, brief(text));
     let of_unit = |c: char| c.is_ascii_alphabetic() && !matches!(c, 'e' | 'E') || c.is_whitespace() || c == '%';
     let is_number = |text: &&str| text.parse::<f64>().is_ok();
     let number = text.find(of_unit).and_then(|end| text.get(..end)).filter(is_number);

@@ -24,7 +24,8 @@ pub struct Case {
     pub title: &'static str,
     /// Its start values.
     pub settings: Settings,
-    /// The parameters to set: every scalar, and elements of arrays that are not the default or differ from the FMU's.
+    /// The parameters and inputs to set: every scalar, and elements of arrays that are not the default or differ from the
+    /// FMU's.
     pub parameters: Vec<Variable>,
 }
 
@@ -36,7 +37,7 @@ pub fn cases(own: &Settings) -> Vec<Case> {
             [&default, own].iter().any(|other| variable.value(other) != variable.value(&settings))
         };
         let parameters = variables(own.balls())
-            .filter(|variable| variable.row.causality == Causality::Parameter)
+            .filter(|variable| matches!(variable.row.causality, Causality::Parameter | Causality::Input))
             .filter(|variable| variable.row.shape == Shape::Scalar || differs(variable))
             .collect();
         Case { name, title, settings, parameters }

@@ -1,9 +1,10 @@
 //! A minimal host for the FMU's own binary. It runs in a process of its own, which ends with the run.
 #![allow(unsafe_code)]
 
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
-use std::ptr::null;
+use std::ptr::{from_ref, null};
 
 use libloading::{Library, Symbol};
 use newtons_cradle::variables::{Type, Variable};
@@ -18,8 +19,32 @@ type Text = *const c_char;
 /// `fmi2Instantiate`; its callbacks are five pointers.
 type Instantiate = unsafe extern "C" fn(Text, c_int, Text, Text, *const [*const c_void; 5], c_int, c_int) -> Instance;
 
-/// The logger for the binary: it reads none of its arguments, so variadic arguments do no harm.
-unsafe extern "C" fn ignore() {}
+/// `fmi2Error`.
+const ERROR: c_int = 3;
+
+/// The logger for the binary. It keeps the last error in its environment, the [`RefCell`] of [`run`]. This product's
+/// messages need no variadic arguments, so that none are read.
+unsafe extern "C" fn keep(said: *const RefCell<String>, _name: Text, status: c_int, _category: Text, message: Text) {
+    if status >= ERROR && !said.is_null() && !message.is_null() {
+        // SAFETY: what `run` has passed, and a text of the binary's.
+        let (said, message) = unsafe { (&*said, CStr::from_ptr(message)) };
+        // In a format of printf, and for hosts that expand references, two of them mean one.
+        said.replace(message.to_string_lossy().replace("%%", "%").replace("##", "#"));
+    }
+}
+
+/// Whether programs and libraries may be loaded from this folder's file system.
+pub fn may_execute(folder: &Path) -> bool {
+    #[cfg(target_os = "linux")]
+    if let Ok(path) = CString::new(folder.as_os_str().as_encoded_bytes()) {
+        // SAFETY: a record of numbers, for which 0 is a value; the function fills it.
+        let mut system: libc::statvfs = unsafe { std::mem::zeroed() };
+        let known = unsafe { libc::statvfs(path.as_ptr(), &raw mut system) } == 0;
+        return !known || system.f_flag & libc::ST_NOEXEC == 0;
+    }
+    let _ = folder;
+    true
+}
 
 /// Loads a binary of this product, runs a case from 0 s on, and returns the values of real variables at these times, s.
 pub fn run(
@@ -39,12 +64,13 @@ pub fn run(
     let text = |text: &str| CString::new(text).map_err(|_| format!("\"{text}\" holds a null byte"));
     let (name, guid, place) = (text("reference")?, text(guid)?, text(&location(resources))?);
     let (allocate, free) = (libc::calloc as *const c_void, libc::free as *const c_void);
-    let callbacks = [ignore as *const c_void, allocate, free, null(), null()];
+    let said = RefCell::new(String::new());
+    let callbacks = [keep as *const c_void, allocate, free, null(), from_ref(&said).cast()];
     // SAFETY: the arguments of the standard, here and below; what they point to lives as long as it is used.
     let instance =
         unsafe { instantiate(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), place.as_ptr(), &callbacks, 0, 0) };
     if instance.is_null() {
-        return Err("fmi2Instantiate refuses the GUID or the resources".to_owned());
+        return Err(reason(&said, "fmi2Instantiate refuses the GUID or the resources"));
     }
     // Calls a function for the instance, with more arguments of these types; any answer but `fmi2OK`
     // and `fmi2Warning` is returned as an error from the function or closure around it.
@@ -53,7 +79,7 @@ pub fn run(
             type Function = unsafe extern "C" fn(Instance $(, $type)*) -> c_int;
             match unsafe { function::<Function>(&library, $name)?(instance $(, $argument)*) } {
                 0 | 1 => {}
-                status => return Err(format!("{} answers with status {status}", $name)),
+                status => return Err(reason(&said, &format!("{} answers with status {status}", $name))),
             }
         }};
     }
@@ -82,6 +108,12 @@ pub fn run(
         Ok(values)
     };
     times.iter().map(sample).collect()
+}
+
+/// What the binary has said was wrong; where it has said nothing, what it `did`.
+fn reason(said: &RefCell<String>, did: &str) -> String {
+    let said = said.borrow();
+    if said.is_empty() { did.to_owned() } else { said.clone() }
 }
 
 /// Ends this process at once, whatever the binary is doing, and without what it wants to be called at the end.

@@ -16,7 +16,7 @@ use crate::archive::{self, Entries};
 use crate::check::{self, Report};
 use crate::error::Error;
 use cases::{Case, cases};
-use record::{EXPERIMENT, own_binary, record};
+use record::{EXPERIMENT, Failure, record};
 
 pub use record::run;
 
@@ -30,29 +30,48 @@ const PAGE: &str = include_str!("../../assets/fmi-ls-ref.txt");
 /// Tolerance for other hosts, relative to the largest value of a variable.
 const TOLERANCE: f64 = 1e-6;
 
-/// Adds parameter sets and reference results to the FMU with this description. Without a binary for this machine there
-/// are no results; returns why not.
-pub fn add(entries: &mut Entries, description: &Description) -> Option<String> {
-    let cases = cases(description.start);
+/// Adds parameter sets and reference results to the FMU with this description. A case that its binary cannot run is left
+/// out; without a binary for this machine there are only the sets. Returns what is missing and why, to be appended.
+pub fn add(entries: &mut Entries, description: &Description) -> Vec<String> {
+    let mut cases = cases(description.start);
     let names: Vec<&str> = cases.iter().map(|case| case.name).collect();
-    let results = record(entries, &names);
-    let mut put = |name: &str, text: String| entries.insert(format!("{FOLDER}/{name}"), text.into_bytes());
-    put("fmi-ls-manifest.xml", manifest(&cases, results.is_ok()));
+    let (mut missing, mut put) = (Vec::new(), Entries::new());
+    let mut add = |name: &str, text: String| put.insert(format!("{FOLDER}/{name}"), text.into_bytes());
+    let results = record(entries, &names).and_then(any);
+    let with_results = results.is_ok();
+    match results {
+        Ok(results) => {
+            let mut results = results.into_iter();
+            cases.retain(|case| match results.next() {
+                Some(Err(reason)) => {
+                    missing.push(format!(" of {}: {reason}", case.name));
+                    false
+                }
+                Some(Ok(csv)) => add(&format!("{}.csv", case.name), csv).is_none(),
+                None => true,
+            });
+        }
+        Err(reason) => missing.push(format!(": {reason}")),
+    }
     for case in &cases {
-        put(&format!("{}.ssv", case.name), case.ssv(!description.scalars));
+        add(&format!("{}.ssv", case.name), case.ssv(!description.scalars));
     }
-    for (name, csv) in names.iter().zip(results.iter().flatten()) {
-        put(&format!("{name}.csv"), csv.clone());
-    }
+    add("fmi-ls-manifest.xml", manifest(&cases, with_results));
+    entries.append(&mut put);
     entries.insert("documentation/fmi-ls-ref.txt".to_owned(), PAGE.as_bytes().to_vec());
-    results.err()
+    missing
+}
+
+/// The results, if there are any; otherwise the reason why there are none of the first case.
+fn any(results: Vec<Result<String, String>>) -> Result<Vec<Result<String, String>>, Failure> {
+    match results.first() {
+        Some(Err(reason)) if results.iter().all(Result::is_err) => Err(Failure::Binary(reason.clone())),
+        _ => Ok(results),
+    }
 }
 
 /// Checks that the FMU's binary for this machine computes the FMU's reference results.
 pub fn check(entries: &Entries, report: &mut Report) {
-    if let Err(missing) = own_binary(entries) {
-        return report.remark(format_args!("nothing was run: {missing}"));
-    }
     let start = check::recipe(entries).and_then(|recipe| recipe.settings().ok());
     let cases = start.map(|start| cases(&start)).unwrap_or_default();
     let stored = |case: &Case| Some((case.name, entries.get(&format!("{FOLDER}/{}.csv", case.name))?));
@@ -60,8 +79,12 @@ pub fn check(entries: &Entries, report: &mut Report) {
     if names.is_empty() {
         return report.remark("nothing was run: the FMU has no reference results");
     }
-    let results = report.accept("reference results", record(entries, &names)).unwrap_or_default();
-    for ((name, stored), csv) in names.iter().zip(stored).zip(results) {
+    let results = match record(entries, &names) {
+        Err(reason @ Failure::Machine(_)) => return report.remark(format_args!("nothing was run: {reason}")),
+        results => report.accept("reference results", results).unwrap_or_default(),
+    };
+    for ((name, stored), result) in names.iter().zip(stored).zip(results) {
+        let Some(csv) = report.accept(format_args!("reference results: {name}"), result) else { continue };
         let same = *stored == csv.as_bytes();
         report.require(same, format_args!("{name}.csv: the binary for this machine gives other results"));
     }
@@ -70,9 +93,12 @@ pub fn check(entries: &Entries, report: &mut Report) {
 /// Writes the reference results of the default experiment and its options in the form of FMI's tool pages,
 /// `NAME_ref.csv` and `NAME_ref.opt`, for an FMU named `NAME.fmu`. Returns their paths.
 pub fn beside(entries: &Entries, fmu: &Path, folder: &Path) -> Result<[PathBuf; 2], Error> {
-    let csv = record(entries, &[EXPERIMENT])
+    let results = record(entries, &[EXPERIMENT]).and_then(any);
+    let csv: String = results
         .map_err(|reason| Error::Failure(format!("cannot make reference results: {reason}")))?
-        .concat();
+        .into_iter()
+        .flatten()
+        .collect();
     let stem = fmu.file_stem().map_or(MODEL_IDENTIFIER.into(), |stem| stem.to_string_lossy());
     let [start, stop, step, tolerance] = [START_TIME, STOP_TIME, STEP_SIZE, TOLERANCE].map(Number);
     let options = format!(

@@ -2,6 +2,7 @@
 //! binary may crash or hang. That process also has the files that the binary needs, so that they are removed if this
 //! one is ended from the terminal or killed: all but the binary on Windows, where it is not removed while it is loaded.
 
+use std::fmt::{Display, Formatter};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -27,6 +28,13 @@ const BINARY: &str = "binary.dll";
 /// What the line begins with by which the child says how it went; the rest is what went wrong.
 const OUTCOME: &[u8] = b"cradle-fmu has ended the runs: ";
 
+/// What the outcome begins with if this machine cannot run the binary.
+const MACHINE: &str = "machine";
+
+/// Extensions of the files with the results of a case, and with the reason why there are none.
+const RESULTS: &str = "csv";
+const REASON: &str = "txt";
+
 /// The most that is kept of a line, bytes: a binary may write without end. Much more than the outcome has.
 const LONGEST_LINE: u64 = 1 << 16;
 
@@ -37,23 +45,43 @@ const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
 /// How long a run may take.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// Why there are no results of an FMU's binary.
+#[derive(Debug)]
+pub enum Failure {
+    /// This machine cannot run it, which says nothing about the FMU.
+    Machine(String),
+    /// The binary is at fault.
+    Binary(String),
+}
+
+impl Display for Failure {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Machine(reason) => write!(f, "this machine cannot run the FMU: {reason}"),
+            Self::Binary(reason) => f.write_str(reason),
+        }
+    }
+}
+
 /// The FMU's binary for this machine, or an error. An FMU of FMI 3.0 has the same one elsewhere.
-pub fn own_binary(entries: &Entries) -> Result<&[u8], String> {
-    let unknown = || format!("FMI 2.0 has no name for this platform, {}", host_tuple());
+fn own_binary(entries: &Entries) -> Result<&[u8], Failure> {
+    let unknown = || Failure::Machine(format!("FMI 2.0 has no name for its platform, {}", host_tuple()));
     let platform = Platform::host().ok_or_else(unknown)?;
     let folders = [platform.folder, &host_tuple()];
     let binary = folders.iter().find_map(|folder| entries.get(&platform.path(folder, MODEL_IDENTIFIER)));
-    binary.map(Vec::as_slice).ok_or_else(|| format!("the FMU has no binary for this machine, {}", platform.folder))
+    let missing = || Failure::Machine(format!("there is no binary for {} in it", platform.folder));
+    binary.map(Vec::as_slice).ok_or_else(missing)
 }
 
-/// The results of the FMU's binary for this machine as CSV, for these cases or for `EXPERIMENT`; otherwise why there
-/// are none.
-pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<String>, String> {
+/// The results of the FMU's binary for this machine as CSV, for these cases or for `EXPERIMENT`, or why a case has none;
+/// otherwise why there are none at all.
+pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<Result<String, String>>, Failure> {
     let binary = own_binary(entries)?;
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
     let folder = env::temp_dir().join(format!("cradle-fmu-{}-{now}", std::process::id()));
     let resources = entries.get(&format!("resources/{FILE_NAME}")).map_or(&[][..], Vec::as_slice);
-    let mut child = child(&folder, names).map_err(|error| format!("cannot start this program again: {error}"))?;
+    let cannot_start = |error| Failure::Machine(format!("cannot start this program again: {error}"));
+    let mut child = child(&folder, names).map_err(cannot_start)?;
     let mut input = child.stdin.take();
     for block in [resources, binary] {
         // If it fails, the child has ended, which shows below.
@@ -61,24 +89,23 @@ pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<String>, String> 
     }
     let outcome = child.stdout.take().and_then(|output| outcome(BufReader::new(output)));
     let read = |name: &&str| {
-        let csv = files::read(&folder.join(name).with_extension("csv"), MAX_BYTES)?;
-        String::from_utf8(csv).map_err(io::Error::other)
+        let text = |extension| files::read(&folder.join(name).with_extension(extension), MAX_BYTES);
+        let failed = |error: io::Error| Failure::Machine(error.to_string());
+        let csv = text(RESULTS).map(|csv| Ok(String::from_utf8_lossy(&csv).into_owned()));
+        csv.or_else(|_| text(REASON).map(|why| Err(String::from_utf8_lossy(&why).into_owned()))).map_err(failed)
     };
-    let results = match outcome.as_deref() {
-        Some("") => names.iter().map(read).collect::<io::Result<_>>().map_err(|error| error.to_string()),
-        Some(problem) => Err(problem.to_owned()),
-        None => Ok(Vec::new()),
-    };
+    let results = outcome.map(|outcome| match outcome.split_once(' ') {
+        Some((MACHINE, reason)) => Err(Failure::Machine(reason.to_owned())),
+        Some((_, reason)) => Err(Failure::Binary(reason.to_owned())),
+        None => names.iter().map(read).collect(),
+    });
     drop(input);
     let status = child.wait();
     // The child leaves its folder if it crashes, and on Windows the binary that it has loaded. Files in the system's
     // temporary folder do no harm.
     let _ = fs::remove_dir_all(&folder);
-    let status = status.map_err(|error| error.to_string())?;
-    if outcome.is_none() {
-        return Err(format!("its binary crashed ({status})"));
-    }
-    results
+    let status = status.map_err(|error| Failure::Machine(error.to_string()))?;
+    results.unwrap_or_else(|| Err(Failure::Binary(format!("its binary crashed ({status})"))))
 }
 
 /// Starts the child, which does not get the signals that end this program from a terminal.
@@ -93,7 +120,7 @@ fn child(folder: &Path, names: &[&str]) -> io::Result<Child> {
     command.spawn()
 }
 
-/// What the child says in the end: nothing if all went well. None if it ends before.
+/// What the child says in the end: nothing if all went well, else what failed and why. None if it ends before.
 fn outcome(mut output: impl BufRead) -> Option<String> {
     let mut line = Vec::new();
     loop {
@@ -117,12 +144,20 @@ pub fn run(folder: PathBuf, names: Vec<String>) -> ! {
         let resources = folder.join("resources");
         fs::create_dir(&resources)?;
         fs::write(resources.join(FILE_NAME), read_block(&mut input)?)?;
-        fs::write(folder.join(BINARY), read_block(&mut input)?)
+        fs::write(folder.join(BINARY), read_block(&mut input)?)?;
+        if host::may_execute(&folder) { Ok(()) } else { Err(io::Error::other("programs there are not run (noexec)")) }
     });
     let place = folder.clone();
     thread::spawn(move || {
-        let written = written.map_err(|error| format!("cannot write {}: {error}", place.display()));
-        let problem = written.and_then(|()| results(place, names)).err().unwrap_or_default();
+        let failed = match written {
+            Ok(()) => results(place, names).err(),
+            Err(error) => Some(unusable(&place, &error)),
+        };
+        let problem = match failed {
+            Some(Failure::Machine(reason)) => format!("{MACHINE} {reason}"),
+            Some(Failure::Binary(reason)) => format!("binary {reason}"),
+            None => String::new(),
+        };
         // On a line of its own, whatever the binary has written.
         let said = [b"\n", OUTCOME, problem.replace('\n', " ").as_bytes(), b"\n"].concat();
         let _ = io::stdout().write_all(&said);
@@ -133,24 +168,32 @@ pub fn run(folder: PathBuf, names: Vec<String>) -> ! {
     host::end();
 }
 
-/// Writes the results of the cases of these names.
-fn results(folder: PathBuf, names: Vec<String>) -> Result<(), String> {
+/// The failure of a machine whose temporary folder is of no use.
+fn unusable(folder: &Path, error: &io::Error) -> Failure {
+    let (folder, variable) = (folder.display(), if cfg!(windows) { "TMP" } else { "TMPDIR" });
+    Failure::Machine(format!("cannot use {folder}: {error}; {variable} selects another temporary folder"))
+}
+
+/// Writes the results of the cases of these names, or why a case has none.
+fn results(folder: PathBuf, names: Vec<String>) -> Result<(), Failure> {
     let (sender, receiver) = mpsc::channel();
     let (place, all) = (folder.clone(), names.clone());
     thread::spawn(move || {
         all.iter().try_for_each(|name| sender.send(csv(&place, name).map_err(|problem| problem.to_string())))
     });
     for name in names {
-        let csv = receiver.recv_timeout(PATIENCE).unwrap_or_else(|error| {
+        let result = receiver.recv_timeout(PATIENCE).map_err(|error| {
             let problem = match error {
                 RecvTimeoutError::Timeout => "its run takes more than a minute",
                 RecvTimeoutError::Disconnected => "an internal error of this program has ended its run",
             };
-            Err(problem.to_owned())
-        });
-        let file = folder.join(&name).with_extension("csv");
-        csv.and_then(|csv| fs::write(file, csv).map_err(|error| format!("cannot write: {error}")))
-            .map_err(|problem| format!("{name}: {problem}"))?;
+            Failure::Binary(format!("{name}: {problem}"))
+        })?;
+        let (extension, text) = match result {
+            Ok(csv) => (RESULTS, csv),
+            Err(reason) => (REASON, reason),
+        };
+        fs::write(folder.join(&name).with_extension(extension), text).map_err(|error| unusable(&folder, &error))?;
     }
     Ok(())
 }

@@ -146,6 +146,81 @@ fn a_full_disk_leaves_the_old_fmu() {
     assert_eq!(folder.list().len(), 2);
 }
 
+/// Who reads only the first line closes the pipe; a full disk is one line.
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_nobody_takes_ends_the_program_quietly_and_a_full_disk_with_a_line() {
+    let folder = Folder::new("output");
+    folder.build("x.fmu", "");
+    for words in ["presets", "--help", "build --help", "info x.fmu", "check x.fmu", "build --binary HOST=LIBRARY"] {
+        let run = |redirected: &str| {
+            let script = folder.script("redirected", &format!("exec '{PROGRAM}' \"$@\" {redirected}"));
+            ended(&mut folder.command(&script, words))
+        };
+        let full = run("> /dev/full");
+        assert_eq!((full.code, full.output.as_str()), (1, ""), "{words}");
+        let line = "error: cannot write to standard output: No space left on device (os error 28)";
+        assert_eq!(full.error.lines().last(), Some(line), "{words}");
+        assert_eq!(run("> /dev/full 2> /dev/full").code, 1, "{words}");
+        // The other end of this pipe is closed before the program writes.
+        let closed = folder.script("closed", &format!("(sleep 0.2; exec '{PROGRAM}' \"$@\") | : ; wait"));
+        let closed = ended(&mut folder.command(&closed, words));
+        assert!(!closed.error.contains("error") && !closed.error.contains("panicked"), "{words}: {}", closed.error);
+    }
+    let refused = folder.script("refused", &format!("exec '{PROGRAM}' info nothing.fmu 2> /dev/full"));
+    assert_eq!(ended(&mut folder.command(&refused, "")).code, 2);
+}
+
+/// By name or by number: the same FMU.
+#[test]
+fn enumerations_are_given_by_name_or_number() {
+    let folder = Folder::new("items");
+    folder.write("named.toml", "contact.model = \"hertz\"");
+    folder.write("numbered.toml", "contact.model = 2");
+    folder.write("wrong.toml", "contact.model = 2.5");
+    let named = folder.build("a.fmu", "--parameters named.toml");
+    for words in ["--parameters numbered.toml", "--set contact.model=2", "--set contact.model=hertz"] {
+        assert!(named == folder.build("b.fmu", words), "{words}");
+        std::fs::remove_file(folder.file("b.fmu")).unwrap();
+    }
+    let allowed = ["is refused; allowed: powerLaw (1) or hertz (2) or rigid (3)"];
+    for words in ["--parameters wrong.toml", "--set contact.model=4", "--set contact.model=-1"] {
+        folder.run(&format!("build {BINARY} {words} --out x.fmu")).with(2, &allowed);
+    }
+}
+
+/// The FMU is right, but this machine cannot run it: that is no problem of the FMU.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_temporary_folder_of_no_use_is_named() {
+    let folder = Folder::new("temporary");
+    folder.build("x.fmu", "");
+    std::fs::create_dir(folder.file("small")).unwrap();
+    let check = |command: &mut std::process::Command, reason: &str| {
+        let checked = ended(command).with(0, &["0 problem(s)", "nothing was run: this machine cannot run the FMU: "]);
+        assert!(checked.output.contains(reason), "{}", checked.output);
+        assert!(checked.output.contains("; TMPDIR selects another temporary folder\n"), "{}", checked.output);
+    };
+    let missing = "/nothing: No such file or directory".split_once(':').unwrap();
+    check(folder.command(PROGRAM, "check x.fmu").env("TMPDIR", missing.0), missing.1);
+    let limited = folder.script("limited", &format!("trap '' XFSZ\nulimit -f 16\nexec '{PROGRAM}' \"$@\""));
+    check(folder.command(&limited, "check x.fmu").env("TMPDIR", folder.file("small")), "File too large");
+    // A file system of its own, where this user may mount one.
+    let mount = |options: &str| {
+        let mount = format!("mount -t tmpfs -o {options} none small && TMPDIR=small exec '{PROGRAM}' check x.fmu");
+        let script = folder.script("mounted", &mount);
+        folder.command("unshare", &format!("-rm {script}"))
+    };
+    let may_mount = ended(&mut folder.command("unshare", "-rm mount -t tmpfs none small")).code == 0;
+    for (options, reason) in
+        [("noexec", "programs there are not run (noexec)"), ("size=100k", "No space left on device")]
+    {
+        if may_mount {
+            check(&mut mount(options), reason);
+        }
+    }
+}
+
 #[test]
 fn a_date_is_taken_from_the_environment() {
     let folder = Folder::new("date");
@@ -260,7 +335,7 @@ fn what_is_refused_is_named_and_leaves_nothing() {
         ("--set ball.mass=heavy", "--set ball.mass=heavy: ball.mass = heavy is refused; allowed: a number"),
         ("--set x_start=[-0.1,0,0,0,0]", "x_start = [-0.1 is refused: write the list without brackets"),
         ("--set contact.model=glue", "contact.model = glue is refused; allowed: powerLaw (1) or hertz (2) or r"),
-        ("--set contact.model=2", "contact.model = 2 is refused; allowed: powerLaw (1)"),
+        ("--set contact.model=4", "contact.model = 4 is refused; allowed: powerLaw (1)"),
         ("--set gravity", "allowed: name=value"),
         ("--preset nothing", "there is no preset \"nothing\"; allowed: textbook, "),
         ("--preset dest", "there is no preset \"dest\"; did you mean \"desk\"?; allowed: textbook, figure3, "),

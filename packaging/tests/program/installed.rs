@@ -57,10 +57,21 @@ fn an_installed_program_has_its_fmu_and_its_python() {
 fn arguments_and_exit_code_of_python_are_passed_on() {
     let folder = Folder::new("passed");
     folder.script("python", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"\nexit 7");
-    let mut page = folder.command(PROGRAM, "page --python ./python");
-    let passed = ended(page.args(["a b.fmu", "--out", "c.html", "--python", "x", "--help"]));
-    assert_eq!(passed.output, "<-m><newtons_cradle><page><a b.fmu><--out><c.html><--python><x><--help>");
-    assert_eq!((passed.code, passed.error.as_str()), (7, ""));
+    let given = ["a b.fmu", "--out", "c.html", "--help"];
+    // Wherever it stands; behind `--` it is an argument like others.
+    for (before, behind, rest) in [
+        ("--python ./python page", &[][..], ""),
+        ("page --python ./python", &[], ""),
+        ("page --python=./python", &[], ""),
+        ("page --python ./nothing", &["--python", "./python"], ""),
+        ("page", &["--python=./python", "--", "--python", "x"], "<--python><x>"),
+    ] {
+        let passed = ended(folder.command(PROGRAM, before).args(given).args(behind));
+        assert_eq!(passed.output, format!("<-m><newtons_cradle><page><a b.fmu><--out><c.html><--help>{rest}"));
+        assert_eq!((passed.code, passed.error.as_str()), (7, ""));
+    }
+    folder.run("page x.fmu --python").with(2, &["--python needs the name of a program"]);
+    folder.run("--python ./python presets").with(2, &["allowed: for page, live, cases and judge"]);
     // That of the virtual environment in a folder above: without a PATH no other Python is found.
     folder.script(".venv/bin/python", "printf %s \"$0\"");
     folder.write("deep/down/x.fmu", "");
@@ -156,13 +167,63 @@ fn an_fmu_of_fmi_3_has_parameter_sets_with_arrays() {
     assert_eq!(related("scalars.fmu", "--fmi 3 --scalars"), two);
 }
 
+/// The others are still there, and the binary takes the description for its own.
+#[test]
+fn outputs_are_real_for_hosts_that_know_no_others() {
+    let folder = Folder::new("real");
+    let named = |text: &str, part: &str| -> Vec<String> {
+        let variables = text.split("<ModelVariables>").nth(1).unwrap().split("</ModelVariables>").next().unwrap();
+        let lines = variables.split("name=\"").skip(1).filter(|variable| variable.contains(part));
+        lines.map(|variable| variable.split('"').next().unwrap().to_owned()).collect()
+    };
+    for words in ["", "--fmi 3", "--fmi 3 --scalars"] {
+        let [plain, real] = ["", "--real-outputs"].map(|option| {
+            let entries = folder.build(&format!("x{option}.fmu"), &format!("{words} {option}"));
+            text(&entries, "modelDescription.xml")
+        });
+        folder.sound("x--real-outputs.fmu");
+        std::fs::remove_file(folder.file("x.fmu")).unwrap();
+        std::fs::remove_file(folder.file("x--real-outputs.fmu")).unwrap();
+        let (before, after) = (named(&plain, "causality=\"output\""), named(&real, "causality=\"output\""));
+        let others = ["pulses", "inContact", "log.", "onset.", "release."];
+        let expected: Vec<_> =
+            before.iter().filter(|name| others.iter().all(|other| !name.starts_with(other))).cloned().collect();
+        assert_eq!(after, expected, "{words}");
+        let locals = named(&real, "causality=\"local\"");
+        assert!(locals.iter().any(|name| name.starts_with("pulses")), "{words}");
+    }
+}
+
+/// The start values contain a force that no string bears; the presets run without it.
+#[test]
+fn a_case_that_cannot_run_is_left_out_alone_with_the_reason_of_the_fmu() {
+    let folder = Folder::new("slack");
+    let said = folder.run(&format!("build {BINARY} --preset desk --set F_ext[1]=5 --out x.fmu")).with(0, &[]);
+    let reason = "the FMU gets no reference results of start: fmi2DoStep: the run cannot go on: the string of ball 1 ";
+    assert!(said.error.contains(reason) && said.error.matches("warning").count() == 1, "{}", said.error);
+    folder.sound("x.fmu");
+    let entries = folder.entries("x.fmu");
+    assert!(!entries.keys().any(|name| name.starts_with(&format!("{REFERENCE}/start"))));
+    assert!(!text(&entries, &format!("{REFERENCE}/fmi-ls-manifest.xml")).contains("start"));
+    let with_force = folder.build("light.fmu", "--set F_ext[1]=0.1");
+    let plain = folder.build("plain.fmu", "");
+    for file in ["desk.csv", "textbook.csv"] {
+        let [slack, light, plain] = [&entries, &with_force, &plain].map(|of| text(of, &format!("{REFERENCE}/{file}")));
+        assert!(slack == plain && light == plain, "{file}");
+    }
+    let set = |name: &str| text(&with_force, &format!("{REFERENCE}/{name}.ssv"));
+    assert!(set("start").contains("<ssv:Parameter name=\"F_ext[1]\"><ssv:Real value=\"0.1\" unit=\"N\"/>"));
+    assert!(set("desk").contains("<ssv:Parameter name=\"F_ext[1]\"><ssv:Real value=\"0\" unit=\"N\"/>"));
+    assert_ne!(text(&with_force, &format!("{REFERENCE}/start.csv")), text(&plain, &format!("{REFERENCE}/start.csv")));
+}
+
 /// A C compiler makes the binary: one without the functions of FMI.
 #[cfg(target_os = "linux")]
 #[test]
 fn results_that_cannot_be_recorded_are_missed_loudly() {
     let folder = Folder::new("missed");
     folder.compile("int nothing(void) { return 0; }\n", "");
-    let reason = "the FMU gets no reference results: start: fmi2Instantiate is not exported";
+    let reason = "the FMU gets no reference results: fmi2Instantiate is not exported";
     folder.run("build --binary HOST=x.so --out x.fmu").with(0, &[reason]);
     let entries = folder.entries("x.fmu");
     assert!(entries.contains_key(&format!("{REFERENCE}/desk.ssv")));

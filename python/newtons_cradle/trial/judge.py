@@ -1,9 +1,7 @@
 """Judges the result of a tool in a case: by the run itself, made rightly and with each known mistake."""
 
 import csv
-import re
-from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -11,13 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidValue, did_you_mean, needed
-from ..files import FMU, in_folder, newest, text
+from ..errors import CradleError, InvalidValue, did_you_mean, needed
+from ..files import FMU, in_folder, newest
 from ..fmu import Fmu, build
+from ..tables import as_number, by_name, digits, read_csv
 from .cases import CASES, Case
 from .master import Table, run
 
 SAME_TIME = 1e-5  # s, within which rows belong to a communication point: times may have six digits
+RESULT = "result.csv"  # in the folder of a case, if it is not named
+SIX_DIGITS = 1e-5  # of a number: more rounding than that is no excuse
+MOST_NAMES = 20  # of columns that a message lists
 CLEAR = 0.2  # of the distance from the right result: at most that of a mistake which is named
 
 
@@ -62,42 +64,60 @@ def write_csv(path: Path, table: Mapping[str, list[Any]]) -> None:
         writer.writerows(zip(*table.values(), strict=True))
 
 
-def judge(folder: str | Path, result: Any) -> list[str]:
+def judge(folder: str | Path, result: Any = None) -> list[str]:
     """Verdicts on a result in the case of this folder, which `write_cases` has written, one a line.
 
     `result`: a CSV file with columns named as tools name them, or columns by name: a dict, a NumPy structured array,
-    a `Result`. Raises FileMissing, InvalidValue.
+    a `Result`; if None, the file result.csv in the folder. Raises FileMissing, InvalidValue.
     """
     needed("folder", folder, str | Path, "the path of a case's folder")
     name = Path(folder).resolve().name
     if name not in CASES:
-        allowed = f"; allowed: folders named {', '.join(CASES)}{did_you_mean(name, CASES)}"
+        allowed = f"; allowed: folders named {', '.join(CASES)}, or one that has them{did_you_mean(name, CASES)}"
         raise InvalidValue(f"{folder} is not the folder of a case{allowed}")
-    case = CASES[name]
-    table = columns(result, case)
+    case, given = CASES[name], own_columns(Path(folder, RESULT) if result is None else result)
+    table = columns(given, case)
     with Fmu(Path(folder, "cradle.fmu")) as fmu:
         runs = {wrong: run(fmu, case, wrong) for wrong in (None, *case.other, *case.wrong)}
-    return verdicts(case, table, runs)
+    return verdicts(case, table, runs, min(SIX_DIGITS, 5 * 10.0 ** -digits(given)))
+
+
+def judge_all(folder: str | Path, results: str | Path | None = None) -> Iterator[tuple[str, list[str]]]:
+    """The verdicts on each case in a folder that has the folders of cases, by name. `results`: a folder with NAME.csv for
+    each; if None, each is result.csv in the folder of its case."""
+    for name in (name for name in CASES if Path(folder, name).is_dir()):
+        try:
+            yield name, judge(Path(folder, name), None if results is None else Path(results, f"{name}.csv"))
+        except CradleError as problem:
+            yield name, [f"not judged: {problem}"]
 
 
 def columns(result: Any, case: Case) -> Table:
     """The columns of a result that the case asks for. Raises FileMissing, InvalidValue if time or all others are
     missing, or if time goes back."""
-    given = from_csv(Path(result)) if isinstance(result, str | Path) else by_name(result)
-    times = [name for name in given if plain(name).lower() in ("time", "t")]
-    found = {name: values for name in case.record if (values := column(given, name)) is not None}
-    if not times or not found:
-        needs = "no column time" if not times else f"none of the columns {', '.join(case.record)}"
-        raise InvalidValue(f"the result has {needs}; its columns: {', '.join(given) or 'none'}")
-    table: Table = {"time": [float(time) for time in given[times[0]]], **found}
+    own = own_columns(result)
+    given = by_name(own)
+    found = {name: given[name] for name in case.record if name in given}
+    if "time" not in given or not found:
+        needs = "no column time" if "time" not in given else f"none of the columns {', '.join(case.record)}"
+        raise InvalidValue(f"the result has {needs}; its columns: {', '.join([*own][:MOST_NAMES]) or 'none'}")
+    if not given["time"]:
+        raise InvalidValue("the result has no rows of numbers")
+    table: Table = {"time": list(map(as_number, given["time"]))}
+    if None in table["time"]:
+        raise InvalidValue(f"time = {given['time'][table['time'].index(None)]!r} is refused; allowed: a number (s)")
     for before, time in pairwise(table["time"]):
         if not time >= before:
             raise InvalidValue(f"the rows are out of order: after {before:.9g} s comes {time:.9g} s")
+    for name, values in found.items():
+        table[name] = [value if (read := as_number(value)) is None else read for value in values]
     return table
 
 
-def by_name(result: Any) -> dict[str, list[Any]]:
-    """The columns of a dict, of a `Result`, or of a structured array."""
+def own_columns(result: Any) -> dict[str, Any]:
+    """The columns of a CSV file, of a dict, of a `Result`, or of a structured array."""
+    if isinstance(result, str | Path):
+        return dict(read_csv(Path(result)).columns)
     samples = getattr(result, "samples", result)
     names = list(result) if isinstance(result, Mapping) else getattr(getattr(samples, "dtype", None), "names", None)
     if not names:
@@ -105,77 +125,37 @@ def by_name(result: Any) -> dict[str, list[Any]]:
     return {name: list(samples[name]) for name in names or ()}
 
 
-def from_csv(path: Path) -> dict[str, list[Any]]:
-    """The columns of a CSV file: separated by commas, semicolons or tabs; a line of units is left out. Raises
-    FileMissing, InvalidValue."""
-    lines = [line for line in text(path).splitlines() if line.strip()]
-    separator = max(",;\t", key=(lines or [""])[0].count)
-    header, *rows = list(csv.reader(lines, delimiter=separator, skipinitialspace=True)) or [[]]
-    point = separator != "," and not any("." in line for line in lines[1:])  # decimals may have a comma
-    rows = [[cell.replace(",", ".") for cell in row] if point else row for row in rows]
-    rows = [row for row in rows if row and len(row) >= len(header) and number(row[0]) is not None]
-    if not rows:
-        raise InvalidValue(f"{path}: a header and rows of numbers are needed, separated by commas, semicolons or tabs")
-    return {name: list(values) for name, values in zip(header, zip(*rows, strict=False), strict=False)}
-
-
-def plain(name: str) -> str:
-    """A column's name without quotes, and without what tools put behind it: a unit, or what they know of it."""
-    return re.sub(r"\s+(\[[^\]]*\]|\([^)]*\)|/.*)$", "", name.strip(" \"'"))
-
-
-def column(given: Mapping[str, list[Any]], name: str) -> list[Any] | None:
-    """The values of a variable, behind any name of its component; of an array in one column, those of its element."""
-    array, _, index = name.removesuffix("]").partition("[")
-    for wanted in (name, array) if index.isdigit() else (name,):
-        for own, values in given.items():
-            if re.search(rf"(^|[.:/]){re.escape(wanted)}$", plain(own)):
-                if wanted != name:
-                    cells = [cell.split() if isinstance(cell, str) else list(cell) for cell in values]
-                    values = [cell[int(index) - 1] if len(cell) >= int(index) else None for cell in cells]
-                return [value if (read := number(value)) is None else read for value in values]
-    return None
-
-
-def number(value: Any) -> float | None:
-    """A number or a truth value as a float; None for text."""
-    try:
-        return float({"true": 1.0, "false": 0.0}.get(str(value).strip().lower(), value))
-    except (TypeError, ValueError):
-        return None
-
-
-def verdicts(case: Case, table: Table, runs: Mapping[str | None, Table]) -> list[str]:
-    """What these runs, by their mistakes, say about the table."""
+def verdicts(case: Case, table: Table, runs: Mapping[str | None, Table], rounding: float = 0.0) -> list[str]:
+    """What these runs, by their mistakes, say about the table, whose numbers are rounded by so much of themselves."""
     right, names = runs[None], [name for name in case.record if name in table]
     lines = [f"not judged: no column {name}" for name in case.record if name not in table]
-    distances = {wrong: distance(table, run, scales(names, right, run), case) for wrong, run in runs.items()}
+    within = max(case.within, rounding)
+    distances = {wrong: distance(table, run, scales(names, right, run), within, case) for wrong, run in runs.items()}
     own = distances[None]
     known = {**case.other, **case.wrong}
     near = min(known, key=lambda wrong: distances[wrong].worst)
-    if distances[near].worst <= case.within and distances[near].worst < CLEAR * own.worst:
+    if distances[near].worst <= max(case.alike, within) and distances[near].worst < CLEAR * own.worst:
         if near in case.other:
             return [*lines, f"right, but {known[near]}; {own.largest}"]
-        if own.worst > case.within:
+        if own.worst > within:
             return [*lines, f"wrong: {known[near]}; {own.first}"]
     last, stop, count = table["time"][-1], right["time"][-1], len(right["time"])
     if last < stop - case.step / 2:
-        lines.append(f"wrong: the result ends at {last:.9g} s, where it is to end at {stop:.9g} s")
-        count = bisect_right(right["time"], last + SAME_TIME)
-        part = {name: values[:count] for name, values in right.items()}
-        own = distance(table, part, scales(names, right), case)
+        return [f"wrong: the result ends at {last:.9g} s, where it is to end at {stop:.9g} s"]
     if own.missing:
         few = f"{len(own.missing)} of {count} points"
         lines.append(f"not judged: no rows at {few}, the first at {own.missing[0]:.9g} s")
-    if len(own.missing) > count / 2 and own.worst <= case.within:
+    if len(own.missing) > count / 2 and own.worst <= within:
         return lines  # too few to call it right
     if own.worst == 0:
         lines.append(f"right to the last bit: {', '.join(names)}")
-    elif own.worst <= case.within:
+    elif own.worst <= within:
         lines.append(f"right within the method: {own.largest}")
+    elif case.exchange and own.worst <= case.alike:
+        allowed = f"allowed: {within:.0e}, with {case.solver()}"
+        lines.append(f"wrong: less exact than the case asks for: {own.largest}; {allowed}")
     else:
-        hint = "; if finer steps change that, it is the solver's error" if case.exchange else ""
-        lines.append(f"wrong, and by no known mistake: {own.first}{hint}")
+        lines.append(f"wrong, and by no known mistake: {own.first}")
     return lines
 
 
@@ -185,8 +165,9 @@ def scales(names: list[str], *runs: Table) -> dict[str, float]:
     return {name: max(values, default=0.0) or 1.0 for name, values in sizes.items()}
 
 
-def distance(table: Table, other: Table, scales: Mapping[str, float], case: Case) -> Distance:
-    """From the table to a run. At a communication point the row counts that is nearest: an event may give several."""
+def distance(table: Table, other: Table, scales: Mapping[str, float], within: float, case: Case) -> Distance:
+    """From the table to a run; `within`: a difference that does not count. At a communication point the row counts that
+    is nearest: an event may give several."""
     worst, largest, first, times = 0.0, "", "", np.array(table["time"])
     missing: list[float] = []
     for k, time in enumerate(other["time"]):
@@ -200,7 +181,7 @@ def distance(table: Table, other: Table, scales: Mapping[str, float], case: Case
             if error > worst:
                 worst = error
                 largest = f"{name} differs by up to {error:.1e} of its largest value, at {time:.9g} s"
-            if error > case.within and not first:
+            if error > within and not first:
                 first = f"{name} differs first, at {time:.9g} s{contrast(table[name][row], other[name][k])}"
     end = times[-1]
     if abs(min(end, case.stop) - other["time"][-1]) > case.step / 2:

@@ -23,6 +23,8 @@ Record = Callable[[float], None]  #: Adds a row at a time (s).
 
 EPSILON = 2e-3  # m, for the mistake of a limit for indicators
 SOON = 1e-6  # s after an event, for the mistake of seeing nothing then
+LOCATED = 1e-14  # s, within which an event is located by the right method
+ROUGHLY = 1e-6  # s, by the mistake
 
 
 class Unit:
@@ -79,12 +81,19 @@ def interpolated(points: Points, time: float, wrong: str | None = None) -> float
     return float(np.interp(time, times, values))
 
 
+def misplaced(name: str, wrong: str | None) -> tuple[str, float]:
+    """The variable that is set for an input, and the sign that its value gets."""
+    return name.replace("[1]", "[2]") if wrong == "element" else name, -1.0 if wrong == "sign" else 1.0
+
+
 def run(fmu: Fmu, case: Case, wrong: str | None = None) -> Table:
     """Runs the case, rightly or with a mistake. If the FMU refuses to go on, the rows end there."""
 
     def update(_environment: Any, time: float, *_: Any) -> None:
         if not calls and wrong != "after":
-            unit.set(case.act)
+            unit.set(
+                {place: sign * value for name, value in case.act.items() for place, sign in [misplaced(name, wrong)]}
+            )
         calls.append(time)
 
     table: Table = {name: [] for name in ("time", *case.record)}
@@ -117,6 +126,8 @@ def spoiled(table: Table, case: Case, wrong: str | None) -> Table:
             table[name] = [*values[:1], *values[:-1]]
         elif wrong == "next" and name in case.inputs:
             table[name] = [interpolated(case.inputs[name], time) for time in table["time"]]
+        elif wrong == "tardy" and name.startswith(("onset.", "release.")):
+            table[name] = [*values[:1], *values[:-1]]
         elif wrong == "clock" and name.startswith("release."):  # in the case, that clock never ticks alone
             table[name] = len(values) * values[:1]
         elif wrong == "cut":
@@ -156,11 +167,13 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
     def give(time: float, end: float) -> None:
         for name, values in case.inputs.items():
             shift = {"ahead": end - time, "behind": -case.step, "first": -time}.get(wrong or "", 0.0)
-            unit.set({name: interpolated(values, time + shift, wrong)})
+            value = interpolated(values, time + shift, wrong)
+            name, sign = misplaced(name, wrong)
+            unit.set({name: sign * value})
             if case.slopes and wrong not in ("held", "first"):
                 of = (time - 1e-3, time) if wrong == "left" else (time, end)
                 slope = (interpolated(values, of[1]) - interpolated(values, of[0])) / (of[1] - of[0])
-                unit.fmu.setRealInputDerivatives(unit.fmu.references(name), [1], [slope])
+                unit.fmu.setRealInputDerivatives(unit.fmu.references(name), [1], [sign * slope])
 
     def step(time: float, end: float) -> None:
         begin = time
@@ -207,7 +220,8 @@ def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest
 
     def inputs() -> None:
         for name, points in case.inputs.items():
-            unit.set({name: interpolated(points, 0.0 if wrong == "first" else time, "row")})
+            place, sign = misplaced(name, wrong)
+            unit.set({place: sign * interpolated(points, 0.0 if wrong == "first" else time, "row")})
 
     def step(h: float) -> Any:
         return runge_kutta(unit.slopes, time, x, h)
@@ -239,7 +253,10 @@ def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest
             seen = bool(crossed.any()) and not (wrong == "soon" and fresh) and wrong not in ("timed", "never")
             if seen and wrong != "late":
                 low, high = 0.0, taken
-                while high - low > 1e-14 and low < (middle := (low + high) / 2) < high:
+                while (
+                    high - low > (ROUGHLY if wrong == "rough" else LOCATED)
+                    and low < (middle := (low + high) / 2) < high
+                ):
                     part = (z > 0) != (unit.indicators(time + middle, step(middle)) > 0)
                     crosses = part[crossed].any() and wrong != "epsilon"
                     low, high = (low, middle) if crosses else (middle, high)

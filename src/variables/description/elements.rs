@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::{self, Display, Write};
 
-use super::structure::numbering;
+use super::structure::{Contents, numbering};
 use crate::model::Item;
 use crate::number::Number;
 use crate::variables::settings::Settings;
@@ -61,20 +61,15 @@ pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
 
 /// Writes these variables, those of FMI 2.0 as scalars. Units of FMI 3.0 stand only in the declared types, because the
 /// reader `fmi-schema` knows no unit and no nominal value of a variable.
-pub(super) fn write_variables(
-    out: &mut String,
-    start: &Settings,
-    fmi3: bool,
-    states: &[(Variable, Variable)],
-    variables: &[Variable],
-) -> fmt::Result {
-    let of_states = of_states(states, numbering(start.balls(), fmi3));
+pub(super) fn write_variables(out: &mut String, contents: &Contents) -> fmt::Result {
+    let Contents { start, fmi3, .. } = *contents;
+    let of_states = of_states(&contents.states, numbering(start.balls(), fmi3));
     // The common part of a row is rendered once: an instance renders all of this for its GUID.
     let mut rows = HashMap::new();
-    for variable in variables {
+    for variable in &contents.variables {
         let (row, reference) = (variable.row, variable.reference());
-        let parts =
-            || [common_attributes(row, if fmi3 { variable.variability() } else { row.variability }), typed(row, fmi3)];
+        let variability = || if fmi3 { variable.variability() } else { row.variability };
+        let parts = || [common_attributes(contents.causality(row), row, variability()), typed(row, fmi3)];
         let [common, typed] = rows.entry(variable.position).or_insert_with(parts);
         let is_array = row.shape != Shape::Scalar && variable.whole;
         let element = if fmi3 { row.access.data_type().fmi3() } else { "ScalarVariable" };
@@ -129,8 +124,8 @@ fn of_states(states: &[(Variable, Variable)], number: impl Fn(Variable) -> usize
 }
 
 /// Attributes common to both versions, except type and description.
-fn common_attributes(row: &Row, variability: Variability) -> String {
-    let initial = match (row.causality, row.access) {
+fn common_attributes(causality: Causality, row: &Row, variability: Variability) -> String {
+    let initial = match (causality, row.access) {
         (Causality::Parameter, _) => " initial=\"exact\"",
         // Clocked values and clocks have none.
         (Causality::Output, Access::Instance(..)) => "",
@@ -138,7 +133,7 @@ fn common_attributes(row: &Row, variability: Variability) -> String {
         // The standards forbid it here.
         (Causality::Input | Causality::Independent | Causality::StructuralParameter, _) => "",
     };
-    let (causality, variability) = (camel(&row.causality), camel(&variability));
+    let (causality, variability) = (camel(&causality), camel(&variability));
     format!(" causality=\"{causality}\" variability=\"{variability}\"{initial}")
 }
 

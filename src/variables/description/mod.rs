@@ -14,7 +14,7 @@ use super::variable::{Variable, states, variables};
 use crate::model::{Item, enumerations};
 use crate::number::Number;
 use elements::{write_types, write_units, write_variables};
-use structure::write_structure;
+use structure::{Contents, write_structure};
 
 /// Model name, model identifier and file name.
 pub const MODEL_IDENTIFIER: &str = "NewtonsCradle";
@@ -57,26 +57,33 @@ pub struct Description<'a> {
     pub clocks: bool,
     /// Whether elements of arrays are scalars, with the value references of FMI 2.0: some hosts support no arrays.
     pub scalars: bool,
+    /// Whether only real variables are outputs, and the others locals: some hosts read every output as a real number.
+    pub real_outputs: bool,
 }
 
 impl<'a> Description<'a> {
     /// Describes the FMU whose start values are `start`.
     pub fn of(start: &'a Settings) -> Self {
-        Self { start, fmi3: false, clocks: false, scalars: true }
+        Self { start, fmi3: false, clocks: false, scalars: true, real_outputs: false }
     }
 
     /// The same as an FMU of FMI 3.0, where the GUID is called instantiation token.
     pub fn fmi3(start: &'a Settings) -> Self {
-        Self { start, fmi3: true, clocks: true, scalars: false }
+        Self { fmi3: true, clocks: true, scalars: false, ..Self::of(start) }
     }
 
-    /// All with these start values: that of FMI 2.0, or those of FMI 3.0 with or without clocks or arrays.
+    /// All with these start values: those of FMI 2.0, or of FMI 3.0 with or without clocks or arrays; without clocks,
+    /// also with outputs that are all real.
     pub fn all(start: &'a Settings, fmi3: bool) -> Vec<Self> {
-        if !fmi3 {
-            return vec![Self::of(start)];
-        }
-        let options = [(true, false), (false, false), (true, true), (false, true)];
-        options.map(|(clocks, scalars)| Self { clocks, scalars, ..Self::fmi3(start) }).into()
+        let plain = if !fmi3 {
+            vec![Self::of(start)]
+        } else {
+            let options = [(true, false), (false, false), (true, true), (false, true)];
+            options.map(|(clocks, scalars)| Self { clocks, scalars, ..Self::fmi3(start) }).into()
+        };
+        let is_without = |own: &&Self| !own.clocks;
+        let real: Vec<Self> = plain.iter().filter(is_without).map(|own| Self { real_outputs: true, ..*own }).collect();
+        plain.into_iter().chain(real).collect()
     }
 
     /// GUID: a hash of the description less GUID and date, in braces. It ties a binary to its description.
@@ -101,6 +108,12 @@ impl<'a> Description<'a> {
             true => arrays.flat_map(|array| (0..balls).filter_map(move |i| array.scalar(i, balls))).collect(),
             false => arrays.collect(),
         }
+    }
+
+    /// What its lists are written from.
+    fn contents(&self) -> Contents<'a> {
+        let Self { start, fmi3, real_outputs, .. } = *self;
+        Contents { start, fmi3, real_outputs, states: self.states(), variables: self.variables() }
     }
 
     /// The states with their derivatives.
@@ -140,8 +153,8 @@ impl<'a> Description<'a> {
             "indicators" => write!(out, "{}", 2 * (self.start.balls() - 1)),
             "units" => write_units(out),
             "types" => write_types(out, self.fmi3),
-            "variables" => write_variables(out, self.start, self.fmi3, &self.states(), &self.variables()),
-            "structure" => write_structure(out, self.start, self.fmi3, &self.states(), &self.variables()),
+            "variables" => write_variables(out, &self.contents()),
+            "structure" => write_structure(out, &self.contents()),
             "log_categories" => LogCategory::ITEMS.iter().try_for_each(|Item { name, value, description }| {
                 let of_discard = *value == LogCategory::Discard as i32;
                 let description = if of_discard && !self.fmi3 { DISCARD_OF_FMI2 } else { description };

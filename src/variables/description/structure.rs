@@ -13,10 +13,35 @@ use crate::variables::variable::Variable;
 /// Above this many balls, dependencies of positions on overlaps are omitted: they grow with the square of the number.
 const LISTED: usize = 500;
 
+/// Up to this many balls, what depends on everything at the start lists everything: some hosts need a list.
+const ALL_LISTED: usize = 10;
+
 /// Dependencies of the force and the indicators of rigid contacts.
 const EVERYTHING: Groups = &[&["all position", "all v", "all F_ext", "a_support"]];
 /// Inputs on which the forecast of the next onset depends.
 const INPUTS: Groups = &[&["F_ext", "a_support"]];
+
+/// What the variables and their structure are written from.
+pub(super) struct Contents<'a> {
+    /// Start values.
+    pub start: &'a Settings,
+    /// Whether they are those of FMI 3.0.
+    pub fmi3: bool,
+    /// Whether only real variables are outputs.
+    pub real_outputs: bool,
+    /// The states with their derivatives.
+    pub states: Vec<(Variable, Variable)>,
+    /// The variables in their order.
+    pub variables: Vec<Variable>,
+}
+
+impl Contents<'_> {
+    /// What the variables of a row are to the host.
+    pub(super) fn causality(&self, row: &Row) -> Causality {
+        let is_other = row.causality == Causality::Output && row.access.data_type() != Type::Real;
+        if self.real_outputs && is_other { Causality::Local } else { row.causality }
+    }
+}
 
 /// Whether circular pendulums make it depend on all states and inputs and, at the start, on all parameters: positions
 /// follow from angles and the directions of contacts, the tension of a string from all that acts on its ball.
@@ -31,13 +56,8 @@ fn is_of_arcs(row: &Row, start: &Settings) -> bool {
 /// In FMI 3.0 it acts from now on: at once it changes only the forecast and the force of rigid balls that stay in
 /// contact, which the host may select. In model exchange outputs and derivatives depend on states and inputs. At
 /// initialization they depend on parameters.
-pub(super) fn write_structure(
-    out: &mut String,
-    start: &Settings,
-    fmi3: bool,
-    states: &[(Variable, Variable)],
-    variables: &[Variable],
-) -> fmt::Result {
+pub(super) fn write_structure(out: &mut String, contents: &Contents) -> fmt::Result {
+    let Contents { start, fmi3, ref states, ref variables, .. } = *contents;
     let number = numbering(start.balls(), fmi3);
     let mut found: HashMap<&str, Vec<Known>> = HashMap::new(); // once for all scalars
     let mut write = |out: &mut String, element: &str, variable: Variable, groups: Option<Groups>| {
@@ -45,12 +65,15 @@ pub(super) fn write_structure(
             true => write!(out, "    <{element} valueReference=\"{}\"", number(variable))?,
             false => write!(out, "      <Unknown index=\"{}\"", number(variable))?,
         }
-        if let Some(groups) = groups {
-            let mut numbers = BTreeSet::new();
-            for name in groups.iter().copied().flatten() {
-                let knowns = found.entry(*name).or_insert_with(|| knowns(name, variable.whole, start.balls(), &number));
-                numbers.extend(knowns.iter().flat_map(|known| known.numbers(variable)));
-            }
+        let mut numbers = BTreeSet::new();
+        for name in groups.into_iter().flatten().copied().flatten() {
+            let knowns = found.entry(*name).or_insert_with(|| knowns(name, variable.whole, start.balls(), &number));
+            numbers.extend(knowns.iter().flat_map(|known| known.numbers(variable)));
+        }
+        if groups.is_none() && element == "InitialUnknown" && start.balls() <= ALL_LISTED {
+            numbers.extend(variables.iter().filter(|variable| variable.row.settable()).map(|known| number(*known)));
+        }
+        if groups.is_some() || !numbers.is_empty() {
             out.write_str(" dependencies=\"")?;
             for (i, number) in numbers.into_iter().enumerate() {
                 write!(out, "{}{number}", if i == 0 { "" } else { " " })?;
@@ -62,7 +85,7 @@ pub(super) fn write_structure(
     // Only FMI 2.0 has lists of unknowns.
     let list = |out: &mut String, tag: &str| if fmi3 { Ok(()) } else { writeln!(out, "    <{tag}>") };
     list(out, "Outputs")?;
-    for variable in variables.iter().filter(|variable| variable.row.causality == Causality::Output) {
+    for variable in variables.iter().filter(|variable| contents.causality(variable.row) == Causality::Output) {
         write(out, "Output", *variable, following(variable, start, fmi3))?;
     }
     list(out, "/Outputs")?;
@@ -76,7 +99,7 @@ pub(super) fn write_structure(
     list(out, "InitialUnknowns")?;
     for variable in variables {
         let row = variable.row;
-        let is_unknown = matches!(row.causality, Causality::Output | Causality::CalculatedParameter)
+        let is_unknown = matches!(contents.causality(row), Causality::Output | Causality::CalculatedParameter)
             && !matches!(row.access, Access::Instance(..));
         // By the standard clocks have no `initial`; FMPy expects them as calculated outputs.
         if row.access.data_type() == Type::Clock {
