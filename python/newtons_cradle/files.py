@@ -1,9 +1,6 @@
 """Places of the package's files: beside it in a wheel, among the sources and builds in a checkout."""
 
 import sys
-import sysconfig
-import tomllib
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +29,8 @@ def producer() -> Path:
     """The program cradle-fmu of the installation or, in a checkout, the one built last. Raises FileMissing."""
     name = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
     if not IN_CHECKOUT:
+        import sysconfig
+
         return newest(Path(sysconfig.get_path("scripts"), name))
     return newest(*(CHECKOUT / "target" / profile / name for profile in ("release", "debug")))
 
@@ -81,6 +80,8 @@ def presets() -> dict[str, dict[str, Any]]:
 
 
 def _toml(path: Path) -> dict[str, Any]:
+    import tomllib  # only here, because it takes a while
+
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
@@ -96,4 +97,6 @@ def version() -> str:
     """The version of the installed package or, in a checkout, of the sources."""
     if IN_CHECKOUT:
         return str(_toml(CHECKOUT / "Cargo.toml")["workspace"]["package"]["version"])
+    from importlib import metadata
+
     return metadata.version("newtons-cradle")

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from ..building import build
 from ..errors import InvalidValue, did_you_mean, needed
 from ..files import FMU, in_folder, newest, text
-from ..fmu import Fmu, build
+from ..fmu import Fmu
 from .cases import CASES, Case
 from .master import Table, run
 

@@ -1,0 +1,117 @@
+"""Samples of a run."""
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..pulses import Array
+from .calls import WARNING
+from .model import Model
+from .result import Result
+
+if TYPE_CHECKING:
+    from .instance import Run
+
+FIRST = 256  # samples that there is room for, and then twice as many each time
+
+#: Type of values in results, by that of the variable.
+DTYPES = {"Real": "f8", "Integer": "i8", "Enumeration": "i4", "Boolean": "?"}
+
+
+class Recorder:
+    """Reads a fixed set of variables, with one call for each type, into tables that grow."""
+
+    def __init__(self, run: "Run", names: tuple[str, ...]):
+        self._run, self._names = run, names
+        self._access = run._calls.access(names)
+        self._times: list[float] = []
+        self._tables: list[Array] = [np.empty((0, call.group.length), call.values.dtype) for call in self._access.calls]
+        self._grow(FIRST)
+
+    def _grow(self, rows: int) -> None:
+        filled = len(self._times)
+        for i, table in enumerate(self._tables):
+            self._tables[i] = np.empty((rows, table.shape[1]), table.dtype)
+            self._tables[i][:filled] = table[:filled]
+        calls = zip(self._access.calls, self._tables, strict=True)
+        # What a call of a getter needs, and where its first row is.
+        self._reads = [
+            (
+                call.functions[0],
+                call.component,
+                call.references,
+                call.count,
+                table.ctypes.data,
+                table.strides[0],
+                call.tail,
+            )
+            for call, table in calls
+        ]
+        self._room = rows
+
+    def reserve(self, samples: int) -> None:
+        """Makes room for so many."""
+        self._grow(samples)
+
+    def sample(self) -> None:
+        """Keeps the values at the run's current time."""
+        run, row = self._run, len(self._times)
+        if run._closed:
+            run._check_open()
+        if row == self._room:
+            self._grow(2 * row)
+        for function, component, references, count, begin, stride, tail in self._reads:
+            status = function(component, references, count, begin + row * stride, *tail)
+            if status > WARNING:
+                run._read(self._names)  # which says why
+        if run._parts.means:
+            for name, value in run._parts.means.items():
+                if name in self._access.where:
+                    i, column = self._access.where[name]
+                    self._tables[i][row, column] = value
+        self._times.append(run.time)
+
+    def steps(self, points: Iterable[float]) -> None:
+        """Steps to these times (s), which rise, and samples at each."""
+        step_to, sample = self._run._step_to, self.sample
+        for time in points:
+            step_to(time)
+            sample()
+
+    def result(self) -> Result:
+        """All samples and pulses so far and, while the run is open, its parameters and inputs."""
+        run, count = self._run, len(self._times)
+        types, units, dims = run.fmu.columns(self._names)
+        samples = np.empty(count, dtype=types)
+        samples["time"] = self._times
+        for name in self._names:
+            i, column = self._access.where[name]
+            samples[name] = self._tables[i][:count, column]
+        return Result(samples, run.log.text(), units, dims, run.fmu, given(run))
+
+
+def given(run: "Run") -> Callable[[], dict[str, Any]]:
+    """What gives the parameters and inputs that a run has now, if it is open."""
+    if run._closed:
+        return dict
+    access = run._calls.access(run.fmu.given_names)
+    run._done(access.read())
+    values = [call.values.copy() for call in access.calls]
+    return lambda: dict(zip(access.names, access.listed(values), strict=True))
+
+
+def columns(model: Model, names: Iterable[str]) -> tuple[Any, dict[str, str], dict[str, str]]:
+    """The type of samples of these variables, their units, and by array what its elements belong to."""
+    names, place = list(names), model.variables.place
+    types = [("time", "f8"), *((name, DTYPES[place(name).type]) for name in names)]
+    of_array: dict[str, str] = {}  # an array's elements have the same
+    units = {"time": "s"}
+    for name in names:
+        array = name.partition("[")[0]
+        if name == array or array not in of_array:
+            of_array[array] = model.unit(name)
+        units[name] = of_array[array]
+    lengths = {array: len(model.arrays[array]) for array in of_array if array in model.arrays}
+    kinds = {model.balls - 1: "contact", model.balls: "ball"}
+    return np.dtype(types), units, {name: kinds[count] for name, count in lengths.items() if count in kinds}
