@@ -12,6 +12,8 @@ from .fmu import Fmu
 from .pulses import Array
 from .run.model import Values
 
+PROMISE = 0.01  # of the sum of squares, or of what a first step along right derivatives would take from it
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -54,7 +56,7 @@ def fit(
     """
     optimize = optional("scipy.optimize", "fit")
     if fmu.fmi2:
-        raise FmuError(f"{fmu.path.name} is of FMI 2.0; a fit needs FMI 3.0, as `nc.build(fmi=3)` makes it")
+        raise FmuError(f"{fmu.path} is of FMI 2.0; a fit needs FMI 3.0, as `nc.build(fmi=3)` makes it")
     if hasattr(track, "to_dict") and hasattr(track, "columns"):
         track = {name: track[name].to_numpy() for name in track.columns}
     needed("track", track, Mapping, 'a dict such as {"time": [...], "x": [...]}')
@@ -77,17 +79,29 @@ def fit(
     def at(*logarithms: float) -> tuple[Array, Array]:
         return seen(fmu, {**given, **dict(zip(names, guess * np.exp(logarithms), strict=True))}, measured, times, names)
 
+    def residuals(logarithms: Array) -> Array:
+        left: Array = at(*logarithms)[0] - filmed
+        return left.ravel()
+
+    def jacobian(logarithms: Array) -> Array:
+        by_parameter: Array = at(*logarithms)[1].reshape(-1, len(guess)) * (guess * np.exp(logarithms))
+        return by_parameter
+
+    def keep(logarithms: Array) -> None:
+        course.append(dict(zip(names, (guess * np.exp(logarithms)).tolist(), strict=True)))
+
     course = [dict(guesses)]
-    found = optimize.least_squares(
-        lambda logarithms: (at(*logarithms)[0] - filmed).ravel(),
-        np.zeros(len(guess)),
-        lambda logarithms: at(*logarithms)[1].reshape(-1, len(guess)) * (guess * np.exp(logarithms)),
-        callback=lambda logarithms: course.append(dict(zip(names, (guess * np.exp(logarithms)).tolist(), strict=True))),
-    )
+    begin = np.zeros(len(guess))
+    found = optimize.least_squares(residuals, begin, jacobian, callback=keep)
     if np.linalg.matrix_rank(found.jac) < len(guess):
-        raise FmuError(f"{fmu.path.name}: the track does not tell {', '.join(names)} apart: some have no effect on it")
+        raise FmuError(f"{fmu.path}: what was measured does not tell these parameters apart: {', '.join(names)}")
     if not found.success:
-        raise FmuError(f"{fmu.path.name}: {found.message}")
+        raise FmuError(f"{fmu.path}: {found.message}")
+    cost = 0.5 * np.sum(residuals(begin) ** 2)
+    promised = jacobian(begin) @ np.linalg.lstsq(jacobian(begin), residuals(begin))[0]
+    gain = 0.5 * np.sum(promised**2)
+    if gain > PROMISE * cost and cost - found.cost < PROMISE * gain:
+        raise FmuError(f"{fmu.path}: no step along the derivatives makes the sum of squares smaller")
     best = guess * np.exp(found.x)
     left = filmed.size - len(guess)
     variance = 2.0 * found.cost / max(left, 1)

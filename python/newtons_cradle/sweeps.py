@@ -125,7 +125,8 @@ class Sweep(Mapping[str, Array]):
             names = dict.fromkeys(name for case in self.cases for name in case if np.ndim(case[name]) == 0)
             return found.assign_coords({name: ("case", [case.get(name) for case in self.cases]) for name in names})
         index = optional("pandas", "data").MultiIndex.from_product(self.axes.values(), names=list(self.axes))
-        return found.assign_coords(xarray.Coordinates.from_pandas_multiindex(index, "case")).unstack("case")
+        product = found.assign_coords(xarray.Coordinates.from_pandas_multiindex(index, "case")).unstack("case")
+        return product.transpose(*self.axes, ...)
 
 
 def sweep(

@@ -1,8 +1,10 @@
 """FMPy's instances of FMI 2.0 and 3.0, whose log goes to a buffer. Variables are read and set by name."""
 
+import os
 from collections.abc import Callable, Mapping
 from ctypes import POINTER, byref, c_double, cast
 from pathlib import Path
+from threading import Lock
 from typing import Any, ClassVar
 from weakref import WeakValueDictionary
 
@@ -32,6 +34,10 @@ def _logger(environment: int, _instance: bytes, status: int, *texts: bytes | Non
         sink.take(status, *texts)
 
 
+#: FMPy changes the current folder while it loads a library, and stays there if that fails.
+_current_folder = Lock()
+
+
 def folders(fmi2: bool) -> tuple[str, ...]:
     """The folders in `binaries` that may have the library for this machine."""
     # FMPy looks in linux64 for FMI 2.0 on ARM, too; FMI 2.0.4 has aarch64-linux, as FMI 3.0.
@@ -59,10 +65,16 @@ class Instance:
         described = fmu.described
         identifier, path = described.identifiers["CoSimulation"], library(fmu, folder)
         given = {"guid": described.token, "modelIdentifier": identifier, "unzipDirectory": str(folder)}
-        try:
-            super().__init__(**given, instanceName=NAME, libraryPath=str(path))  # type: ignore[call-arg]
-        except (Exception, SystemError) as problem:  # FMPy raises Exception alone
-            raise FmuError(_not_loaded(path, problem)) from problem
+        with _current_folder:
+            try:
+                before = os.getcwd()
+            except OSError as problem:
+                raise FmuError("the current folder is not there any more: change to another one") from problem
+            try:
+                super().__init__(**given, instanceName=NAME, libraryPath=str(path))  # type: ignore[call-arg]
+            except Exception as problem:  # FMPy raises Exception alone
+                os.chdir(before)
+                raise FmuError(_not_loaded(path, problem)) from problem
         self.variables: Mapping[str, Variable] = described.described
         self.description, self.balls = described, fmu.balls
         self.sink = Sink(fmu.fmi2)
@@ -163,6 +175,8 @@ class Version3(Instance):
 
     def create(self: Any, **options: Any) -> None:
         """Instantiates it; pulses, warnings and errors are logged."""
+        # FMPy encodes it as UTF-8, whatever the encoding of names of files is that Python has read it with.
+        self.unzipDirectory = os.fsencode(self.unzipDirectory).decode("utf-8", "surrogateescape")
         self.instantiate(**{"loggingOn": True} | options)
         self.setDebugLogging(False, ["logSolver"])
 
