@@ -1,6 +1,7 @@
 """Places of the package's files: beside it in a wheel, among the sources and builds in a checkout."""
 
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -73,8 +74,10 @@ def in_folder(path: str | Path, what: str = "path") -> Path:
     return regular(Path(path), f"{what}: ") if Path(path).exists() else Path(path)
 
 
+@cache
 def presets() -> dict[str, dict[str, Any]]:
-    """The parameters in the files of the presets that `cradle-fmu build --preset` knows, in its order."""
+    """The parameters in the files of the presets that `cradle-fmu build --preset` knows, in its order. Not to be
+    changed."""
     names = (PRESETS / "order.txt").read_text(encoding="utf-8").split()
     return {name: _dotted(_toml(PRESETS / f"{name}.toml")) for name in names}
 

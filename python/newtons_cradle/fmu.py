@@ -61,7 +61,8 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         self._idle: list[Any] = []
         self._columns: dict[tuple[str, ...], tuple[Any, dict[str, str], dict[str, str]]] = {}
         self._folder = archive.temporary() if folder is None else Path(folder)
-        self._remove = weakref.finalize(self, _end, self._folder, os.getpid(), self._idle)
+        self._held: list[Callable[[], None]] = []  # frees the library
+        self._remove = weakref.finalize(self, _end, self._folder, os.getpid(), self._idle, self._held)
         try:
             self._archive.unpack(self._folder, self._runs_here if folder is None else lambda _: True)
         except FmuError:
@@ -116,9 +117,11 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         if not options:
             with suppress(IndexError):
                 return self._idle.pop()
-        from .run.slaves import instance  # FMPy, which takes a while to import
+        from .run import slaves  # FMPy, which takes a while to import
 
-        made = instance(self, self._folder, options.pop("exchange", False))
+        made = slaves.instance(self, self._folder, options.pop("exchange", False))
+        if not self._held:
+            self._held.append(slaves.hold(made))
         made.again = self.is_cradle and not options and "Slave" in type(made).__name__
         return made
 
@@ -242,10 +245,12 @@ def returned(function: str, values: Values | None) -> Values:
     return values or {}
 
 
-def _end(folder: Path, owner: int, idle: list[Any]) -> None:
+def _end(folder: Path, owner: int, idle: list[Any], held: list[Callable[[], None]]) -> None:
     """Frees what waits, and removes the unpacked files."""
     while idle:
         _free(idle.pop())
+    while held:
+        held.pop()()
     archive.remove(folder, owner)
 
 

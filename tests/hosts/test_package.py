@@ -267,23 +267,6 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
     assert not folder.exists()
 
 
-def test_a_controller_of_ones_own(fmu):
-    """An active brake on ball 1 does what a drag on that ball would: its energy falls."""
-    swing, record = nc.lifted(1, amplitude=0.1), ["x", "E_total"]
-    with fmu.start(swing) as run:
-        recorder = run.recorder(record)
-        while run.time < 20.0:
-            run["F_ext[1]"] = -0.5 * run["v[1]"]
-            run.step(0.01)
-            recorder.sample()
-        braked = recorder.result()
-    brake = {"control": lambda run: {"F_ext[1]": -0.5 * run["v[1]"]}}
-    again, free = (fmu.simulate(swing, stop=20.0, record=record, **more)["E_total"] for more in (brake, {}))
-    assert braked["x"].shape == (len(braked.samples), 5)
-    assert braked["E_total"][-1] < 0.5 * free[-1]
-    assert again[-1] == pytest.approx(braked["E_total"][-1], rel=1e-2)
-
-
 @pytest.mark.all
 def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
     import pandas

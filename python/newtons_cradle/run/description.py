@@ -62,6 +62,10 @@ class Variable:
     length: int = 0
     clocks: str | None = None
 
+    @property
+    def is_real_input(self) -> bool:
+        return self.type == "Real" and self.causality == "input"
+
 
 @dataclass(frozen=True)
 class Place:

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import FmuError, InvalidValue, needed, number, warn
 from ..pulses import Array
 from . import derivatives
-from .calls import WARNING, Failure
+from .calls import WARNING, Access, Failure
 from .log import Log
 from .model import Value, Values, meant
 from .parts import NOTHING, PROMPT, Parts, length
@@ -51,6 +51,8 @@ class Run(AbstractContextManager["Run"]):
         self._closed = self._initialized = self._failed = self._lent = False
         self._meant = True
         self._in_step = False  # it may have been interrupted before the time was noted
+        self._names: dict[str, tuple[str, ...]] = {}  # that were read by one name
+        self._inputs: dict[tuple[str, ...], Access] = {}  # what controllers set in each step, checked before
         self._mark = 0  # up to where the log has been told in errors
         self._instance = fmu.taken(options)
         self.log = Log(self._instance.sink)
@@ -139,12 +141,19 @@ class Run(AbstractContextManager["Run"]):
         item; a number may have a unit that the FMU lists, `(2.6, "um")`. Raises UnknownName, InvalidValue.
         """
         self._check_open()
+        again = self._inputs.get(tuple(values)) if isinstance(values, dict) else None
+        if again is not None and all(isinstance(value, float) for value in values.values()):
+            self._done(again.write(list(values.values())), InvalidValue)
+            return
         numbers = self.fmu.settings(values)
         if not numbers:
             return
         self._meant = self._meant and meant(values)
         self._parts.note(values)
-        self._done(self._calls.access(tuple(numbers)).write(list(numbers.values())), InvalidValue)
+        access = self._calls.access(tuple(numbers))
+        self._done(access.write(list(numbers.values())), InvalidValue)
+        if all(name in numbers and self.fmu.variables[name].is_real_input for name in values):
+            self._inputs[tuple(values)] = access
 
     def get(self, name: str) -> float | int | bool:
         """The value of one variable. Raises UnknownName or FmuError."""
@@ -157,16 +166,19 @@ class Run(AbstractContextManager["Run"]):
         self._check_open()
         access = self._calls.access(names)
         self._done(access.read())
-        over = self._parts.means
-        return [over.get(name, value) for name, value in zip(names, access.values(), strict=True)]
+        values, over = access.values(), self._parts.means
+        return [over.get(name, value) for name, value in zip(names, values, strict=True)] if over else values
 
     def __setitem__(self, name: str, value: Value | Sequence[Value] | Array) -> None:
         self.set({name: value})
 
     def __getitem__(self, name: str) -> Any:
         """The value of a variable; for an array, the values of all elements, shape (elements,)."""
-        values = self._read(tuple(self.fmu.names([name])))
-        return np.array(values) if name in self.fmu.arrays else values[0]
+        names = self._names.get(name) if isinstance(name, str) else None
+        if names is None:
+            names = self._names[name] = tuple(self.fmu.names([name]))
+        values = self._read(names)
+        return values[0] if names == (name,) else np.array(values)
 
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.fmu.arrays, *self.fmu.variables]

@@ -50,6 +50,10 @@ class Recorder:
         ]
         self._room = rows
 
+    def __len__(self) -> int:
+        """How many samples there are."""
+        return len(self._times)
+
     def reserve(self, samples: int) -> None:
         """Makes room for so many."""
         self._grow(samples)

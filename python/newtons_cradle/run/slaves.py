@@ -2,14 +2,15 @@
 
 import os
 from collections.abc import Callable, Mapping
-from ctypes import POINTER, byref, c_double, cast
+from ctypes import CDLL, POINTER, byref, c_double, cast
+from functools import partial
 from pathlib import Path
 from threading import Lock
 from typing import Any, ClassVar
 from weakref import WeakValueDictionary
 
 import numpy as np
-from fmpy import platform, platform_tuple, sharedLibraryExtension
+from fmpy import freeLibrary, platform, platform_tuple, sharedLibraryExtension
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Model, FMU3Slave, fmi3LogMessageCallback
 from fmpy.logging import addLoggerProxy
@@ -194,3 +195,8 @@ def instance(fmu: Model, folder: Path, exchange: bool) -> Any:
     version, kinds = (Version2, (FMU2Slave, FMU2Model)) if fmu.fmi2 else (Version3, (FMU3Slave, FMU3Model))
     kind = kinds[exchange]
     return type(kind.__name__, (version, kind), {})(fmu, folder)  # FMPy goes by the first letters of the name
+
+
+def hold(instance: Any) -> Callable[[], None]:
+    """Keeps the library of an instance loaded until this is called, so that the next ones find in it what it knows."""
+    return partial(freeLibrary, CDLL(instance.dll._name)._handle)
