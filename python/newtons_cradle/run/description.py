@@ -305,21 +305,30 @@ class _Elements(Variables):
         return self._made[name]
 
     def _make(self, name: str) -> Variable:
+        whole, index = self._located(name)
+        if index is None:
+            return whole
+        starts = (whole.start or "").split()
+        start = starts[index % len(starts)] if starts else None
+        meaning = whole.description.removesuffix(OF_LAST_ELEMENT)
+        return replace(whole, name=name, start=start, description=meaning, index=index, length=0)
+
+    def _located(self, name: str) -> tuple[Variable, int | None]:
+        """A scalar, or the array of an element with its index. Raises KeyError."""
         if name in self._wholes and name not in self._elements:
-            return self._wholes[name]
+            return self._wholes[name], None
         bare, _, end = name.rpartition("[")
         array = bare + end.partition("]")[2]
         if array not in self._elements:
             raise KeyError(name)
         try:
-            index = self._elements[array].index(name)
+            return self._wholes[array], self._elements[array].index(name)
         except ValueError:
             raise KeyError(name) from None
-        whole = self._wholes[array]
-        starts = (whole.start or "").split()
-        start = starts[index % len(starts)] if starts else None
-        meaning = whole.description.removesuffix(OF_LAST_ELEMENT)
-        return replace(whole, name=name, start=start, description=meaning, index=index, length=0)
+
+    def place(self, name: str) -> Place:
+        whole, index = self._located(name)
+        return Place(whole.type, whole.valueReference, index)
 
     def named(self, *causalities: str) -> list[str]:
         wanted = (name for name, whole in self._wholes.items() if whole.causality in causalities)

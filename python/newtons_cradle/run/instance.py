@@ -99,8 +99,10 @@ class Run(AbstractContextManager["Run"]):
     @property
     def slave(self) -> Any:
         """FMPy's instance, for functions of FMI that a run has no method for. It ends with the run."""
-        self._lent = True
-        self._parts.end()
+        if not self._lent:
+            self._check_open()  # another run may have it now
+            self._lent = True
+            self._parts.end()
         return self._instance
 
     def _call(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:

@@ -1,8 +1,8 @@
 """FMPy's instances of FMI 2.0 and 3.0, whose log goes to a buffer. Variables are read and set by name."""
 
 import os
-from collections.abc import Callable, Mapping
-from ctypes import CDLL, POINTER, byref, c_double, cast
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import CDLL, POINTER, byref, c_bool, c_char_p, c_double, c_size_t, c_uint, c_void_p, cast
 from functools import partial
 from pathlib import Path
 from threading import Lock
@@ -12,7 +12,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 from fmpy import freeLibrary, platform, platform_tuple, sharedLibraryExtension
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-from fmpy.fmi3 import FMU3Model, FMU3Slave, fmi3LogMessageCallback
+from fmpy.fmi3 import FMU3Model, FMU3Slave, fmi3IntermediateUpdateCallback
 from fmpy.logging import addLoggerProxy
 
 from ..errors import FmuError
@@ -174,20 +174,42 @@ class Version3(Instance):
 
     kinds: ClassVar = {"Real": "Float64", "Integer": "UInt64", "Enumeration": "Int64"}
 
-    def create(self: Any, **options: Any) -> None:
-        """Instantiates it; pulses, warnings and errors are logged."""
-        # FMPy encodes it as UTF-8, whatever the encoding of names of files is that Python has read it with.
-        self.unzipDirectory = os.fsencode(self.unzipDirectory).decode("utf-8", "surrogateescape")
-        self.instantiate(**{"loggingOn": True} | options)
-        self.setDebugLogging(False, ["logSolver"])
+    def create(
+        self: Any,
+        *,
+        visible: bool = False,
+        loggingOn: bool = True,
+        eventModeUsed: bool = False,
+        earlyReturnAllowed: bool = False,
+        intermediateUpdate: Callable[..., Any] | None = None,
+        requiredIntermediateVariables: Sequence[int] = (),
+    ) -> None:
+        """Instantiates it; pulses, warnings and errors are logged.
 
-    def _call(self: Any, name: str, *arguments: Any) -> Any:
-        """FMPy passes no environment to the logger, which is a function in Python."""
-        given = list(arguments)
-        if name.startswith("fmi3Instantiate"):
-            (place,) = (i for i, argument in enumerate(given) if isinstance(argument, fmi3LogMessageCallback))
-            given[place - 1 : place + 1] = self.sink.address(), cast(self.sink.callback, fmi3LogMessageCallback)
-        return super()._call(name, *given)  # type: ignore[misc]
+        Without FMPy, whose logger is a function in Python without an environment, and whose path is text."""
+        names = (
+            self.instanceName.encode(),
+            self.guid.encode(),
+            os.fsencode(os.path.join(self.unzipDirectory, "resources", "")),
+        )
+        given = [*map(c_char_p, names), c_bool(visible), c_bool(loggingOn)]
+        log = c_void_p(self.sink.address()), self.sink.callback
+        if isinstance(self, FMU3Model):
+            function, arguments = self.dll["fmi3InstantiateModelExchange"], [*given, *log]
+        else:
+            count = len(requiredIntermediateVariables)
+            required = (c_uint * count)(*requiredIntermediateVariables), c_size_t(count)
+            # No function is a null pointer.
+            update = (intermediateUpdate,) if intermediateUpdate else ()
+            self.intermediateUpdate = fmi3IntermediateUpdateCallback(*update)
+            modes = c_bool(eventModeUsed), c_bool(earlyReturnAllowed)
+            function = self.dll["fmi3InstantiateCoSimulation"]
+            arguments = [*given, *modes, *required, *log, self.intermediateUpdate]
+        function.restype = c_void_p
+        self.component = function(*arguments)
+        if not self.component:
+            raise RuntimeError("the FMU cannot be instantiated")
+        self.setDebugLogging(False, ["logSolver"])
 
 
 def instance(fmu: Model, folder: Path, exchange: bool) -> Any:
