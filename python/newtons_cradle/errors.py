@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import Any
 
 MOST_BALLS = 10_000  # of a cradle
+MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 
 
 class CradleError(Exception):

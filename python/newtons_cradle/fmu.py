@@ -18,14 +18,13 @@ import numpy as np
 
 from . import archive, files
 from .archive import Archive
-from .errors import FmuError, InvalidValue, needed, number
+from .errors import MOST_STEPS, FmuError, InvalidValue, needed, number
 from .run import Model, Result, Run
 from .run.calls import FMI2, FMI3
 from .run.description import Description, NotReadable
 from .run.model import GIVEN, Values
 from .run.recorder import columns
 
-MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 IDLE = 8  # instances that wait for the next run
 KEPT = 15  # sets of recorded variables whose description is kept
 

@@ -146,9 +146,19 @@ def test_what_sees_single_steps_gets_them(fmu, fmu3, monkeypatch):
         (fmu, {"solver.method": "adams"}),
         (fmu3, {"der(F_ext[1])": 0.1}),
         (fmu3, {"derivatives.of": "lastStep"}),
+        (fmu3, {"derivatives.of": np.int64(2)}),
     ):
         with either.start(values) as run:
             assert run._parts.longest == parts.NONE
+    with fmu3.start({"derivatives.of": "run"}) as run:
+        assert run._parts.longest == 0.01
+        run.step_to(1.0)
+        made = run.gradient("E_total", ["ball.mass", "x_start"])
+    with fmu3.start({"derivatives.of": "run"}) as run:
+        run._parts.end()
+        run.step_to(1.0)
+        whole = run.gradient("E_total", ["ball.mass", "x_start"])
+    assert made["x_start"] == pytest.approx(whole["x_start"], rel=1e-12, abs=1e-14)
     with fmu.start() as run:
         assert run._parts.longest == 0.01
         run.step_to(0.5)

@@ -91,6 +91,7 @@ SAYS = [
     ('fresh.gradient("E_total", ["nothing"])', nc.UnknownName, "has no variable 'nothing'"),
     ('fresh.gradient("x", ["gravity"])', nc.InvalidValue, "`derivative` takes several"),
     ('fresh.derivative("x", "gravity", over="all")', nc.InvalidValue, "allowed: 'run', 'step'"),
+    ("fresh.until(1.0, 1e-300)", nc.InvalidValue, "up to 1.0 s that makes 1e+300 steps; allowed: 100000000"),
     ("fresh.until(1.0, 0)", nc.InvalidValue, "step = 0 is refused; allowed: a positive number (s)"),
     ('nc.build(set={"mass": 1}, binaries=fmu.path)', nc.UnknownName, "did you mean ball.mass?"),
     ('nc.build(set={"ball.mass": -1}, binaries=fmu.path)', nc.InvalidValue, "ball.mass = -1 kg is refused; allowed"),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import FmuError, InvalidValue, needed, number, warn
+from ..errors import MOST_STEPS, FmuError, InvalidValue, needed, number, warn
 from ..pulses import Array
 from . import derivatives
 from .calls import WARNING, Access, Failure
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
-LONGEST_GRID = 1e9  # steps
 
 
 @dataclass(frozen=True)
@@ -242,8 +241,9 @@ class Run(AbstractContextManager["Run"]):
         """
         number("t", t, "s", least=self.time)
         number("step", step, "s", positive=True)
-        if t / step > LONGEST_GRID:
-            raise InvalidValue(f"step = {step} is refused: up to {t} s that makes {t / step:.2g} steps")
+        if t / step > MOST_STEPS:
+            many = f"up to {t} s that makes {t / step:.2g} steps"
+            raise InvalidValue(f"step = {step} is refused: {many}; allowed: {MOST_STEPS}")
         return self._until(t, step)
 
     def _until(self, t: float, step: float) -> Iterator[float]:

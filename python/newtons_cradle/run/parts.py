@@ -22,6 +22,7 @@ FIRST = 1.0  # s of a run of five balls, which the engine computes in less than 
 PROMPT = 0.1  # s, that a call should not take much longer than
 GROWTH = 4.0  # from one part to the next, while calls are short
 METHOD, DRIVEN = "solver.method", 1  # of those, the one whose trajectory does not depend on communication points
+SELECTED, LAST_STEP = "derivatives.of", ("lastStep", 2)  # in FMI 3.0
 MEANS, PEAKS = ("F_mean", "F_support_mean"), ("F_peak",)
 NONE = math.inf
 NOTHING: Mapping[str, float] = {}
@@ -44,7 +45,8 @@ class Parts:
     def note(self, values: Values) -> None:
         """These are set: other methods of solution start anew at communication points, slopes of inputs are changes,
         and derivatives may be asked for that refer to the last step."""
-        if any(name == METHOD or name.startswith("der(") or name == "derivatives.of" for name in values):
+        of_step = values.get(SELECTED) in LAST_STEP
+        if of_step or any(name == METHOD or name.startswith("der(") for name in values):
             self.end()
 
     def slow(self, h: float, seconds: float) -> None:
@@ -53,8 +55,8 @@ class Parts:
             self.longest = h * PROMPT / seconds
 
     def step(self, run: "Run", end: float) -> None:
-        """A step to `end` (s) in parts."""
-        begin = run.time
+        """A step to `end` (s) in parts. Where it does not come to its end, means and peaks are those of the last part."""
+        self.means, begin = NOTHING, run.time
         known = [base for base in (*MEANS, *PEAKS) if base in run.fmu.arrays or base in run.fmu.variables]
         names = [name for base in known for name in run.fmu.elements(base)]
         access: Access = run._calls.access(tuple(names))
