@@ -44,8 +44,8 @@ class Outcome:
 
 
 class Sweep(Mapping[str, Array]):
-    """The results of all cases: `sweep["x[1]"]` has the shape (cases, samples), `sweep["x"]` (cases, samples, balls), and
-    what was measured (cases,). Where a case has failed, NaN. `cases`: dicts; `errors`: by the case's number, from 0."""
+    """The results of all cases: `sweep["x[1]"]` has the shape (cases, samples), `sweep["x"]` (cases, samples, balls),
+    and what was measured (cases,). Where a case has failed, NaN. `cases`: dicts; `errors`: by the case's number, from 0."""
 
     def __init__(self, cases: list[Case], axes: dict[str, list[Any]] | None, outcomes: list[Outcome]):
         self.cases, self.axes, self.outcomes = cases, axes, outcomes
@@ -110,8 +110,8 @@ class Sweep(Mapping[str, Array]):
         return frame.assign(error=[outcome.error for outcome in self.outcomes], seconds=self.seconds)
 
     def to_xarray(self) -> "xr.Dataset":
-        """A data set with the cases in front: `x(case, time, ball)`, or, where the cases are a product of axes, with these
-        as dimensions. Raises PackageMissing without xarray."""
+        """A data set with the cases in front: `x(case, time, ball)`, or, where the cases are a product of axes, with
+        these as dimensions. Raises PackageMissing without xarray."""
         xarray = optional("xarray", "data")
         kind = self._first
         if isinstance(kind, Result):

@@ -5,7 +5,7 @@ well.
 """
 
 from collections.abc import Sequence
-from ctypes import addressof, byref, c_bool, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -64,7 +64,8 @@ class Call:
         self.names = [f"{calls.prefix}{verb}{ending}" for verb in ("Get", "Set")]
         self.functions = [calls.accessor(name) for name in self.names]
         self.count = len(group.references)
-        self.references = (c_uint * self.count)(*group.references)
+        self._references = (c_uint * self.count)(*group.references)
+        self.references = cast(self._references, c_void_p)
         self.tail: tuple[int, ...] = () if calls.fmi2 else (group.length,)
         self.component = calls.component
 
@@ -140,20 +141,19 @@ class Calls:
     def __init__(self, slave: Any, description: Description):
         self.description, self.fmi2 = description, description.fmi2
         self.prefix, self.types = ("fmi2", FMI2) if self.fmi2 else ("fmi3", FMI3)
-        self.component: int = slave.component
+        self.component = c_void_p(slave.component)
         self.balls: int = slave.balls  # at the time
         self._dll = slave.dll
         self._accesses: dict[tuple[str, ...], Access] = {}
         self._early, self._reached, self._flags = c_bool(), c_double(), (c_bool(), c_bool())
-        outcome = () if self.fmi2 else tuple(addressof(each) for each in (*self._flags, self._early, self._reached))
-        #: What follows the time and the length of a step in its call.
-        self.step_tail: tuple[int, ...] = (1, *outcome)
-        flag = c_int if self.fmi2 else c_bool
-        self.step = self.function(f"{self.prefix}DoStep", c_double, c_double, flag, *len(outcome) * [c_void_p])
+        outcome = () if self.fmi2 else tuple(byref(each) for each in (*self._flags, self._early, self._reached))
+        #: A step, whose arguments are all of types of C: the instance, time and length as `c_double`, and this tail.
+        self.step = self._dll[f"{self.prefix}DoStep"]
+        self.step_tail: tuple[Any, ...] = (c_int(1) if self.fmi2 else c_bool(True), *outcome)
 
     def function(self, name: str, *types: Any) -> Any:
-        """A function of the FMU with arguments of these types after the instance; that is all of them, as the rest would
-        be passed as variable arguments."""
+        """A function of the FMU with arguments of these types after the instance; that is all of them, as the rest
+        would be passed as variable arguments."""
         found = self._dll[name]  # not the one that FMPy has, whose arguments it checks
         found.argtypes, found.restype = [c_void_p, *types], c_int
         return found

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from ctypes import c_double
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -215,7 +216,7 @@ class Run(AbstractContextManager["Run"]):
     def _single(self, h: float, end: float) -> None:
         calls = self._calls
         self._in_step, begin = True, perf_counter()
-        status = calls.step(calls.component, self._time, h, *calls.step_tail)
+        status = calls.step(calls.component, c_double(self._time), c_double(h), *calls.step_tail)
         if status > WARNING:
             raise self._refusal(f"the step to t = {end} s has failed with status {status}")
         self._time = end if self._instance.again else calls.reached(end)

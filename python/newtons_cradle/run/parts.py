@@ -55,7 +55,7 @@ class Parts:
             self.longest = h * PROMPT / seconds
 
     def step(self, run: "Run", end: float) -> None:
-        """A step to `end` (s) in parts. Where it does not come to its end, means and peaks are those of the last part."""
+        """A step to `end` (s) in parts. Where it does not come to its end, means and peaks are of the last part."""
         self.means, begin = NOTHING, run.time
         known = [base for base in (*MEANS, *PEAKS) if base in run.fmu.arrays or base in run.fmu.variables]
         names = [name for base in known for name in run.fmu.elements(base)]

@@ -1,6 +1,8 @@
 """Samples of a run."""
 
 from collections.abc import Callable, Iterable
+from ctypes import c_double
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,6 +10,7 @@ import numpy as np
 from ..pulses import Array
 from .calls import WARNING
 from .model import Model
+from .parts import PROMPT, length
 from .result import Result
 
 if TYPE_CHECKING:
@@ -39,7 +42,6 @@ class Recorder:
         self._reads = [
             (
                 call.functions[0],
-                call.component,
                 call.references,
                 call.count,
                 table.ctypes.data,
@@ -56,18 +58,17 @@ class Recorder:
 
     def reserve(self, samples: int) -> None:
         """Makes room for so many."""
-        self._grow(samples)
+        self._grow(max(samples, len(self._times)))
 
     def sample(self) -> None:
         """Keeps the values at the run's current time."""
-        run, row = self._run, len(self._times)
+        run, row, component = self._run, len(self._times), self._run._calls.component
         if run._closed:
             run._check_open()
         if row == self._room:
             self._grow(2 * row)
-        for function, component, references, count, begin, stride, tail in self._reads:
-            status = function(component, references, count, begin + row * stride, *tail)
-            if status > WARNING:
+        for function, references, count, begin, stride, tail in self._reads:
+            if function(component, references, count, begin + row * stride, *tail) > WARNING:
                 run._read(self._names)  # which says why
         if run._parts.means:
             for name, value in run._parts.means.items():
@@ -77,11 +78,36 @@ class Recorder:
         self._times.append(run.time)
 
     def steps(self, points: Iterable[float]) -> None:
-        """Steps to these times (s), which rise, and samples at each."""
-        step_to, sample = self._run._step_to, self.sample
+        """Steps to these times (s), which rise, and samples at each: `run.step_to` and `sample` in one loop, in which
+        nothing is looked up or checked that stays the same."""
+        run, calls, parts = self._run, self._run._calls, self._run._parts
+        step, component, tail, longest = calls.step, calls.component, calls.step_tail, parts.longest
+        times, now, last, plain, reads = self._times, run.time, perf_counter(), False, self._reads
+        at, by = c_double(), c_double()
         for time in points:
-            step_to(time)
-            sample()
+            h = time - now
+            row = len(times)
+            if h > longest or row == self._room or not plain:
+                run._step_to(time)
+                self.sample()
+                now, last, longest, plain = time, perf_counter(), parts.longest, not parts.means
+                run._in_step, reads = plain, self._reads  # until the loop ends: who asks for the time asks the FMU
+                continue
+            if now + h != time:
+                h = length(now, time)
+            at.value, by.value = now, h
+            if step(component, at, by, *tail) > WARNING:
+                raise run._refusal(f"the step to t = {time} s has failed")
+            run._time = now = time
+            for function, references, count, begin, stride, rest in reads:
+                if function(component, references, count, begin + row * stride, *rest) > WARNING:
+                    run._read(self._names)  # which says why
+            times.append(time)
+            before, last = last, perf_counter()
+            if last - before > PROMPT:
+                parts.slow(h, last - before)
+                longest = parts.longest
+        run._in_step = False
 
     def result(self) -> Result:
         """All samples and pulses so far and, while the run is open, its parameters and inputs."""
