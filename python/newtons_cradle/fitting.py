@@ -49,10 +49,10 @@ def fit(
     """The parameters `by` with which a run comes closest to what was measured, by least squares.
 
     `track`: `time` (s, rising, after 0) and what was measured then, by name: a dict, a data frame or a result, arrays
-    as a whole or by element. `by`: names of parameters that are not 0, with first guesses if it is a dict; otherwise the
-    guesses are in `values`, or in the FMU, which must be of FMI 3.0. `values`: what else is set at the start. Raises
-    FmuError where the track does not determine the parameters, InvalidValue, UnknownName, and PackageMissing without
-    SciPy.
+    as a whole or by element. `by`: names of parameters that are not 0, with first guesses if it is a dict; otherwise
+    the guesses are in `values`, or in the FMU, which must be of FMI 3.0. `values`: what else is set at the start.
+    Raises FmuError where the track does not determine the parameters, InvalidValue, UnknownName, and PackageMissing
+    without SciPy.
     """
     optimize = optional("scipy.optimize", "fit")
     if fmu.fmi2:

@@ -207,9 +207,9 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         `values`: start values by name, see `Run.set`. `times`: the communication points (s, rising, from 0 on) instead
         of equal steps. `record`: names of variables or arrays; if None, all outputs and E_residual, which takes two or
         three times as long as `["x", "v"]`; all that there is: `record=fmu.variables`. `inputs(t)`: a dict of inputs
-        for the step that begins at t (s), or None for no change. `control(run)`, a function `control(run: Run) -> dict | None`:
-        the same from a controller, which may read the run, `run["v[1]"]`, and set it. `progress(fraction)`: called up
-        to 200 times. Raises FmuError, UnknownName, InvalidValue.
+        for the step that begins at t (s), or None for no change. `control`: the same from a controller, a function
+        `control(run: Run) -> dict | None`, which may read the run, `run["v[1]"]`, and set it. `progress(fraction)`:
+        called up to 200 times. Raises FmuError, UnknownName, InvalidValue.
         """
         points = equal_steps(stop, step) if times is None else rising(times)
         for what, function in (("inputs", inputs), ("control", control), ("progress", progress)):

@@ -45,7 +45,8 @@ class Outcome:
 
 class Sweep(Mapping[str, Array]):
     """The results of all cases: `sweep["x[1]"]` has the shape (cases, samples), `sweep["x"]` (cases, samples, balls),
-    and what was measured (cases,). Where a case has failed, NaN. `cases`: dicts; `errors`: by the case's number, from 0."""
+    and what was measured (cases,). Where a case has failed, NaN. `cases`: dicts; `errors`: by the case's number, from
+    0."""
 
     def __init__(self, cases: list[Case], axes: dict[str, list[Any]] | None, outcomes: list[Outcome]):
         self.cases, self.axes, self.outcomes = cases, axes, outcomes

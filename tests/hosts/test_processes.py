@@ -128,7 +128,10 @@ def test_damaged_archives_are_refused_and_leave_no_folder(fmu_path, empty, tmp_p
         b"\xff\xfe<",
         b'<f fmiVersion="2.0"><ModelVariables></ModelVariables>',
     ):
-        description = lambda name, data, text=text: (name, text if name == "modelDescription.xml" else data)  # noqa: E731
+
+        def description(name, data, text=text):
+            return name, text if name == "modelDescription.xml" else data
+
         with pytest.raises(nc.FmuError, match=r"its modelDescription\.xml"):
             nc.Fmu(changed(fmu_path, out, description))
     no_description = changed(fmu_path, out, lambda name, data: None if name == "modelDescription.xml" else (name, data))

@@ -85,7 +85,8 @@ def test_ten_thousand_balls_are_read_one_by_one(cradle, fmu_path):
 
 
 def described(variables: str, root: str = 'fmiVersion="2.0" modelName="Other"') -> Description:
-    text = f"<fmiModelDescription {root}><ModelVariables>{variables}</ModelVariables><ModelStructure/></fmiModelDescription>"
+    parts = f"<ModelVariables>{variables}</ModelVariables><ModelStructure/>"
+    text = f"<fmiModelDescription {root}>{parts}</fmiModelDescription>"
     return Description(text.encode())
 
 

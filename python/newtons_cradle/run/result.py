@@ -31,8 +31,8 @@ class Result(Mapping[str, Array]):
     `result["x[1]"]` is one variable, `result["x"]` all elements of an array, shape (samples, elements); `result.time`
     in s. `samples`: structured array with `time` and one field per recorded variable; `pulses`: structured array of
     dtype `PULSE`, finished pulses only, by onset; `units`: of the recorded variables, by name; `dims`: by array,
-    whether its elements belong to a `ball` or a `contact`; `model` and `given`: what was run, and its parameters and inputs at
-    the end, by name, if they are known. Results are equal if their samples, pulses and units are.
+    whether its elements belong to a `ball` or a `contact`; `model` and `given`: what was run, and its parameters and
+    inputs at the end, by name, if they are known. Results are equal if their samples, pulses and units are.
     """
 
     def __init__(
