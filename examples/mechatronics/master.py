@@ -155,10 +155,8 @@ class Master:
         """How the signals that both send change with those that they receive; the cradle's part by directional
         derivatives."""
         cradle, h, response = self.cradle, end - begin, np.zeros((4, 4))
-        unknowns = self.cradle.slave.references("F_support_mean", "x[1]")
         for signal, name in ((ACCELERATION, "a_support"), (PUSH, "F_ext[1]")):
-            known = self.cradle.slave.references(name)
-            force, position = cradle.slave.getDirectionalDerivative(unknowns, known, [1.0 / h])
+            force, position = cradle.derivative(["F_support_mean", "x[1]"], name, over="step") / h
             response[FORCE, signal], response[COIL, signal] = h * force, position
         response[2:, :2] = self._plant_response(begin, end, before)
         return response

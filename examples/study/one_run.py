@@ -1,16 +1,10 @@
 """What a worker of the study does: one cradle, given by a few parameters, run for ten seconds.
 
-`study.py` sends this file and the FMU to every worker. So remote workers need Python with
-`newtons_cradle`, FMPy and distributed, but no copy of the two.
+`study.py` sends this file and the FMU to the workers of dask. So they need Python with `newtons_cradle`, FMPy and
+distributed, but no copy of the two.
 """
 
-import time
-from functools import cache
-from pathlib import Path
-from threading import Lock
-
 import newtons_cradle as nc
-from distributed import get_worker
 
 STOP, STEP = 10.0, 0.01  # s, of each run
 AMPLITUDE = 0.1  # m, by which the balls are lifted
@@ -18,7 +12,6 @@ SPEED = AMPLITUDE * 5.0**0.5  # m/s, at which a lifted ball passes x = 0: g/L = 
 LARGEST = 1e-6  # m, largest overlap of two balls of 1 kg that meet at SPEED, for every order
 SAMPLES = 64  # of the forces, in each pulse of the first click
 PERIOD = 2.81  # s, a little more than the cradle's period
-UNPACKING = Lock()
 
 
 def given(n: int) -> dict:
@@ -37,19 +30,6 @@ def given(n: int) -> dict:
     }
 
 
-@cache
-def unpacked(fmu: str) -> nc.Fmu:
-    """The FMU in a file that the worker has got, unpacked once: a study sends this module anew and opens its own."""
-    path = Path(get_worker().local_directory, fmu)
-    return nc.Fmu(path, path.with_suffix(""))
-
-
-def opened(fmu: str) -> nc.Fmu:
-    """The same; the first thread of the worker unpacks it."""
-    with UNPACKING:
-        return unpacked(fmu)
-
-
 def start_values(order: float, dead_band: float, damping: float, lifted: int, n: int) -> dict:
     """The FMU's start values.
 
@@ -66,16 +46,6 @@ def start_values(order: float, dead_band: float, damping: float, lifted: int, n:
         "contact.huntCrossley": damping,
     }
     return given(n) | nc.lifted(lifted, n=n, amplitude=AMPLITUDE) | varied
-
-
-def outcome(case: dict, fmu: str) -> dict:
-    """The case and its results; `error` says why a run failed, and is empty if it did not."""
-    begin = time.perf_counter()
-    try:
-        found = measure(opened(fmu), case) | {"error": ""}
-    except Exception as problem:  # whatever it is: one run must not stop the others
-        found = {"error": f"{type(problem).__name__}: {problem}"}
-    return case | found | {"seconds": time.perf_counter() - begin}
 
 
 def measure(fmu: nc.Fmu, case: dict) -> dict:

@@ -10,20 +10,17 @@ the rows come from: FMU, start values and versions.
 """
 
 import argparse
-import itertools
 import json
+import os
 import sys
 import textwrap
 import time
-from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
-import dask
 import numpy as np
 import one_run
 import pandas as pd
-from dask.system import CPU_COUNT
-from distributed import Client, as_completed
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 
@@ -45,16 +42,16 @@ def main() -> None:
     """Runs the study of the command line. Raises OSError or CradleError."""
     options = command_line()
     axes = {name: getattr(options, name) for name in AXES}
-    cases = [dict(zip(AXES, values, strict=True)) for values in itertools.product(*axes.values())]
     begin = time.perf_counter()
     about = checked(options.fmu)
-    with connected(options.scheduler, options.workers) as client:
-        print(f"{len(cases)} runs on {client.scheduler.address}")
-        rows = pd.DataFrame(outcomes(client, options.fmu, cases), columns=COLUMNS).sort_values(AXES)
+    with connected(options.scheduler) as client:
+        study = {"workers": options.workers, "client": client, "progress": nc.Progress("Study")}
+        found = nc.sweep(axes, one_run.measure, fmu=options.fmu, **study)
+    rows = found.to_dataframe().reindex(columns=COLUMNS)
     seconds = time.perf_counter() - begin
     options.out.mkdir(parents=True, exist_ok=True)
     rows.astype({"pulses": "Int64"}).to_csv(options.out / "runs.csv", index=False)
-    about |= {"axes": axes, "dask": dask.__version__}
+    about |= {"axes": axes}
     (options.out / "about.json").write_text(json.dumps(about, indent=1), encoding="utf-8")
     good = report(rows, seconds)
     if good.empty:
@@ -77,7 +74,7 @@ def command_line() -> argparse.Namespace:
     parser.add_argument("--lifted", type=int, default=[1, 2], help="balls lifted by 0.1 m", **axis)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="address of a dask scheduler, tcp://host:8786")
     workers = "number of local processes [default: one per core]"
-    parser.add_argument("--workers", type=int, default=CPU_COUNT, help=workers)
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help=workers)
     return parser.parse_args()
 
 
@@ -104,25 +101,16 @@ def without_effect(rows: pd.DataFrame) -> list[str]:
     return idle
 
 
-def connected(scheduler: str | None, workers: int) -> Client:
-    """A client of the scheduler at this address, or of local processes that end with it. Raises OSError."""
-    if scheduler is not None:
-        return Client(scheduler, timeout="10s")
-    dask.config.set({"distributed.logging.distributed": "error"})
-    return Client(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+def connected(scheduler: str | None):
+    """A client of the dask scheduler at this address, whose workers get the code of a run; None without one. Raises
+    OSError."""
+    if scheduler is None:
+        return nullcontext()
+    from distributed import Client
 
-
-def outcomes(client: Client, fmu: Path, cases: list[dict]) -> Iterator[dict]:
-    """A row for each case, in the order in which they finish."""
-    client.upload_file(str(fmu), load=False)
+    client = Client(scheduler, timeout="10s")
     client.upload_file(one_run.__file__)
-    futures = client.map(one_run.outcome, cases, fmu=fmu.name, pure=False)
-    case_of = {future.key: case for future, case in zip(futures, cases, strict=True)}
-    finished = as_completed(futures, with_results=True, raise_errors=False)
-    for future, result in support.tracked("Study", finished, len(cases)):
-        if future.status == "error":  # not the run's own failure: its workers died
-            result = case_of[future.key] | {"error": f"lost: {result[1]}", "seconds": 0.0}
-        yield result
+    return client
 
 
 def report(rows: pd.DataFrame, seconds: float) -> pd.DataFrame:

@@ -14,32 +14,102 @@ What there is to set and to see is in `fmu.parameters`, `fmu.inputs` and `fmu.ou
 and meaning. `fmu.start()` gives a run to step oneself: `run.step(0.01)`, `run["v[1]"]`, `run["F_ext[1]"] = 0.2`,
 `run.time` (s), `run.pulses`, and `run.log`, the FMU's messages.
 
-Modules: `fmu` (open, make and run FMUs), `run` (its instances, steps, log and results), `pulses`
+Modules: `fmu` (open and run FMUs), `building` (make them), `run` (its instances, steps, log and results), `pulses`
 (the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse, and how much
-pulses overlap in them; balances of energy and momentum), `setups` (start values: presets, the paper's experiments),
+pulses overlap in them; balances of energy and momentum), `sweeps` (many runs), `fitting`
+(parameters by what was measured), `setups` (start values: presets, the paper's experiments),
 `calibration` (a real cradle's losses from a video), `cases` (the benchmark for rows of balls), `trial` (cases that put
 hosts on trial, and their judge), `progress` (a progress bar), `recording` and `page` (a run as a page for a browser),
 `errors` (what all functions raise), `testing` (pytest fixtures and assertions), `look` (colours and fonts).
 """
 
-from . import files, look
-from .calibration import Calibration, calibrate
-from .cases import Case, Judgement, benchmark, benchmarks
-from .errors import CradleError, DoubtfulStart, FileMissing, FmuError, InvalidValue, PackageMissing, UnknownName
-from .fmu import Fmu, build
-from .progress import Progress
-from .pulses import PULSE, impact_sequences, overlapping_neighbours, parse_pulse, pulse_order
-from .recording import RecordingError
-from .run import NEVER, LogLine, Result, Run, Saved
-from .setups import chain, figure5, lifted, power_law, preset, presets, steel
-from .views import energy_error, momentum_of_sequences, overlaps, resolved, sample_times
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__version__ = files.version()
+if TYPE_CHECKING:  # what the names below lead to; `as` passes them on
+    from . import look as look
+    from .building import build as build
+    from .calibration import Calibration as Calibration, calibrate as calibrate
+    from .cases import Case as Case, Judgement as Judgement, benchmark as benchmark, benchmarks as benchmarks
+    from .errors import (
+        CradleError as CradleError,
+        DoubtfulStart as DoubtfulStart,
+        FileMissing as FileMissing,
+        FmuError as FmuError,
+        InvalidValue as InvalidValue,
+        PackageMissing as PackageMissing,
+        UnknownName as UnknownName,
+    )
+    from .fitting import Fit as Fit, fit as fit
+    from .fmu import Fmu as Fmu
+    from .progress import Progress as Progress
+    from .pulses import (
+        PULSE as PULSE,
+        impact_sequences as impact_sequences,
+        overlapping_neighbours as overlapping_neighbours,
+        parse_pulse as parse_pulse,
+        pulse_order as pulse_order,
+    )
+    from .recording import RecordingError as RecordingError
+    from .run import NEVER as NEVER, LogLine as LogLine, Result as Result, Run as Run, Saved as Saved
+    from .setups import (
+        chain as chain,
+        figure5 as figure5,
+        lifted as lifted,
+        power_law as power_law,
+        preset as preset,
+        presets as presets,
+        steel as steel,
+    )
+    from .sweeps import Sweep as Sweep, sweep as sweep
+    from .views import (
+        energy_error as energy_error,
+        momentum_of_sequences as momentum_of_sequences,
+        overlaps as overlaps,
+        resolved as resolved,
+        sample_times as sample_times,
+    )
 
-__all__ = ["NEVER", "Fmu", "LogLine", "Result", "Run", "Saved", "build", "look"]
-__all__ += ["CradleError", "DoubtfulStart", "FileMissing", "FmuError"]
-__all__ += ["InvalidValue", "PackageMissing", "RecordingError", "UnknownName"]
-__all__ += ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"]
-__all__ += ["chain", "figure5", "lifted", "power_law", "preset", "presets", "steel"]
-__all__ += ["Calibration", "Case", "Judgement", "Progress", "benchmark", "benchmarks", "calibrate"]
-__all__ += ["energy_error", "momentum_of_sequences", "overlaps", "resolved", "sample_times"]
+#: The names by their modules, which are imported when somebody asks for one: NumPy alone takes a tenth of a second.
+NAMES = {
+    "building": ["build"],
+    "calibration": ["Calibration", "calibrate"],
+    "cases": ["Case", "Judgement", "benchmark", "benchmarks"],
+    "errors": [
+        "CradleError",
+        "DoubtfulStart",
+        "FileMissing",
+        "FmuError",
+        "InvalidValue",
+        "PackageMissing",
+        "UnknownName",
+    ],
+    "fitting": ["Fit", "fit"],
+    "fmu": ["Fmu"],
+    "progress": ["Progress"],
+    "pulses": ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"],
+    "recording": ["RecordingError"],
+    "run": ["NEVER", "LogLine", "Result", "Run", "Saved"],
+    "setups": ["chain", "figure5", "lifted", "power_law", "preset", "presets", "steel"],
+    "sweeps": ["Sweep", "sweep"],
+    "views": ["energy_error", "momentum_of_sequences", "overlaps", "resolved", "sample_times"],
+}
+HOMES = {name: module for module, names in NAMES.items() for name in names}
+MODULES = [*NAMES, "files", "look", "markup", "page", "testing", "trial"]
+
+__all__ = ["look", *HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module(".files", __name__).version()
+    if name in MODULES:
+        return import_module(f".{name}", __name__)
+    if name not in HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(f".{HOMES[name]}", __name__), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), "__version__", *HOMES, *MODULES])

@@ -19,9 +19,10 @@ from typing import Any
 
 import numpy as np
 
+from .building import build
 from .errors import InvalidValue, UnknownName, did_you_mean
 from .files import CASES
-from .fmu import Fmu, build
+from .fmu import Fmu
 from .run import Result
 from .setups import Start, power_law
 

@@ -1,15 +1,15 @@
 """The errors of this package: one family, `CradleError`. Their messages say what was wrong and what is allowed."""
 
-import difflib
-import inspect
 import math
-import numbers
+import operator
+import sys
 import warnings
 from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
 MOST_BALLS = 10_000  # of a cradle
+MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
 
 
 class CradleError(Exception):
@@ -46,36 +46,59 @@ class DoubtfulStart(UserWarning):
 
 def warn(text: str) -> None:
     """Warns about doubtful start values, at the line outside this package that gave them."""
-    frame, level = inspect.currentframe(), 1
-    while frame and frame.f_globals.get("__name__", "").startswith(f"{__package__}."):
+    frame, level = sys._getframe(), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").startswith(f"{__package__}."):
         frame, level = frame.f_back, level + 1
     warnings.warn(text, DoubtfulStart, stacklevel=level)
+
+
+def plain(value: Any) -> Any:
+    """The Python number in a NumPy scalar or an array without dimensions; anything else as it is."""
+    return value.item() if getattr(value, "shape", None) == () and hasattr(value, "item") else value
+
+
+def shown(value: Any) -> str:
+    """A value in a message: the beginning of what is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # of integers of more digits than Python writes
+        text = "an integer of thousands of digits"
+    return text if len(text) <= 80 else f"{text[:80]}..."
 
 
 def number(
     name: str, value: Any, unit: str = "", *, positive: bool = False, least: float = -math.inf, most: float = math.inf
 ) -> float:
     """The value as a finite number, a positive one if wanted, from `least` to `most`. Raises InvalidValue."""
-    real = isinstance(value, numbers.Real) and math.isfinite(value) and not isinstance(value, bool)
-    if not real or (positive and not value > 0) or not least <= value <= most:
+    given = plain(value)
+    try:
+        real = not isinstance(given, bool | str | bytes) and math.isfinite(given)
+    except (TypeError, ValueError, OverflowError):
+        real = False
+    if not real or (positive and not given > 0) or not least <= given <= most:
         ends = [f"at least {least:g}"] if least > -math.inf else []
         ends += [f"at most {most:g}"] if most < math.inf else []
         allowed = f"a {'positive' if positive else 'finite'} number{f' ({unit})' if unit else ''}"
-        raise InvalidValue(f"{name} = {value!r} is refused; allowed: {', '.join([allowed, *ends])}")
-    return float(value)
+        raise InvalidValue(f"{name} = {shown(value)} is refused; allowed: {', '.join([allowed, *ends])}")
+    return float(given)
 
 
 def whole(name: str, value: Any, least: int, most: int) -> int:
     """The value as a whole number from `least` to `most`. Raises InvalidValue."""
-    if not isinstance(value, numbers.Integral) or isinstance(value, bool) or not least <= int(value) <= most:
-        raise InvalidValue(f"{name} = {value!r} is refused; allowed: a whole number from {least} to {most}")
-    return int(value)
+    given = plain(value)
+    try:
+        wrong = isinstance(given, bool) or not least <= operator.index(given) <= most
+    except TypeError:
+        wrong = True
+    if wrong:
+        raise InvalidValue(f"{name} = {shown(value)} is refused; allowed: a whole number from {least} to {most}")
+    return operator.index(given)
 
 
 def needed(what: str, value: Any, kind: Any, example: str) -> None:
     """Raises InvalidValue unless the value is of this type."""
     if not isinstance(value, kind):
-        raise InvalidValue(f"{what}: {example} is needed, not {value!r}")
+        raise InvalidValue(f"{what}: {example} is needed, not {shown(value)}")
 
 
 def optional(package: str, extra: str) -> Any:
@@ -89,6 +112,8 @@ def optional(package: str, extra: str) -> Any:
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """`; did you mean a or b?`: up to three known names that are similar, whole or after their dot, the best first."""
+    import difflib  # only here, because it takes a while
+
     by_form: dict[str, str] = {}
     for other in known:
         by_form.setdefault(other.lower().rpartition(".")[2], other)

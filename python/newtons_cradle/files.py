@@ -2,9 +2,7 @@
 
 import codecs
 import sys
-import sysconfig
-import tomllib
-from importlib import metadata
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +31,8 @@ def producer() -> Path:
     """The program cradle-fmu of the installation or, in a checkout, the one built last. Raises FileMissing."""
     name = "cradle-fmu.exe" if sys.platform == "win32" else "cradle-fmu"
     if not IN_CHECKOUT:
+        import sysconfig
+
         return newest(Path(sysconfig.get_path("scripts"), name))
     return newest(*(CHECKOUT / "target" / profile / name for profile in ("release", "debug")))
 
@@ -78,13 +78,17 @@ def in_folder(path: str | Path, what: str = "path") -> Path:
     return regular(Path(path), f"{what}: ") if Path(path).exists() else Path(path)
 
 
+@cache
 def presets() -> dict[str, dict[str, Any]]:
-    """The parameters in the files of the presets that `cradle-fmu build --preset` knows, in its order."""
+    """The parameters in the files of the presets that `cradle-fmu build --preset` knows, in its order. Not to be
+    changed."""
     names = (PRESETS / "order.txt").read_text(encoding="utf-8").split()
     return {name: _dotted(_toml(PRESETS / f"{name}.toml")) for name in names}
 
 
 def _toml(path: Path) -> dict[str, Any]:
+    import tomllib  # only here, because it takes a while
+
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
@@ -100,4 +104,6 @@ def version() -> str:
     """The version of the installed package or, in a checkout, of the sources."""
     if IN_CHECKOUT:
         return str(_toml(CHECKOUT / "Cargo.toml")["workspace"]["package"]["version"])
+    from importlib import metadata
+
     return metadata.version("newtons-cradle")

@@ -1,34 +1,46 @@
-"""Open an FMU, or make one of another cradle; start instances of it, or run it from start to stop.
+"""Open an FMU, start instances of it, or run it from start to stop.
 
 FMPy's `simulate_fmu` is the right tool for an ordinary run. This package drives FMPy's slave directly
 where you need more: a table of all pulses, nanosecond steps at an impact, or control over each step.
 """
 
 import hashlib
+import os
 import platform
-import shutil
-import subprocess
-import tempfile
 import weakref
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager
-from importlib import metadata
+from contextlib import AbstractContextManager, suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmpy import extract, read_model_description
 
-from . import files
-from .errors import MOST_BALLS, FmuError, InvalidValue, needed, number, warn, whole
+from . import archive, files
+from .archive import Archive
+from .errors import MOST_STEPS, FmuError, InvalidValue, needed, number
 from .run import Model, Result, Run
-from .run.model import Values, meant
+from .run.calls import FMI2, FMI3
+from .run.description import Description, NotReadable
+from .run.model import GIVEN, Values
+from .run.recorder import columns
 
-MOST_STEPS = 100_000_000  # of one run: their samples alone are gigabytes
+IDLE = 8  # instances that wait for the next run
+KEPT = 15  # sets of recorded variables whose description is kept
+
+
+def described(opened: Archive) -> Description:
+    """The description in the file of an FMU. Raises FmuError."""
+    path = opened.path
+    try:
+        return Description(opened.description())
+    except NotReadable as problem:
+        raise FmuError(f"{path} is not an FMU that can be read: {problem}") from problem
 
 
 class Fmu(Model, AbstractContextManager["Fmu"]):
-    """An FMU, unpacked: start as many runs of it as you like, side by side if need be.
+    """An FMU, unpacked: start as many runs of it as you like, side by side if need be. Other processes may have it: a
+    pickled one opens its file anew.
 
     `path`: the file; if None, the FMU that comes with the package or, in a checkout, the one that was built last.
     `folder`: where to unpack it; if None, a temporary folder. `close`, or the end of the program, removes it.
@@ -38,24 +50,57 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
     def __init__(self, path: str | Path | None = None, folder: str | Path | None = None):
         needed("path", path, str | Path | None, "the path of an .fmu file")
         needed("folder", folder, str | Path | None, "the path of a folder")
-        path = files.newest(files.FMU) if path is None else files.regular(Path(path))
-        try:
-            description = read_model_description(str(path))
-        except Exception as problem:  # FMPy passes on its parser's exceptions
-            raise FmuError(f"{path} is not an FMU that FMPy can read: {problem}") from problem
-        own = description.modelName == files.MODEL and description.fmiVersion.startswith("3.")
-        if not (own or description.fmiVersion.startswith("2.")) or description.coSimulation is None:
-            what = f"an FMU of FMI {description.fmiVersion}, the model {description.modelName}"
+        path = files.newest(files.FMU) if path is None else Path(path)
+        self._archive = Archive(path)
+        super().__init__(path, described(self._archive))
+        known = self.described
+        if not (known.fmi2 or (known.version.startswith("3.") and self.is_cradle)) or not self._identifier:
+            what = f"an FMU of FMI {known.version}, the model {known.model}"
             raise FmuError(f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {files.MODEL} of FMI 3.0")
+        self._idle: list[Any] = []
+        self._columns: dict[tuple[str, ...], tuple[Any, dict[str, str], dict[str, str]]] = {}
+        self._folder = archive.temporary() if folder is None else Path(folder)
+        self._held: list[Callable[[], None]] = []  # frees the library
+        self._remove = weakref.finalize(self, _end, self._folder, os.getpid(), self._idle, self._held)
         try:
-            unpacked = extract(str(path), unzipdir=str(folder) if folder else None)
-        except OSError as problem:
-            raise FmuError(f"{path} cannot be unpacked: {problem}") from problem
-        super().__init__(path, description, unpacked)
-        self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+            self._archive.unpack(self._folder, self._runs_here if folder is None else lambda _: True)
+        except FmuError:
+            self._remove()
+            raise
+
+    @property
+    def _identifier(self) -> str:
+        return self.described.identifiers.get("CoSimulation", "")
+
+    def _runs_here(self, name: str) -> bool:
+        """Whether an instance of the cradle needs this file here; of other FMUs all are unpacked."""
+        return not self.is_cradle or name.startswith(("binaries/", "resources/"))
+
+    @property
+    def folder(self) -> Path:
+        """The folder with the unpacked FMU."""
+        self._archive.unpack(self._folder, lambda _: True)
+        return self._folder
+
+    def machines(self) -> list[str]:
+        """The folders that it has binaries in."""
+        return self._archive.machines()
+
+    @cached_property
+    def description(self) -> Any:
+        """FMPy's object for all of the description. Raises FmuError."""
+        from fmpy import read_model_description
+
+        try:
+            return read_model_description(str(self.path))
+        except Exception as problem:  # FMPy passes on its parser's exceptions
+            raise FmuError(f"{self.path} is not an FMU that FMPy can read: {problem}") from problem
 
     def __repr__(self) -> str:
         return super().__repr__() if self._remove.alive else f"Fmu({self.path.name}, closed)"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Fmu, (self.path.absolute(),)
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -64,14 +109,50 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         """Removes the unpacked files."""
         self._remove()
 
+    def taken(self, options: dict[str, Any]) -> Any:
+        """An instance for a run, new or reset. Raises FmuError."""
+        if not self._remove.alive:
+            raise FmuError(f"{self.path.name} is closed: its `with` block has ended, or `close` was called")
+        if not options:
+            with suppress(IndexError):
+                return self._idle.pop()
+        from .run import slaves  # FMPy, which takes a while to import
+
+        made = slaves.instance(self, self._folder, options.pop("exchange", False))
+        if not self._held:
+            self._held.append(slaves.hold(made))
+        made.again = self.is_cradle and not options and "Slave" in type(made).__name__
+        return made
+
+    def give_back(self, instance: Any, again: bool) -> None:
+        """A run has ended: its instance is kept for another one, `again`, or freed."""
+        if again and instance.again and self._remove.alive and len(self._idle) < IDLE:
+            with suppress(Exception):
+                instance.reset()
+                self._idle.append(instance)
+                return
+        _free(instance)
+
+    @cached_property
+    def given_names(self) -> tuple[str, ...]:
+        """The parameters and inputs that results keep."""
+        place, types = self.variables.place, FMI2 if self.fmi2 else FMI3
+        return tuple(name for name in self.variables.named(*GIVEN) if place(name).type in types)
+
+    def columns(self, names: tuple[str, ...]) -> tuple[Any, dict[str, str], dict[str, str]]:
+        """What results of these variables have in common; see `recorder.columns`."""
+        if names not in self._columns:
+            self._columns = dict(list(self._columns.items())[-KEPT:]) | {names: columns(self, names)}
+        return self._columns[names]
+
     def require(self, *, balls: int | None = None, starts: Values | None = None) -> None:
         """Raises FmuError unless this is a cradle of this many balls, built with these start values.
 
         For programs that need a certain cradle, and would fail or give wrong numbers with another one.
         """
         what = f"{self.path} is refused: "
-        if self.description.modelName != files.MODEL:
-            raise FmuError(f"{what}it is the model {self.description.modelName}; allowed: {files.MODEL}")
+        if not self.is_cradle:
+            raise FmuError(f"{what}it is the model {self.described.model}; allowed: {files.MODEL}")
         if balls is not None and self.balls != balls:
             raise FmuError(f"{what}it has {self.balls} balls where {balls} are needed")
         others = [
@@ -90,22 +171,23 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
 
     def provenance(self) -> dict[str, str]:
         """What to store with results: file, GUID and checksum of the FMU, and versions of what ran it."""
+        from importlib import metadata  # only here, because it takes a while
+
         return {
             "fmu": self.path.name,
-            "guid": self.description.guid,
+            "guid": self.described.token,
             "sha256": hashlib.sha256(self.path.read_bytes()).hexdigest(),
-            "model": f"{self.description.modelName} {self.description.version}",
+            "model": f"{self.described.model} {self.described.root.get('version', '')}",
             "newtons-cradle": files.version(),
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.machine()}",
             **{name: metadata.version(name) for name in ("fmpy", "numpy")},
         }
 
-    def start(self, values: Values | None = None, *, initialize: bool = True, **options: bool) -> Run:
-        """A run at its start time; see `Run`. Use it in a `with` block, which frees the instance. `options`:
-        `exchange=True` for model exchange, and those of the instantiation in FMI 3.0, such as `eventModeUsed=True` for a master that steps `run.slave` itself."""
-        if not self._remove.alive:
-            raise FmuError(f"{self.path.name} is closed: its `with` block has ended, or `close` was called")
+    def start(self, values: Values | None = None, *, initialize: bool = True, **options: Any) -> Run:
+        """A run at its start time; see `Run`. Use it in a `with` block, which ends it. `options`: `exchange=True` for
+        model exchange, and those of the instantiation in FMI 3.0, such as `eventModeUsed=True` for a master that steps
+        `run.slave` itself."""
         return Run(self, values, initialize=initialize, **options)
 
     def simulate(
@@ -116,24 +198,29 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         step: float = 0.01,
         times: Iterable[float] | None = None,
         record: Iterable[str] | None = None,
-        inputs: Callable[[float], Values] | None = None,
-        control: Callable[[Run], Values] | None = None,
+        inputs: Callable[[float], Values | None] | None = None,
+        control: Callable[[Run], Values | None] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Result:
         """Runs from 0 to `stop` (s) in equal steps of about `step` (s) and records at each.
 
         `values`: start values by name, see `Run.set`. `times`: the communication points (s, rising, from 0 on) instead
-        of equal steps. `record`: names of variables or arrays, all outputs and E_residual if None. `inputs(t)`: inputs
-        for the step that begins at t. `control(run)`: inputs from a controller, which may read the run, `run["v[1]"]`.
-        `progress(fraction)`: called up to 200 times. Raises FmuError, UnknownName, InvalidValue.
+        of equal steps. `record`: names of variables or arrays; if None, all outputs and E_residual, which takes two or
+        three times as long as `["x", "v"]`; all that there is: `record=fmu.variables`. `inputs(t)`: a dict of inputs
+        for the step that begins at t (s), or None for no change. `control`: the same from a controller, a function
+        `control(run: Run) -> dict | None`, which may read the run, `run["v[1]"]`, and set it. `progress(fraction)`:
+        called up to 200 times. Raises FmuError, UnknownName, InvalidValue.
         """
         points = equal_steps(stop, step) if times is None else rising(times)
         for what, function in (("inputs", inputs), ("control", control), ("progress", progress)):
             needed(what, function, Callable | None, "a function")
         with self.start(values) as run:
-            names = [*self.outputs, *(["E_residual"] if "E_residual" in self.variables else [])]
-            recorder = run.recorder(names if record is None else record)
+            recorder = run.recorder(self._outputs if record is None else record)
+            recorder.reserve(len(points) + 1)
             recorder.sample()
+            if inputs is None and control is None and progress is None:
+                recorder.steps(points)
+                return recorder.result()
             for i, time in enumerate(points, start=1):
                 if inputs is not None:
                     run.set(returned("inputs(t)", inputs(run.time)))
@@ -145,66 +232,35 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
                     progress(i / len(points))
             return recorder.result()
 
-
-def build(
-    *,
-    balls: int | None = None,
-    preset: str | None = None,
-    set: Mapping[str, Any] | None = None,
-    fmi: int = 2,
-    out: str | Path | None = None,
-    binaries: str | Path | None = None,
-) -> Fmu:
-    """An FMU of a cradle of this many `balls`, from a `preset`, with other start values by `set`, as `cradle-fmu build`
-    makes it; opened.
-
-    `nc.build(balls=13, set={"x_start": [-0.1] + 12 * [0], "contact.model": "hertz"})`. `fmi`: the version of the
-    standard, 2 or 3. `out`: where to write the file; if None, into a temporary folder, removed with the FMU. Nothing is
-    compiled: `binaries` is the FMU whose binaries it gets; if None, the one that comes with the package. A preset has
-    its own number of balls; for another, `balls=7, set=nc.preset("desk") | {"x_start": [-0.03] + 6 * [0]}`. Raises
-    FmuError with what `cradle-fmu` says, InvalidValue, and FileMissing where that program is missing.
-    """
-    if balls is not None:
-        whole("balls", balls, 1, MOST_BALLS)
-    needed("preset", preset, str | None, "a name such as 'desk'")
-    needed("set", set, Mapping | None, 'a dict such as {"ball.mass": 0.5}')
-    whole("fmi", fmi, 2, 3)
-    command: list[str | Path] = [files.producer(), "build", "--from", binaries or files.newest(files.FMU)]
-    command += ["--fmi", str(fmi)]
-    command += ["--balls", str(balls)] if balls is not None else []
-    command += ["--preset", preset] if preset is not None else []
-    for name, value in (set or {}).items():
-        several = isinstance(value, (list, tuple)) or hasattr(value, "tolist")
-        try:
-            text = ",".join(map(repr, map(float, value))) if several else value
-        except (TypeError, ValueError):
-            allowed = "a number in the variable's SI unit, a list of them, or the name of an item"
-            raise InvalidValue(f"{name} = {value!r} is refused; allowed: {allowed}") from None
-        command += ["--set", f"{name}={text}"]
-    folder = Path(tempfile.mkdtemp(prefix="cradle-"))
-    path = Path(out or folder / "NewtonsCradle.fmu").absolute()
-    done = subprocess.run([*command, "--out", path], capture_output=True, text=True)
-    if done.returncode:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise FmuError(done.stderr.strip().removeprefix("error: "))
-    said = [line.removeprefix("warning: ") for line in done.stderr.splitlines() if line.startswith("warning: ")]
-    for line in said if not meant(set or {}) else ():
-        warn(line)
-    fmu = Fmu(path)
-    weakref.finalize(fmu, shutil.rmtree, folder, ignore_errors=True)
-    return fmu
+    @cached_property
+    def _outputs(self) -> list[str]:
+        """What is recorded by default."""
+        return [*self.variables.named("output"), *(["E_residual"] if "E_residual" in self.variables else [])]
 
 
-def returned(function: str, values: Values) -> Values:
-    """What a function of the user's gave for a step. Raises InvalidValue unless it is a dict."""
-    needed(function, values, Mapping, 'a returned dict of inputs, such as {"F_ext[1]": 0.2} or {},')
-    return values
+def returned(function: str, values: Values | None) -> Values:
+    """What a function of the user's gave for a step. Raises InvalidValue unless it is a dict or None."""
+    needed(function, values, Mapping | None, 'a returned dict of inputs, such as {"F_ext[1]": 0.2}, or None,')
+    return values or {}
+
+
+def _end(folder: Path, owner: int, idle: list[Any], held: list[Callable[[], None]]) -> None:
+    """Frees what waits, and removes the unpacked files."""
+    while idle:
+        _free(idle.pop())
+    while held:
+        held.pop()()
+    archive.remove(folder, owner)
+
+
+def _free(instance: Any) -> None:
+    if instance.component:
+        instance.freeInstance()
 
 
 def equal_steps(stop: float, step: float) -> list[float]:
     """The ends (s) of equal steps up to `stop` (s), about `step` (s) long. Raises InvalidValue."""
-    for name, value in (("stop", stop), ("step", step)):
-        number(name, value, "s", positive=True)
+    stop, step = (number(name, value, "s", positive=True) for name, value in (("stop", stop), ("step", step)))
     if stop / step > MOST_STEPS:
         many = f"up to {stop} s that makes {stop / step:.2g} steps"
         raise InvalidValue(f"step = {step} is refused: {many}; allowed: {MOST_STEPS}")

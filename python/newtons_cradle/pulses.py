@@ -5,13 +5,16 @@ pulses, the variables show only the last one. The log has them all, one line per
 """
 
 import re
-from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import needed
+from .errors import needed, optional
+from .markup import html_table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = npt.NDArray[Any]
 
@@ -43,8 +46,22 @@ class Pulses(np.ndarray):
 
     __str__ = __repr__
 
+    def _repr_html_(self) -> str:
+        if self.dtype != PULSE or self.ndim != 1:
+            return f"<pre>{np.asarray(self)!r}</pre>"
+        rows = [
+            [f"{c}", f"{on:.15g}", f"{off:.15g}", f"{peak:.6g}", f"{p:.6g}"] for c, on, off, peak, p in self[:SHOWN]
+        ]
+        more = f"{len(self)} pulses in all" if len(self) > SHOWN else ""
+        return html_table(["contact", "onset (s)", "release (s)", "peak (N)", "impulse (N.s)"], *rows, below=more)
 
-_LINE = re.compile(r"contact=(\d+) onset=(\S+) release=(\S+) peak=(\S+) impulse=(\S+)")
+    def to_dataframe(self) -> "pd.DataFrame":
+        """As a pandas data frame, a row for each pulse, in SI units. Raises PackageMissing without pandas."""
+        return optional("pandas", "data").DataFrame({name: self[name] for name in FIELDS})
+
+
+_LINE = re.compile(r"contact=(\d+) onset=(\S+) release=(\S+) peak=(\S+) impulse=([^\s\x1e]+)")
+_LINES = re.compile(_LINE.pattern.encode())
 
 
 def parse_pulse(line: str) -> tuple[int | float, ...] | None:
@@ -53,12 +70,16 @@ def parse_pulse(line: str) -> tuple[int | float, ...] | None:
     return (int(match[1]), *map(float, match.groups()[1:])) if match else None
 
 
-def pulse_table(lines: Iterable[str]) -> Array:
-    """The pulses among log lines as an array of dtype `PULSE`, shape (number of pulses,), by onset.
+def pulse_table(text: bytes) -> Array:
+    """The pulses that a log's text names as an array of dtype `PULSE`, shape (number of pulses,), by onset.
 
     Pulses that begin at the same time stay in the order of the log, which is that of rigid impacts.
     """
-    return by_onset(np.array([row for row in map(parse_pulse, lines) if row], dtype=PULSE).view(Pulses))
+    numbers = np.array(_LINES.findall(text), dtype="S25").reshape(-1, len(FIELDS)).astype("f8")
+    table = np.empty(len(numbers), dtype=PULSE)
+    for name, column in zip(FIELDS, numbers.T, strict=True):
+        table[name] = column
+    return by_onset(table.view(Pulses))
 
 
 def by_onset(pulses: Array) -> Array:

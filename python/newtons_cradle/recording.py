@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import MOST_BALLS, CradleError, number, whole
-from .files import MODEL
 from .pulses import FIELDS, PULSE, Array
 from .tables import as_number, by_name, read_csv
 
@@ -106,7 +105,7 @@ def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
         exact = texts if model.variables[names[0]].type == "Enumeration" else [given[name] for name in names]
         if base != DERIVATIVES:
             start[base] = exact if vector else exact[0]
-    own = model.description.modelName == MODEL
+    own = model.is_cradle
     free = not any(given[name] for name in given if name not in model.parameters)
     drawing = {"length": start["pendulum.length"], "radius": start["ball.radius"]} if own else {}
     return {"parameters": rows, "start": start if own and free else None, **drawing}

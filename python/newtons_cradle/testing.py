@@ -8,26 +8,26 @@ With the package installed, pytest knows the fixtures by themselves; in a checko
 """
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from .fmu import Fmu, build
-from .pulses import Array, impact_sequences, pulse_order
-from .run import Result
-from .views import energy_error
+import newtons_cradle as nc  # which imports nothing until it is asked for: pytest loads this file in every session
+
+if TYPE_CHECKING:
+    from .pulses import Array
 
 
 @pytest.fixture(scope="session")
-def cradle() -> Iterator[Callable[..., Fmu]]:
+def cradle() -> Iterator["Callable[..., nc.Fmu]"]:
     """FMUs by what `newtons_cradle.build` takes, `cradle(balls=13, set={"contact.model": "hertz"})`; without anything
     the default one. Each is built once in a session, and closed at its end."""
-    made: dict[str, Fmu] = {}
+    made: dict[str, nc.Fmu] = {}
 
-    def cradle(**wanted: Any) -> Fmu:
+    def cradle(**wanted: Any) -> nc.Fmu:
         key = repr(sorted(wanted.items()))
         if key not in made:
-            made[key] = build(**wanted) if wanted else Fmu()
+            made[key] = nc.build(**wanted) if wanted else nc.Fmu()
         return made[key]
 
     yield cradle
@@ -35,16 +35,16 @@ def cradle() -> Iterator[Callable[..., Fmu]]:
         fmu.close()
 
 
-def assert_energy_kept(result: Result, tolerance: float = 1e-12) -> None:
+def assert_energy_kept(result: "nc.Result", tolerance: float = 1e-12) -> None:
     """E_residual stays below this part of the largest energy: no energy came from nowhere. E_residual and E_total
     must be recorded."""
-    error = energy_error(result)
+    error = nc.energy_error(result)
     assert error <= tolerance, f"the energy is off by {error:.3g} of the largest; allowed: {tolerance:.3g}"
 
 
-def assert_pulse_order(pulses: Array, expected: list[list[int]], click: int = 0) -> None:
+def assert_pulse_order(pulses: "Array", expected: list[list[int]], click: int = 0) -> None:
     """The contacts of one click close in this order, simultaneous ones together: [[2], [1, 3], [2, 4], [3]]."""
-    clicks = impact_sequences(pulses)
+    clicks = nc.impact_sequences(pulses)
     assert click < len(clicks), f"there are {len(clicks)} clicks; click {click} was expected (the first is 0)"
-    order = pulse_order(clicks[click])
+    order = nc.pulse_order(clicks[click])
     assert order == expected, f"the contacts close in the order {order}; expected: {expected}"

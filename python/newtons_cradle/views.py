@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import InvalidValue, whole
-from .fmu import MOST_STEPS, Fmu, equal_steps
+from .errors import MOST_STEPS, InvalidValue, whole
+from .fmu import Fmu, equal_steps
 from .pulses import Array, impact_sequences
 from .recording import LARGEST, Recording, RecordingError, known_of, of_columns
 from .run import Result

@@ -3,10 +3,23 @@
 use std::ffi::{CStr, OsString};
 use std::io;
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 use crate::files::{self, MAX_START_VALUES};
 use crate::instance::{Purpose, Start};
-use crate::variables::{Description, FILE_NAME, Recipe, Refusal, ensure};
+use crate::variables::{Description, FILE_NAME, Recipe, Refusal, Settings, ensure};
+
+/// A description that an instance was made of.
+struct Known {
+    fmi3: bool,
+    settings: Settings,
+    guid: String,
+    scalars: bool,
+}
+
+/// The last one. Writing a description for its hash takes longer than all else here, and a host that makes one instance
+/// after the other has the same.
+static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
 
 /// The recipe at `location`, a URI; the default one if there is no location or no file. Only the one file is looked
 /// for.
@@ -28,10 +41,19 @@ pub(crate) fn start(
     (name, token): (&str, &CStr),
 ) -> Result<Start, Refusal> {
     let settings = recipe?.settings().map_err(|error| Refusal::new(format_args!("resources: {error}")))?;
-    let (guid, descriptions) = (token.to_string_lossy(), Description::all(&settings, purpose.fmi3));
+    let guid = token.to_string_lossy().into_owned();
+    let is_known = |known: &&Known| known.fmi3 == purpose.fmi3 && known.guid == guid && known.settings == settings;
+    let known = KNOWN.lock().ok().and_then(|known| known.as_ref().filter(is_known).map(|known| known.scalars));
+    if let Some(scalars) = known {
+        return Ok(Start { purpose, settings, scalars, guid });
+    }
+    let descriptions = Description::all(&settings, purpose.fmi3);
     if let Some(own) = descriptions.iter().find(|own| own.guid() == guid) {
         let scalars = own.scalars;
-        return Ok(Start { purpose, settings, scalars, guid: guid.into_owned() });
+        if let Ok(mut known) = KNOWN.lock() {
+            *known = Some(Known { fmi3: purpose.fmi3, settings: settings.clone(), guid: guid.clone(), scalars });
+        }
+        return Ok(Start { purpose, settings, scalars, guid });
     }
     let own = descriptions[0].guid();
     let allowed = format_args!("{own}, that of the description that belongs to this binary and resources");
@@ -117,11 +139,33 @@ fn os_path(path: Vec<u8>) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::CString;
+
     use super::*;
+    use crate::instance::Kind;
 
     fn on(windows: bool, location: &str) -> Vec<String> {
         let folders = folders(location.as_bytes(), windows).unwrap();
         folders.into_iter().map(|folder| String::from_utf8(folder).unwrap()).collect()
+    }
+
+    #[test]
+    fn a_known_description_is_no_other() {
+        let (five, six) = (Recipe::default(), Recipe::new(6));
+        let settings = five.settings().unwrap();
+        let [fmi2, fmi3] = [Description::of(&settings), Description::fmi3(&settings)].map(|own| own.guid());
+        let made = |recipe: &Recipe, purpose, token: &str| {
+            let token = CString::new(token).unwrap();
+            start(purpose, Ok(recipe.clone()), ("fmuGUID", &token)).map(|start| start.scalars)
+        };
+        let of_fmi2 = Purpose::fmi2(Kind::CoSimulation);
+        let of_fmi3 = Purpose { fmi3: true, ..of_fmi2 };
+        for _ in 0..2 {
+            assert_eq!(made(&five, of_fmi2, &fmi2), Ok(true));
+            assert!(made(&six, of_fmi2, &fmi2).unwrap_err().to_string().contains(&fmi2));
+            assert!(made(&five, of_fmi3, &fmi2).is_err() && made(&five, of_fmi2, &fmi3).is_err());
+            assert_eq!(made(&five, of_fmi3, &fmi3), Ok(false));
+        }
     }
 
     #[test]

@@ -8,11 +8,13 @@ import re
 import sys
 
 import nbformat
+import newtons_cradle as nc
 import numpy as np
 import pytest
 from conftest import ROOT, ended, repacked
 from fmpy.fmi3 import FMU3Slave
 from nbclient import NotebookClient
+from newtons_cradle.fitting import seen
 from pythonfmu.builder import FmuBuilder
 
 pytestmark = pytest.mark.all
@@ -73,10 +75,12 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3, monkeypatch):
     monkeypatch.syspath_prepend(FIT.parent)
     import contacts
 
-    seen, jacobian = contacts.film(fmu3, contacts.TRUE)
-    for i, value in enumerate(contacts.TRUE):
-        change = np.eye(2)[i] * 1e-5 * value
-        more, less = (contacts.film(fmu3, contacts.TRUE + sign * change)[0] for sign in (1, -1))
+    film, names = contacts.film(fmu3, contacts.TRUE), list(contacts.TRUE)
+    track = {"time": np.arange(1, len(film) + 1) / contacts.RATE, "x": film}
+    found, jacobian = seen(fmu3, contacts.LINEAR | contacts.TRUE, ["x"], track["time"].tolist(), names)
+    assert np.array_equal(found, film)
+    for i, (name, value) in enumerate(contacts.TRUE.items()):
+        more, less = (contacts.film(fmu3, contacts.TRUE | {name: value * (1 + sign * 1e-5)}) for sign in (1, -1))
         difference = (more - less) / 2e-5
         assert np.abs(difference).max() > 5e-3  # m, for a parameter that changes by its own size
         assert np.abs(jacobian[:, :, i] * value - difference).max() < 1e-6 * np.abs(difference).max()
@@ -84,8 +88,8 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3, monkeypatch):
     for wrong, complaint in ((-1.0, "no step along the derivatives"), (0.0, "tell these parameters apart")):
         scaled = lambda *given, factor=wrong: [factor * value for value in true(*given)]  # noqa: E731
         monkeypatch.setattr(FMU3Slave, "getDirectionalDerivative", scaled)
-        with pytest.raises(RuntimeError, match=complaint):
-            contacts.fit(fmu3, seen, contacts.GUESS)
+        with pytest.raises(nc.FmuError, match=complaint):
+            nc.fit(track, by=contacts.GUESS, fmu=fmu3, values=contacts.LINEAR)
 
 
 def test_c12_agrees_with_what_does_not_use_the_fmu(fmu_path, tmp_path):
@@ -119,10 +123,10 @@ def test_the_page_on_engines_shows_the_results(monkeypatch):
     [
         (PAPER, ["--balls", "4"], "has 4 balls where 5 are needed"),
         (COUPLED, ["--set", "contact.model=rigid"], "contact.model = rigid where powerLaw is needed"),
-        (FIT, [], "is of FMI 2.0; needed: NewtonsCradle of FMI 3.0"),
-        (FIT, ["--fmi", "3", "--balls", "1"], "the positions do not tell these parameters apart"),
+        (FIT, [], "is of FMI 2.0; a fit needs FMI 3.0"),
+        (FIT, ["--fmi", "3", "--balls", "1"], "does not tell these parameters apart"),
         (FIT, ROOT / "none.fmu", "none.fmu is missing: build it with `cargo pack build --release --fmi 3`"),
-        (FIT, FIT, "contacts.py is not an FMU that FMPy can read"),
+        (FIT, FIT, "contacts.py is not an FMU that can be read"),
         (STUDY, ["--set", "contact.gap[2]=1e-6"], "contact.gap[2] = 1e-06 m where 0 m is needed"),
         (STUDY, ["--balls", "2"], "it has 2 balls where 3 or more are needed"),
         (STUDY, ROOT / "none.fmu", "none.fmu"),

@@ -1,22 +1,30 @@
 """A running instance of an FMU, stepped as finely as you like."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from ctypes import c_double
 from dataclasses import dataclass, field
-from typing import Any
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import FmuError, InvalidValue, needed, number, warn
-from ..pulses import Array, pulse_table
-from .model import GIVEN, Model, Value, Values, meant
+from ..errors import MOST_STEPS, FmuError, InvalidValue, needed, number, warn
+from ..pulses import Array
+from . import derivatives
+from .calls import WARNING, Access, Failure
+from .log import Log
+from .model import Value, Values, meant
+from .parts import NOTHING, PROMPT, Parts, length
+from .recorder import Recorder
 from .result import Result
-from .slaves import Log, instance
+
+if TYPE_CHECKING:
+    from ..fmu import Fmu
 
 LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
-DTYPES = {"Real": "f8", "Integer": "i8", "Enumeration": "i4", "Boolean": "?"}  # FMI type to NumPy's
 
 
 @dataclass(frozen=True)
@@ -33,110 +41,221 @@ class Run(AbstractContextManager["Run"]):
     `run["F_ext[1]"] = 0.2` sets a variable; `run["v[1]"]` is the current value of one. With `initialize=False` the
     instance is only instantiated, and the caller must call `initialize()`. With `exchange=True` it is one for model
     exchange, which the caller integrates through `slave`.
+
+    Ctrl-C and other signals end a step as soon as the FMU returns, and a long one is made in parts for that; the run
+    then stands where it has come to, and can go on. No pulse and no message is lost.
     """
 
-    def __init__(self, fmu: Model, values: Values | None = None, *, initialize: bool = True, **options: bool):
-        self.fmu, self.time = fmu, 0.0
-        self.log = Log()
-        self._closed = self._initialized = False
+    def __init__(self, fmu: "Fmu", values: Values | None = None, *, initialize: bool = True, **options: Any):
+        self.fmu, self._time = fmu, 0.0
+        self._closed = self._initialized = self._failed = self._lent = False
         self._meant = True
-        self.slave = instance(fmu, options.pop("exchange", False))
+        self._in_step = False  # it may have been interrupted before the time was noted
+        self._names: dict[str, tuple[str, ...]] = {}  # that were read by one name
+        self._inputs: dict[tuple[str, ...], Access] = {}  # what controllers set in each step, checked before
+        self._mark = 0  # up to where the log has been told in errors
+        self._instance = fmu.taken(options)
+        self.log = Log(self._instance.sink)
+        self._parts = Parts(fmu, special=not self._instance.again)
         try:
-            self._call(self.slave.create, self.log, **options)
+            if self._instance.component is None:
+                self._call(self._instance.create, **options)
+                self._instance.calls = self._instance.prepared()
+            self._calls = self._instance.calls
             self.set({} if values is None else values)
             if initialize:
                 self.initialize()
         except BaseException:
+            self._failed = True
             self.close()
             raise
 
     def initialize(self, start_time: float = 0.0) -> None:
         """Initialises an instance that was only instantiated, at its start time (s). Raises FmuError."""
-        self._call(self.slave.enterInitializationMode, startTime=start_time)
-        self._call(self.slave.exitInitializationMode)
-        self.time, self._initialized = start_time, True
-        for line in self.log:
-            if line.category == "logStatusWarning" and not self._meant:
-                warn(line.text)
+        begin = self.log.mark()
+        self._call(self._instance.enterInitializationMode, startTime=start_time)
+        self._call(self._instance.exitInitializationMode)
+        self._time, self._initialized = start_time, True
+        if not self._meant and self.log.mark() > begin:
+            for line in self.log.since(begin):
+                if line.category == "logStatusWarning":
+                    warn(line.text)
 
     def __repr__(self) -> str:
         state = "closed" if self._closed else f"at {self.time:.9g} s"
         return f"Run({self.fmu.path.name}, {state}; {len(self.pulses)} pulses)"
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, *_: object) -> None:
+        self._failed = self._failed or kind is not None
         self.close()
 
     def close(self) -> None:
-        """Frees the instance; the log and the pulses stay readable."""
-        if self.slave.component and not self._closed:
-            self.slave.freeInstance()
-        self._closed = True
+        """Ends the run; the log and the pulses stay readable."""
+        if not self._closed:
+            self._closed = True
+            self.log.release()
+            self.fmu.give_back(self._instance, again=not (self._failed or self._lent))
+
+    @property
+    def slave(self) -> Any:
+        """FMPy's instance, for functions of FMI that a run has no method for. It ends with the run."""
+        if not self._lent:
+            self._check_open()  # another run may have it now
+            self._lent = True
+            self._parts.end()
+        return self._instance
 
     def _call(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-        if self._closed:
-            raise FmuError("the run is closed: its `with` block has ended, or `close` was called")
-        before = len(self.log)
+        """What a function of FMPy returns. Raises FmuError."""
+        self._check_open()
         try:
             return function(*args, **kwargs)
+        except FmuError:
+            raise
         except Exception as error:
-            # The FMU's message without the function's name; otherwise FMPy's.
-            said = [line.text.partition(": ")[2] for line in self.log[before:] if line.status >= 1]
-            raise FmuError("; ".join(said) or str(error)) from error
+            raise self._refusal(str(error)) from error
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise FmuError("the run is closed: its `with` block has ended, or `close` was called")
+
+    def _refusal(self, otherwise: str, kind: type[FmuError | InvalidValue] = FmuError) -> Exception:
+        """The FMU's message without the function's name; where it has not said anything, this."""
+        lines = self.log.since(self._mark)
+        self._mark, self._failed = self.log.mark(), True
+        said = [line for line in lines if line.status > WARNING] or [line for line in lines if line.status]
+        return kind("; ".join(line.text.partition(": ")[2] for line in said) or otherwise)
+
+    def _done(self, failure: Failure, kind: type[FmuError | InvalidValue] = FmuError) -> None:
+        """Raises unless a prepared call has ended well."""
+        if failure[1]:
+            raise self._refusal(f"{failure[0]} has failed with status {failure[1]}", kind)
 
     @property
     def pulses(self) -> Array:
         """All finished pulses so far, by onset: array of dtype `PULSE`."""
-        return pulse_table(line.text for line in self.log if line.category == "logEvents")
+        return self.log.pulses()
 
     def set(self, values: Values) -> None:
         """Sets parameters and inputs by name, with one call for each type.
 
-        An array takes a sequence, `{"x_start": [-0.1, 0, 0, 0, 0]}`; an enumeration takes the name of an item. Raises
-        UnknownName, FmuError.
+        An array takes a sequence, `{"x_start": [-0.1, 0, 0, 0, 0]}`; an enumeration takes the name or the number of an
+        item; a number may have a unit that the FMU lists, `(2.6, "um")`. Raises UnknownName, InvalidValue.
         """
+        self._check_open()
+        again = self._inputs.get(tuple(values)) if isinstance(values, dict) else None
+        if again is not None and all(isinstance(value, float) for value in values.values()):
+            self._done(again.write(list(values.values())), InvalidValue)
+            return
         numbers = self.fmu.settings(values)
+        if not numbers:
+            return
         self._meant = self._meant and meant(values)
-        for kind, names, references in self._by_type(numbers):
-            self._call(self.slave.write, kind, references, [numbers[name] for name in names])
+        self._parts.note(values)
+        access = self._calls.access(tuple(numbers))
+        self._done(access.write(list(numbers.values())), InvalidValue)
+        if all(name in numbers and self.fmu.variables[name].is_real_input for name in values):
+            self._inputs[tuple(values)] = access
 
     def get(self, name: str) -> float | int | bool:
         """The value of one variable. Raises UnknownName or FmuError."""
-        variable = self.fmu.variable(name)
-        value: float | int | bool = self._call(self.slave.read, variable.type, [variable.valueReference])[0]
+        self.fmu.variable(name)
+        value: float | int | bool = self._read((name,))[0]
         return value
+
+    def _read(self, names: Sequence[str]) -> list[Any]:
+        """The values of these variables."""
+        self._check_open()
+        access = self._calls.access(names)
+        self._done(access.read())
+        values, over = access.values(), self._parts.means
+        return [over.get(name, value) for name, value in zip(names, values, strict=True)] if over else values
 
     def __setitem__(self, name: str, value: Value | Sequence[Value] | Array) -> None:
         self.set({name: value})
 
     def __getitem__(self, name: str) -> Any:
         """The value of a variable; for an array, the values of all elements, shape (elements,)."""
-        values = self.recorder([name]).row()
-        return np.array(values) if name in self.fmu.arrays else values[0]
+        names = self._names.get(name) if isinstance(name, str) else None
+        if names is None:
+            names = self._names[name] = tuple(self.fmu.names([name]))
+        values = self._read(names)
+        return values[0] if names == (name,) else np.array(values)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self.fmu.arrays, *self.fmu.variables]
 
     def step(self, h: float) -> None:
         """One communication step of `h` seconds. Raises InvalidValue, FmuError."""
-        number("h", h, "s", positive=True)
+        h = number("h", h, "s", positive=True)
         self._step(h, self.time + h)
+
+    @property
+    def time(self) -> float:
+        """The time that the run has come to, s."""
+        if self._in_step and not self._closed:  # a signal has come before it was noted
+            self._time, self._in_step = self._calls.time(), False
+        return self._time
+
+    @time.setter
+    def time(self, time: float) -> None:
+        """For who has brought `slave` to another time."""
+        self._time, self._in_step = time, False
 
     def _step(self, h: float, end: float) -> None:
         """One communication step of `h` seconds to `end` (s), or to where the FMU returns early."""
-        if not self._initialized and not self._closed:
+        if not self._initialized or self._closed:
+            self._check_open()
             raise FmuError("a step is refused before the run is initialized; call `initialize` first")
-        # FMI 3.0: whether an event is due, the run is to end, or the step has ended early, and when it has ended.
-        told = self._call(self.slave.doStep, self.time, h)
-        self.time = told[3] if told and told[2] else end
+        if h > self._parts.longest:
+            self._parts.step(self, end)
+        else:
+            self._parts.means = NOTHING
+            self._single(h, end)
+
+    def _single(self, h: float, end: float) -> None:
+        calls = self._calls
+        self._in_step, begin = True, perf_counter()
+        status = calls.step(calls.component, c_double(self._time), c_double(h), *calls.step_tail)
+        if status > WARNING:
+            raise self._refusal(f"the step to t = {end} s has failed with status {status}")
+        self._time = end if self._instance.again else calls.reached(end)
+        self._in_step = False
+        if perf_counter() - begin > PROMPT:
+            self._parts.slow(h, perf_counter() - begin)
 
     def step_to(self, t: float) -> None:
         """One communication step that ends exactly at `t` (s), or earlier if the FMU may return early and does. Raises
         InvalidValue, FmuError."""
-        if not number("t", t, "s") > self.time:
+        if not (t := number("t", t, "s")) > self.time:
             raise InvalidValue(f"t = {t} s is refused; allowed: later than now, {self.time} s")
-        h = t - self.time
-        while self.time + h < t:
-            h = math.nextafter(h, math.inf)
-        while self.time + h > t:
-            h = math.nextafter(h, -math.inf)
-        self._step(h, t)
+        self._step_to(t)
+
+    def _step_to(self, t: float) -> None:
+        self._step(length(self.time, t), t)
+
+    def until(self, t: float, step: float) -> Iterator[float]:
+        """Steps to `t` (s) on the grid of multiples of `step` (s), for a `for` loop: what the loop sets acts in the
+        step that begins at the time that it is given. Raises InvalidValue, FmuError.
+
+        `for time in run.until(20.0, 0.01): run["F_ext[1]"] = -0.5 * run["v[1]"]`
+        """
+        number("t", t, "s", least=self.time)
+        number("step", step, "s", positive=True)
+        if t / step > MOST_STEPS:
+            many = f"up to {t} s that makes {t / step:.2g} steps"
+            raise InvalidValue(f"step = {step} is refused: {many}; allowed: {MOST_STEPS}")
+        return self._until(t, step)
+
+    def _until(self, t: float, step: float) -> Iterator[float]:
+        # A point that differs from t, or from now, by rounding is the same.
+        k, last = math.floor(self.time / step * (1.0 + 1e-12) + 1e-9) + 1, math.ceil(t / step * (1.0 - 1e-12) - 1e-9)
+        while self.time < t:
+            yield self.time
+            end = t if k >= last else k * step
+            if end > self.time:  # the loop may have made steps of its own
+                self._step_to(end)
+            k += 1
 
     def step_to_onset(self, before: float = 0.0) -> float:
         """Steps to the next onset, or to `before` seconds ahead of it (not negative); returns the time of the onset.
@@ -144,7 +263,7 @@ class Run(AbstractContextManager["Run"]):
         If a contact phase is so long that the FMU does not see its end, this takes several steps. Raises FmuError if
         no contact will close any more, or if none is in sight after many steps; InvalidValue.
         """
-        number("before", before, "s", least=0.0)
+        before = number("before", before, "s", least=0.0)
         for _ in range(LOOKS):
             onset = float(self.get("t_next"))
             if onset >= NEVER:
@@ -161,18 +280,18 @@ class Run(AbstractContextManager["Run"]):
         """Whether `t_next` is an onset. FMI 3.0 has no variable for it, but a step to it shows it."""
         if "t_next_isOnset" in self.fmu.variables:
             return bool(self.get("t_next_isOnset"))
-        here, lines, before = self.save(), len(self.log), self["pulses"]
+        here, mark, before = self.save(), self.log.mark(), self["pulses"]
         try:
             self.step_to(ahead)
             return bool((self["pulses"] > before).any())
         finally:
             self.load(here)
-            del self.log[lines:]
+            self.log.cut(mark)
 
     def zoom(self, span: float, step: float, record: Iterable[str], before: float = 0.0) -> tuple[float, Result]:
         """The micro view of the next impact: records every `step` (s) from `before` (s) ahead of the onset until `span`
         (s) after it. Returns the time of the onset and the samples. Raises InvalidValue, FmuError."""
-        number("step", step, "s", positive=True, most=number("span", span, "s", positive=True))
+        step = number("step", step, "s", positive=True, most=number("span", span, "s", positive=True))
         onset = self.step_to_onset(before)
         recorder = self.recorder(record)
         recorder.sample()
@@ -184,49 +303,24 @@ class Run(AbstractContextManager["Run"]):
 
     def save(self) -> Saved:
         """The state of the instance, from which any run of the same FMU can continue, even in another process."""
-        return Saved(self.time, self._call(self.slave.to_bytes))
+        return Saved(self.time, self._call(self._instance.to_bytes))
 
     def load(self, saved: Saved) -> None:
         """Restores a saved state; the run continues bit-for-bit identically. The log is kept. Raises InvalidValue,
         FmuError."""
         needed("saved", saved, Saved, "what `save` returned")
-        self._call(self.slave.go_to, saved.data)
-        self.time, self._initialized = saved.time, True
+        self._call(self._instance.go_to, saved.data)
+        self._time, self._initialized, self._in_step = saved.time, True, False
+        self._parts.means = NOTHING
 
-    def recorder(self, record: Iterable[str]) -> "Recorder":
+    def recorder(self, record: Iterable[str]) -> Recorder:
         """Records the named variables of this run, all elements where an array is named. Raises UnknownName."""
-        return Recorder(self, list(dict.fromkeys(self.fmu.names(record))))
+        return Recorder(self, tuple(dict.fromkeys(self.fmu.names(record))))
 
-    def _by_type(self, names: Iterable[str]) -> list[tuple[str, list[str], list[Any]]]:
-        """These variables by type: type, names, references."""
-        known = [self.fmu.variables[name] for name in names]
-        groups = {kind: [v for v in known if v.type == kind] for kind in dict.fromkeys(v.type for v in known)}
-        return [(kind, [v.name for v in g], [v.valueReference for v in g]) for kind, g in groups.items()]
+    def derivative(self, of: str | Sequence[str], by: str | Sequence[str], *, over: str = "run") -> Array:
+        """How these outputs, at the current time, depend on these parameters or inputs; see `derivatives.matrix`."""
+        return derivatives.matrix(self, of, by, over)
 
-
-class Recorder:
-    """Reads a fixed set of variables with one call per type."""
-
-    def __init__(self, run: Run, names: list[str]):
-        self._run, self._names, self._groups = run, names, run._by_type(names)
-        self._rows: list[tuple[Any, ...]] = []
-
-    def row(self) -> list[Any]:
-        """The values now, in the order of the names."""
-        values: dict[str, Any] = {}
-        for kind, names, references in self._groups:
-            values |= zip(names, self._run._call(self._run.slave.read, kind, references), strict=True)
-        return [values[name] for name in self._names]
-
-    def sample(self) -> None:
-        """Keeps the values at the run's current time."""
-        self._rows.append((self._run.time, *self.row()))
-
-    def result(self) -> Result:
-        """All samples and pulses so far and, while the run is open, its parameters and inputs."""
-        fmu = self._run.fmu
-        types = [("time", "f8"), *((name, DTYPES[fmu.variables[name].type]) for name in self._names)]
-        units = {"time": "s"} | {name: fmu.unit(name) for name in self._names}
-        names = [v.name for v in fmu.variables.values() if v.causality in GIVEN]
-        given = {} if self._run._closed else dict(zip(names, self._run.recorder(names).row(), strict=True))
-        return Result(np.array(self._rows, dtype=types), self._run.pulses, units, fmu, given)
+    def gradient(self, of: str, by: Sequence[str], *, over: str = "run") -> dict[str, Any]:
+        """The derivatives of one output by these parameters or inputs, by name; see `derivatives.gradient`."""
+        return derivatives.gradient(self, of, by, over)

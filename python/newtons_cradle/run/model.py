@@ -1,33 +1,26 @@
 """An FMU's description: its variables by name and as tables, and checks of values."""
 
-import copy
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from fmpy.model_description import ModelDescription
 
-from ..errors import FmuError, InvalidValue, UnknownName, did_you_mean, needed, optional
+from ..errors import InvalidValue, UnknownName, did_you_mean, needed, optional, plain, shown
+from ..files import MODEL
+from ..markup import html_table
+from .description import Description, Variable, Variables
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Value = float | int | bool | str  #: of a variable; an item of an enumeration may be named
+Value = float | int | bool | str | tuple[Any, str]  #: of a variable; an item by name; a number with a unit
 Values = Mapping[str, Any]  #: by name: a `Value`, or for an array a sequence of them
 
 GIVEN = ("parameter", "input")  # what can be set at any time; other causalities only with a start value
-
-#: Types of FMI 3.0 that have one in FMI 2.0. Clocks and binaries have none.
-TYPES = {"Float64": "Real", "UInt64": "Integer", "Enumeration": "Enumeration", "Boolean": "Boolean"}
-
-#: Causalities of what FMI 2.0 does not have.
-OTHERS = ("independent", "structuralParameter")
-
-#: How the descriptions of arrays over contacts end: in FMI 3.0 they have as many elements as there are balls.
-OF_LAST_ELEMENT = "; the last element belongs to no contact"
 
 PLACING = ("x_start", "v_start", "pendulum.length", "contact.gap")  # how names begin that place the balls
 
@@ -39,9 +32,9 @@ def split(name: str) -> tuple[str, int | None]:
 
 
 @dataclass(frozen=True)
-class Variable:
-    """One variable. `range`: which values are allowed; `default`: the start value, an item of an enumeration by its
-    name; "" where there is none."""
+class Row:
+    """One variable in a table. `range`: which values are allowed; `default`: the start value, an item of an enumeration
+    by its name; "" where there is none."""
 
     name: str
     unit: str
@@ -50,23 +43,17 @@ class Variable:
     text: str
 
     @classmethod
-    def of(cls, described: Any) -> "Variable":
-        """From FMPy's description."""
-        declared = described.declaredType
-        items = {str(item.value): item.name for item in (declared and declared.items) or ()}
-        low, high = (getattr(described, end, None) or getattr(declared, end, None) for end in ("min", "max"))
+    def of(cls, described: Variable) -> "Row":
+        items = {str(number): name for name, number in described.items.items()}
+        low, high = described.min, described.max
         ends = [f"{sign} {end}" for sign, end in ((">=", low), ("<=", high)) if end is not None]
-        start = "" if described.start is None else str(described.start)
-        return cls(
-            described.name,
-            "" if described.unit in (None, "1") else described.unit,
-            ", ".join(items.values() or ends),
-            items.get(start, start),
-            described.description or "",
-        )
+        start = described.start or ""
+        unit = "" if described.unit == "1" else described.unit
+        allowed = ", ".join(items.values() or ends)
+        return cls(described.name, unit, allowed, items.get(start, start), described.description)
 
 
-class Table(dict[str, Variable]):
+class Table(dict[str, Row]):
     """Variables by name: `table["gravity"].unit`. Printed, elements of an array that are alike share a line."""
 
     def __missing__(self, name: object) -> Variable:
@@ -78,6 +65,14 @@ class Table(dict[str, Variable]):
         return frame.set_index("name")
 
     def __repr__(self) -> str:
+        lines = self._lines()
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+    def _repr_html_(self) -> str:
+        return html_table(*self._lines())
+
+    def _lines(self) -> list[list[str]]:
         """A line for each variable, or for neighbours in an array that differ in their number alone."""
         lines = [["name", "unit", "range", "default", "text"]]
         for row in self.values():
@@ -87,8 +82,7 @@ class Table(dict[str, Variable]):
                 lines[-1][0] = f"{lines[-1][0].partition(' ')[0]} to [{index}]"
             else:
                 lines.append([row.name, *rest])
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+        return lines
 
 
 def general(text: str, index: int | None) -> str:
@@ -111,88 +105,133 @@ def meant(values: Values) -> bool:
 
 
 class Model:
-    """The description of an FMU, unpacked into `folder`. Arrays of FMI 3.0 have elements with the names and types of
-    2.0."""
+    """The description of an FMU in the file `path`. Arrays of FMI 3.0 have elements with the names and types of 2.0."""
 
-    def __init__(self, path: Path, description: ModelDescription, folder: str):
-        self.path, self.description, self.folder = path, description, folder
-        self.fmi2 = description.fmiVersion.startswith("2.")
-        self.described = {variable.name: variable for variable in description.modelVariables}
-        self.variables = self.described if self.fmi2 else elements(description)
-        self.arrays: dict[str, list[str]] = {}  # x: x[1], x[2], ...
-        for name in self.variables:
-            if name.endswith("]"):
-                self.arrays.setdefault(name.partition("[")[0], []).append(name)
+    def __init__(self, path: Path, described: Description):
+        self.path, self.described = path, described
+        self.fmi2 = described.fmi2
 
-        #: What there is to set and to see, in the description's order: names with unit, range, default and meaning.
-        self.parameters, self.inputs, self.outputs = (
-            Table({v.name: Variable.of(v) for v in self.variables.values() if v.causality == kind})
-            for kind in ("parameter", "input", "output")
-        )
+    @property
+    def is_cradle(self) -> bool:
+        """Whether it is this package's model."""
+        return self.described.model == MODEL
+
+    def machines(self) -> list[str]:
+        """The folders that it has binaries in."""
+        return []
+
+    @property
+    def variables(self) -> Variables:
+        """What is known of each variable, by name."""
+        return self.described.variables
+
+    @property
+    def arrays(self) -> Mapping[str, Sequence[str]]:
+        """The names of the elements by array: x: x[1], x[2], ..."""
+        return self.described.variables.arrays
+
+    @cached_property
+    def parameters(self) -> Table:
+        """The parameters, in the description's order: names with unit, range, default and meaning."""
+        return self._table("parameter")
+
+    @cached_property
+    def inputs(self) -> Table:
+        """The inputs; see `parameters`."""
+        return self._table("input")
+
+    @cached_property
+    def outputs(self) -> Table:
+        """The outputs; see `parameters`."""
+        return self._table("output")
+
+    def _table(self, causality: str) -> Table:
+        return Table({name: Row.of(self.variables[name]) for name in self.described.variables.named(causality)})
 
     def __repr__(self) -> str:
         what = f"{self.balls} balls, " if self.balls else ""
-        return f"Fmu({self.path.name}: {what}FMI {self.description.fmiVersion}, {len(self.variables)} variables)"
+        return f"Fmu({self.path.name}: {what}FMI {self.described.version}, {len(self.variables)} variables)"
 
     @property
     def balls(self) -> int:
         """Number of balls n."""
-        return len(self.arrays.get("x", []))
+        return len(self.arrays.get("x", ()))
 
     def items(self, name: str) -> dict[str, int]:
         """The items of an enumeration and their integers: `items("contact.model")["hertz"]` is 2. Raises UnknownName,
-        FmuError."""
-        declared = self.variable(name).declaredType
-        if not declared or not declared.items:
-            raise FmuError(f"{name} is no enumeration: it has no items")
-        return {item.name: int(item.value) for item in declared.items}
+        InvalidValue."""
+        if not (items := self.variable(name).items):
+            raise InvalidValue(f"{name} is no enumeration: it has no items")
+        return dict(items)
 
-    def variable(self, name: str) -> Any:
-        """FMPy's description of one variable. Raises UnknownName."""
+    def variable(self, name: str) -> Variable:
+        """What is known of one variable. Raises UnknownName."""
         needed("name", name, str, "a variable's, such as 'x[1]',")
-        if name not in self.variables:
-            raise UnknownName(self._unknown(name))
-        return self.variables[name]
+        try:
+            return self.variables[name]
+        except KeyError:
+            raise UnknownName(self._unknown(name)) from None
 
     def unit(self, name: str) -> str:
         """Unit of a variable, "" if it has none. Raises UnknownName."""
-        return self.variable(name).unit or ""
+        return self.variable(name).unit
 
-    def number(self, name: str, value: Value) -> float | int | bool:
-        """A value in the type of this variable; an item of an enumeration may be given by name. Raises FmuError."""
-        kind = self.variable(name).type
+    def number(self, name: str, value: Any) -> float | int | bool:
+        """A value in the type of this variable. An item of an enumeration may be given by name, a number with a unit
+        as `(2.6, "um")`. Raises UnknownName, InvalidValue."""
+        variable, value = self.variable(name), plain(value)
+        if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str):
+            value = self._converted(variable, *value)
+        if isinstance(value, str) and value in variable.items:
+            return variable.items[value]
         try:
-            if kind == "Enumeration" and isinstance(value, str):
-                return self.items(name)[value]
             number = float(value)
-            if kind != "Real" and not number.is_integer():
-                raise FmuError(f"{name} = {value} is refused; allowed: whole numbers")
-            return number if kind == "Real" else int(number)
-        except KeyError:
-            items = self.items(name)
-            hint = did_you_mean(str(value), items)
-            raise FmuError(f"{name} = {value} is refused; allowed: {', '.join(items)}{hint}") from None
         except (TypeError, ValueError):
-            unit = self.unit(name) if isinstance(value, (str, tuple, list)) else ""
-            cure = "" if unit in ("", "1") else f"; give it in {unit}, as one number without the unit"
-            raise FmuError(f"{name} = {value} is not a number{cure}") from None
+            raise InvalidValue(self._no_number(variable, value)) from None
+        except OverflowError:
+            raise InvalidValue(f"{name} = {shown(value)} is refused; allowed: numbers up to 1.8e308") from None
+        if variable.type == "Real":
+            return number
+        if not number.is_integer():
+            raise InvalidValue(f"{name} = {shown(value)} is refused; allowed: whole numbers")
+        return int(number)
+
+    def _no_number(self, variable: Variable, value: Any) -> str:
+        name, unit = variable.name, variable.unit
+        if variable.items and isinstance(value, str):
+            hint = did_you_mean(value, variable.items)
+            return f"{name} = {value} is refused; allowed: {', '.join(variable.items)}{hint}"
+        cure = f"; give it in {unit}, as one number without the unit, or as (1.0, {unit!r})"
+        text = value if isinstance(value, str) else shown(value)
+        return f"{name} = {text} is not a number{'' if unit in ('', '1') else cure}"
+
+    def _converted(self, variable: Variable, value: Any, unit: str) -> float:
+        """A number in this unit, in the variable's own."""
+        known = self.described.units.get(variable.unit, {})
+        if unit not in known:
+            name, units = variable.name, ", ".join(known) if known and variable.unit != "1" else "a number alone"
+            raise InvalidValue(f"{name} = ({shown(value)}, {unit!r}) is refused; allowed: {units}")
+        factor, offset = known[unit]
+        number = self.number(variable.name, value)
+        # A factor below 1 is one over a power of ten, which is exact.
+        return (number - offset) / factor if factor > 1.0 else (number - offset) * (1.0 / factor)
 
     def built_with(self, name: str) -> float | int | bool:
-        """The start value in the description; the integer of an enumeration. Raises UnknownName, FmuError if there is
-        none."""
+        """The start value in the description; the integer of an enumeration. Raises UnknownName, InvalidValue if there
+        is none."""
         variable = self.variable(name)
         if variable.start is None:
-            raise FmuError(f"{name} has no start value: the FMU computes it")
+            raise InvalidValue(f"{name} has no start value: the FMU computes it")
         if variable.type == "Boolean":
-            return variable.start in ("true", "1", True)
+            return variable.start in ("true", "1")
         return float(variable.start) if variable.type == "Real" else int(variable.start)
 
     def written(self, name: str, value: float, digits: str = ".6g") -> str:
         """A value of a variable as text, an item of an enumeration by its name."""
-        kind = self.variable(name).type
-        if kind == "Enumeration":
-            return next(item for item, number in self.items(name).items() if number == value)
-        return f"{value:{digits}}" if kind == "Real" else str(value)
+        variable = self.variable(name)
+        if variable.items:
+            return next(item for item, number in variable.items.items() if number == value)
+        return f"{value:{digits}}" if variable.type == "Real" else str(value)
 
     def names(self, record: Iterable[str]) -> list[str]:
         """These variables; where an array x is named, its elements x[1], x[2], ... Raises UnknownName."""
@@ -201,11 +240,15 @@ class Model:
         found: list[str] = []
         for name in record:
             needed("record", name, str, "a name such as 'x[1]'")
-            found += self.arrays[name] if name in self.arrays else [self.variable(name).name]
+            found += self.elements(name)
         return found
 
+    def elements(self, name: str) -> Sequence[str]:
+        """The elements of an array, or a variable alone. Raises UnknownName."""
+        return self.arrays[name] if name in self.arrays else [self.variable(name).name]
+
     def settings(self, values: Values) -> dict[str, float | int | bool]:
-        """A value for each variable, arrays by element, in the FMU's types. Raises UnknownName or FmuError."""
+        """A value for each variable, arrays by element, in the FMU's types. Raises UnknownName or InvalidValue."""
         needed("values", values, Mapping, 'a dict such as {"ball.mass": 0.5}')
         single: dict[str, Any] = {}
         for name, value in values.items():
@@ -215,30 +258,46 @@ class Model:
                 last = max(i or 0 for base, i in map(split, values) if base == array)
                 raise UnknownName(self._unknown(name, _cure(array, last)))
             elements = self.arrays.get(name)
-            self._check_settable(elements[0] if elements else name, name)
-            single |= {name: value} if elements is None else self._elements(name, value)
+            self.check_settable(elements[0] if elements else name, name)
+            if elements is None:
+                single[name] = value
+            else:
+                single |= self._elements(name, elements, value)
         return {name: self.number(name, value) for name, value in single.items()}
 
-    def _elements(self, name: str, value: Any) -> dict[str, Any]:
-        elements = self.arrays[name]
-        if np.ndim(value) != 1:
-            allowed = f"{name} has {len(elements)} elements; allowed: {name}[i], or a list"
-            raise FmuError(f"{name} = {value} is refused: {allowed}")
-        if len(value) != len(elements):
-            needed = f"{name} takes {len(elements)} values in {self._shape()}"
-            raise FmuError(f"{needed}, not {len(value)}{_cure(name, len(value))}")
-        return dict(zip(elements, value, strict=True))
+    def _elements(self, name: str, elements: Sequence[str], value: Any) -> dict[str, Any]:
+        values = self.listed(name, value)
+        if len(values) != len(elements):
+            wanted = f"{name} takes {len(elements)} values in {self._shape()}"
+            raise InvalidValue(f"{wanted}, not {len(values)}{_cure(name, len(values))}")
+        return dict(zip(elements, values, strict=True))
 
-    def _check_settable(self, name: str, shown: str) -> None:
+    def listed(self, name: str, value: Any) -> Sequence[Any]:
+        """The values of an array's elements, each with its unit, if it has one. Raises InvalidValue."""
+        unit: str | None = None
+        if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str):
+            value, unit = value
+        try:
+            dimensions = np.ndim(value)
+        except ValueError:  # lists of different lengths
+            dimensions = 2
+        if dimensions != 1:
+            allowed = f"{name} has {len(self.arrays[name])} elements; allowed: {name}[i], or a list"
+            raise InvalidValue(f"{name} = {shown(value)} is refused: {allowed}")
+        each: Sequence[Any] = value if unit is None else [(one, unit) for one in value]
+        return each
+
+    def check_settable(self, name: str, given: str) -> None:
+        """Raises InvalidValue where the FMU computes this variable, `given` as part of this name."""
         variable = self.variable(name)
         if variable.causality in GIVEN or variable.start is not None:
             return
-        array, index = split(shown)
+        array, index = split(given)
         meant = "; allowed: parameters and inputs"
         if f"{array}_start" in self.arrays:
             meant = f"; did you mean {array}_start[{index or 'i'}]?"
         kind = "an output" if variable.causality == "output" else f"a {variable.causality} variable"
-        raise FmuError(f"{shown} is refused: it is {kind}, which the FMU computes{meant}")
+        raise InvalidValue(f"{given} is refused: it is {kind}, which the FMU computes{meant}")
 
     def _shape(self) -> str:
         return f"{self.path.name}, a cradle of {self.balls} balls" if self.balls else self.path.name
@@ -258,32 +317,3 @@ class Model:
 def _cure(array: str, count: int) -> str:
     """Advice how to get an FMU with this many elements in arrays over balls."""
     return f"; `nc.build(balls={count})` makes one of {count}" if array.endswith("_start") and count > 0 else ""
-
-
-Place = tuple[str, int]  #: Where FMI 3.0 has an element: the name of its array, and its index from 0.
-
-
-def elements(description: ModelDescription) -> dict[str, Any]:
-    """Of FMI 3.0, FMPy's descriptions of all variables that FMI 2.0 knows, by name. Each element gets one; its
-    reference is a `Place`."""
-    known = [v for v in description.modelVariables if v.type in TYPES and v.causality not in OTHERS]
-    # Clocks tick in event mode only.
-    return {element.name: element for v in known if not v.clocks for element in _elements(v)}
-
-
-def _elements(variable: Any) -> Iterator[Any]:
-    """The variable itself, or its elements that belong to a ball or contact."""
-    length = variable.shape[0] if variable.shape else 1
-    starts = (variable.start or "").split()
-    meaning = variable.description or ""
-    bare, end, _ = variable.name.partition(")")  # der(x) has der(x[1])
-    for index in range(length - meaning.endswith(OF_LAST_ELEMENT)):
-        element = copy.copy(variable)
-        element.name = f"{bare}[{index + 1}]{end}" if variable.shape else variable.name
-        element.type = TYPES[variable.type]
-        element.valueReference = variable.name, index
-        element.start = starts[index % len(starts)] if starts else None
-        element.description = meaning.removesuffix(OF_LAST_ELEMENT)
-        if variable.declaredType is not None:
-            element.unit = variable.unit or variable.declaredType.unit
-        yield element

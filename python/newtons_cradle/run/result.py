@@ -1,19 +1,21 @@
-"""The result of a run: samples and pulses, as NumPy arrays, data frame, Parquet file or plot."""
+"""The result of a run: samples and pulses, as NumPy arrays, data frame, data set, Parquet file or plot."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import UnknownName, did_you_mean, needed, number, optional
+from ..errors import InvalidValue, UnknownName, did_you_mean, needed, number, optional
 from ..files import in_folder
-from ..page import save_page
-from ..pulses import Array
-from ..recording import from_result
+from ..markup import html_table
+from ..pulses import Array, pulse_table
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from .model import Model
@@ -23,33 +25,61 @@ NARROW = 0.01  # of the time before it, or of its values: a view that is shown f
 LEGEND = 10  # names below each other in a legend beside its strip
 
 
-@dataclass(repr=False, eq=False)
-class Result:
-    """Samples of a run and its pulses.
+class Result(Mapping[str, Array]):
+    """Samples of a run and its pulses: a mapping from names to arrays with a value for each sample.
 
-    `samples`: structured array with `time` (s) and one field per recorded variable;
-    `pulses`: structured array of dtype `PULSE`, finished pulses only, by onset;
-    `units`: of the recorded variables, by name;
-    `model` and `given`: what was run, and its parameters and inputs at the end, by name, if they are known.
-    `result["x[1]"]` is short for `result.samples["x[1]"]`, `result["x"]` for `result.stack("x")`. Results are equal if
-    their samples, pulses and units are.
+    `result["x[1]"]` is one variable, `result["x"]` all elements of an array, shape (samples, elements); `result.time`
+    in s. `samples`: structured array with `time` and one field per recorded variable; `pulses`: structured array of
+    dtype `PULSE`, finished pulses only, by onset; `units`: of the recorded variables, by name; `dims`: by array,
+    whether its elements belong to a `ball` or a `contact`; `model` and `given`: what was run, and its parameters and
+    inputs at the end, by name, if they are known. Results are equal if their samples, pulses and units are.
     """
 
-    samples: Array
-    pulses: Array
-    units: dict[str, str] = field(default_factory=dict)
-    model: "Model | None" = field(default=None, repr=False)
-    given: dict[str, Any] = field(default_factory=dict, repr=False)
+    def __init__(
+        self,
+        samples: Array,
+        pulses: Array | bytes,
+        units: dict[str, str] | None = None,
+        dims: dict[str, str] | None = None,
+        model: "Model | None" = None,
+        given: Callable[[], dict[str, Any]] = dict,
+    ):
+        """`pulses`: a table, or the text of a log. `given`: gives its dict when it is asked for."""
+        self.samples, self._pulses = samples, pulses
+        self.units, self.dims, self.model, self._given = units or {}, dims or {}, model, given
+
+    @cached_property
+    def pulses(self) -> Array:
+        return pulse_table(self._pulses) if isinstance(self._pulses, bytes) else self._pulses
+
+    @cached_property
+    def given(self) -> dict[str, Any]:
+        return self._given()
 
     def __getstate__(self) -> dict[str, Any]:
         """For another process: everything but the model, which belongs to this one."""
-        return vars(self) | {"model": None}
+        return vars(self) | {"model": None, "given": self.given, "_given": dict}
 
     def __repr__(self) -> str:
-        vectors = dict.fromkeys(name.partition("[")[0] for name in self.names[1:])
-        time = self.samples["time"]
+        return f"Result({self._summary()})"
+
+    def _summary(self) -> str:
+        time, vectors = self.time, ", ".join(self._vectors())
         span = f" from {time[0]:.9g} s to {time[-1]:.9g} s" if len(time) else ""
-        return f"Result({len(time)} samples{span} of {', '.join(vectors)}; {len(self.pulses)} pulses)"
+        return f"{len(time)} samples{span} of {vectors}; {len(self.pulses)} pulses"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for name in self._vectors():
+            values, columns = self[name], self._columns(name)
+            ends = [f"{end:.6g}" for end in (values.min(), values.max())] if values.size else ["", ""]
+            shown = name if columns == [name] else f"{columns[0]} to [{columns[-1].rpartition('[')[2]}"
+            rows.append([shown, self.units.get(columns[0], ""), *ends])
+        return html_table(["name", "unit", "smallest", "largest"], *rows, below=self._summary())
+
+    def _vectors(self) -> list[str]:
+        """What was recorded, arrays by their names."""
+        return list(dict.fromkeys(name.partition("[")[0] for name in self.names[1:]))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Result):
@@ -58,9 +88,28 @@ class Result:
         tables = (self.samples, other.samples), (self.pulses, other.pulses)
         return same_names and all(np.array_equal(mine, others) for mine, others in tables)
 
+    __hash__ = None  # type: ignore[assignment]
+
     def __contains__(self, name: object) -> bool:
-        """Whether this variable, or an element of this vector, was recorded."""
+        """Whether this variable, or an element of this array, was recorded."""
         return any(name in (column, column.partition("[")[0]) for column in self.names)
+
+    def __iter__(self) -> Iterator[str]:
+        """The recorded names, `time` first."""
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        """How many they are."""
+        return len(self.names)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(dict.fromkeys([*self._vectors(), *self.names]))
+
+    @property
+    def time(self) -> Array:
+        """The time of each sample, s."""
+        time: Array = self.samples["time"]
+        return time
 
     @property
     def names(self) -> list[str]:
@@ -80,7 +129,7 @@ class Result:
         needed("name", name, str, "a variable's, such as 'x[1]',")
         found = [column for column in self.names if column == name or column.startswith(f"{name}[")]
         if not found:
-            vectors = dict.fromkeys(column.partition("[")[0] for column in self.names)
+            vectors = ["time", *self._vectors()]
             hint = did_you_mean(name, [*vectors, *self.names])
             recorded = f"recorded: {', '.join(vectors)}; others by `record=[...]`"
             raise UnknownName(f"{name} was not recorded{hint} ({recorded})")
@@ -89,12 +138,30 @@ class Result:
     def to_dataframe(self) -> "pd.DataFrame":
         """The samples as a pandas data frame: index `time` (s), a column for each variable, units in `attrs["units"]`.
 
-        The pulses are a table of their own, `pandas.DataFrame(result.pulses)`. Raises PackageMissing without pandas.
+        The pulses are a table of their own, `result.pulses.to_dataframe()`. Raises PackageMissing without pandas.
         """
         pandas = optional("pandas", "data")
         frame = pandas.DataFrame({name: self.samples[name] for name in self.names}).set_index("time")
         frame.attrs["units"] = self.units
         return frame
+
+    def to_xarray(self) -> "xr.Dataset":
+        """The samples as an xarray data set: `x(time, ball)`, `F(time, contact)`, balls and contacts from 1, `units` in
+        the attributes of each. Raises PackageMissing without xarray."""
+        xarray = optional("xarray", "data")
+        time = ("time", self.time, {"units": "s"})
+        arrays = {}
+        for name in self._vectors():
+            columns = self._columns(name)
+            about = {"units": self.units.get(columns[0], "")}
+            if columns == [name]:
+                arrays[name] = xarray.DataArray(self[name], coords={"time": time}, dims=["time"], attrs=about)
+                continue
+            dim = self.dims.get(name, f"{name}_element")
+            numbers = [int(column.rpartition("[")[2].rstrip("]")) for column in columns]
+            coords = {"time": time, dim: numbers}
+            arrays[name] = xarray.DataArray(self.stack(name), coords=coords, dims=["time", dim], attrs=about)
+        return xarray.Dataset(arrays, coords={"time": time})
 
     def to_parquet(self, path: str | Path) -> None:
         """Writes the data frame as a Parquet file, which pandas reads with units. Raises PackageMissing
@@ -104,29 +171,37 @@ class Result:
         optional("pyarrow", "data")
         frame.to_parquet(path, engine="pyarrow")
 
-    def plot(self, *signals: str, origin: float | None = None) -> "Figure":
+    def plot(self, *signals: str, origin: float | None = None, ax: "Axes | Sequence[Axes] | None" = None) -> "Figure":
         """A plot with a strip for each signal: `plot("x", "F[2]").savefig("run.png")`.
 
         A signal is a variable or an array, whose elements share a strip; where they are equal, the first ones show
         beside the last. Without signals, it shows the positions x or, if those were not recorded, everything that was.
         `origin`: the time (s) that the axis counts from; if None, 0, or the first sample of a view that is much
-        shorter than the time before it. Raises UnknownName, InvalidValue, and PackageMissing without matplotlib.
+        shorter than the time before it. `ax`: axes of your own to draw in, one for each signal. Raises UnknownName,
+        InvalidValue, and PackageMissing without matplotlib.
         """
         optional("matplotlib", "plot")
         from matplotlib import pyplot
         from matplotlib.ticker import EngFormatter
 
-        vectors = dict.fromkeys(name.partition("[")[0] for name in self.names[1:])
-        shown = signals or (list(vectors) if vectors and "x" not in vectors else ["x"])
+        vectors = self._vectors()
+        shown = signals or (vectors if vectors and "x" not in vectors else ["x"])
         columns = [self._columns(signal) for signal in shown]  # before there is a figure
-        time = self.samples["time"]
+        time = self.time
         if origin is None:
             origin = float(time[0]) if len(time) and time[-1] - time[0] < NARROW * time[0] else 0.0
         origin = number("origin", origin, "s")
         beside = max(map(len, columns)) // LEGEND + 1  # columns of a legend
-        size = (8.0 + beside, 1.0 + 1.8 * len(shown))
-        figure, axes = pyplot.subplots(len(shown), figsize=size, sharex=True, squeeze=False, layout="constrained")
-        for axis, signal, names in zip(axes.flat, shown, columns, strict=True):
+        if ax is None:
+            size = (8.0 + beside, 1.0 + 1.8 * len(shown))
+            figure, axes = pyplot.subplots(len(shown), figsize=size, sharex=True, squeeze=False, layout="constrained")
+            strips = list(axes.flat)
+        else:
+            strips = list(np.atleast_1d(np.asarray(ax, dtype=object)).flat)
+            if len(strips) != len(shown):
+                raise InvalidValue(f"ax: {len(strips)} axes for {len(shown)} signals; needed: one for each")
+            figure = strips[0].get_figure(root=True)
+        for axis, signal, names in zip(strips, shown, columns, strict=True):
             for place, name in enumerate(names, start=1):
                 width = 1.0 + 3.0 * (1 - place / len(names))
                 axis.plot(time - origin, self.samples[name], label=name, linewidth=width)
@@ -142,8 +217,8 @@ class Result:
             axis.grid(alpha=0.3)
             if len(names) > 1:
                 axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), ncols=beside, fontsize="x-small")
-        axes[-1, 0].set_xlabel(f"time after {origin:.12g} s" if origin else "time")
-        axes[-1, 0].xaxis.set_major_formatter(EngFormatter("s"))
+        strips[-1].set_xlabel(f"time after {origin:.12g} s" if origin else "time")
+        strips[-1].xaxis.set_major_formatter(EngFormatter("s"))
         return figure
 
     def page(self, path: str | Path) -> int:
@@ -153,5 +228,8 @@ class Result:
         recorded; `resolved` samples within the pulses as well. Raises RecordingError, which says what is missing,
         FileMissing or OSError.
         """
+        from ..page import save_page
+        from ..recording import from_result
+
         columns = {name: self.samples[name] for name in self.names}
         return save_page(path, from_result(columns, self.pulses, self.model, self.given))

@@ -1,68 +1,89 @@
-"""FMPy's instances of FMI 2.0 and 3.0: their log goes to a list, variables are read and set by type or by name."""
+"""FMPy's instances of FMI 2.0 and 3.0, whose log goes to a buffer. Variables are read and set by name."""
 
-from collections.abc import Callable
-from ctypes import POINTER, byref, c_double
-from dataclasses import dataclass
+import os
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import CDLL, POINTER, byref, c_bool, c_char_p, c_double, c_size_t, c_uint, c_void_p, cast
+from functools import partial
 from pathlib import Path
-from typing import Any
+from threading import Lock
+from typing import Any, ClassVar
 from weakref import WeakValueDictionary
 
 import numpy as np
-from fmpy import platform, platform_tuple, sharedLibraryExtension
+from fmpy import freeLibrary, platform, platform_tuple, sharedLibraryExtension
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-from fmpy.fmi3 import FMU3Model, FMU3Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave, fmi3IntermediateUpdateCallback
 from fmpy.logging import addLoggerProxy
 
 from ..errors import FmuError
+from ..files import MODEL
 from ..pulses import Array
-from .model import Model, Place, split
+from .calls import Calls
+from .description import Variable
+from .log import NAME, Sink
+from .model import Model, split
 
-
-@dataclass(frozen=True)
-class LogLine:
-    """One message of an FMU: FMI status (0 OK, 1 warning, 3 error, 4 fatal), category and text."""
-
-    status: int
-    category: str
-    text: str
-
-
-class Log(list[LogLine]):
-    """The messages of one instance."""
-
-    def take(self, status: int, *texts: bytes | None) -> None:
-        """A message as C passes it: status, category, text."""
-        self.append(LogLine(status, *((text or b"").decode("utf-8", "replace") for text in texts)))
-
-
-# FMPy's proxy formats C-style messages, but keeps one logger for the process: the last one registered gets the messages
-# of every instance. So all runs of FMI 2.0 share `_logger`, and the componentEnvironment, which the FMU hands back,
-# tells them apart. (A `simulate_fmu(..., logger=...)` that starts during a run takes over its later messages.)
-_logs: WeakValueDictionary[int, Log] = WeakValueDictionary()
+# Messages of other FMUs of FMI 2.0 have arguments. FMPy's proxy formats them, but keeps one logger for the process: the
+# last one registered gets the messages of every instance. So they share `_logger`, and the componentEnvironment, which
+# the FMU hands back, tells them apart.
+_sinks: WeakValueDictionary[int, Sink] = WeakValueDictionary()
 
 
 @fmi2CallbackLoggerTYPE  # type: ignore[untyped-decorator]
 def _logger(environment: int, _instance: bytes, status: int, *texts: bytes | None) -> None:
-    if (log := _logs.get(environment)) is not None:
-        log.take(status, *texts)
+    if (sink := _sinks.get(environment)) is not None:
+        sink.take(status, *texts)
+
+
+#: FMPy changes the current folder while it loads a library, and stays there if that fails.
+_current_folder = Lock()
+
+
+def folders(fmi2: bool) -> tuple[str, ...]:
+    """The folders in `binaries` that may have the library for this machine."""
+    # FMPy looks in linux64 for FMI 2.0 on ARM, too; FMI 2.0.4 has aarch64-linux, as FMI 3.0.
+    return (platform_tuple, platform) if fmi2 else (platform_tuple,)
+
+
+def library(fmu: Model, folder: Path) -> Path:
+    """The library for this machine in the unpacked FMU. Raises FmuError."""
+    name = f"{fmu.described.identifiers['CoSimulation']}{sharedLibraryExtension}"
+    places = [folder / "binaries" / machine for machine in folders(fmu.fmi2)]
+    for place in places:
+        if (place / name).is_file():
+            return place / name
+    if any(place.is_dir() for place in places):
+        raise FmuError(f"{fmu.path.name} is incomplete: its binaries for this machine have no {name}")
+    has = ", ".join(fmu.machines()) or "no machine"
+    raise FmuError(f"{fmu.path.name} has binaries for {has} only; this machine needs {folders(fmu.fmi2)[-1]}")
 
 
 class Instance:
     """What all kinds of instances have. Variables are read and set by name, arrays of FMI 3.0 as a whole, or read by
     element, `x[1]`."""
 
-    def __init__(self, fmu: Model):
-        identifier, guid = fmu.description.coSimulation.modelIdentifier, fmu.description.guid
-        given = {"guid": guid, "modelIdentifier": identifier, "unzipDirectory": fmu.folder}
-        # FMPy looks in linux64 for FMI 2.0 on ARM, too; FMI 2.0.4 has aarch64-linux, as FMI 3.0.
-        folders, library = Path(fmu.folder, "binaries"), identifier + sharedLibraryExtension
-        paths = [path for name in (platform_tuple, platform) if (path := folders / name / library).is_file()]
-        if not paths:
-            has = ", ".join(sorted(folder.name for folder in folders.glob("*"))) or "no machine"
-            needs = platform if fmu.fmi2 else platform_tuple
-            raise FmuError(f"{fmu.path.name} has binaries for {has} only; this machine needs {needs}")
-        super().__init__(**given, instanceName="cradle", libraryPath=str(paths[0]))  # type: ignore[call-arg]
-        self.variables, self.balls = fmu.described, fmu.balls
+    def __init__(self, fmu: Model, folder: Path):
+        described = fmu.described
+        identifier, path = described.identifiers["CoSimulation"], library(fmu, folder)
+        given = {"guid": described.token, "modelIdentifier": identifier, "unzipDirectory": str(folder)}
+        with _current_folder:
+            try:
+                before = os.getcwd()
+            except OSError as problem:
+                raise FmuError("the current folder is not there any more: change to another one") from problem
+            try:
+                super().__init__(**given, instanceName=NAME, libraryPath=str(path))  # type: ignore[call-arg]
+            except Exception as problem:  # FMPy raises Exception alone
+                os.chdir(before)
+                raise FmuError(_not_loaded(path, problem)) from problem
+        self.variables: Mapping[str, Variable] = described.described
+        self.description, self.balls = described, fmu.balls
+        self.sink = Sink(fmu.fmi2)
+        self.own = described.model == MODEL
+
+    def prepared(self: Any) -> Calls:
+        """The calls of this instance, once it is created."""
+        return Calls(self, self.description)
 
     def references(self, *names: str) -> list[int]:
         """Value references of these variables."""
@@ -87,6 +108,7 @@ class Instance:
         self.set("n", balls)
         self.exitConfigurationMode()
         self.balls = balls
+        self.calls.resized(balls)
 
     def vector(self, what: str, length: int) -> Array:
         """What this getter of model exchange fills, such as `getContinuousStates`."""
@@ -98,36 +120,47 @@ class Instance:
         """The value of a variable; of an array, a NumPy array."""
         array, index = (name, None) if name in self.variables else split(name)
         variable = self.variables[array]
-        length = [self.balls] if variable.dimensions else []
-        values = self._accessor("get", variable.type)([variable.valueReference], *length)
+        length = [self.balls] if variable.length else []
+        values = self._accessor("get", variable)([variable.valueReference], *length)
         return np.array(values) if length and index is None else values[(index or 1) - 1]
 
     def set(self, name: str, value: Any) -> None:
         """Sets a variable, an enumeration also by the name of its item; of an array all elements."""
         variable = self.variables[name]
         if isinstance(value, str):
-            (value,) = (int(item.value) for item in variable.declaredType.items if item.name == value)
-        self._accessor("set", variable.type)([variable.valueReference], np.atleast_1d(value).tolist())
+            value = variable.items[value]
+        self._accessor("set", variable)([variable.valueReference], np.atleast_1d(value).tolist())
 
-    def _accessor(self: Any, prefix: str, kind: str) -> Callable[..., Any]:
-        function: Callable[..., Any] = getattr(self, prefix + (self.whole if kind == "Enumeration" else kind))
+    def _accessor(self: Any, prefix: str, variable: Variable) -> Callable[..., Any]:
+        function: Callable[..., Any] = getattr(self, prefix + self.kinds.get(variable.type, variable.type))
         return function
+
+
+def _not_loaded(path: Path, problem: BaseException) -> str:
+    """Why a library cannot be loaded."""
+    if "failed to map segment" in str(problem) or "Operation not permitted" in str(problem):
+        cure = "set TMPDIR to another one, or give `folder=`"
+        return f"no program may run from the folder {path.parents[2]}, which has the unpacked FMU; {cure}"
+    return f"{path.name} cannot be loaded: {problem}"
 
 
 class Version2(Instance):
     """An instance of FMI 2.0."""
 
-    whole = "Integer"  # type of enumerations
+    kinds: ClassVar = {"Enumeration": "Integer"}
 
-    def create(self: Any, log: Log, **options: Any) -> None:
+    def create(self: Any, **options: Any) -> None:
         """Instantiates it; pulses, warnings and errors are logged."""
         if options:
             raise FmuError(f"{', '.join(options)} is refused: only FMUs of FMI 3.0 have such options")
         functions = fmi2CallbackFunctions()
-        functions.logger = _logger
-        addLoggerProxy(byref(functions))
-        functions.componentEnvironment = id(log)
-        _logs[id(log)] = log
+        if self.own:
+            functions.logger = cast(self.sink.callback, fmi2CallbackLoggerTYPE)
+        else:
+            functions.logger = _logger
+            addLoggerProxy(byref(functions))
+        functions.componentEnvironment = self.sink.address()
+        _sinks[functions.componentEnvironment] = self.sink
         self.instantiate(callbacks=functions)
         self.setDebugLogging(True, ["logEvents", "logStatusWarning"])
 
@@ -135,44 +168,57 @@ class Version2(Instance):
         self.setupExperiment(startTime=startTime)
         super().enterInitializationMode()  # type: ignore[misc]
 
-    def read(self, kind: str, references: list[int]) -> list[Any]:
-        values: list[Any] = self._accessor("get", kind)(references)
-        return values
-
-    def write(self, kind: str, references: list[int], values: list[Any]) -> None:
-        self._accessor("set", kind)(references, values)
-
 
 class Version3(Instance):
-    """An instance of FMI 3.0, read and set by elements too."""
+    """An instance of FMI 3.0."""
 
-    whole = "Int64"
+    kinds: ClassVar = {"Real": "Float64", "Integer": "UInt64", "Enumeration": "Int64"}
 
-    def create(self: Any, log: Log, **options: Any) -> None:
-        """Instantiates it; pulses, warnings and errors are logged."""
-        options = {"loggingOn": True} | options
-        self.instantiate(logMessage=lambda _, *said: log.take(*said), **options)
+    def create(
+        self: Any,
+        *,
+        visible: bool = False,
+        loggingOn: bool = True,
+        eventModeUsed: bool = False,
+        earlyReturnAllowed: bool = False,
+        intermediateUpdate: Callable[..., Any] | None = None,
+        requiredIntermediateVariables: Sequence[int] = (),
+    ) -> None:
+        """Instantiates it; pulses, warnings and errors are logged.
+
+        Without FMPy, whose logger is a function in Python without an environment, and whose path is text."""
+        names = (
+            self.instanceName.encode(),
+            self.guid.encode(),
+            os.fsencode(os.path.join(self.unzipDirectory, "resources", "")),
+        )
+        given = [*map(c_char_p, names), c_bool(visible), c_bool(loggingOn)]
+        log = c_void_p(self.sink.address()), self.sink.callback
+        if isinstance(self, FMU3Model):
+            function, arguments = self.dll["fmi3InstantiateModelExchange"], [*given, *log]
+        else:
+            count = len(requiredIntermediateVariables)
+            required = (c_uint * count)(*requiredIntermediateVariables), c_size_t(count)
+            # No function is a null pointer.
+            update = (intermediateUpdate,) if intermediateUpdate else ()
+            self.intermediateUpdate = fmi3IntermediateUpdateCallback(*update)
+            modes = c_bool(eventModeUsed), c_bool(earlyReturnAllowed)
+            function = self.dll["fmi3InstantiateCoSimulation"]
+            arguments = [*given, *modes, *required, *log, self.intermediateUpdate]
+        function.restype = c_void_p
+        self.component = function(*arguments)
+        if not self.component:
+            raise RuntimeError("the FMU cannot be instantiated")
         self.setDebugLogging(False, ["logSolver"])
 
-    def read(self, _kind: str, places: list[Place]) -> list[Any]:
-        arrays = self._arrays(places)
-        return [arrays[name][index] for name, index in places]
 
-    def write(self, _kind: str, places: list[Place], values: list[Any]) -> None:
-        """Sets these elements; the others of their arrays keep their values."""
-        arrays = self._arrays(places)
-        for (name, index), value in zip(places, values, strict=True):
-            arrays[name][index] = value
-        for name, elements in arrays.items():
-            self.set(name, elements)
-
-    def _arrays(self, places: list[Place]) -> dict[str, list[Any]]:
-        """The arrays of these elements by name, with all their values."""
-        return {name: np.atleast_1d(self.get(name)).tolist() for name in dict(places)}  # each array once
-
-
-def instance(fmu: Model, exchange: bool) -> Any:
+def instance(fmu: Model, folder: Path, exchange: bool) -> Any:
     """A new instance of this FMU, for co-simulation or model exchange."""
     version, kinds = (Version2, (FMU2Slave, FMU2Model)) if fmu.fmi2 else (Version3, (FMU3Slave, FMU3Model))
     kind = kinds[exchange]
-    return type(kind.__name__, (version, kind), {})(fmu)  # FMPy goes by the first letters of the name
+    return type(kind.__name__, (version, kind), {})(fmu, folder)  # FMPy goes by the first letters of the name
+
+
+def hold(instance: Any) -> Callable[[], None]:
+    """Keeps the library of an instance loaded until this is called, so that the next ones find in it what it knows."""
+    return partial(freeLibrary, CDLL(instance.dll._name)._handle)

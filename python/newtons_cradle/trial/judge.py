@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ..building import build
 from ..errors import CradleError, InvalidValue, did_you_mean, needed
 from ..files import FMU, in_folder, newest
-from ..fmu import Fmu, build
+from ..fmu import Fmu
 from ..tables import as_number, by_name, digits, read_csv
 from .cases import CASES, Case
 from .master import Table, run

@@ -1,0 +1,147 @@
+"""Samples of a run."""
+
+from collections.abc import Callable, Iterable
+from ctypes import c_double
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..pulses import Array
+from .calls import WARNING
+from .model import Model
+from .parts import PROMPT, length
+from .result import Result
+
+if TYPE_CHECKING:
+    from .instance import Run
+
+FIRST = 256  # samples that there is room for, and then twice as many each time
+
+#: Type of values in results, by that of the variable.
+DTYPES = {"Real": "f8", "Integer": "i8", "Enumeration": "i4", "Boolean": "?"}
+
+
+class Recorder:
+    """Reads a fixed set of variables, with one call for each type, into tables that grow."""
+
+    def __init__(self, run: "Run", names: tuple[str, ...]):
+        self._run, self._names = run, names
+        self._access = run._calls.access(names)
+        self._times: list[float] = []
+        self._tables: list[Array] = [np.empty((0, call.group.length), call.values.dtype) for call in self._access.calls]
+        self._grow(FIRST)
+
+    def _grow(self, rows: int) -> None:
+        filled = len(self._times)
+        for i, table in enumerate(self._tables):
+            self._tables[i] = np.empty((rows, table.shape[1]), table.dtype)
+            self._tables[i][:filled] = table[:filled]
+        calls = zip(self._access.calls, self._tables, strict=True)
+        # What a call of a getter needs, and where its first row is.
+        self._reads = [
+            (
+                call.functions[0],
+                call.references,
+                call.count,
+                table.ctypes.data,
+                table.strides[0],
+                call.tail,
+            )
+            for call, table in calls
+        ]
+        self._room = rows
+
+    def __len__(self) -> int:
+        """How many samples there are."""
+        return len(self._times)
+
+    def reserve(self, samples: int) -> None:
+        """Makes room for so many."""
+        self._grow(max(samples, len(self._times)))
+
+    def sample(self) -> None:
+        """Keeps the values at the run's current time."""
+        run, row, component = self._run, len(self._times), self._run._calls.component
+        if run._closed:
+            run._check_open()
+        if row == self._room:
+            self._grow(2 * row)
+        for function, references, count, begin, stride, tail in self._reads:
+            if function(component, references, count, begin + row * stride, *tail) > WARNING:
+                run._read(self._names)  # which says why
+        if run._parts.means:
+            for name, value in run._parts.means.items():
+                if name in self._access.where:
+                    i, column = self._access.where[name]
+                    self._tables[i][row, column] = value
+        self._times.append(run.time)
+
+    def steps(self, points: Iterable[float]) -> None:
+        """Steps to these times (s), which rise, and samples at each: `run.step_to` and `sample` in one loop, in which
+        nothing is looked up or checked that stays the same."""
+        run, calls, parts = self._run, self._run._calls, self._run._parts
+        step, component, tail, longest = calls.step, calls.component, calls.step_tail, parts.longest
+        times, now, last, plain, reads = self._times, run.time, perf_counter(), False, self._reads
+        at, by = c_double(), c_double()
+        for time in points:
+            h = time - now
+            row = len(times)
+            if h > longest or row == self._room or not plain:
+                run._step_to(time)
+                self.sample()
+                now, last, longest, plain = time, perf_counter(), parts.longest, not parts.means
+                run._in_step, reads = plain, self._reads  # until the loop ends: who asks for the time asks the FMU
+                continue
+            if now + h != time:
+                h = length(now, time)
+            at.value, by.value = now, h
+            if step(component, at, by, *tail) > WARNING:
+                raise run._refusal(f"the step to t = {time} s has failed")
+            run._time = now = time
+            for function, references, count, begin, stride, rest in reads:
+                if function(component, references, count, begin + row * stride, *rest) > WARNING:
+                    run._read(self._names)  # which says why
+            times.append(time)
+            before, last = last, perf_counter()
+            if last - before > PROMPT:
+                parts.slow(h, last - before)
+                longest = parts.longest
+        run._in_step = False
+
+    def result(self) -> Result:
+        """All samples and pulses so far and, while the run is open, its parameters and inputs."""
+        run, count = self._run, len(self._times)
+        types, units, dims = run.fmu.columns(self._names)
+        samples = np.empty(count, dtype=types)
+        samples["time"] = self._times
+        for name in self._names:
+            i, column = self._access.where[name]
+            samples[name] = self._tables[i][:count, column]
+        return Result(samples, run.log.text(), units, dims, run.fmu, given(run))
+
+
+def given(run: "Run") -> Callable[[], dict[str, Any]]:
+    """What gives the parameters and inputs that a run has now, if it is open."""
+    if run._closed:
+        return dict
+    access = run._calls.access(run.fmu.given_names)
+    run._done(access.read())
+    values = [call.values.copy() for call in access.calls]
+    return lambda: dict(zip(access.names, access.listed(values), strict=True))
+
+
+def columns(model: Model, names: Iterable[str]) -> tuple[Any, dict[str, str], dict[str, str]]:
+    """The type of samples of these variables, their units, and by array what its elements belong to."""
+    names, place = list(names), model.variables.place
+    types = [("time", "f8"), *((name, DTYPES[place(name).type]) for name in names)]
+    of_array: dict[str, str] = {}  # an array's elements have the same
+    units = {"time": "s"}
+    for name in names:
+        array = name.partition("[")[0]
+        if name == array or array not in of_array:
+            of_array[array] = model.unit(name)
+        units[name] = of_array[array]
+    lengths = {array: len(model.arrays[array]) for array in of_array if array in model.arrays}
+    kinds = {model.balls - 1: "contact", model.balls: "ball"}
+    return np.dtype(types), units, {name: kinds[count] for name, count in lengths.items() if count in kinds}
