@@ -32,6 +32,8 @@ class Archive:
         try:
             with zipfile.ZipFile(self.path) as file:
                 yield file
+        except FmuError:
+            raise
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, UnicodeError) as problem:
             raise FmuError(f"{self.path} is not an FMU that can be read: {problem}") from problem
 

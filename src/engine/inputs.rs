@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::flight::Forcing;
 use crate::model::{Cradle, Inputs, MAX_INPUT_DERIVATIVE};
-use crate::solver::{MAX_FORCE_ORDER, Scalar, series::of_derivatives};
+use crate::solver::{MAX_FORCE_ORDER, series::of_derivatives};
 
 // The degree of the inputs is that of the closed forms.
 const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);
@@ -41,15 +41,15 @@ impl HeldInputs {
     }
 
     /// An input, or a function of the inputs, with its derivatives.
-    pub fn derivatives<S: Scalar>(&self, input: impl Fn(&Inputs) -> S) -> Forcing<S> {
+    pub fn derivatives(&self, input: impl Fn(&Inputs) -> f64) -> Forcing {
         let mut derivatives = Forcing::default();
         derivatives.iter_mut().zip(&self.orders).for_each(|(to, inputs)| *to = input(inputs));
         derivatives
     }
 
     /// Acceleration of ball `i` by them, with its derivatives.
-    pub fn forcing<S: Scalar>(&self, i: usize, mass: S) -> Forcing<S> {
-        self.derivatives(|inputs| S::from(inputs.force[i]) / mass - S::from(inputs.support_acceleration))
+    pub fn forcing(&self, i: usize, mass: f64) -> Forcing {
+        self.derivatives(|inputs| inputs.force[i] / mass - inputs.support_acceleration)
     }
 
     /// Accelerations of all balls by them.

@@ -1,14 +1,16 @@
 //! Drives a run. [`Simulation`] is one by any method: the event-driven [`Engine`], or a general solver, [`Continuous`].
 //!
 //! Each module imports only from those before it: `flight`, `records`, `cluster`, `pair_on_arcs`, `pair_impact`,
-//! `rigid`, `run`, `derivatives`, `observation`, `exchange`, `continuous`.
+//! `rigid`, `tape`, `run`, `derivatives`, `observation`, `exchange`, `continuous`.
 //!
 //! Events come at their own times: between changes of the inputs, neither communication points nor reading results
 //! change a bit of a trajectory.
 
+mod chain_state;
 mod cluster;
 mod continuous;
 mod derivatives;
+mod equations;
 mod error;
 mod exchange;
 mod flight;
@@ -21,12 +23,13 @@ mod records;
 mod rigid;
 mod run;
 mod simulation;
+mod tape;
 mod watchdog;
 
 pub use crate::forecast::{Forecast, NEVER};
 pub use crate::model::{Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, Results, WorkCounters};
 pub use continuous::Continuous;
-pub use derivatives::{Gradient, History, LastStep, Tape};
+pub use derivatives::{History, LastStep};
 pub use error::{EngineError, Fault};
 pub use exchange::{Exchange, Update, state_count};
 pub(crate) use inputs::HeldInputs;
@@ -35,4 +38,5 @@ pub(crate) use records::{Ledger, RAPID, StepStart};
 pub(crate) use run::require;
 pub use run::{Engine, InvalidState, Snapshot};
 pub use simulation::{Simulation, SimulationSnapshot};
+pub use tape::{Gradient, Tape};
 use watchdog::Watchdog;

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::DoubleDouble;
-
 /// One finished contact pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pulse {
@@ -55,9 +53,6 @@ pub trait Observer {
 
     /// Contact `contact`, counted from 0, has closed at `time` (s).
     fn onset(&mut self, _contact: usize, _time: f64) {}
-
-    /// Contact `contact` has closed or opened at `time` (s), which event-driven runs give in double-double.
-    fn switching(&mut self, _contact: usize, _time: DoubleDouble, _closes: bool) {}
 
     /// An earlier end for the call of `advance`, s; not before the last event notified.
     fn stop(&self) -> Option<f64> {

@@ -4,12 +4,14 @@ use std::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
+use super::chain_state::ChainState;
 use super::continuous::Continuous;
-use super::derivatives::{History, LastStep, Recorder, Stretch, Tape};
+use super::derivatives::{History, LastStep, Stretch};
 use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
 use super::run::{Engine, InvalidState, Snapshot, require};
+use super::tape::Tape;
 use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
 /// A run by the selected method, whose functions have the meaning of those of [`Engine`], with its parameters.
@@ -60,7 +62,6 @@ of_method! {
     fn time(self: &Self) -> f64;
     fn next_event(self: &Self) -> Option<f64>;
     fn time_derivative(self: &Self, order: usize) -> Differential;
-    fn last_step(self: &Self) -> LastStep<'_>;
     fn hold(self: &mut Self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError>;
     fn begin_step(self: &mut Self) -> ();
     fn advance(self: &mut Self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError>;
@@ -124,13 +125,14 @@ impl Simulation {
         }
     }
 
-    /// The history to the current time, and the run at its start.
-    fn begun_again(&self, history: &History) -> Option<(Vec<Stretch>, Self)> {
+    /// The history to the current time, and the state at the start of the run.
+    fn stretches_and_start(&self, history: &History) -> Option<(Vec<Stretch>, ChainState)> {
         let stretches = history.of_run(self.stretch())?;
         let (first, mut at_start) = (stretches.first()?, self.parameters.clone());
         at_start.tune(first.tunables);
         let begun = Self::new(&at_start, &first.inputs.values(self.start), self.start).ok()?;
-        Some((stretches, begun))
+        let start = begun.last_step().end;
+        Some((stretches, start))
     }
 
     /// What has acted until now, since the last change.
@@ -146,7 +148,7 @@ impl Simulation {
         next_onset_wanted: bool,
     ) -> Differential {
         let last_step = self.last_step().with_next_onset(next_onset_wanted);
-        last_step.along_parameters(&self.parameters, tangent, inputs)
+        last_step.along_parameters(tangent, inputs)
     }
 
     /// Derivatives of the outputs along inputs that were held over the last step; `None` if it cannot be followed. That
@@ -159,7 +161,7 @@ impl Simulation {
     ) -> Option<Differential> {
         let stretches = history.of_step(self.stretch())?;
         let last_step = self.last_step().with_next_onset(next_onset_wanted);
-        last_step.along_inputs(&self.parameters, &stretches, inputs)
+        last_step.along_inputs(&stretches, inputs)
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which has this
@@ -174,31 +176,35 @@ impl Simulation {
         if self.time() == self.start {
             return Some(self.sensitivity_at_start((tangent, inputs), next_onset_wanted));
         }
-        let (stretches, begun) = self.begun_again(history)?;
+        let (stretches, start) = self.stretches_and_start(history)?;
         let last_step = self.last_step().with_next_onset(next_onset_wanted);
-        let start = (self.start, &begun.last_step().end);
-        last_step.along_run(&self.parameters, start, &stretches, (tangent, inputs))
+        last_step.along((self.start, &start), &stretches, (Some(tangent), inputs))
     }
 
-    /// The run up to now in parts, for derivatives both ways; only elastic event-driven runs have one.
+    /// The last step in parts, for derivatives by inputs both ways; `None` before the first, or if it cannot be followed.
+    pub fn tape_of_step(&self, history: &History) -> Option<Tape> {
+        if self.step_length() == 0.0 {
+            return None;
+        }
+        let stretches = history.of_step(self.stretch())?;
+        self.last_step().tape_of_step(&stretches)
+    }
+
+    /// The run up to now in parts, for derivatives both ways; `None` at its start, or if it cannot be followed.
     pub fn tape(&self, history: &History) -> Option<Tape> {
         if self.time() <= self.start {
             return None;
         }
-        // The same run again; where its steps end makes no difference.
-        let (stretches, Self { run: ByMethod::EventDriven(mut run), .. }) = self.begun_again(history)? else {
-            return None;
-        };
-        let (mut then, mut recorder) = (self.parameters.clone(), Recorder::new(self.start, &run.last_step().end));
-        for stretch in &stretches {
-            then.tune(stretch.tunables);
-            let inputs = stretch.inputs.at(run.time);
-            run.retune(&then).and_then(|()| run.hold(&inputs.orders[0], &inputs.orders[1..])).ok()?;
-            recorder.begin(&then, &inputs)?;
-            run.advance(stretch.until, &mut recorder).ok()?;
-            recorder.end(stretch.until)?;
+        let (stretches, start) = self.stretches_and_start(history)?;
+        self.last_step().tape((self.start, &start), &stretches)
+    }
+
+    /// The last step, or the start before the first, for derivatives along directions.
+    pub fn last_step(&self) -> LastStep<'_> {
+        match &self.run {
+            ByMethod::EventDriven(run) => LastStep::new(run, &self.parameters, run.step_ends()),
+            ByMethod::Continuous(run) => LastStep::new(run, &self.parameters, run.step_ends()),
         }
-        recorder.tape(&self.last_step().end)
     }
 
     /// Before inputs or tunable parameters change: keeps the history so far, that of the run if it is `wanted`.

@@ -84,7 +84,7 @@ impl Instance {
     }
 
     /// The sums of the derivatives of the elements of `unknowns`, times the weights `seed`, by each element of the
-    /// `knowns`. Those over a run that has a tape are found all at once, others one known after the other.
+    /// `knowns`. Those over a step or a run are found all at once, others one known after the other.
     pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (unknowns, knowns) = (self.elements_of(unknowns, false)?, self.knowns(knowns)?);
         Refusal::unless_count("nSeed", seed.len(), unknowns.len())?;
@@ -94,7 +94,7 @@ impl Instance {
         if let Some((_, weight)) = all.iter().find(|(_, weight)| !weight.is_finite()) {
             return Err(Refusal::argument("seed", weight, "any finite value"));
         }
-        let tape = if self.derived() == Derived::Run { self.tape()? } else { None };
+        let tape = self.tape()?;
         let lacks = tape.as_ref().map(|tape| tape.lacks());
         self.check_unknowns(&unknowns)?;
         let is_taped = |(unknown, _): &(Variable, f64)| value(lacks.as_ref(), unknown) == 0.0;
@@ -112,8 +112,11 @@ impl Instance {
             let followed = if found.is_some() { &others } else { &all };
             let (unknowns, weights): (Vec<Element>, Vec<f64>) =
                 followed.iter().map(|(unknown, weight)| (Some(*unknown), *weight)).unzip();
-            let derivatives = self.derivatives_along(&unknowns, &along, false)?;
-            let of_followed = derivatives.iter().zip(&weights).map(|(derivative, weight)| derivative * weight);
+            let of_followed = match unknowns[..] {
+                [] => Vec::new(),
+                _ => self.derivatives_along(&unknowns, &along, false)?,
+            };
+            let of_followed = of_followed.iter().zip(&weights).map(|(derivative, weight)| derivative * weight);
             let found = found.unwrap_or(0.0) + of_followed.sum::<f64>();
             self.turn(&mut along, *known, 0.0)?;
             self.finite(format_args!("the sum of the unknowns by {variable}"), found)
@@ -210,9 +213,19 @@ impl Instance {
         Ok((simulation, history))
     }
 
+    /// The tape of what the derivatives are taken over, if that is a step or a run.
     fn tape(&self) -> Result<Option<Arc<Tape>>, Refusal> {
-        let (simulation, history) = self.so_far()?;
-        Ok(history.tape(|history| simulation.tape(history)))
+        let InstanceState { history, simulation, settings, .. } = &self.run;
+        Ok(match (self.derived(), simulation) {
+            (Derived::Run, _) => {
+                let (simulation, history) = self.so_far()?;
+                history.tape(true, |history| simulation.tape(history))
+            }
+            (Derived::Step, Some(run)) if settings.derivatives_of != DerivativesOf::Point => {
+                history.tape(false, |history| run.tape_of_step(history))
+            }
+            _ => None,
+        })
     }
 
     /// The derivative of `variable`, if it is finite; after a failed step any value passes.
@@ -258,8 +271,8 @@ fn value(of: Option<&Differential>, variable: &Variable) -> f64 {
 
 fn no_derivative(what: impl Display) -> Refusal {
     Refusal::no_value(format_args!(
-        "{what} has no derivative here: it is not finite, the step has too many switchings, or contacts are too stiff \
-         for its length"
+        "{what} has no derivative here: it is not finite, what it depends on is too long to be followed, or rigid balls \
+         stay in contact in it"
     ))
 }
 

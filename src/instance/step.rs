@@ -106,7 +106,7 @@ impl Instance {
 
     /// Advances to the end of the step, or to the first onset or release.
     fn advance(&mut self, step: StepUnderWay, interruptible: bool) -> Result<StepEnd, Refusal> {
-        self.run.history.forget_tape();
+        self.run.history.forget_tapes();
         let (end, purpose) = (step.end, self.run.purpose);
         let stops = interruptible || self.may_end_early();
         let mut recorder = StepLogger::new(&self.log, &mut self.run.clocks, purpose, end, stops);

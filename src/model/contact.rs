@@ -99,15 +99,61 @@ impl<S: Scalar> ContactLaw<S> {
         parts.map_or(S::default(), |(elastic, by_rate)| elastic + by_rate * rate)
     }
 
+    /// The exponent as an integer, if it is and stays one: powers are then products.
+    pub fn whole_exponent(&self) -> Option<usize> {
+        let whole = self.exponent.value() as usize;
+        (whole as f64 == self.exponent.value() && self.exponent.tangent() == 0.0).then_some(whole)
+    }
+}
+
+impl ContactLaw {
+    /// A simple expression with the sign of the force, if there is one.
+    pub fn sign_of_force(&self) -> Option<SignOfForce> {
+        match self.damping {
+            Damping::HuntCrossley { alpha } => Some(SignOfForce { constant: 1.0, by_overlap: 0.0, by_rate: alpha }),
+            // The force is `F_el (d + p A r) / d`.
+            Damping::Viscoelastic { relaxation } => {
+                Some(SignOfForce { constant: 0.0, by_overlap: 1.0, by_rate: self.exponent * relaxation })
+            }
+            Damping::None | Damping::KelvinVoigt { .. } => None,
+        }
+    }
+
+    /// Whether the law clips its force at zero.
+    pub fn clips(&self) -> bool {
+        match self.damping {
+            Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
+            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => true,
+        }
+    }
+
+    /// Coefficient c of Kelvin and Voigt's laws, `F = F_el + c r`, N.s/m; 0 for the others.
+    pub fn damping_coefficient(&self) -> f64 {
+        match self.damping {
+            Damping::KelvinVoigt { c, .. } => c,
+            Damping::None | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => 0.0,
+        }
+    }
+
+    /// The mode of a closed contact at this overlap (m) and rate (m/s).
+    pub fn mode_when_closed(&self, overlap: f64, rate: f64) -> Mode {
+        let closed = |overlap: f64| if overlap > 0.0 { overlap } else { f64::MIN_POSITIVE };
+        let clipped = match self.sign_of_force() {
+            Some(sign) => sign.at(overlap, rate) < 0.0,
+            None => self.clips() && self.unclipped_force(closed(overlap), rate) < 0.0,
+        };
+        if clipped { Mode::Clipped } else { Mode::Pressing }
+    }
+
     /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps
     /// the intermediate series. Where the overlap vanishes, a fractional power has no series: zero.
-    pub fn elastic_coefficient(&self, overlap: &[S], powers: &mut Vec<S>, k: usize) -> S {
-        let (scale, stride) = (S::from(1.0) / self.overlap_ref, overlap.len());
+    pub fn elastic_coefficient(&self, overlap: &[f64], powers: &mut Vec<f64>, k: usize) -> f64 {
+        let (scale, stride) = (1.0 / self.overlap_ref, overlap.len());
         let power = match self.whole_exponent() {
             Some(1) => return self.stiffness * overlap[k],
             Some(p) => {
                 // The lower powers, one after the other.
-                powers.resize(p * stride, S::default());
+                powers.resize(p * stride, 0.0);
                 powers[k] = overlap[k] * scale;
                 for q in 1..p {
                     let (base, lower) = (&powers[..stride], &powers[(q - 1) * stride..q * stride]);
@@ -116,9 +162,9 @@ impl<S: Scalar> ContactLaw<S> {
                 powers[(p - 1) * stride + k]
             }
             None => {
-                powers.resize(stride, S::default());
-                powers[k] = if overlap[0].value() <= 0.0 {
-                    S::default()
+                powers.resize(stride, 0.0);
+                powers[k] = if overlap[0] <= 0.0 {
+                    0.0
                 } else if k == 0 {
                     self.elastic_force(overlap[0]) / (self.stiffness * self.overlap_ref)
                 } else {
@@ -134,11 +180,11 @@ impl<S: Scalar> ContactLaw<S> {
     /// rate and, where the law needs it, of the `product` of the two or of `elastic_rate`, the time derivative (N/s).
     pub fn force_coefficient(
         &self,
-        elastic: S,
-        rate: S,
-        product: impl FnOnce() -> S,
-        elastic_rate: impl FnOnce() -> S,
-    ) -> S {
+        elastic: f64,
+        rate: f64,
+        product: impl FnOnce() -> f64,
+        elastic_rate: impl FnOnce() -> f64,
+    ) -> f64 {
         match self.damping {
             Damping::None => elastic,
             Damping::KelvinVoigt { c, .. } => elastic + c * rate,
@@ -156,53 +202,6 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// A simple expression with the sign of the force, if there is one.
-    pub fn sign_of_force(&self) -> Option<SignOfForce<S>> {
-        let (none, one) = (S::default(), S::from(1.0));
-        match self.damping {
-            Damping::HuntCrossley { alpha } => Some(SignOfForce { constant: one, by_overlap: none, by_rate: alpha }),
-            // The force is `F_el (d + p A r) / d`.
-            Damping::Viscoelastic { relaxation } => {
-                Some(SignOfForce { constant: none, by_overlap: one, by_rate: self.exponent * relaxation })
-            }
-            Damping::None | Damping::KelvinVoigt { .. } => None,
-        }
-    }
-
-    /// Whether the law clips its force at zero.
-    pub fn clips(&self) -> bool {
-        match self.damping {
-            Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
-            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => true,
-        }
-    }
-
-    /// Coefficient c of Kelvin and Voigt's laws, `F = F_el + c r`, N.s/m; 0 for the others.
-    pub fn damping_coefficient(&self) -> S {
-        match self.damping {
-            Damping::KelvinVoigt { c, .. } => c,
-            Damping::None | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => S::default(),
-        }
-    }
-
-    /// The mode of a closed contact at this overlap (m) and rate (m/s).
-    pub fn mode_when_closed(&self, overlap: S, rate: S) -> Mode {
-        let closed = |overlap: S| if overlap.value() > 0.0 { overlap } else { S::from(f64::MIN_POSITIVE) };
-        let clipped = match self.sign_of_force() {
-            Some(sign) => sign.at(overlap, rate).value() < 0.0,
-            None => self.clips() && self.unclipped_force(closed(overlap), rate).value() < 0.0,
-        };
-        if clipped { Mode::Clipped } else { Mode::Pressing }
-    }
-
-    /// The exponent as an integer, if it is and stays one: powers are then products.
-    pub fn whole_exponent(&self) -> Option<usize> {
-        let whole = self.exponent.value() as usize;
-        (whole as f64 == self.exponent.value() && self.exponent.tangent() == 0.0).then_some(whole)
-    }
-}
-
-impl ContactLaw {
     /// Force at the overlap `d` (m) and its rate (m/s), N.
     pub fn force(&self, d: f64, rate: f64) -> f64 {
         let force = self.unclipped_force(d, rate);

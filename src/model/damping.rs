@@ -29,25 +29,25 @@ pub enum Damping<S = f64> {
 
 /// `constant + by_overlap d + by_rate r` has the sign of a force for every overlap d (m) above 0 and rate r (m/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SignOfForce<S = f64> {
+pub struct SignOfForce {
     /// Without a unit.
-    pub constant: S,
+    pub constant: f64,
     /// 1/m.
-    pub by_overlap: S,
+    pub by_overlap: f64,
     /// s/m.
-    pub by_rate: S,
+    pub by_rate: f64,
 }
 
-impl<S: Scalar> SignOfForce<S> {
+impl SignOfForce {
     /// At the overlap `d` (m) and its rate (m/s).
-    pub fn at(&self, d: S, rate: S) -> S {
+    pub fn at(&self, d: f64, rate: f64) -> f64 {
         self.constant + self.by_overlap * d + self.by_rate * rate
     }
 
     /// As a power series of the time, from those of the overlap (m) and of its rate (m/s), which may be shorter.
-    pub fn series(&self, overlap: &[S], rate: &[S]) -> Vec<S> {
+    pub fn series(&self, overlap: &[f64], rate: &[f64]) -> Vec<f64> {
         let terms = overlap.iter().zip(rate).map(|(d, rate)| self.by_overlap * *d + self.by_rate * *rate);
-        let mut series: Vec<S> = terms.collect();
+        let mut series: Vec<f64> = terms.collect();
         series[0] += self.constant;
         series
     }

@@ -11,7 +11,7 @@ mod parameters;
 mod results;
 mod start_on_arcs;
 
-pub(crate) use arc::{Pair, overlap_of_approach};
+pub(crate) use arc::{Linkage, Pair, overlap_of_approach};
 pub use contact::{ContactLaw, Mode};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
 pub use damping::{Damping, SignOfForce};

@@ -1,20 +1,18 @@
 //! Truncated power series: slices of coefficients `c[k]` of `t^k`.
 
-use super::dual::Scalar;
-
 /// Number of sums computed side by side where that pays.
 pub const LANES: usize = 4;
 
-pub fn value<S: Scalar>(c: &[S], t: S) -> S {
-    c.iter().rev().fold(S::default(), |sum, &c| sum * t + c)
+pub fn value(c: &[f64], t: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, &c| sum * t + c)
 }
 
-pub fn derivative<S: Scalar>(c: &[S], t: S) -> S {
-    c.iter().enumerate().skip(1).rev().fold(S::default(), |sum, (k, &c)| sum * t + S::from(k as f64) * c)
+pub fn derivative(c: &[f64], t: f64) -> f64 {
+    c.iter().enumerate().skip(1).rev().fold(0.0, |sum, (k, &c)| sum * t + k as f64 * c)
 }
 
-pub fn integral<S: Scalar>(c: &[S], t: S) -> S {
-    t * c.iter().enumerate().rev().fold(S::default(), |sum, (k, &c)| sum * t + c / S::from((k + 1) as f64))
+pub fn integral(c: &[f64], t: f64) -> f64 {
+    t * c.iter().enumerate().rev().fold(0.0, |sum, (k, &c)| sum * t + c / (k + 1) as f64)
 }
 
 /// The coefficients of the series with these derivatives at 0.
@@ -72,13 +70,13 @@ pub fn value_and_derivatives(c: &[f64], t: f64) -> [f64; 3] {
 }
 
 /// Coefficient `k` of the product of two series, from their first `k + 1` coefficients.
-pub fn product_term<S: Scalar>(a: &[S], b: &[S], k: usize) -> S {
+pub fn product_term(a: &[f64], b: &[f64], k: usize) -> f64 {
     a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| *a * *b).sum()
 }
 
 /// Coefficients `k >= 1` of sine and cosine of an angle, from those before and `angle`, each times its number.
-pub fn sine_and_cosine_term<S: Scalar>(angle: &[S], sin: &[S], cos: &[S], k: usize) -> (S, S) {
-    let inverse = S::from(1.0 / k as f64);
+pub fn sine_and_cosine_term(angle: &[f64], sin: &[f64], cos: &[f64], k: usize) -> (f64, f64) {
+    let inverse = 1.0 / k as f64;
     (product_term(&angle[1..], cos, k - 1) * inverse, -product_term(&angle[1..], sin, k - 1) * inverse)
 }
 
@@ -86,10 +84,10 @@ pub fn sine_and_cosine_term<S: Scalar>(angle: &[S], sin: &[S], cos: &[S], k: usi
 ///
 /// The recursion follows from `c q' = p c' q` for `q = c^p` (J. C. P. Miller; Knuth, The Art of Computer Programming 2,
 /// 4.7, equation 9).
-pub fn power_term<S: Scalar>(c: &[S], power: &[S], p: S, k: usize) -> S {
-    let factor = |j: usize| (p + S::from(1.0)) * S::from(j as f64) - S::from(k as f64);
-    let sum: S = (1..=k).map(|j| factor(j) * c[j] * power[k - j]).sum();
-    sum / (S::from(k as f64) * c[0])
+pub fn power_term(c: &[f64], power: &[f64], p: f64, k: usize) -> f64 {
+    let factor = |j: usize| (p + 1.0) * j as f64 - k as f64;
+    let sum: f64 = (1..=k).map(|j| factor(j) * c[j] * power[k - j]).sum();
+    sum / (k as f64 * c[0])
 }
 
 /// Most coefficients of a series that is summed by lanes.

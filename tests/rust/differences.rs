@@ -64,7 +64,7 @@ pub fn step(known: Variable, value: f64) -> f64 {
 
 /// Finite differences of the values `at` multiples of `h`, of sixth order or, `one_sided`, of fourth order, and their
 /// change by a rounding of 1 of the values.
-pub fn by_differences(h: f64, one_sided: bool, at: impl Fn(f64) -> Vec<f64>) -> (Vec<f64>, f64) {
+pub fn by_differences(h: f64, one_sided: bool, mut at: impl FnMut(f64) -> Vec<f64>) -> (Vec<f64>, f64) {
     let weights: &[(f64, f64)] = if one_sided {
         &[(0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)]
     } else {

@@ -1,5 +1,5 @@
-//! Derivatives of the whole run, checked against differences of runs with other parameters and inputs: by repeating the
-//! run, and of elastic contacts by its tape, in both directions.
+//! Derivatives of the whole run, along directions and backwards, checked against differences of runs with other
+//! parameters and inputs, and against each other.
 
 use newtons_cradle::engine::{Differential, History, Simulation, Tape, Unrecorded};
 use newtons_cradle::model::{ContactModel, Inputs, Parameters};
@@ -19,9 +19,8 @@ struct Course {
 }
 
 impl Course {
-    /// From [`START`] to `end` (s), with the damping of the contacts changed on the way unless they have to stay
-    /// `elastic`.
-    fn new(settings: &Settings, end: f64, elastic: bool) -> Self {
+    /// From [`START`] to `end` (s), with the drag and the damping of the contacts changed on the way.
+    fn new(settings: &Settings, end: f64) -> Self {
         let Settings { mut parameters, inputs, .. } = settings.clone();
         let mut simulation = Simulation::new(&parameters, &inputs, START).unwrap();
         let mut history = History::default();
@@ -35,9 +34,8 @@ impl Course {
         simulation.hold(&inputs, &[]).unwrap();
         simulation.keep_history(true, &mut history);
         parameters.drag += 0.01;
-        let change = if elastic { 0.0 } else { 0.01 };
-        parameters.damping += change;
-        parameters.hunt_crossley += change;
+        parameters.damping += 0.01;
+        parameters.hunt_crossley += 0.01;
         simulation.retune(parameters.tunables()).unwrap();
         simulation.advance(1.5, &mut Unrecorded).unwrap();
         simulation.advance(end, &mut Unrecorded).unwrap();
@@ -50,7 +48,8 @@ impl Course {
         let impulses = balls.clone().skip(1).map(|i| run.impulse(i - 1));
         let sums = [run.total_energy(), run.momentum(), run.support_force(), run.support_force_mean()];
         let heights = balls.clone().map(|i| run.angle(i)).chain(balls.map(|i| run.y(i)));
-        let next = [run.next_onset().time(), run.support_force_vertical()];
+        // Without an onset it is the time up to which there is none.
+        let next = [run.next_onset().found().unwrap_or(0.0), run.support_force_vertical()];
         states.chain(impulses).chain(sums).chain(next).chain(heights).collect()
     }
 
@@ -79,15 +78,13 @@ fn derivatives(of: &Differential) -> Vec<f64> {
     states.chain(&sums).chain(&next).chain(&of.angle).chain(&of.y).copied().collect()
 }
 
-/// Those that tapes have.
-fn on_tape(of: &Differential) -> Vec<f64> {
-    let mut all = derivatives(of);
-    all.truncate(3 * of.x.len() + 2);
-    all
+/// All but that of the next onset, which has none backwards.
+fn without_next_onset(of: &Differential) -> Vec<f64> {
+    derivatives(&Differential { next_onset: 0.0, ..of.clone() })
 }
 
 fn sum(weights: &[f64], of: &Differential) -> f64 {
-    on_tape(of).iter().zip(weights).map(|(derivative, weight)| derivative * weight).sum()
+    without_next_onset(of).iter().zip(weights).map(|(derivative, weight)| derivative * weight).sum()
 }
 
 /// Numbers between -1 and 1, always the same for a seed.
@@ -95,66 +92,60 @@ fn spread(seed: usize) -> impl Iterator<Item = f64> {
     (1000 * seed..).map(|k| (k as f64 * 0.618_033_988_749_895).fract() * 2.0 - 1.0)
 }
 
-/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses; their ends (s),
-/// and whether they have a tape.
-const RUNS: [(&str, f64, bool); 18] = [
-    ("", 2.7, true),
-    ("pendulum.lengthRatio[2]=1.02", 2.7, true),
-    ("pendulum.drag=0.1", 2.7, true),
-    ("contact.exponent=3", 2.7, true),
-    ("contact.exponent=2.3", 2.7, true),
-    ("contact.model=hertz", 2.7, true),
+/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses, and their ends, s.
+const RUNS: [(&str, f64); 18] = [
+    ("", 2.7),
+    ("pendulum.lengthRatio[2]=1.02", 2.7),
+    ("pendulum.drag=0.1", 2.7),
+    ("contact.exponent=3", 2.7),
+    ("contact.exponent=2.3", 2.7),
+    ("contact.model=hertz", 2.7),
     // Three at once.
-    ("contact.model=hertz x_start=-0.10002,-0.1,0", 1.6, true),
+    ("contact.model=hertz x_start=-0.10002,-0.1,0", 1.6),
     // Closed at the start and the end.
-    ("contact.gap[1]=-1e-5 contact.deadBand=0 contact.stiffness=1e4", 1.6, true),
-    ("contact.damping=1e4 pendulum.drag=0.1", 2.7, false),
-    ("contact.damping=1e4 pendulum.drag=0.1 contact.dampingLaw=kelvinVoigtNoPull", 2.7, false),
-    ("contact.dampingLaw=huntCrossley contact.huntCrossley=0.1 contact.exponent=1.5 pendulum.drag=0.1", 2.7, false),
-    ("contact.dampingLaw=viscoelastic contact.relaxationTime=2e-7 contact.exponent=2 pendulum.drag=0.1", 2.7, false),
-    ("contact.model=rigid contact.restitution=0.9", 2.7, false),
-    ("contact.model=rigid contact.restitution=0.9 pendulum.model=circular pendulum.lengthRatio[2]=1.02", 2.7, false),
-    ("pendulum.model=circular contact.model=hertz", 2.7, false),
-    ("pendulum.model=circular contact.model=hertz pendulum.lengthRatio[2]=1.02 pendulum.drag=0.1", 2.7, false),
-    ("pendulum.model=circular contact.damping=1e4 pendulum.drag=0.1", 2.7, false),
-    ("solver.method=bdf contact.stiffness=1e7 solver.tolerance=1e-14", 2.7, false),
+    ("contact.gap[1]=-1e-5 contact.deadBand=0 contact.stiffness=1e4", 1.6),
+    ("contact.damping=1e4 pendulum.drag=0.1", 2.7),
+    ("contact.damping=1e4 pendulum.drag=0.1 contact.dampingLaw=kelvinVoigtNoPull", 2.7),
+    ("contact.dampingLaw=huntCrossley contact.huntCrossley=0.1 contact.exponent=1.5 pendulum.drag=0.1", 2.7),
+    ("contact.dampingLaw=viscoelastic contact.relaxationTime=2e-7 contact.exponent=2 pendulum.drag=0.1", 2.7),
+    ("contact.model=rigid contact.restitution=0.9", 2.7),
+    ("contact.model=rigid contact.restitution=0.9 pendulum.model=circular pendulum.lengthRatio[2]=1.02", 2.7),
+    ("pendulum.model=circular contact.model=hertz", 2.7),
+    ("pendulum.model=circular contact.model=hertz pendulum.lengthRatio[2]=1.02 pendulum.drag=0.1", 2.7),
+    ("pendulum.model=circular contact.damping=1e4 pendulum.drag=0.1", 2.7),
+    ("solver.method=bdf contact.stiffness=1e7 solver.tolerance=1e-14", 2.7),
 ];
 
 #[test]
 fn they_agree_with_differences_and_both_directions_with_each_other() {
-    for (name, end, has_tape) in RUNS {
+    for (name, end) in RUNS {
         let parameters = cradle(3, &format!("x_start=-0.1,0,0.0011 v_start[1]=0.02 {name}"));
         let settings = Settings { parameters, ..Settings::default_for(3) };
-        let course = Course::new(&settings, end, has_tape);
-        let (values, tape) = (course.outputs(), course.tape());
-        assert_eq!(tape.is_some(), has_tape, "{name}");
-        if let Some(tape) = &tape {
-            both_ways(name, tape, 3);
-        }
+        let course = Course::new(&settings, end);
+        let (values, tape) = (course.outputs(), course.tape().unwrap_or_else(|| panic!("{name} has no tape")));
+        both_ways(name, &tape, &settings, 1e-12);
         for known in knowns(3) {
             let (value, along) = (known.value(&settings).unwrap(), unit(known, 3));
-            let by_tape = tape.as_ref().map(|tape| derivatives(&tape.along(&along.parameters, &along.inputs)));
-            // Where contacts are closed all the time the run is only followed by its tape.
-            let repeated = course.along(&along).map(|found| derivatives(&found));
-            assert!(repeated.is_some() || has_tape, "{name}: {known} is not followed");
+            let taped = tape.along(&along.parameters, &along.inputs);
+            let found = course.along(&along).unwrap_or_else(|| panic!("{name}: {known} is not followed"));
+            assert_eq!(without_next_onset(&taped), without_next_onset(&found), "{name}: {known}");
             let h = step(known, value);
             let one_sided = value == 0.0 && known.check(-1.0).is_err();
             let (differences, rounding) = by_differences(h, one_sided, |change| {
                 let mut changed = settings.clone();
                 known.set(&mut changed, value + change);
-                Course::new(&changed, end, has_tape).outputs()
+                Course::new(&changed, end).outputs()
             });
-            for (taped, found) in [(true, by_tape), (false, repeated)] {
-                for (j, (found, difference)) in found.into_iter().flatten().zip(&differences).enumerate() {
-                    if taped && j >= 3 * 3 + 2 && found.is_nan() {
-                        continue; // Tapes say that they lack it.
-                    }
-                    let bound = 1e-5 * difference.abs() + 6e-13 * rounding * values[j].abs().max(1.0);
-                    assert!(
-                        (found - difference).abs() <= bound,
-                        "{name}: output {j} by {known}: {found} {difference} {bound}"
-                    );
+            let next_onset = 12;
+            for (j, (found, difference)) in derivatives(&found).into_iter().zip(&differences).enumerate() {
+                if j == next_onset && values[j] == 0.0 {
+                    continue; // There is none, but may be one in a changed run.
                 }
+                let bound = 1e-5 * difference.abs() + 6e-13 * rounding * values[j].abs().max(1.0);
+                assert!(
+                    (found - difference).abs() <= bound,
+                    "{name}: output {j} by {known}: {found} {difference} {bound}"
+                );
             }
         }
     }
@@ -191,43 +182,48 @@ fn contacts_that_close_from_rest() {
 
 /// Both directions of a tape, by several weights of the outputs and directions, some of them along few of the knowns:
 /// the weighted sum of the derivatives along the direction, and the sum of its derivatives by each of the knowns, agree
-/// to 1e-12 of the larger one.
-fn both_ways(name: &str, tape: &Tape, balls: usize) {
+/// to within an `allowed` part of the largest of these.
+fn both_ways(name: &str, tape: &Tape, settings: &Settings, allowed: f64) {
+    let balls = settings.balls();
     for seed in 0..8 {
-        let weights: Vec<f64> = spread(seed).take(3 * balls + 2).collect();
+        let weights: Vec<f64> = spread(seed).take(6 * balls + 8).collect();
         let gradient = tape.gradient(|of| sum(&weights, of));
         let mut all = Settings::zero(balls);
-        let mut adjoint = 0.0;
+        let (mut adjoint, mut largest) = (0.0, 0.0_f64);
         let few = |k: usize| seed < 4 || k % 4 == seed % 4;
-        for (_, (known, change)) in knowns(balls).zip(spread(seed + 1)).enumerate().filter(|(k, _)| few(*k)) {
+        for (_, (known, part)) in knowns(balls).zip(spread(seed + 1)).enumerate().filter(|(k, _)| few(*k)) {
+            // In proportion: a change by 1 is a million reference overlaps.
+            let change = 1e5 * part * step(known, known.value(settings).unwrap());
             known.set(&mut all, change);
             let mut along = Settings::zero(balls);
             known.set(&mut along, change);
-            adjoint += gradient.along(&along.parameters, &along.inputs);
+            let by_known = gradient.along(&along.parameters, &along.inputs);
+            (adjoint, largest) = (adjoint + by_known, largest.max(by_known.abs()));
         }
         let directional = sum(&weights, &tape.along(&all.parameters, &all.inputs));
-        let error = (adjoint - directional).abs() / adjoint.abs().max(directional.abs());
-        assert!(error <= 1e-12, "{name}, seed {seed}: {adjoint} {directional}: {error}");
+        let error = (adjoint - directional).abs() / largest;
+        assert!(error <= allowed, "{name}, seed {seed}: {adjoint} {directional}: {error}");
     }
 }
 
 #[test]
 fn both_directions_agree_through_a_hundred_clicks() {
     // The derivatives grow with the run: for five balls of Hertz with small gaps to 1e13, for seven in touch to 1e25.
-    for (balls, settings) in [
-        (5, ""),
-        (3, "contact.model=hertz"),
-        (4, "contact.model=hertz"),
-        (5, "contact.model=hertz"),
-        (5, "contact.model=hertz contact.gap=1e-6"),
-        (7, "contact.model=hertz"),
+    for (balls, settings, allowed) in [
+        (5, "", 1e-12),
+        (3, "contact.model=hertz", 1e-11),
+        (4, "contact.model=hertz", 1e-11),
+        (5, "contact.model=hertz", 1e-11),
+        (5, "contact.model=hertz contact.gap=1e-6", 1e-11),
+        (7, "contact.model=hertz", 1e-10),
     ] {
         let parameters = cradle(balls, settings);
         let mut simulation = Simulation::new(&parameters, &Inputs::zero(balls), 0.0).unwrap();
+        let known = Settings { parameters, ..Settings::default_for(balls) };
         for end in [1.0, 10.0, 142.0] {
             simulation.advance(end, &mut Unrecorded).unwrap();
             let tape = simulation.tape(&History::default()).unwrap();
-            both_ways(&format!("{settings}, {balls} balls, {end} s"), &tape, balls);
+            both_ways(&format!("{settings}, {balls} balls, {end} s"), &tape, &known, allowed);
         }
         assert!((0..balls - 1).map(|i| simulation.pulses(i)).min() >= Some(100));
     }
@@ -310,13 +306,14 @@ fn parameters_that_change_all_the_time() {
         }
         simulation.advance(START + 1.1, &mut Unrecorded).unwrap();
         let tape = simulation.tape(&history).unwrap();
-        both_ways(&format!("{contact_model:?}"), &tape, 3);
+        let settings = Settings { parameters: p.clone(), ..Settings::default_for(3) };
+        both_ways(&format!("{contact_model:?}"), &tape, &settings, 1e-12);
         let course = Course { simulation, history, parameters: p };
         // Linear forces do not depend on the reference overlap, and for the exponent the run is followed to 1e-3 only.
         for known in knowns(3).filter(|known| !["contact.overlapRef", "contact.exponent"].contains(&known.row.name)) {
             let along = unit(known, 3);
-            let found = on_tape(&tape.along(&along.parameters, &along.inputs));
-            let repeated = on_tape(&course.along(&along).unwrap());
+            let found = without_next_onset(&tape.along(&along.parameters, &along.inputs));
+            let repeated = without_next_onset(&course.along(&along).unwrap());
             let size = repeated.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
             for (found, repeated) in found.iter().zip(repeated) {
                 assert!((found - repeated).abs() <= 1e-8 * size, "{contact_model:?}, {known}: {found} {repeated}");
@@ -328,7 +325,62 @@ fn parameters_that_change_all_the_time() {
 #[test]
 fn another_course_than_that_of_the_run_has_none() {
     let settings = Settings::default_for(3);
-    let Course { simulation, history, .. } = Course::new(&settings, 2.7, true);
+    let Course { simulation, history, .. } = Course::new(&settings, 2.7);
     assert!(simulation.tape(&history).is_some());
     assert!(simulation.tape(&History::default()).is_none());
+}
+
+/// Rigid balls in touch share a force: of three equal ones each gets a third, through the contacts.
+#[test]
+fn what_rigid_balls_in_touch_transmit() {
+    let p = touching(3, "contact.model=rigid");
+    let pressed = Inputs { force: vec![2.0, 0.0, -1.0], ..Inputs::zero(3) };
+    let mut simulation = Simulation::new(&p, &pressed, 0.0).unwrap();
+    simulation.advance(0.1, &mut Unrecorded).unwrap();
+    let along = Inputs { force: vec![3.0, 0.0, 0.0], ..Inputs::zero(3) };
+    let found = simulation.last_step().at_end_along_inputs(&along);
+    for (found, expected) in found.a.iter().chain(&found.force).zip([1.0, 1.0, 1.0, 2.0, 1.0]) {
+        assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+    }
+}
+
+/// One ball alone, on a line and on an arc.
+#[test]
+fn one_ball_has_derivatives() {
+    for model in ["linear", "circular"] {
+        let p = cradle(1, &format!("pendulum.model={model} x_start=0.3"));
+        let run = |gravity: f64| {
+            let mut simulation = Simulation::new(&Parameters { gravity, ..p.clone() }, &Inputs::zero(1), 0.0).unwrap();
+            simulation.advance(1.3, &mut Unrecorded).unwrap();
+            simulation
+        };
+        let along = Parameters { gravity: 1.0, ..Settings::zero(1).parameters };
+        let found = run(p.gravity).tape(&History::default()).unwrap().along(&along, &Inputs::zero(1));
+        let difference = (run(p.gravity + 1e-4).x(0) - run(p.gravity - 1e-4).x(0)) / 2e-4;
+        assert!((found.x[0] - difference).abs() < 1e-7, "{model}: {} {difference}", found.x[0]);
+    }
+}
+
+/// Linear contacts damped ten and a hundred times critically: fast decays within the first microseconds of a long step.
+#[test]
+fn strongly_damped_impacts() {
+    for (damping, model) in [(5e3, "linear"), (5e4, "linear"), (5e3, "circular")] {
+        let contact = format!("contact.stiffness=1e5 contact.overlapRef=1 contact.damping={damping}");
+        let p = cradle(2, &format!("{contact} pendulum.model={model} x_start=-0.1,0.001 v_start[1]=0.02"));
+        let run = |v: f64| {
+            let mut parameters = p.clone();
+            parameters.v_start[0] += v;
+            let mut simulation = Simulation::new(&parameters, &Inputs::zero(2), 0.0).unwrap();
+            simulation.advance(1.4, &mut Unrecorded).unwrap();
+            simulation
+        };
+        let mut along = Settings::zero(2).parameters;
+        along.v_start[0] = 1.0;
+        let found = run(0.0).tape(&History::default()).unwrap().along(&along, &Inputs::zero(2));
+        let (before, after) = (run(-1e-6), run(1e-6));
+        for i in 0..2 {
+            let difference = (after.v(i) - before.v(i)) / 2e-6;
+            assert!((found.v[i] - difference).abs() < 1e-6, "{damping} {model}: {} {difference}", found.v[i]);
+        }
+    }
 }

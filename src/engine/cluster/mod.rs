@@ -13,5 +13,5 @@ mod window;
 pub(crate) use gauss::{BallOnArc, ContactDirection, power_of_stretching};
 pub(crate) use segment::Cluster;
 pub(crate) use step_control::{Control, Method, StepHistory};
-pub(crate) use taylor::{INVERSE_FACTORIAL, Series, velocity_scale};
-pub(crate) use window::{OverlapSeries, Switch, Window, WindowContact, sign_after_clip};
+pub(crate) use taylor::{INVERSE_FACTORIAL, Series};
+pub(crate) use window::{OverlapSeries, Switch, Window, WindowContact};

@@ -18,7 +18,7 @@ use crate::engine::flight::{
 };
 use crate::engine::{EngineError, Forecast};
 use crate::model::{BallModel, ContactLaw, Cradle, Mode, Pair};
-use crate::solver::{DoubleDouble, MAX_FORCE_ORDER};
+use crate::solver::{DoubleDouble, MAX_FORCE_ORDER, Stretching};
 
 /// Time scales of the fastest mode in which the first window by modes is searched for switchings.
 const FIRST_HORIZON: f64 = 32.0;
@@ -115,6 +115,11 @@ impl Cluster {
         let j = i - self.window.start;
         let (displacement, change) = self.output().moved(j, tau);
         (displacement, self.flights[j].v + change)
+    }
+
+    /// How time is stretched in the segment, so that forces are smooth.
+    pub fn stretching(&self) -> Stretching {
+        if self.method == Method::Gauss { self.gauss.stretching() } else { Stretching::None }
     }
 
     /// Overlap (m) and its rate (m/s) in contact `i` of the window, `tau` after the start of the segment.

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use crate::engine::Forecast;
 use crate::engine::flight::{Ball, Flight, Forcing, Rounding};
 use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode, Pair};
-use crate::solver::Scalar;
 
 /// The load of a contact that a wave has yet to reach is less than this part of the largest.
 const NEGLIGIBLE: f64 = 1e-4;
@@ -16,43 +15,43 @@ const RINGING: f64 = 3.0;
 
 /// A contact at the start of a segment, or during an event while nothing else governs it.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct WindowContact<S = f64> {
+pub(crate) struct WindowContact {
     /// In m.
-    pub overlap: S,
+    pub overlap: f64,
     pub mode: Mode,
 }
 
 /// The balls and contacts of a window at the start of a segment: a part of a run in doubles, or a whole chain in dual
 /// numbers. Contact `j` is that of balls `j` and `j + 1`.
 #[derive(Clone, Copy)]
-pub(crate) struct Window<'a, S = f64> {
-    pub flights: &'a [Flight<S>],
-    pub models: &'a [BallModel<S>],
+pub(crate) struct Window<'a> {
+    pub flights: &'a [Flight],
+    pub models: &'a [BallModel],
     /// The same balls in a run, with their oscillators; empty for a whole chain.
     pub balls: &'a [Ball],
-    pub contacts: &'a [WindowContact<S>],
-    pub laws: &'a [ContactLaw<S>],
+    pub contacts: &'a [WindowContact],
+    pub laws: &'a [ContactLaw],
 }
 
-impl<S: Scalar> Window<'_, S> {
+impl Window<'_> {
     /// The balls of contact `j` and its law.
-    pub fn pair(&self, j: usize) -> Pair<'_, S> {
+    pub fn pair(&self, j: usize) -> Pair<'_> {
         Pair { balls: [&self.models[j], &self.models[j + 1]], law: &self.laws[j] }
     }
 
     /// The parts of the direction of contact `j` along the paths of its balls.
-    pub fn parts_along(&self, j: usize) -> [S; 2] {
+    pub fn parts_along(&self, j: usize) -> [f64; 2] {
         self.pair(j).parts_along([j, j + 1].map(|i| self.flights[i].x))
     }
 
     /// Rate of the overlap of contact `j`, m/s.
-    pub fn overlap_rate(&self, j: usize) -> S {
+    pub fn overlap_rate(&self, j: usize) -> f64 {
         self.pair(j).overlap_rate([j, j + 1].map(|i| (self.flights[i].x, self.flights[i].v)))
     }
 
     /// Reduced mass of its balls, kg.
     pub fn reduced_mass(&self, j: usize) -> f64 {
-        let [left, right] = [j, j + 1].map(|i| self.models[i].mass.value());
+        let [left, right] = [j, j + 1].map(|i| self.models[i].mass);
         left * right / (left + right)
     }
 
@@ -104,7 +103,7 @@ impl Window<'_> {
 }
 
 /// Coefficients of an overlap: up to those of the highest derivative by time of its force, one more for a dashpot.
-pub(crate) type OverlapSeries<S = f64> = [S; MAX_OUTPUT_DERIVATIVE + 2];
+pub(crate) type OverlapSeries = [f64; MAX_OUTPUT_DERIVATIVE + 2];
 
 /// What ends a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

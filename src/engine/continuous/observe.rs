@@ -3,7 +3,8 @@
 use super::run::Continuous;
 use super::trajectory::{ContactEvent, Trajectory};
 use crate::engine::Forecast;
-use crate::engine::derivatives::{ChainState, LastStep, by_time};
+use crate::engine::chain_state::ChainState;
+use crate::engine::derivatives::{StepEnds, by_time};
 use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
@@ -36,9 +37,9 @@ impl Continuous {
         ChainState::new(balls, self.cradle().contacts.iter().enumerate().map(contact))
     }
 
-    pub(crate) fn last_step(&self) -> LastStep<'_> {
-        let states = [&self.y_at_step, &self.y()].map(|y| self.chain(y));
-        LastStep::new(self, states, self.step_start, self.inputs.at(self.time))
+    pub(crate) fn step_ends(&self) -> StepEnds {
+        let [start, end] = [&self.y_at_step, &self.y()].map(|y| self.chain(y));
+        StepEnds { start, end, began: self.step_start, inputs: self.inputs.at(self.time) }
     }
 
     /// See [`by_time`]. The polynomials of the steps have too low an order for overlaps: the second and third

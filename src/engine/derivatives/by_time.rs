@@ -1,6 +1,6 @@
 //! Derivatives of the outputs by time.
 
-use super::chain_state::ChainState;
+use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::{INVERSE_FACTORIAL, Series};
 use crate::engine::flight::{BallRole, Flight, shifted};
 use crate::engine::{HeldInputs, run::Engine};

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::adjoint::Tape;
 use crate::engine::HeldInputs;
+use crate::engine::tape::Tape;
 use crate::model::{Parameters, Tunables};
 
 /// Most values in a history, 128 MiB: 25 minutes of a host that sets the inputs of five balls every millisecond.
@@ -56,16 +56,16 @@ impl Stretches {
 pub struct History {
     of_run: Stretches,
     of_step: Stretches,
-    /// The tape of the run up to now, if it was needed: recording it is most of the cost of a gradient.
+    /// The tapes of the last step and of the run up to now, if they were needed.
     #[serde(skip)]
-    tape: OnceCell<Option<Arc<Tape>>>,
+    tapes: [OnceCell<Option<Arc<Tape>>>; 2],
 }
 
 impl History {
     /// Before a change: keeps what acted until then, for the run if that is `wanted`, and for the step if it has
     /// lasted for a time.
     pub(crate) fn keep(&mut self, wanted: bool, in_step: bool, stretch: &Stretch) {
-        self.forget_tape();
+        self.forget_tapes();
         self.of_run.keep(wanted, stretch);
         if in_step {
             self.of_step.keep(true, stretch);
@@ -77,14 +77,14 @@ impl History {
         self.of_step = Stretches::default();
     }
 
-    /// The tape of the run so far, recorded on first use.
-    pub fn tape(&self, record: impl FnOnce(&Self) -> Option<Tape>) -> Option<Arc<Tape>> {
-        self.tape.get_or_init(|| record(self).map(Arc::new)).clone()
+    /// The tape of the last step, or of the run so far, recorded on first use.
+    pub fn tape(&self, of_run: bool, record: impl FnOnce(&Self) -> Option<Tape>) -> Option<Arc<Tape>> {
+        self.tapes[usize::from(of_run)].get_or_init(|| record(self).map(Arc::new)).clone()
     }
 
-    /// Drops the tape, because the run goes on.
-    pub fn forget_tape(&mut self) {
-        self.tape.take();
+    /// Drops the tapes, because the run goes on.
+    pub fn forget_tapes(&mut self) {
+        self.tapes = Default::default();
     }
 
     /// Whether all changes were kept.

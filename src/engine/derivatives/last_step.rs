@@ -3,19 +3,24 @@
 
 use std::cell::Cell;
 
-use super::chain_state::ChainState;
 use super::history::Stretch;
-use super::tangent::DualRun;
-use crate::engine::flight::{Flight, Forcing};
-use crate::engine::{HeldInputs, cluster::WindowContact, run::Engine};
-use crate::model::{BallModel, Cradle, Differential, Inputs, Parameters, Results};
+use crate::engine::chain_state::ChainState;
+use crate::engine::flight::{Flight, integral_of};
+use crate::engine::tape::{Direction, End, Recorder, Sink, Tape, along_direction, change_of_start, cradle_along};
+use crate::engine::{HeldInputs, Unrecorded, run::Engine};
+use crate::model::{Differential, Inputs, Parameters, Results, SolverMethod};
 use crate::solver::{Dual, Scalar};
+
+/// Allowed difference between the ends of the run and of that recorded, over the amplitude. Inputs that go on after a
+/// change of the parameters are rounded.
+const AGREEMENT: f64 = 1e-9;
 
 /// The last step of a run, by any method: the data for its derivatives.
 pub struct LastStep<'a> {
     run: &'a dyn Results,
+    /// The current parameters.
+    parameters: &'a Parameters,
     /// What acts from its end on.
-    cradle: &'a Cradle,
     inputs: HeldInputs,
     /// The state at its start.
     start: ChainState,
@@ -25,24 +30,44 @@ pub struct LastStep<'a> {
     pub(crate) end: ChainState,
     /// Whether to follow the motion beyond its end, for the derivative of the time of the next onset.
     to_next_onset: bool,
-    /// Segments that the derivatives have taken so far.
-    segments: Cell<usize>,
+    /// Integration steps taken on the way there so far.
+    steps_to_onset: Cell<u64>,
+}
+
+/// The states at the start and at the end of a step, when it began (s), and the inputs at its end.
+pub(crate) struct StepEnds {
+    pub start: ChainState,
+    pub end: ChainState,
+    pub began: f64,
+    pub inputs: HeldInputs,
 }
 
 impl Engine {
-    /// The last step, or the start before the first, for derivatives along directions.
-    pub fn last_step(&self) -> LastStep<'_> {
-        let states = [self.state_at_start(), self.state_of_all(self.time.into())];
-        LastStep::new(self, states, self.step.time, self.inputs.at(self.time))
+    /// The ends of the last step; before the first, both are the start.
+    pub(crate) fn step_ends(&self) -> StepEnds {
+        let (start, end) = (self.state_at_start(), self.state_of_all(self.time.into()));
+        StepEnds { start, end, began: self.step.time, inputs: self.inputs.at(self.time) }
     }
 }
 
+/// Where a run that is recorded begins: when (s), and in which state.
+type Start<'a> = (f64, &'a ChainState);
+
 impl<'a> LastStep<'a> {
-    /// Of this run, with its states at the start and at the end of the step, when it began (s), and the inputs at its
-    /// end.
-    pub(crate) fn new(run: &'a dyn Results, [start, end]: [ChainState; 2], began: f64, inputs: HeldInputs) -> Self {
-        let (cradle, length, segments) = (run.cradle(), run.step_length(), Cell::new(0));
-        Self { run, cradle, inputs, start, began, length, end, to_next_onset: false, segments }
+    /// Of this run and its current parameters.
+    pub(crate) fn new(run: &'a dyn Results, parameters: &'a Parameters, ends: StepEnds) -> Self {
+        let StepEnds { start, end, began, inputs } = ends;
+        Self {
+            run,
+            parameters,
+            inputs,
+            start,
+            began,
+            length: run.step_length(),
+            end,
+            to_next_onset: false,
+            steps_to_onset: Cell::new(0),
+        }
     }
 
     /// If `wanted`, with the derivative of the time of the next onset, which may take many times the work of the step;
@@ -51,155 +76,147 @@ impl<'a> LastStep<'a> {
         Self { to_next_onset: wanted, ..self }
     }
 
-    /// Segments that the derivatives have taken so far.
-    pub fn segments(&self) -> usize {
-        self.segments.get()
+    /// Integration steps taken so far to follow the motion to the next onset.
+    pub fn steps_to_onset(&self) -> u64 {
+        self.steps_to_onset.get()
+    }
+
+    fn balls(&self) -> usize {
+        self.end.flights.len()
     }
 
     /// Derivatives of the outputs at its end along `inputs`, which were held over it: they change by the same over all
-    /// its `stretches`. Before the first step nothing depends on them. `None` if the step cannot be followed: it has
-    /// too many segments, leaves the range of numbers, has rigid balls that stay in contact, or its derivatives are
-    /// only rounding. `parameters` are the current ones.
-    pub(crate) fn along_inputs(
-        &self,
-        parameters: &Parameters,
-        stretches: &[Stretch],
-        inputs: &Inputs,
-    ) -> Option<Differential> {
+    /// its `stretches`. Before the first step nothing depends on them. `None` if the step cannot be followed.
+    pub(crate) fn along_inputs(&self, stretches: &[Stretch], inputs: &Inputs) -> Option<Differential> {
         if self.length == 0.0 {
-            return Some(Differential::all(self.cradle.balls.len(), 0.0));
+            return Some(Differential::all(self.balls(), 0.0));
         }
-        let start = |_: &Cradle<Dual>| lifted(&self.start);
-        let coefficients = |acting: &Parameters| Cradle::new(acting).map(Dual::from);
-        let run = self.follow(parameters, self.began, stretches, inputs, start, coefficients)?;
-        if run.is_cancelled() { None } else { self.outputs_of(run) }
+        self.along((self.began, &self.start), stretches, (None, inputs))
     }
 
-    /// The same along parameters and inputs of the whole run, which began at `start_time` (s) in the state `start`.
-    /// Both change by the same over all `stretches`; `parameters` are the current ones.
-    pub(crate) fn along_run(
-        &self,
-        parameters: &Parameters,
-        (start_time, start): (f64, &ChainState),
-        stretches: &[Stretch],
-        (tangent, inputs): (&Parameters, &Inputs),
-    ) -> Option<Differential> {
-        let start = |along: &Cradle<Dual>| start_along(start, along, tangent);
-        let coefficients = |acting: &Parameters| Cradle::along(acting, tangent);
-        self.outputs_of(self.follow(parameters, start_time, stretches, inputs, start, coefficients)?)
+    /// The same along parameters and inputs of the run that began so, or in a step without changes of parameters. Both
+    /// change by the same over all `stretches`.
+    pub(crate) fn along(&self, start: Start, stretches: &[Stretch], direction: Direction) -> Option<Differential> {
+        let change = change_of_start(self.parameters, direction);
+        let mut run = self.record(start, stretches, Sink::along(direction, change))?;
+        let cradle = cradle_along(self.parameters, direction);
+        let outputs = self.at_end(stretches).outputs(cradle, direction.1, run.recorder.as_ref()?.changes()?);
+        Some(Differential { next_onset: self.next_onset(&mut run), ..outputs })
     }
 
-    /// Follows `stretches` from the time `since` (s) to the end of the step, along `inputs`, the state at the `start`
-    /// and `coefficients` that follow from the tunable parameters.
-    fn follow(
-        &self,
-        parameters: &Parameters,
-        mut since: f64,
-        stretches: &[Stretch],
-        inputs: &Inputs,
-        start: impl Fn(&Cradle<Dual>) -> ChainState<Dual>,
-        coefficients: impl Fn(&Parameters) -> Cradle<Dual>,
-    ) -> Option<DualRun> {
-        let (mut acting, mut run): (Parameters, Option<DualRun>) = (parameters.clone(), None);
+    /// The parts of the step.
+    pub(crate) fn tape_of_step(&self, stretches: &[Stretch]) -> Option<Tape> {
+        self.tape((self.began, &self.start), stretches)
+    }
+
+    /// The parts of the run that began so; `None` if it cannot be followed.
+    pub(crate) fn tape(&self, start: Start, stretches: &[Stretch]) -> Option<Tape> {
+        let mut run = self.record(start, stretches, Sink::default())?;
+        run.recorder.take()?.tape(self.at_end(stretches))
+    }
+
+    fn at_end(&self, stretches: &[Stretch]) -> End {
+        let mut since = self.began;
+        let mut support_speed = 0.0;
+        for Stretch { until, inputs, .. } in stretches.iter().filter(|stretch| stretch.until > self.began) {
+            let accelerations = inputs.at(since).derivatives(|inputs| inputs.support_acceleration);
+            support_speed += integral_of(&accelerations, until - since);
+            since = *until;
+        }
+        End { state: self.end.clone(), inputs: self.inputs.clone(), length: self.length, support_speed }
+    }
+
+    /// The run again, from this start on; it stands at its end.
+    fn record(&self, (mut since, start): Start, stretches: &[Stretch], sink: Sink) -> Option<Engine> {
+        let (mut acting, mut run): (Parameters, Option<Engine>) = (self.parameters.clone(), None);
         for stretch in stretches {
             acting.tune(stretch.tunables);
-            let along = coefficients(&acting);
-            let forcings = forcings_along(&along, &stretch.inputs.at(since), inputs);
-            let begun = match run.take() {
-                Some(run) => run.under(along, forcings),
+            let inputs = stretch.inputs.at(since);
+            let engine = match &mut run {
                 None => {
-                    let start = start(&along).under(forcings);
-                    DualRun::new(along, start)
+                    let mut begun = Engine::begun_from(&acting, inputs, since, start);
+                    begun.recorder = Some(Box::new(Recorder::new(sink.clone(), &begun.cradle, self.began)));
+                    run.insert(begun)
+                }
+                Some(run) => {
+                    run.retune(&acting).and_then(|()| run.hold(&inputs.orders[0], &inputs.orders[1..])).ok()?;
+                    run
                 }
             };
-            let run = run.insert(begun);
-            if since < self.began && self.began < stretch.until {
-                run.follow(Some(self.began - since))?;
+            engine.recorder.as_mut()?.under(&acting);
+            engine.advance(stretch.until, &mut Unrecorded).ok()?;
+            if engine.recorder.as_ref()?.has_failed() {
+                return None;
             }
-            if (since..stretch.until).contains(&self.began) {
-                run.begin_step();
-            }
-            run.follow(Some(stretch.until - since))?;
             since = stretch.until;
         }
-        run
-    }
-
-    /// Derivatives of the outputs at its end, which `run` has reached.
-    fn outputs_of(&self, mut run: DualRun) -> Option<Differential> {
-        run.agree_with(&self.end)?;
-        let outputs = run.outputs_of_step(self.length);
-        Some(Differential { next_onset: self.next_onset(run), ..outputs })
+        let mut run = run?;
+        run.interrupt();
+        let end = run.state_of_all(run.time.into());
+        let unit = run.cradle.balls[0].unit_of_time();
+        let size = |x: f64, v: f64| x.abs() + v.abs() * unit;
+        let amplitude = end.flights.iter().map(|ball| size(ball.x, ball.v)).fold(0.0, f64::max);
+        let off = |(own, expected): (&Flight, &Flight)| size(own.x - expected.x, own.v - expected.v);
+        let approximate = self.parameters.method != SolverMethod::EventDriven;
+        let agree =
+            approximate || end.flights.iter().zip(&self.end.flights).map(off).all(|off| off <= AGREEMENT * amplitude);
+        let recorder = run.recorder.as_mut()?;
+        recorder.end(&run.cradle, |i| (end.flights[i].x, end.flights[i].v));
+        (agree && !recorder.has_failed()).then_some(run)
     }
 
     /// Derivatives of the outputs at its end along `inputs` that act from then on: of the accelerations, the power and
-    /// the next onset, but not of constraint forces.
+    /// the next onset.
     pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
-        let along = self.cradle.map(Dual::from);
-        let forcings = forcings_along(&along, &self.inputs, inputs);
-        let run = DualRun::new(along, lifted(&self.end).under(forcings));
-        let outputs = run.outputs();
-        Differential { next_onset: self.next_onset(run), ..outputs }
+        let cradle = self.run.cradle().map(Dual::from);
+        let change = change_of_start(self.parameters, (None, inputs));
+        let outputs = Differential::along(&&along_direction(cradle, &self.end, &change, &self.inputs, inputs));
+        let next_onset = self.next_onset_from_end((None, inputs), change);
+        Differential { next_onset, ..outputs }
     }
 
     /// Derivatives of the outputs at the start of a run along a direction of parameters and inputs.
-    pub fn along_parameters(&self, parameters: &Parameters, tangent: &Parameters, inputs: &Inputs) -> Differential {
-        let along = Cradle::along(parameters, tangent);
-        let forcings = forcings_along(&along, &self.inputs, inputs);
-        let state = start_along(&self.end, &along, tangent).under(forcings);
-        let first = along.balls[0].omega2;
-        let run = DualRun::new(along, state);
-        let mut outputs = run.outputs_of_step(0.0);
+    pub fn along_parameters(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
+        let direction = (Some(tangent), inputs);
+        let (cradle, change) = (cradle_along(self.parameters, direction), change_of_start(self.parameters, direction));
+        let first = cradle.balls[0].omega2;
+        let mut outputs = self.at_end(&[]).outputs(cradle, inputs, &change);
         if first.value() > 0.0 {
             outputs.period = (Dual::from(std::f64::consts::TAU) / first.sqrt()).tangent();
         }
-        outputs.next_onset = self.next_onset(run);
+        outputs.next_onset = self.next_onset_from_end(direction, change);
         outputs
     }
 
-    /// Derivative of the time of the next onset after `run`; NaN if it is not wanted, or cannot be followed.
-    fn next_onset(&self, mut run: DualRun) -> f64 {
-        let delay = match self.to_next_onset {
-            true if self.run.next_onset().found().is_none() => 0.0,
-            true => run.follow(None).map_or(f64::NAN, |()| run.delay),
-            false => f64::NAN,
-        };
-        self.segments.set(self.segments.get() + run.segments);
-        delay
+    /// Derivative of the time of the next onset after its end along a direction that changes the state there by this.
+    fn next_onset_from_end(&self, direction: Direction, change: Vec<f64>) -> f64 {
+        if !self.to_next_onset {
+            return f64::NAN;
+        }
+        let mut run = Engine::begun_from(self.parameters, self.inputs.clone(), self.inputs.since, &self.end);
+        let sink = Sink::along(direction, change);
+        let mut recorder = Recorder::new(sink, &run.cradle, f64::INFINITY);
+        recorder.under(self.parameters);
+        run.recorder = Some(Box::new(recorder));
+        self.next_onset(&mut run)
     }
-}
 
-/// Accelerations by the inputs `held`, with derivatives along a constant change `tangent` of the inputs and along those
-/// of the masses.
-fn forcings_along(cradle: &Cradle<Dual>, held: &HeldInputs, tangent: &Inputs) -> Vec<Forcing<Dual>> {
-    let forcing = |(i, ball): (usize, &BallModel<Dual>)| {
-        let mut forcing = held.forcing(i, ball.mass);
-        let [force, support] = [tangent.force[i], tangent.support_acceleration].map(|t| Dual::with_tangent(0.0, t));
-        forcing[0] += force / ball.mass - support;
-        forcing
-    };
-    cradle.balls.iter().enumerate().map(forcing).collect()
-}
-
-/// A state without derivatives.
-fn lifted(state: &ChainState) -> ChainState<Dual> {
-    let ball = |flight: &Flight| (flight.x.into(), flight.v.into());
-    let contact = |contact: &WindowContact| (contact.overlap.into(), contact.mode);
-    ChainState::new(state.flights.iter().map(ball), state.contacts.iter().map(contact))
-}
-
-/// The start state, with its derivatives for derivatives `tangent` of the parameters.
-fn start_along(state: &ChainState, cradle: &Cradle<Dual>, tangent: &Parameters) -> ChainState<Dual> {
-    let mut start = lifted(state);
-    for (i, (ball, Flight { x, v, .. })) in cradle.balls.iter().zip(&mut start.flights).enumerate() {
-        let place = ball.map(Dual::value).place(x.value());
-        let deflection = Dual::with_tangent(place.x, tangent.x_start[i]);
-        let (ds, du) = ball.along_path(deflection, Dual::with_tangent(v.value() * place.cos, tangent.v_start[i]));
-        (*x, *v) = (Dual::with_tangent(x.value(), ds.tangent()), Dual::with_tangent(v.value(), du.tangent()));
+    /// Derivative of the time of the next onset after `run`, which stands at the end of the step; NaN if it is not
+    /// wanted, or cannot be followed.
+    fn next_onset(&self, run: &mut Engine) -> f64 {
+        let next = self.run.next_onset().found();
+        match (self.to_next_onset, next, &mut run.recorder) {
+            (false, ..) | (_, _, None) => return f64::NAN,
+            (true, None, _) => return 0.0,
+            (true, Some(_), Some(recorder)) => recorder.next_onset = None,
+        }
+        // The same onset by a motion that differs by rounding.
+        let until = next.map_or(0.0, |next| next + 1e-9 * (next - run.time).max(run.time));
+        let before = run.work().steps;
+        let followed = run.advance(until, &mut Unrecorded);
+        self.steps_to_onset.set(self.steps_to_onset.get() + run.work().steps - before);
+        let recorder = run.recorder.as_ref().filter(|recorder| !recorder.has_failed());
+        let delay = recorder.and_then(|recorder| recorder.next_onset);
+        delay.filter(|_| followed.is_ok()).unwrap_or(f64::NAN)
     }
-    for (j, contact) in start.contacts.iter_mut().enumerate() {
-        let change = cradle.pair(j).overlap([start.flights[j].x, start.flights[j + 1].x]);
-        contact.overlap = Dual::with_tangent(contact.overlap.value(), change.tangent());
-    }
-    start
 }

@@ -5,8 +5,8 @@ use std::ops::Deref;
 use serde::{Deserialize, Serialize};
 
 use super::contact::ContactRecord;
-use super::equations::{State, state_count};
-use super::scales::{SHIFT, Scales};
+use super::scales::{SHIFT, Scales, state_count};
+use crate::engine::equations::State;
 use crate::engine::run::{Engine, InvalidState, require};
 use crate::engine::{EngineError, Forecast};
 use crate::model::{

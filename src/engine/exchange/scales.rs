@@ -2,8 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::equations::{State, state_count};
+use crate::engine::equations::State;
 use crate::model::{ContactLaw, Cradle};
+
+/// Number of continuous states; [`Exchange`](super::Exchange) lists them.
+pub const fn state_count(balls: usize) -> usize {
+    3 * balls + 1
+}
 
 /// Slowest nominal speed (m/s), and that of a cradle at rest.
 const LEAST_SPEED: f64 = 1e-9;

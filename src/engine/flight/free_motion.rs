@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Scalar, Steady, all_finite, hypotenuse};
+use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Steady, all_finite, hypotenuse};
 
 /// Longest step on an arc, s, of a ball that does not move.
 pub(super) const LONGEST: f64 = 1e6;
 
 /// Acceleration by the inputs, as derivatives at the anchor: `forcing[j]` in m/s^(2+j).
-pub(crate) type Forcing<S = f64> = [S; MAX_FORCE_ORDER + 1];
+pub(crate) type Forcing = [f64; MAX_FORCE_ORDER + 1];
 
 /// Highest derivative of the forcing that is not zero.
 #[inline]
@@ -34,20 +34,20 @@ pub(crate) fn forcing_at(forcing: &Forcing, tau: f64) -> f64 {
 }
 
 /// Its integral over the first `tau` (s), m/s.
-pub(crate) fn integral_of<S: Scalar>(forcing: &Forcing<S>, tau: S) -> S {
-    (0..forcing.len()).rev().fold(S::default(), |sum, k| (forcing[k] + sum) * tau / S::from((k + 1) as f64))
+pub(crate) fn integral_of(forcing: &Forcing, tau: f64) -> f64 {
+    (0..forcing.len()).rev().fold(0.0, |sum, k| (forcing[k] + sum) * tau / (k + 1) as f64)
 }
 
 /// The same polynomial, expanded about a time `tau` (s) later.
-pub(crate) fn shifted<S: Scalar>(forcing: &Forcing<S>, tau: S) -> Forcing<S> {
+pub(crate) fn shifted(forcing: &Forcing, tau: f64) -> Forcing {
     let mut later = *forcing;
-    if forcing[1..].iter().all(|p| p.value() == 0.0 && p.tangent() == 0.0) {
+    if degree(forcing) == 0 {
         return later;
     }
     for (j, later) in later.iter_mut().enumerate() {
-        let mut power = S::from(1.0);
+        let mut power = 1.0;
         for (k, &p) in forcing.iter().enumerate().skip(j + 1) {
-            power = power * (tau / S::from((k - j) as f64));
+            power *= tau / (k - j) as f64;
             *later += p * power;
         }
     }
@@ -56,13 +56,13 @@ pub(crate) fn shifted<S: Scalar>(forcing: &Forcing<S>, tau: S) -> Forcing<S> {
 
 /// Contact-free motion from an anchor on, in closed form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Flight<S = f64> {
+pub(crate) struct Flight {
     /// Position at the anchor, m.
-    pub x: S,
+    pub x: f64,
     /// Velocity at the anchor, m/s.
-    pub v: S,
+    pub v: f64,
     /// Acceleration by the inputs.
-    pub forcing: Forcing<S>,
+    pub forcing: Forcing,
 }
 
 /// Running integrals of a ball.

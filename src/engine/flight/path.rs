@@ -140,7 +140,7 @@ impl Path {
         let until = self.length / self.unit;
         let first = |c: &Terms| if c[0] < 0.0 { Some(0.0) } else { first_positive(c, -1.0, 0.0, until) };
         let horizontal = if self.reach > 1.5 * ball.length { first(&self.cos) } else { None };
-        let slack = if flight.forcing == Forcing::<f64>::default() {
+        let slack = if flight.forcing == Forcing::default() {
             None
         } else {
             let forcing = scaled(&flight.forcing, self.unit);
@@ -190,7 +190,7 @@ pub(crate) fn integrals_of_inputs(
     moved: &dyn Fn(f64) -> f64,
 ) -> RunningIntegrals {
     let mut sums = RunningIntegrals::default();
-    if flight.forcing == Forcing::<f64>::default() {
+    if flight.forcing == Forcing::default() {
         return sums;
     }
     sums.support = integral_of(&flight.forcing, tau).into();

@@ -3,7 +3,7 @@
 use crate::engine::cluster::Cluster;
 use crate::engine::flight::{BallRole, RunningIntegrals, forcing_at};
 use crate::engine::run::{ContactRole, Engine, NO_STEP};
-use crate::engine::{Forecast, derivatives::ChainState, records::BallStart};
+use crate::engine::{Forecast, chain_state::ChainState, records::BallStart};
 use crate::model::{Chain, Cradle, Mode, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 

@@ -54,6 +54,8 @@ pub(crate) struct Impact<S> {
 #[derive(Clone, Debug)]
 pub(crate) struct Collisions<S> {
     pub impacts: Vec<Impact<S>>,
+    /// The balls of each impact in the order of time, and whether they part or come to rest.
+    pub groups: Vec<(Range<usize>, bool)>,
     /// Energy lost, J.
     pub loss: S,
 }
@@ -86,19 +88,42 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
 /// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest; those that differ by up to
 /// `rounding` (m/s) count as equal.
 pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Collisions<S> {
-    let mut outcome = Collisions { impacts: Vec::new(), loss: S::default() };
+    let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: S::default() };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
     if e.value() > 0.0 || e.tangent() != 0.0 {
         sequence(row, v, e, unresolved, rounding, &mut outcome);
     }
     // Balls that still approach come to rest against each other.
     for block in pool(&row.masses, v, |j, difference| (row.parts[j] * difference).value() > 0.0) {
+        if block.members.len() > 1 {
+            outcome.groups.push((block.members.clone(), false));
+        }
         joint_impact(&row.masses, v, S::default(), block.members, block.mean, &mut outcome);
     }
+    finish(row, v, &mut outcome);
+    outcome
+}
+
+/// Returns to velocities along the paths, and to impulses.
+fn finish<S: Scalar>(row: &Row<S>, v: &mut [S], outcome: &mut Collisions<S>) {
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v / *factor);
     for Impact { contact, impulse } in &mut outcome.impacts {
         *impulse = *impulse / row.parts[*contact];
     }
+}
+
+/// One impact of all balls of a row at these velocities along their paths (m/s), which it updates.
+pub(crate) fn collide_at_once<S: Scalar>(row: &Row<S>, v: &mut [S], e: S) -> Collisions<S> {
+    let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: S::default() };
+    v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
+    match v.len() {
+        2 => impact_of_two(row, v, e, 0, &mut outcome),
+        balls => {
+            let centre = pool(&row.masses, v, |_, _| true)[0].mean;
+            joint_impact(&row.masses, v, e, 0..balls, centre, &mut outcome);
+        }
+    }
+    finish(row, v, &mut outcome);
     outcome
 }
 
@@ -134,9 +159,13 @@ fn sequence<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, roundin
         tied.sort_unstable();
         for run in tied.chunk_by(|left, right| left + 1 == *right) {
             match *run {
-                [j] => impact_of_two(row, v, e, j, outcome),
+                [j] => {
+                    outcome.groups.push((j..j + 2, true));
+                    impact_of_two(row, v, e, j, outcome);
+                }
                 [first, .., last] => {
                     let balls = first..last + 2;
+                    outcome.groups.push((balls.clone(), true));
                     let centre = pool(&masses[balls.clone()], &v[balls.clone()], |_, _| true)[0].mean;
                     joint_impact(masses, v, e, balls, centre, outcome);
                 }

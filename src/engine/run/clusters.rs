@@ -133,6 +133,9 @@ impl Engine {
                 self.totals.contact_loss += cluster.contact_loss(i, &self.cradle.contacts[i], tau);
             }
         }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.follow(cluster, tau, &self.cradle, &self.inputs);
+        }
         for i in cluster.members.clone() {
             self.balls[i].integrals = cluster.integrals(i, &self.balls[i].integrals, &self.balls[i], tau);
             self.balls[i].anchor = t;

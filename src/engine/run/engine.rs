@@ -6,10 +6,12 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Contact, RestRule};
+use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::flight::{Ball, Flight};
+use crate::engine::tape::Recorder;
 use crate::engine::{EngineError, Fault, Forecast, HeldInputs, StepStart, Unrecorded, pair_impact::ImpactCoefficients};
-use crate::model::{Chain, Cradle, Inputs, Parameters, WorkCounters, check_start_on_arcs};
+use crate::model::{Chain, Cradle, Inputs, Mode, Parameters, WorkCounters, check_start_on_arcs};
 use crate::solver::{DoubleDouble, EventQueue, Stretching};
 
 /// Start of the step of a copy that looks ahead, s: after all events.
@@ -46,6 +48,9 @@ pub struct Engine {
     /// Work so far, in units of about a tenth of a microsecond, which limits a look ahead.
     #[serde(skip)]
     pub(crate) effort: u64,
+    /// What notes the parts of the run for its derivatives, if they are recorded.
+    #[serde(skip)]
+    pub(crate) recorder: Option<Box<Recorder>>,
     /// Whether the run has yet to begin: rigid contacts then transmit nothing and have had no onset. Otherwise their
     /// forces would depend on all balls and inputs, and coupled models would have to iterate.
     #[serde(skip)]
@@ -150,9 +155,32 @@ impl Engine {
             onsets: 0,
             fault: None,
             effort: 0,
+            recorder: None,
             initializing: false,
             cradle,
         }
+    }
+
+    /// A run that goes on from this state at `time` (s).
+    pub(crate) fn begun_from(parameters: &Parameters, inputs: HeldInputs, time: f64, state: &ChainState) -> Self {
+        let mut engine = Self::apart(parameters, inputs, time);
+        for (ball, flight) in engine.balls.iter_mut().zip(&state.flights) {
+            (ball.flight.x, ball.flight.v) = (flight.x, flight.v);
+        }
+        for (j, contact) in state.contacts.iter().enumerate() {
+            engine.contacts[j].unassign(contact.overlap, contact.mode);
+            if engine.is_rigid() && contact.mode != Mode::Open {
+                engine.balls[j + 1].flight.v = engine.balls[j].flight.v;
+            }
+        }
+        engine.resume();
+        engine
+    }
+
+    /// Ends all that is under way at the current time, and begins it anew.
+    pub(crate) fn interrupt(&mut self) {
+        self.suspend();
+        self.resume();
     }
 
     /// Current time, s.
@@ -196,6 +224,15 @@ impl Engine {
 
     /// Puts all balls in flight, anchored at the current time, with unassigned contacts.
     fn suspend(&mut self) {
+        self.stop_all();
+        if let Some(mut recorder) = self.recorder.take() {
+            let state = self.state_of_all(self.time.into());
+            recorder.interrupt(&state, self.time.into(), &self.cradle, &self.inputs);
+            self.recorder = Some(recorder);
+        }
+    }
+
+    fn stop_all(&mut self) {
         self.enter_step();
         let now = DoubleDouble::from(self.time);
         if self.is_rigid() {

@@ -156,14 +156,16 @@ impl Engine {
         let ledger = &mut self.contacts[i].ledger;
         ledger.open_pulse(t, self.step.number);
         observer.onset(i, ledger.record.onset);
-        observer.switching(i, t, true);
+        if let Some(recorder) = &mut self.recorder {
+            let states = [i, i + 1].map(|ball| (self.balls[ball].flight.x, self.balls[ball].flight.v));
+            recorder.onset(i, states, &self.cradle);
+        }
         self.onsets = self.onsets.saturating_add(1);
         self.count_event();
     }
 
     pub(crate) fn end_pulse(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         observer.pulse(self.contacts[i].ledger.close_pulse(i, t));
-        observer.switching(i, t, false);
         self.count_event();
     }
 

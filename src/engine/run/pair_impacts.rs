@@ -98,6 +98,7 @@ impl Engine {
         self.before_move(i + 1, t);
         let in_step = self.impact_peak(i, self.step.time.into(), t);
         self.begin_ledger(i, t);
+        self.record_impact(i, t);
         let contact = &mut self.contacts[i];
         let ContactRole::Impact(Some(impact)) = &contact.role else { return };
         let displacements = impact.outcome.displacements;
@@ -121,6 +122,22 @@ impl Engine {
         }
     }
 
+    /// Notes the segments of the impact in contact `i`, which is over at `t`.
+    fn record_impact(&mut self, i: usize, t: DoubleDouble) {
+        if self.recorder.is_none() {
+            return;
+        }
+        self.interior(i, t);
+        let segments = self.contacts[i].impact().and_then(|impact| impact.interior.get());
+        let (Some(recorder), Some(segments)) = (&mut self.recorder, segments) else { return };
+        for Interior { segment, .. } in segments {
+            recorder.follow(segment, segment.length, &self.cradle, &self.inputs);
+        }
+        if !segments.last().is_some_and(|last| matches!(last.segment.switch, Some((_, Switch::Release)))) {
+            recorder.fail();
+        }
+    }
+
     /// Moves the anchors of those of `balls` that are in flight to `t`.
     pub(crate) fn reanchor_free(&mut self, balls: Range<usize>, t: DoubleDouble) {
         for ball in balls {
@@ -136,6 +153,9 @@ impl Engine {
             return;
         }
         self.before_move(i, t);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.fly(i, &self.balls[i], t, &self.cradle, &self.inputs);
+        }
         self.look_for_faults(i..i + 1, t);
         let displacement = self.balls[i].reanchor(t);
         self.shift_contacts(i, displacement);

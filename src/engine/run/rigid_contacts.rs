@@ -67,7 +67,14 @@ impl Engine {
         let rounding = RESOLVED * self.rounding(balls.clone()).velocity;
         let approach = row.approach(&v, i - first);
         let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
+        let before = self.recorder.is_some().then(|| v.clone());
         let mut outcome = restitution::collide(&row, &mut v, e, unresolved, rounding);
+        if let (Some(mut v), Some(recorder)) = (before, &mut self.recorder) {
+            let state = |ball: usize| (self.balls[ball].flight.x, v[ball - first]);
+            recorder.onset(i, [i, i + 1].map(state), &self.cradle);
+            let places: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.x).collect();
+            recorder.collide((&self.cradle, &self.inputs), (first, t), (&places, &mut v), &outcome.groups);
+        }
         self.effort = self.effort.saturating_add(IMPACT * outcome.impacts.len() as u64);
         let impulse_of_rounding =
             |j: usize| rounding * self.balls[first + j].model.mass.min(self.balls[first + j + 1].model.mass);
@@ -149,6 +156,9 @@ impl Engine {
         }
         for i in group.start..group.end + 1 {
             if self.balls[i].role == BallRole::Body {
+                if let Some(recorder) = &mut self.recorder {
+                    recorder.fail(); // The motion of a body is not followed.
+                }
                 self.look_for_faults(i..i + 1, t);
                 let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
                 let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);

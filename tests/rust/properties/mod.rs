@@ -5,6 +5,7 @@
 
 mod conservation;
 mod cradles;
+mod derivatives;
 mod exchange;
 mod grids;
 mod methods;

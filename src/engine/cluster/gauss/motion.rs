@@ -240,6 +240,10 @@ impl GaussStep {
         self.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing)
     }
 
+    pub fn stretching(&self) -> Stretching {
+        self.stretching
+    }
+
     /// Whether balls move on arcs.
     pub(super) fn on_arcs(&self) -> bool {
         !self.arcs.models.is_empty()

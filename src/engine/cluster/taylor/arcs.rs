@@ -5,58 +5,57 @@
 
 use crate::engine::cluster::window::Window;
 use crate::model::{Mode, overlap_of_approach};
-use crate::solver::Scalar;
 use crate::solver::series::{product_term, sine_and_cosine_term};
 
 /// Rows of coefficients like those of a series, whose stride they have; empty where balls move on lines.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct ArcSeries<S = f64> {
+pub(crate) struct ArcSeries {
     stride: usize,
     /// For each ball: its length, m; the angle, each coefficient times its number, its sine and its cosine.
-    lengths: Vec<S>,
-    angles: Vec<S>,
-    pub(super) sin: Vec<S>,
-    pub(super) cos: Vec<S>,
+    lengths: Vec<f64>,
+    angles: Vec<f64>,
+    pub(super) sin: Vec<f64>,
+    pub(super) cos: Vec<f64>,
     /// For each contact: horizontal, vertical and full distance of the centres, m; the direction; and its parts along
     /// the paths of the left and the right ball.
-    width: Vec<S>,
-    height: Vec<S>,
-    distance: Vec<S>,
-    pub(super) direction: [Vec<S>; 2],
-    pub(super) along: [Vec<S>; 2],
+    width: Vec<f64>,
+    height: Vec<f64>,
+    distance: Vec<f64>,
+    pub(super) direction: [Vec<f64>; 2],
+    pub(super) along: [Vec<f64>; 2],
     /// Of an open contact, whose row of overlaps is that of G: the distance at which it closes, m.
-    touch: Vec<Option<S>>,
+    touch: Vec<Option<f64>>,
 }
 
-impl<S: Scalar> ArcSeries<S> {
+impl ArcSeries {
     /// Whether the row of overlaps of contact `j` is that of G.
     pub(super) fn is_open(&self, j: usize) -> bool {
         self.touch.get(j).is_some_and(Option::is_some)
     }
 
-    /// This `part` of coefficient `k` of the deflections, over which velocities converge as well, the largest times k.
-    pub(super) fn term(&self, k: usize, part: impl Fn(S) -> f64) -> f64 {
+    /// The largest coefficient `k` of the deflections, over which velocities converge as well, times k.
+    pub(super) fn term(&self, k: usize) -> f64 {
         let rows = self.sin.chunks_exact(self.stride).zip(self.cos.chunks_exact(self.stride)).zip(&self.lengths);
-        let term = |((sin, cos), length): ((&[S], &[S]), &S)| {
-            k as f64 * part(*length * sin[k]).abs().max(part(*length * cos[k]).abs())
+        let term = |((sin, cos), length): ((&[f64], &[f64]), &f64)| {
+            k as f64 * (*length * sin[k]).abs().max((*length * cos[k]).abs())
         };
         rows.map(term).fold(0.0, f64::max)
     }
 
     /// The overlap (m) of contact `j` for the sum of its row and the rate of that.
-    pub(super) fn overlap(&self, j: usize, value: S, rate: S) -> (S, S) {
+    pub(super) fn overlap(&self, j: usize, value: f64, rate: f64) -> (f64, f64) {
         let Some(touch) = self.touch.get(j).copied().flatten() else { return (value, rate) };
-        let [overlap, rate, _] = overlap_of_approach([value, rate, S::default()], touch);
+        let [overlap, rate, _] = overlap_of_approach([value, rate, 0.0], touch);
         (overlap, rate)
     }
 
     /// The reverse of [`Self::overlap`], for the rate.
-    pub(super) fn rate_of_row(&self, j: usize, overlap: S, rate: S) -> S {
+    pub(super) fn rate_of_row(&self, j: usize, overlap: f64, rate: f64) -> f64 {
         self.touch.get(j).copied().flatten().map_or(rate, |touch| rate - rate * overlap / touch)
     }
 
     /// Enters the state at the start.
-    pub(super) fn begin(&mut self, window: &Window<'_, S>, stride: usize, displacements: &[S], overlaps: &mut [S]) {
+    pub(super) fn begin(&mut self, window: &Window<'_>, stride: usize, displacements: &[f64], overlaps: &mut [f64]) {
         let n = window.models.len();
         self.stride = stride;
         let of_balls = [&mut self.angles, &mut self.sin, &mut self.cos];
@@ -64,7 +63,7 @@ impl<S: Scalar> ArcSeries<S> {
         let rows = of_balls.into_iter().chain(of_contacts);
         for rows in rows.chain(&mut self.direction).chain(&mut self.along) {
             rows.clear();
-            rows.resize(if window.models[0].on_arc { n * stride } else { 0 }, S::default());
+            rows.resize(if window.models[0].on_arc { n * stride } else { 0 }, 0.0);
         }
         self.lengths.clear();
         self.touch.clear();
@@ -88,17 +87,17 @@ impl<S: Scalar> ArcSeries<S> {
     /// Coefficient `k` of the geometry, from those of the displacements; of the overlaps unless they are `given`.
     pub(super) fn expand(
         &mut self,
-        window: &Window<'_, S>,
+        window: &Window<'_>,
         k: usize,
-        displacements: &[S],
-        overlaps: &mut [S],
+        displacements: &[f64],
+        overlaps: &mut [f64],
         given: &dyn Fn(usize) -> bool,
     ) {
-        let (stride, two, arcs) = (self.stride, S::from(2.0), self);
+        let (stride, two, arcs) = (self.stride, 2.0, self);
         for i in 0..window.models.len() {
             let (row, length) = (i * stride..(i + 1) * stride, window.models[i].length);
             if k > 0 {
-                arcs.angles[row.start + k] = S::from(k as f64) * displacements[row.start + k] / length;
+                arcs.angles[row.start + k] = k as f64 * displacements[row.start + k] / length;
                 let rows = [&arcs.angles, &arcs.sin, &arcs.cos].map(|rows| &rows[row.clone()]);
                 let (sin, cos) = sine_and_cosine_term(rows[0], rows[1], rows[2], k);
                 (arcs.sin[row.start + k], arcs.cos[row.start + k]) = (sin, cos);
@@ -111,7 +110,7 @@ impl<S: Scalar> ArcSeries<S> {
             if k == 0 {
                 [arcs.width[at], arcs.height[at]] = window.pair(j).distances([j, i].map(|i| window.flights[i].x));
             }
-            let part = |rows: &[S]| product_term(&rows[l..l + stride], &rows[l..l + stride], k);
+            let part = |rows: &[f64]| product_term(&rows[l..l + stride], &rows[l..l + stride], k);
             let square = part(&arcs.width) + part(&arcs.height);
             if let Some(touch) = arcs.touch[j] {
                 overlaps[at] = if k == 0 {
@@ -125,18 +124,18 @@ impl<S: Scalar> ArcSeries<S> {
             arcs.distance[at] = if k == 0 {
                 square.sqrt()
             } else {
-                let known: S = (1..k).map(|i| arcs.distance[l + i] * arcs.distance[l + k - i]).sum();
+                let known: f64 = (1..k).map(|i| arcs.distance[l + i] * arcs.distance[l + k - i]).sum();
                 (square - known) / (two * arcs.distance[l])
             };
             if k > 0 && !given(j) {
                 overlaps[at] = -arcs.distance[at];
             }
             for (rows, of) in arcs.direction.iter_mut().zip([&arcs.width, &arcs.height]) {
-                let known: S = (1..=k).map(|i| arcs.distance[l + i] * rows[l + k - i]).sum();
+                let known: f64 = (1..=k).map(|i| arcs.distance[l + i] * rows[l + k - i]).sum();
                 rows[at] = (of[at] - known) / arcs.distance[l];
             }
             for (rows, ball) in arcs.along.iter_mut().zip([l, r]) {
-                let part = |n: &[S], to: &[S]| product_term(&n[l..l + stride], &to[ball..ball + stride], k);
+                let part = |n: &[f64], to: &[f64]| product_term(&n[l..l + stride], &to[ball..ball + stride], k);
                 rows[at] = part(&arcs.direction[0], &arcs.cos) + part(&arcs.direction[1], &arcs.sin);
             }
         }

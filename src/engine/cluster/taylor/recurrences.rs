@@ -6,7 +6,7 @@ use crate::engine::cluster::window::Window;
 use crate::engine::flight::{degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::series::{INVERSES, NUMBERS, product_term, value_by_lanes};
-use crate::solver::{MAX_FORCE_ORDER, Scalar, crossing};
+use crate::solver::{MAX_FORCE_ORDER, crossing};
 
 /// Allowed difference between the forces by the series and by the law: its effect on the velocities over their scale.
 const WRONG: f64 = 1e-13;
@@ -26,28 +26,23 @@ const TERMS_AT_LEAST: usize = 3;
 const HIGHER: f64 = 1.5;
 
 /// A closed contact: its law and, if it has an elastic force, the powers of its overlap so far.
-struct Force<'a, S> {
+struct Force<'a> {
     contact: usize,
-    law: &'a ContactLaw<S>,
-    powers: Option<Vec<S>>,
+    law: &'a ContactLaw,
+    powers: Option<Vec<f64>>,
 }
 
 /// What the coefficients of a ball's displacement on a line depend on: the unit of time over its mass (s/kg; the square
 /// of the unit might underflow), and its squared frequency and damping in units of time.
-struct Pendulum<S> {
-    unit_over_mass: S,
-    omega2: S,
-    drag: S,
+struct Pendulum {
+    unit_over_mass: f64,
+    omega2: f64,
+    drag: f64,
 }
 
-impl<S: Scalar> Pendulum<S> {
-    fn new(ball: &BallModel<S>, unit: f64) -> Self {
-        let unit = S::from(unit);
-        Self {
-            unit_over_mass: unit / ball.mass,
-            omega2: unit * ball.omega2 * unit,
-            drag: S::from(2.0) * ball.gamma * unit,
-        }
+impl Pendulum {
+    fn new(ball: &BallModel, unit: f64) -> Self {
+        Self { unit_over_mass: unit / ball.mass, omega2: unit * ball.omega2 * unit, drag: 2.0 * ball.gamma * unit }
     }
 
     fn is_like(&self, other: &Self) -> bool {
@@ -55,14 +50,14 @@ impl<S: Scalar> Pendulum<S> {
     }
 }
 
-impl<S: Scalar> Series<S> {
+impl Series {
     /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no
     /// elastic force; overlaps that are `given` stay as they are, and the forces follow from them.
-    pub fn fill(&mut self, window: &Window<'_, S>, negligible: &dyn Fn(usize) -> bool, given: &dyn Fn(usize) -> bool) {
+    pub fn fill(&mut self, window: &Window<'_>, negligible: &dyn Fn(usize) -> bool, given: &dyn Fn(usize) -> bool) {
         let closed = (0..window.laws.len()).filter(|j| window.contacts[*j].mode != Mode::Open);
         let force = |j| Force { contact: j, law: &window.laws[j], powers: (!negligible(j)).then(Vec::new) };
-        let mut forces: Vec<Force<S>> = closed.map(force).collect();
-        let pendulums: Vec<Pendulum<S>> = window.models.iter().map(|ball| Pendulum::new(ball, self.unit)).collect();
+        let mut forces: Vec<Force> = closed.map(force).collect();
+        let pendulums: Vec<Pendulum> = window.models.iter().map(|ball| Pendulum::new(ball, self.unit)).collect();
         for k in 0..self.order {
             forces.iter_mut().for_each(|force| self.expand_force(force, k));
             if window.models[0].on_arc {
@@ -74,7 +69,7 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Coefficient `k` of the forces of a contact.
-    fn expand_force(&mut self, Force { contact, law, powers }: &mut Force<S>, k: usize) {
+    fn expand_force(&mut self, Force { contact, law, powers }: &mut Force, k: usize) {
         let at = *contact * self.stride;
         let overlap = &self.overlaps[at..at + self.stride];
         if let Some(powers) = powers {
@@ -83,33 +78,27 @@ impl<S: Scalar> Series<S> {
             }
         }
         let elastic = &self.elastic[at..at + self.stride];
-        let rate = |c: &[S], k: usize| S::from(NUMBERS[k + 1]) * c[k + 1] / S::from(self.unit);
+        let rate = |c: &[f64], k: usize| NUMBERS[k + 1] * c[k + 1] / self.unit;
         let product = || (0..=k).map(|i| elastic[i] * rate(overlap, k - i)).sum();
         self.forces[at + k] = law.force_coefficient(elastic[k], rate(overlap, k), product, || rate(elastic, k));
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
-    fn expand_motion(
-        &mut self,
-        window: &Window<'_, S>,
-        pendulums: &[Pendulum<S>],
-        k: usize,
-        given: &dyn Fn(usize) -> bool,
-    ) {
-        let (stride, unit, next) = (self.stride, S::from(self.unit), S::from(NUMBERS[k + 1]));
-        let inverse = S::from(INVERSES[k + 1] * INVERSES[k + 2]);
-        let of_forcing = |inverse: &f64| S::from(inverse * (0..=k).fold(1.0, |power, _| power * self.unit));
+    fn expand_motion(&mut self, window: &Window<'_>, pendulums: &[Pendulum], k: usize, given: &dyn Fn(usize) -> bool) {
+        let (stride, unit, next) = (self.stride, self.unit, NUMBERS[k + 1]);
+        let inverse = INVERSES[k + 1] * INVERSES[k + 2];
+        let of_forcing = |inverse: &f64| inverse * (0..=k).fold(1.0, |power, _| power * self.unit);
         let of_forcing = INVERSE_FACTORIAL.get(k).map(of_forcing);
-        let (mut from_left, mut driven_left) = (S::default(), S::default());
+        let (mut from_left, mut driven_left) = (0.0, 0.0);
         for (i, pendulum) in pendulums.iter().enumerate() {
             let at = i * stride + k;
-            let from_right = if window.presses(i) { self.forces[at] } else { S::default() };
+            let from_right = if window.presses(i) { self.forces[at] } else { 0.0 };
             let mut driven = (from_left - from_right) * pendulum.unit_over_mass * unit;
             if let Some(factor) = of_forcing {
                 driven += window.flights[i].forcing[k] * unit * factor;
             }
             // The next coefficient of a pendulum from this one of position (m) and the next one.
-            let term = |driven: S, position: S, of_rate: S| {
+            let term = |driven: f64, position: f64, of_rate: f64| {
                 (driven - pendulum.omega2 * position - pendulum.drag * next * of_rate) * inverse
             };
             let position = if k == 0 { window.flights[i].x } else { self.displacements[at] };
@@ -120,7 +109,7 @@ impl<S: Scalar> Series<S> {
                 let at_contact = at - stride;
                 self.overlaps[at_contact + 2] = if pendulums[j].is_like(pendulum) {
                     // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
-                    let clearance = if k == 0 { window.laws[j].clearance } else { S::default() };
+                    let clearance = if k == 0 { window.laws[j].clearance } else { 0.0 };
                     let apart = self.overlaps[at_contact] + clearance;
                     term(driven_left - driven, apart, self.overlaps[at_contact + 1])
                 } else {
@@ -132,48 +121,48 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the geometry.
-    fn expand_motion_on_arcs(&mut self, window: &Window<'_, S>, k: usize, given: &dyn Fn(usize) -> bool) {
-        let (stride, unit, next) = (self.stride, S::from(self.unit), (k + 1) as f64);
+    fn expand_motion_on_arcs(&mut self, window: &Window<'_>, k: usize, given: &dyn Fn(usize) -> bool) {
+        let (stride, unit, next) = (self.stride, self.unit, (k + 1) as f64);
         for i in 0..window.models.len() {
             let (ball, at) = (window.models[i], i * stride);
             let by_contact = |j: usize, side: usize| match window.presses(j) {
                 true => product_term(&self.forces[j * stride..], &self.arcs.along[side][j * stride..], k),
-                false => S::default(),
+                false => 0.0,
             };
-            let from_left = if i > 0 { by_contact(i - 1, 1) } else { S::default() };
+            let from_left = if i > 0 { by_contact(i - 1, 1) } else { 0.0 };
             let (mut driven, mut power) = ((from_left - by_contact(i, 0)) / ball.mass, 1.0);
             for (m, forcing) in window.flights[i].forcing.iter().enumerate().take(k.min(MAX_FORCE_ORDER) + 1) {
-                driven += *forcing * S::from(INVERSE_FACTORIAL[m] * power) * self.arcs.cos[at + k - m];
+                driven += *forcing * (INVERSE_FACTORIAL[m] * power) * self.arcs.cos[at + k - m];
                 power *= self.unit;
             }
             let gravity = ball.gravity * self.arcs.sin[at + k];
-            let damped = S::from(2.0) * ball.gamma * S::from(next) * self.displacements[at + k + 1] / unit;
+            let damped = 2.0 * ball.gamma * next * self.displacements[at + k + 1] / unit;
             let a = driven - gravity - damped;
-            self.displacements[at + k + 2] = a * unit * unit / S::from(next * (next + 1.0));
+            self.displacements[at + k + 2] = a * unit * unit / (next * (next + 1.0));
         }
         self.arcs.expand(window, k + 2, &self.displacements, &mut self.overlaps, given);
     }
 
     /// Computes all coefficients from the state at the start of a segment with velocities of this `scale` (m/s), to the
     /// accuracy of `control`. Returns for each contact the overlap (m) up to which its elastic force is left out, or 0.
-    pub fn expand(&mut self, window: &Window<'_, S>, control: &Control, scale: f64) -> Vec<f64> {
+    pub fn expand(&mut self, window: &Window<'_>, control: &Control, scale: f64) -> Vec<f64> {
         let (contacts, dv) = (0..window.laws.len(), control.local_error(scale));
         let negligible: Vec<f64> = contacts.clone().map(|j| negligible_overlap(j, window, dv, scale)).collect();
         self.begin(window, control.order, unit_of_time(window, scale, |j| negligible[j] > 0.0));
         self.fill(window, &|j| negligible[j] > 0.0 || !window.needs_force(j), &|_| false);
         // After an onset, series have gaps: the overlap is `d = u t + c t^(p+2) + ...`. So more terms are checked.
-        let gap = contacts.map(|j| libm::ceil(window.laws[j].exponent.value()) as usize).fold(1, usize::max);
+        let gap = contacts.map(|j| libm::ceil(window.laws[j].exponent) as usize).fold(1, usize::max);
         self.terms = gap + TERMS_AT_LEAST;
         negligible
     }
 
-    /// The time on which this `part` of the last terms of the velocities stays below `dv` (m/s).
-    pub fn convergence(&self, dv: f64, part: impl Fn(S) -> f64) -> f64 {
+    /// The time on which the last terms of the velocities stay below `dv` (m/s).
+    fn convergence(&self, dv: f64) -> f64 {
         let mut shortest = f64::INFINITY;
         for k in (self.order + 1).saturating_sub(self.terms).max(2)..=self.order {
             let rows = self.displacements.chunks_exact(self.stride);
-            let largest = rows.map(|d| ((k + 1) as f64 * part(d[k + 1])).abs()).fold(0.0, f64::max);
-            let largest = self.arcs.term(k + 1, &part).max(largest);
+            let largest = rows.map(|d| ((k + 1) as f64 * d[k + 1]).abs()).fold(0.0, f64::max);
+            let largest = self.arcs.term(k + 1).max(largest);
             if largest > 0.0 {
                 shortest = shortest.min(libm::pow(dv * self.unit / largest, 1.0 / k as f64));
             }
@@ -182,10 +171,10 @@ impl<S: Scalar> Series<S> {
     }
 
     /// Ends the segment where an overlap rises above what is `negligible`.
-    pub fn shorten_where_above(&mut self, negligible: &[f64]) {
+    fn shorten_where_above(&mut self, negligible: &[f64]) {
         for (j, level) in negligible.iter().enumerate().filter(|(_, level)| **level > 0.0) {
-            let row: Vec<f64> = self.overlap_row(j).iter().map(|c| c.value()).collect();
-            if let Some(s) = crossing::first_positive(&row, 1.0, *level, self.converges_for / self.unit) {
+            if let Some(s) = crossing::first_positive(self.overlap_row(j), 1.0, *level, self.converges_for / self.unit)
+            {
                 self.converges_for = s * self.unit;
             }
         }
@@ -197,7 +186,7 @@ impl Series {
     pub fn expand_window(&mut self, &Problem { window, control, speed, local_error, .. }: &Problem) {
         let order = if window.is_linear() { HIGHER * control.order as f64 } else { control.order as f64 };
         let negligible = self.expand(window, &Control { order: order as usize, ..*control }, speed);
-        self.converges_for = self.convergence(local_error, |c| c).min(control.longest);
+        self.converges_for = self.convergence(local_error).min(control.longest);
         self.shorten_where_above(&negligible);
         for (j, law) in window.laws.iter().enumerate() {
             if window.needs_force(j) && negligible[j] == 0.0 && law.exponent > 1.0 {
@@ -230,12 +219,12 @@ impl Series {
 
 /// Scale of the velocities (m/s) for local errors: the largest velocity and closing rate by the elastic energies or,
 /// from rest, the speed that the other accelerations cause until a contact balances them.
-pub(crate) fn velocity_scale<S: Scalar>(window: &Window<'_, S>) -> f64 {
-    let moving = window.flights.iter().map(|flight| flight.v.value().abs()).fold(f64::MIN_POSITIVE, f64::max);
+pub(crate) fn velocity_scale(window: &Window<'_>) -> f64 {
+    let moving = window.flights.iter().map(|flight| flight.v.abs()).fold(f64::MIN_POSITIVE, f64::max);
     // Rigid contacts store nothing.
-    let stores = |j: &usize| window.laws[*j].stiffness.value() > 0.0;
+    let stores = |j: &usize| window.laws[*j].stiffness > 0.0;
     let stored = (0..window.laws.len()).filter(stores).map(|j| {
-        let energy = window.laws[j].elastic_energy(window.contacts[j].overlap).value();
+        let energy = window.laws[j].elastic_energy(window.contacts[j].overlap);
         let from_energy = (2.0 * energy / window.reduced_mass(j)).sqrt();
         if moving > AT_REST { from_energy } else { from_energy.max(speed_from_rest(window, j)) }
     });
@@ -244,13 +233,13 @@ pub(crate) fn velocity_scale<S: Scalar>(window: &Window<'_, S>) -> f64 {
 
 /// Speed (m/s) that the other accelerations of the balls of contact `j` cause from rest until it balances them. Where
 /// these grow from 0, the time to then is found by iteration, to within a power of ten.
-fn speed_from_rest<S: Scalar>(window: &Window<'_, S>, j: usize) -> f64 {
+fn speed_from_rest(window: &Window<'_>, j: usize) -> f64 {
     let pulls = [j, j + 1].map(|i| {
-        let mut sizes = window.flights[i].forcing.map(S::value);
-        sizes[0] -= (window.models[i].omega2 * window.flights[i].x).value();
+        let mut sizes = window.flights[i].forcing;
+        sizes[0] -= window.models[i].omega2 * window.flights[i].x;
         sizes.map(f64::abs)
     });
-    let (law, mass) = (window.laws[j].map(S::value), window.reduced_mass(j));
+    let (law, mass) = (&window.laws[j], window.reduced_mass(j));
     let acceleration = |time: f64| pulls.iter().map(|sizes| forcing_at(sizes, time)).fold(0.0, f64::max);
     let speed = |acceleration: f64| law.speed_from_rest(mass, acceleration);
     if pulls.iter().all(|sizes| degree(sizes) == 0) {
@@ -266,11 +255,11 @@ fn speed_from_rest<S: Scalar>(window: &Window<'_, S>, j: usize) -> f64 {
 
 /// The overlap (m) up to which the elastic force of contact `j` is left out, because it changes the velocities by less
 /// than the local error `dv` (m/s) and its series, a fractional power, would hardly converge; otherwise 0.
-fn negligible_overlap<S: Scalar>(j: usize, window: &Window<'_, S>, dv: f64, scale: f64) -> f64 {
+fn negligible_overlap(j: usize, window: &Window<'_>, dv: f64, scale: f64) -> f64 {
     if window.needs_force(j) && window.laws[j].whole_exponent().is_none() {
-        let (law, mass, rate) = (window.laws[j].map(S::value), window.reduced_mass(j), window.overlap_rate(j).value());
+        let (law, mass, rate) = (&window.laws[j], window.reduced_mass(j), window.overlap_rate(j));
         let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
-        if window.contacts[j].overlap.value() < bound {
+        if window.contacts[j].overlap < bound {
             return 2.0 * bound;
         }
     }
@@ -279,14 +268,14 @@ fn negligible_overlap<S: Scalar>(j: usize, window: &Window<'_, S>, dv: f64, scal
 
 /// A time (s) within a few powers of ten of the radius of convergence: that of the fastest contact, or of an overlap
 /// about to vanish, where its power is singular, unless it is `negligible`; without contact that of the pendulums.
-fn unit_of_time<S: Scalar>(window: &Window<'_, S>, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
-    let swing = |ball: &BallModel<S>| ball.omega2.value().sqrt() + 2.0 * ball.gamma.value();
+fn unit_of_time(window: &Window<'_>, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
+    let swing = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
     let swing = window.models.iter().map(swing).fold(0.0, f64::max);
     let mut unit = if swing > 0.0 { 1.0 / swing } else { 1.0 };
     for j in (0..window.laws.len()).filter(|j| window.needs_force(*j)) {
-        let (law, mass) = (window.laws[j].map(S::value), window.reduced_mass(j));
+        let (law, mass) = (&window.laws[j], window.reduced_mass(j));
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
-        let (overlap, rate) = (window.contacts[j].overlap.value(), window.overlap_rate(j).value().abs());
+        let (overlap, rate) = (window.contacts[j].overlap, window.overlap_rate(j).abs());
         if window.laws[j].whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
             unit = (overlap / rate).max(SHORTEST_UNIT * unit);
         }

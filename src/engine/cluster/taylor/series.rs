@@ -8,14 +8,14 @@ use crate::engine::flight::{Forcing, Rounding, degree};
 use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::quadrature::{self, POINTS};
 use crate::solver::series::{self, MOST};
-use crate::solver::{MAX_FORCE_ORDER, Scalar, crossing};
+use crate::solver::{MAX_FORCE_ORDER, crossing};
 
 /// Parts of a segment after which a contact that has closed from rest is checked.
 const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
 
 /// Coefficients of the motions and forces of a window, as functions of the time since the start over `unit`.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Series<S = f64> {
+pub(crate) struct Series {
     /// Order of the velocities; displacements have one more.
     pub(crate) order: usize,
     /// Coefficients that a row has room for.
@@ -23,87 +23,87 @@ pub(crate) struct Series<S = f64> {
     /// Unit of time of the series, s, near their radius of convergence, so that high powers do not overflow.
     pub(crate) unit: f64,
     /// For each ball: displacement since the start of the segment.
-    pub(crate) displacements: Vec<S>,
+    pub(crate) displacements: Vec<f64>,
     /// For each contact: overlap.
-    pub(crate) overlaps: Vec<S>,
+    pub(crate) overlaps: Vec<f64>,
     /// For each contact: elastic force, and the unclipped force of the law; zero where the contact is open.
-    pub(crate) elastic: Vec<S>,
-    pub(crate) forces: Vec<S>,
+    pub(crate) elastic: Vec<f64>,
+    pub(crate) forces: Vec<f64>,
     /// For each contact: the coefficient of its dashpot, N.s/m, or 0 if its damping force is another one.
-    dashpots: Vec<S>,
+    dashpots: Vec<f64>,
     /// The geometry, where balls move on arcs.
-    pub(super) arcs: ArcSeries<S>,
+    pub(super) arcs: ArcSeries,
     /// Last terms from which the convergence is estimated.
     pub(super) terms: usize,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
 }
 
-impl<S: Scalar> Series<S> {
-    pub(crate) fn row<'a>(&self, rows: &'a [S], j: usize) -> &'a [S] {
+impl Series {
+    pub(crate) fn row<'a>(&self, rows: &'a [f64], j: usize) -> &'a [f64] {
         &rows[j * self.stride..][..self.order + 2]
     }
 
     /// Displacement of ball `i` since the start, m.
-    pub(crate) fn displacement(&self, i: usize) -> &[S] {
+    pub(crate) fn displacement(&self, i: usize) -> &[f64] {
         self.row(&self.displacements, i)
     }
 
     /// Overlap of contact `j`, m.
-    pub(crate) fn overlap_row(&self, j: usize) -> &[S] {
+    pub(crate) fn overlap_row(&self, j: usize) -> &[f64] {
         self.row(&self.overlaps, j)
     }
 
     /// Elastic force of contact `j`, N; zero while it is open.
-    pub(crate) fn elastic_row(&self, j: usize) -> &[S] {
+    pub(crate) fn elastic_row(&self, j: usize) -> &[f64] {
         &self.row(&self.elastic, j)[..self.order]
     }
 
     /// Force of contact `j` by its law without clipping, N; zero while it is open.
-    pub(crate) fn force_row(&self, j: usize) -> &[S] {
+    pub(crate) fn force_row(&self, j: usize) -> &[f64] {
         &self.row(&self.forces, j)[..self.order]
     }
 
     /// Coefficients of the derivative of a row by time.
-    pub(crate) fn rate(&self, row: &[S]) -> Vec<S> {
-        row.iter().enumerate().skip(1).map(|(k, c)| S::from(k as f64) * *c / S::from(self.unit)).collect()
+    pub(crate) fn rate(&self, row: &[f64]) -> Vec<f64> {
+        row.iter().enumerate().skip(1).map(|(k, c)| k as f64 * *c / self.unit).collect()
     }
 
     /// Overlap of contact `j` (m) and its rate (m/s) at the scaled time `s`.
-    pub(crate) fn overlap_at(&self, j: usize, s: S) -> (S, S) {
+    pub(crate) fn overlap_at(&self, j: usize, s: f64) -> (f64, f64) {
         let row = self.overlap_row(j);
-        self.arcs.overlap(j, series::value(row, s), series::derivative(row, s) / S::from(self.unit))
+        self.arcs.overlap(j, series::value(row, s), series::derivative(row, s) / self.unit)
     }
 
     /// The rate of what the row of contact `j` holds, for this overlap (m) and its rate (m/s).
-    pub(crate) fn rate_of_row(&self, j: usize, overlap: S, rate: S) -> S {
+    pub(crate) fn rate_of_row(&self, j: usize, overlap: f64, rate: f64) -> f64 {
         self.arcs.rate_of_row(j, overlap, rate)
     }
 
     /// Rows of the given order and unit of time with only the state at the start.
-    pub(crate) fn begin(&mut self, window: &Window<'_, S>, order: usize, unit: f64) {
+    pub(crate) fn begin(&mut self, window: &Window<'_>, order: usize, unit: f64) {
         (self.order, self.stride, self.unit, self.converges_for) = (order, order + 2, unit, unit);
         let (stride, balls, contacts) = (self.stride, window.models.len(), window.contacts.len());
         self.displacements.clear();
-        self.displacements.resize(balls * stride, S::default());
+        self.displacements.resize(balls * stride, 0.0);
         for rows in [&mut self.overlaps, &mut self.elastic, &mut self.forces] {
             rows.clear();
-            rows.resize(contacts * stride, S::default());
+            rows.resize(contacts * stride, 0.0);
         }
         self.dashpots.clear();
         self.dashpots.extend(window.laws.iter().map(ContactLaw::damping_coefficient));
         for i in 0..balls {
-            self.displacements[i * stride + 1] = window.flights[i].v * S::from(unit);
+            self.displacements[i * stride + 1] = window.flights[i].v * unit;
         }
         for j in 0..contacts {
             self.overlaps[j * stride] = window.contacts[j].overlap;
-            self.overlaps[j * stride + 1] = window.overlap_rate(j) * S::from(unit);
+            self.overlaps[j * stride + 1] = window.overlap_rate(j) * unit;
         }
         self.arcs.begin(window, stride, &self.displacements, &mut self.overlaps);
     }
 
     /// Gives contact `j` these polynomials of the scaled time as its elastic force and that without clipping, N.
-    pub(crate) fn set_forces(&mut self, j: usize, elastic: &[S], force: &[S]) {
+    pub(crate) fn set_forces(&mut self, j: usize, elastic: &[f64], force: &[f64]) {
         let at = j * self.stride;
         self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
         self.forces[at..at + force.len()].copy_from_slice(force);

@@ -3,31 +3,30 @@
 use crate::engine::cluster::{OverlapSeries, Series, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing};
 use crate::model::{Cradle, MAX_OUTPUT_DERIVATIVE, Mode};
-use crate::solver::Scalar;
 
 /// The balls and contacts of a chain at one time, which determine its motion.
 #[derive(Clone, Debug)]
-pub(crate) struct ChainState<S = f64> {
-    pub flights: Vec<Flight<S>>,
-    pub contacts: Vec<WindowContact<S>>,
+pub(crate) struct ChainState {
+    pub flights: Vec<Flight>,
+    pub contacts: Vec<WindowContact>,
 }
 
-impl<S: Scalar> ChainState<S> {
+impl ChainState {
     /// With these positions (m) and velocities (m/s), overlaps (m) and modes, without inputs.
-    pub fn new(balls: impl Iterator<Item = (S, S)>, contacts: impl Iterator<Item = (S, Mode)>) -> Self {
+    pub fn new(balls: impl Iterator<Item = (f64, f64)>, contacts: impl Iterator<Item = (f64, Mode)>) -> Self {
         let flight = |(x, v)| Flight { x, v, forcing: Forcing::default() };
         let contact = |(overlap, mode)| WindowContact { overlap, mode };
         Self { flights: balls.map(flight).collect(), contacts: contacts.map(contact).collect() }
     }
 
     /// Under these accelerations by the inputs.
-    pub fn under(mut self, forcings: impl IntoIterator<Item = Forcing<S>>) -> Self {
+    pub fn under(mut self, forcings: impl IntoIterator<Item = Forcing>) -> Self {
         self.flights.iter_mut().zip(forcings).for_each(|(flight, forcing)| flight.forcing = forcing);
         self
     }
 
     /// The whole chain as a window, with these coefficients of its equations.
-    pub fn window<'a>(&'a self, cradle: &'a Cradle<S>) -> Window<'a, S> {
+    pub fn window<'a>(&'a self, cradle: &'a Cradle) -> Window<'a> {
         let (Cradle { balls, contacts: laws, .. }, Self { flights, contacts }) = (cradle, self);
         Window { flights, models: balls, balls: &[], contacts, laws }
     }

@@ -7,40 +7,46 @@ use serde::{Deserialize, Serialize};
 use crate::model::{BallModel, Chain, Cradle, Mode};
 use crate::solver::Scalar;
 
-/// Number of continuous states; [`Exchange`](super::Exchange) lists them.
-pub const fn state_count(balls: usize) -> usize {
-    3 * balls + 1
-}
-
-/// The chain in a state of the host, with its forces.
+/// A chain in a state, with its forces.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct State<S = f64> {
     #[serde(skip)]
-    pub(super) cradle: Cradle<S>,
+    pub(crate) cradle: Cradle<S>,
     /// Flags of the contacts, which change in events only.
-    pub(super) modes: Vec<Mode>,
+    pub(crate) modes: Vec<Mode>,
     /// For each contact, whether its right ball is [beyond](crate::model::Pair::is_beyond) the line from the left one
     /// through the pivot of the right one. An overlap fits two places of the right ball, one on either side of that
     /// line; it stays on the side of its start.
     #[serde(skip)]
-    pub(super) beyond: Vec<bool>,
+    pub(crate) beyond: Vec<bool>,
     /// Positions and velocities along the paths.
     #[serde(skip)]
-    pub(super) x: Vec<S>,
+    pub(crate) x: Vec<S>,
     #[serde(skip)]
-    pub(super) v: Vec<S>,
+    pub(crate) v: Vec<S>,
     #[serde(skip)]
-    pub(super) overlaps: Vec<S>,
+    pub(crate) overlaps: Vec<S>,
     /// Accelerations by the inputs, m/s2.
     #[serde(skip)]
-    pub(super) forcings: Vec<S>,
+    pub(crate) forcings: Vec<S>,
     #[serde(skip)]
-    pub(super) forces: Vec<S>,
+    pub(crate) forces: Vec<S>,
 }
 
 impl<S: Scalar> State<S> {
-    /// The state `y` of the host. A position is that to its left less overlap and clearance, on arcs along the paths.
-    pub(super) fn new(cradle: Cradle<S>, (modes, beyond): (Vec<Mode>, Vec<bool>), y: &[S], forcings: Vec<S>) -> Self {
+    /// With these flags, positions and velocities along the paths, overlaps, and accelerations by the inputs.
+    pub fn at(cradle: Cradle<S>, modes: Vec<Mode>, [x, v, overlaps]: [Vec<S>; 3], forcings: Vec<S>) -> Self {
+        let mut state = Self { cradle, modes, beyond: Vec::new(), x, v, overlaps, forcings, forces: Vec::new() };
+        state.forces = if state.cradle.restitution.is_some() {
+            state.constraint_forces()
+        } else {
+            (0..state.modes.len()).map(|j| state.contact_force(j)).collect()
+        };
+        state
+    }
+
+    /// The state `y` of a host, in the order of [`Exchange`](super::Exchange). A position is that to its left less overlap and clearance, on arcs along the paths.
+    pub(crate) fn new(cradle: Cradle<S>, (modes, beyond): (Vec<Mode>, Vec<bool>), y: &[S], forcings: Vec<S>) -> Self {
         let n = cradle.balls.len();
         let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());
         let mut x = Vec::with_capacity(n);
@@ -52,13 +58,7 @@ impl<S: Scalar> State<S> {
         }
         let along = |((ball, x), v): ((&BallModel<S>, &S), &S)| *v / ball.place(*x).cos;
         let v = cradle.balls.iter().zip(&x).zip(&v).map(along).collect();
-        let mut state = Self { cradle, modes, beyond, x, v, overlaps, forcings, forces: Vec::new() };
-        state.forces = if state.cradle.restitution.is_some() {
-            state.constraint_forces()
-        } else {
-            (0..n - 1).map(|j| state.contact_force(j)).collect()
-        };
-        state
+        Self { beyond, ..Self::at(cradle, modes, [x, v, overlaps], forcings) }
     }
 
     /// Force of a pressing contact, N. One that has yet to open although its overlap has vanished has no elastic force.

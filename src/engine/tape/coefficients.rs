@@ -1,0 +1,150 @@
+//! The order of the numbers of a state and of the coefficients.
+
+use crate::model::{BallModel, ContactLaw, Cradle, Damping, Inputs};
+use crate::solver::{Dual, Scalar};
+
+/// Numbers of the state of a ball and of the contact at its right: position (m) and velocity (m/s) along the path;
+/// impulse since the start, that at the start of the last step (N.s), and the largest force in that step (N); by how
+/// much later these hold (s), see [`TimeShift`](super::events::TimeShift); and, while the contact presses, its overlap
+/// (m), which differences of the positions would not resolve.
+pub(super) const STATE: usize = 7;
+pub(super) const X: usize = 0;
+pub(super) const V: usize = 1;
+pub(super) const IMPULSE: usize = 2;
+pub(super) const BEFORE: usize = 3;
+pub(super) const PEAK: usize = 4;
+pub(super) const TIME: usize = 5;
+pub(super) const OVERLAP: usize = 6;
+
+/// Numbers of the state of all balls; the last is the momentum at the start of the last step, N.s.
+pub(super) fn numbers_of_state(balls: usize) -> usize {
+    balls * STATE + 1
+}
+
+/// Coefficients of a ball, and of the contact at its right: those of its law, and those of its geometry.
+pub(super) const MASS: usize = 0;
+pub(super) const GAMMA: usize = 1;
+pub(super) const LENGTH: usize = 2;
+pub(super) const GRAVITY: usize = 3;
+pub(super) const FORCE: usize = 4;
+const OF_BALL: usize = 5;
+pub(super) const OF_LAW: usize = 6;
+pub(super) const CLEARANCE: usize = OF_BALL + OF_LAW;
+const PIVOTS: usize = CLEARANCE + 1;
+const COEFFICIENTS: usize = PIVOTS + 1;
+
+/// Changes of the coefficients, of each ball in turn, then of the acceleration of the support and of the restitution;
+/// or the derivatives of a number by them.
+#[derive(Clone, Debug)]
+pub(crate) struct Coefficients(Vec<f64>);
+
+impl Coefficients {
+    pub fn zero(balls: usize) -> Self {
+        Self(vec![0.0; balls * COEFFICIENTS + 2])
+    }
+
+    /// The changes along a direction in which the inputs change by `inputs`.
+    pub fn along(cradle: &Cradle<Dual>, inputs: &Inputs) -> Self {
+        let mut changes = Self::zero(cradle.balls.len());
+        for (i, ball) in cradle.balls.iter().enumerate() {
+            let BallModel { mass, gamma, length, gravity, .. } = *ball;
+            changes.of_ball_mut(i)[..FORCE].copy_from_slice(&[mass, gamma, length, gravity].map(Dual::tangent));
+            changes.of_ball_mut(i)[FORCE] = inputs.force[i];
+            let Some(law) = cradle.contacts.get(i) else { continue };
+            let (zero, ContactLaw { stiffness, overlap_ref, exponent, clearance, pivots, .. }) =
+                (Dual::default(), *law);
+            let losses = match law.damping {
+                Damping::None => [zero; 3],
+                Damping::KelvinVoigt { c, .. } => [c, zero, zero],
+                Damping::HuntCrossley { alpha } => [zero, alpha, zero],
+                Damping::Viscoelastic { relaxation } => [zero, zero, relaxation],
+            };
+            let [c, alpha, relaxation] = losses;
+            let numbers = [stiffness, overlap_ref, exponent, c, alpha, relaxation, clearance, pivots];
+            changes.of_ball_mut(i)[OF_BALL..].copy_from_slice(&numbers.map(Dual::tangent));
+        }
+        *changes.support_mut() = inputs.support_acceleration;
+        *changes.restitution_mut() = cradle.restitution.map_or(0.0, Dual::tangent);
+        changes
+    }
+
+    /// Those of ball `i` and of the contact at its right.
+    pub fn of_ball(&self, i: usize) -> &[f64] {
+        &self.0[i * COEFFICIENTS..][..COEFFICIENTS]
+    }
+
+    pub fn of_ball_mut(&mut self, i: usize) -> &mut [f64] {
+        &mut self.0[i * COEFFICIENTS..][..COEFFICIENTS]
+    }
+
+    /// Those of the law of contact `j`, in the order of [`law_derivatives`].
+    pub fn of_law(&self, j: usize) -> &[f64] {
+        &self.of_ball(j)[OF_BALL..CLEARANCE]
+    }
+
+    pub fn of_law_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.of_ball_mut(j)[OF_BALL..CLEARANCE]
+    }
+
+    /// What the linkage of contact `j` depends on: nothing for the two places, the two lengths, and the pivots.
+    pub fn of_linkage(&self, j: usize) -> [f64; 5] {
+        let (left, right) = (self.of_ball(j), self.of_ball(j + 1));
+        [0.0, 0.0, left[LENGTH], right[LENGTH], left[PIVOTS]]
+    }
+
+    /// Adds derivatives by them.
+    pub fn add_of_linkage(&mut self, j: usize, by: &[f64; 5]) {
+        self.of_ball_mut(j + 1)[LENGTH] += by[3];
+        let left = self.of_ball_mut(j);
+        left[LENGTH] += by[2];
+        left[PIVOTS] += by[4];
+    }
+
+    /// Whether they leave the flight of ball `i` as it is.
+    pub fn leave(&self, i: usize) -> bool {
+        self.support() == 0.0 && self.of_ball(i)[..OF_BALL].iter().all(|change| *change == 0.0)
+    }
+
+    pub fn support(&self) -> f64 {
+        self.0[self.0.len() - 2]
+    }
+
+    pub fn support_mut(&mut self) -> &mut f64 {
+        let end = self.0.len();
+        &mut self.0[end - 2]
+    }
+
+    pub fn restitution(&self) -> f64 {
+        self.0[self.0.len() - 1]
+    }
+
+    pub fn restitution_mut(&mut self) -> &mut f64 {
+        let end = self.0.len();
+        &mut self.0[end - 1]
+    }
+
+    /// The sum of the products with these changes. Those along a direction are mostly zeros.
+    pub fn dot(&self, changes: &Self) -> f64 {
+        let products = self.0.iter().zip(&changes.0).filter(|(_, change)| **change != 0.0);
+        products.map(|(by, change)| by * change).sum()
+    }
+}
+
+/// Derivatives of the force of a contact by the coefficients of its law, at constant overlap (m) and rate (m/s).
+pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64) -> [f64; OF_LAW] {
+    // Where it has just closed a dashpot acts already.
+    let overlap = overlap.max(f64::MIN_POSITIVE);
+    let Some((elastic, slope)) = law.elastic_continued(overlap) else { return [0.0; OF_LAW] };
+    // All but a dashpot is proportional to the stiffness; a viscoelastic force has the exponent as a factor, too.
+    let (proportional, by_factor) = match law.damping {
+        Damping::None | Damping::KelvinVoigt { .. } => (elastic, 0.0),
+        Damping::HuntCrossley { alpha } => (elastic + alpha * elastic * rate, 0.0),
+        Damping::Viscoelastic { relaxation } => {
+            let lost = relaxation * slope * rate;
+            (elastic + lost, lost / law.exponent)
+        }
+    };
+    let by_exponent = proportional * libm::log(overlap / law.overlap_ref) + by_factor;
+    let by_reference = (1.0 - law.exponent) * proportional / law.overlap_ref;
+    [proportional / law.stiffness, by_reference, by_exponent, rate, elastic * rate, slope * rate]
+}

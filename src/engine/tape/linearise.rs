@@ -1,0 +1,152 @@
+//! Divides a motion into parts that are short enough to be linearised.
+
+use std::ops::Range;
+
+use super::flight::FlightPart;
+use super::nodes::ContactNodes;
+use super::record::Recorder;
+use super::scene::Scene;
+use super::step::{Rule, Step};
+use crate::engine::cluster::power_of_stretching;
+use crate::engine::flight::Flight;
+use crate::model::Cradle;
+use crate::solver::{NODES, Power, Stretching, Table, weighted};
+
+/// Longest explicit step, times the pace of the fastest change; and the time, times the fastest decay, after which
+/// nothing is left of oscillations that decay.
+const EXPLICIT: f64 = 6.0;
+const SETTLED: f64 = 400.0;
+
+/// Longest implicit step, times the pace of a pendulum, which does not decay.
+const PENDULUM: f64 = 2.0;
+
+/// Largest part of an overlap by which the two highest terms of the interpolation of its force may change it. The error
+/// at the end is far smaller.
+const TAIL: f64 = 1e-11;
+
+/// How often a part is halved.
+const HALVINGS: u32 = 40;
+
+impl Step {
+    /// The fastest change in it times its length: of oscillations, and of decays.
+    fn paces(&self, cradle: &Cradle) -> [f64; 2] {
+        let [mut stiffness, mut decay] = [0.0_f64; 2];
+        for (i, ball) in self.balls.iter().enumerate() {
+            let model = &cradle.balls[self.first + i];
+            let beside = [i.checked_sub(1), Some(i)].into_iter().flatten().filter_map(|j| self.contacts.get(j));
+            for m in 0..NODES {
+                let [mut by_place, mut by_rate] = [ball.by_place[m].abs(), 2.0 * model.gamma];
+                for contact in beside.clone() {
+                    by_place += 2.0 * contact.by_overlap[m].abs() / model.mass;
+                    by_rate += 2.0 * contact.by_rate[m].abs() / model.mass;
+                }
+                (stiffness, decay) = (stiffness.max(by_place), decay.max(by_rate));
+            }
+        }
+        [self.length * stiffness.sqrt(), self.length * decay]
+    }
+
+    /// The pace of the fastest pendulum without its contacts, 1/s.
+    fn fastest_pendulum(&self) -> f64 {
+        let by_places = self.balls.iter().flat_map(|ball| ball.by_place);
+        by_places.fold(0.0, |most: f64, by_place| most.max(by_place.abs())).sqrt()
+    }
+
+    /// Whether the nodes resolve the forces: what they do not changes the overlaps by less than a part of them.
+    fn is_resolved(&self, cradle: &Cradle, table: &Table) -> bool {
+        let unresolved = |(j, contact): (usize, &ContactNodes)| {
+            let largest = contact.overlap.iter().fold(0.0, |most: f64, overlap| most.max(overlap.abs()));
+            let force = table.tail.iter().map(|tail| weighted(tail, &contact.force).abs()).fold(0.0, f64::max);
+            self.length * self.length * force / (cradle.reduced_mass(self.first + j) * largest)
+        };
+        self.contacts.iter().enumerate().map(unresolved).all(|part| part <= TAIL)
+    }
+}
+
+impl Recorder {
+    /// Adds the motion of balls in whose time no force reaches its peak.
+    pub(super) fn press_between_peaks(
+        &mut self,
+        scene: &Scene,
+        balls: Range<usize>,
+        [from, to]: [f64; 2],
+        releases: bool,
+    ) {
+        if from >= to {
+            return;
+        }
+        if balls.len() == 1 && !scene.cradle.on_arcs() {
+            return self.fly_on_line(scene, balls.start, [from, to]);
+        }
+        // The derivative by the exponent goes with the logarithm of an overlap, which begins or ends at 0.
+        let vanishes = |tau: f64| (balls.start..balls.end - 1).any(|j| scene.motion.overlap(j, tau).0 <= 0.0);
+        let stretched = scene.motion.stretching();
+        let power = scene.cradle.contacts.first().and_then(power_of_stretching).unwrap_or(Power::Cube);
+        let [start, end] = [Stretching::AtStart(power), Stretching::AtEnd(power)];
+        match (stretched, vanishes(from), releases || vanishes(to)) {
+            (Stretching::None, true, false) => self.linearise(scene, balls, (from, [from, to]), start, HALVINGS),
+            (Stretching::None, false, true) => self.linearise(scene, balls, (from, [from, to]), end, HALVINGS),
+            (_, true, true) => {
+                let middle = 0.5 * (from + to);
+                self.linearise(scene, balls.clone(), (from, [from, middle]), start, HALVINGS);
+                self.linearise(scene, balls, (from, [middle, to]), end, HALVINGS);
+            }
+            (own, ..) => self.linearise(scene, balls, (from, [from, to]), own, HALVINGS),
+        }
+    }
+
+    /// Adds a flight on a line.
+    fn fly_on_line(&mut self, scene: &Scene, ball: usize, [from, to]: [f64; 2]) {
+        let (model, length) = (&scene.cradle.balls[ball], to - from);
+        let pace = model.omega2.sqrt() + 2.0 * model.gamma;
+        let parts = (pace * length / FlightPart::REACH).ceil().max(1.0);
+        let mut k = 0.0;
+        while k < parts && !self.has_failed() {
+            let tau = from + length / parts * k;
+            let inputs = scene.inputs_of(ball, tau);
+            let ((x, v), [push, support]) = (scene.motion.state(ball, tau), inputs);
+            let forcing = std::array::from_fn(|k| push[k] / model.mass - support[k]);
+            let start = Flight { x, v, forcing };
+            self.enter(scene.cradle, FlightPart { ball, start, inputs, length: length / parts });
+            k += 1.0;
+        }
+    }
+
+    /// Adds the motion of `balls`, which began at `start`, from `from` to `to` (s), in as many parts as needed.
+    fn linearise(
+        &mut self,
+        scene: &Scene,
+        balls: Range<usize>,
+        (start, [from, to]): (f64, [f64; 2]),
+        stretching: Stretching,
+        halvings: u32,
+    ) {
+        let table = stretching.table();
+        let step_by = |rule: Rule| {
+            let (nodes, contacts) = scene.nodes(&balls, [from, to], rule.times());
+            Step { first: balls.start, length: to - from, rule, balls: nodes, contacts }
+        };
+        let step = step_by(Rule::Explicit(table));
+        let [swing, decay] = step.paces(scene.cradle);
+        if swing + decay <= EXPLICIT && step.is_resolved(scene.cradle, table) {
+            return self.enter(scene.cradle, step);
+        }
+        // Halves of halves are as long as the time since the start. So what decays fast is over, and what decays slowly is
+        // resolved; oscillations, too, have to be one or the other.
+        let since = from - start;
+        let settled = swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * step.length;
+        let is_damped = decay > EXPLICIT && settled && step.length * step.fastest_pendulum() <= PENDULUM;
+        if since > 0.0 && step.length <= 1.01 * since && is_damped {
+            return self.enter(scene.cradle, step_by(Rule::Implicit));
+        }
+        let Some(halvings) = halvings.checked_sub(1).filter(|_| !self.has_failed()) else { return self.fail() };
+        let (first, second) = match stretching {
+            Stretching::None => (Stretching::None, Stretching::None),
+            Stretching::AtStart(_) => (stretching, Stretching::None),
+            Stretching::AtEnd(_) => (Stretching::None, stretching),
+        };
+        let middle = 0.5 * (from + to);
+        self.linearise(scene, balls.clone(), (start, [from, middle]), first, halvings);
+        self.linearise(scene, balls, (start, [middle, to]), second, halvings);
+    }
+}

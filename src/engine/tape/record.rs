@@ -1,0 +1,378 @@
+//! Records a run in parts, as it ends them.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::coefficients::{Coefficients, numbers_of_state};
+use super::end::{Direction, End, cradle_along};
+use super::events::{Closing, Jump, Overlap, StepStart, Time, TimeShift};
+use super::gradient::{Tape, TapedPart, Tuning};
+use super::part::Part;
+use super::rigid::{RigidImpact, Struck};
+use super::scene::{Moment, Scene, acceleration};
+use crate::engine::HeldInputs;
+use crate::engine::chain_state::ChainState;
+use crate::engine::cluster::{Cluster, Switch};
+use crate::engine::flight::Ball;
+use crate::engine::rigid::restitution::{Row, collide_at_once};
+use crate::model::{Cradle, Inputs, Mode, Parameters};
+use crate::solver::DoubleDouble;
+
+/// Numbers that a tape may hold: 256 MiB; and those of all parts that are followed along a direction: some seconds.
+const MOST_NUMBERS: usize = 1 << 25;
+const MOST_FOLLOWED: usize = 1 << 27;
+
+/// Numbers that a tuning holds for each number of the state: parameters, coefficients and derivatives by them.
+const NUMBERS_OF_TUNING: usize = 20;
+
+/// The number of the common time.
+const COMMON: u64 = 0;
+
+/// Smallest rate of an overlap over the velocities of its balls by which their time is changed: slow balls meet much
+/// later for a small change, in which fast ones move far.
+const SLOW: f64 = 1e-3;
+
+/// Rate of the overlap of rigid balls over their velocities up to which rounding decides when they meet.
+const AT_REST: f64 = 1e-8;
+
+/// What becomes of the parts.
+#[derive(Clone, Debug)]
+pub(crate) enum Sink {
+    /// All are kept.
+    Tape(Vec<TapedPart>),
+    /// Each is applied to the changes of the state along one direction.
+    Direction(Box<Along>),
+}
+
+/// Changes along a direction: of the coefficients that act, and of the state so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Along {
+    tangent: Option<Parameters>,
+    inputs: Inputs,
+    coefficients: Coefficients,
+    state: Vec<f64>,
+}
+
+impl Default for Sink {
+    fn default() -> Self {
+        Self::Tape(Vec::new())
+    }
+}
+
+impl Sink {
+    /// Along a direction, from this change of the state on.
+    pub fn along((tangent, inputs): Direction, state: Vec<f64>) -> Self {
+        let (tangent, coefficients) = (tangent.cloned(), Coefficients::zero(inputs.force.len()));
+        Self::Direction(Box::new(Along { tangent, inputs: inputs.clone(), coefficients, state }))
+    }
+}
+
+/// What a run notes while it is recorded.
+#[derive(Clone, Debug)]
+pub(crate) struct Recorder {
+    sink: Sink,
+    tunings: Vec<Tuning>,
+    numbers: usize,
+    /// When the last step begins, s, and for which balls it has.
+    step_start: DoubleDouble,
+    begun: Vec<bool>,
+    /// The largest force of each contact in the last step so far, N.
+    peaks: Vec<f64>,
+    /// The number of the time at which the state of each ball holds, and how many there were.
+    times: Vec<u64>,
+    shifts: u64,
+    /// Which contacts have pressed so far in their last pulse.
+    pressing: Vec<bool>,
+    /// Along a direction, the derivative of the time of the first onset since this was forgotten, s.
+    pub next_onset: Option<f64>,
+    /// Whether a part is missing.
+    failed: bool,
+}
+
+impl Recorder {
+    /// For the run from now on, whose last step begins at the time `step_start` (s).
+    pub fn new(sink: Sink, cradle: &Cradle, step_start: f64) -> Self {
+        let (balls, contacts) = (cradle.balls.len(), cradle.contacts.len());
+        Self {
+            sink,
+            tunings: Vec::new(),
+            numbers: 0,
+            step_start: step_start.into(),
+            begun: vec![false; balls],
+            peaks: vec![0.0; contacts],
+            times: vec![COMMON; balls],
+            pressing: vec![false; contacts],
+            shifts: COMMON,
+            next_onset: None,
+            failed: false,
+        }
+    }
+
+    /// From now on these parameters act.
+    pub fn under(&mut self, parameters: &Parameters) {
+        match &mut self.sink {
+            Sink::Direction(along) => {
+                let direction = (along.tangent.as_ref(), &along.inputs);
+                along.coefficients = Coefficients::along(&cradle_along(parameters, direction), &along.inputs);
+            }
+            Sink::Tape(_) => {
+                if self.tunings.last().is_none_or(|last| last.parameters.tunables() != parameters.tunables()) {
+                    self.tunings.push(Tuning::new(parameters));
+                    self.hold(NUMBERS_OF_TUNING * numbers_of_state(parameters.balls()));
+                }
+            }
+        }
+    }
+
+    /// The tape of the run with this end.
+    pub fn tape(self, end: End) -> Option<Tape> {
+        let Sink::Tape(parts) = self.sink else { return None };
+        Some(Tape { tunings: self.tunings, parts, end })
+    }
+
+    /// The change of the state along the direction.
+    pub fn changes(&self) -> Option<&[f64]> {
+        if let Sink::Direction(along) = &self.sink { Some(&along.state) } else { None }
+    }
+
+    pub fn has_failed(&self) -> bool {
+        self.failed
+    }
+
+    /// Counts more numbers that a tape holds.
+    fn hold(&mut self, numbers: usize) {
+        self.numbers = self.numbers.saturating_add(numbers);
+        let most = if let Sink::Tape(_) = self.sink { MOST_NUMBERS } else { MOST_FOLLOWED };
+        self.failed |= self.numbers > most;
+    }
+
+    pub(super) fn enter(&mut self, cradle: &Cradle, part: impl Part + 'static) {
+        self.hold(part.numbers());
+        if self.failed {
+            return;
+        }
+        match &mut self.sink {
+            Sink::Direction(along) => part.forward(cradle, &along.coefficients, &mut along.state),
+            Sink::Tape(parts) => parts.push((self.tunings.len() - 1, Arc::new(part))),
+        }
+    }
+
+    /// The part of a motion of `balls` from `from` to `to` (s after `start`) that belongs to the last step begins there.
+    /// Returns where it begins, if in between.
+    fn begin_step(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2]) -> Option<f64> {
+        let since = (self.step_start - scene.start).value();
+        if since >= to || balls.clone().all(|i| self.begun[i]) {
+            return None;
+        }
+        if from < since {
+            return Some(since);
+        }
+        self.use_common_time(scene, &balls, from);
+        for i in balls {
+            if !std::mem::replace(&mut self.begun[i], true) {
+                self.enter(scene.cradle, StepStart { ball: i, state: scene.motion.state(i, from) });
+            }
+        }
+        None
+    }
+
+    /// The last step begins, at the latest now, where the run ends.
+    pub fn end(&mut self, cradle: &Cradle, state: impl Fn(usize) -> (f64, f64)) {
+        for i in 0..self.begun.len() {
+            if !std::mem::replace(&mut self.begun[i], true) {
+                self.enter(cradle, StepStart { ball: i, state: state(i) });
+            }
+        }
+    }
+
+    /// Ball `i` has flown from its anchor to the time `t`.
+    pub fn fly(&mut self, i: usize, ball: &Ball, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
+        let scene = Scene { motion: ball, start: ball.anchor, cradle, inputs };
+        let beside = i.saturating_sub(1)..(i + 1).min(self.pressing.len());
+        self.pressing[beside].fill(false);
+        self.press(&scene, i..i + 1, [0.0, (t - ball.anchor).value()], false);
+    }
+
+    /// The members of a cluster have moved from its start on for `length` (s).
+    pub fn follow(&mut self, cluster: &Cluster, length: f64, cradle: &Cradle, inputs: &HeldInputs) {
+        let scene = Scene { motion: cluster, start: cluster.start, cradle, inputs };
+        let mut first = cluster.members.start;
+        for end in cluster.members.clone() {
+            let presses = end + 1 < cluster.members.end && cluster.mode(end) == Mode::Pressing;
+            if !presses {
+                if let Some(pressing) = self.pressing.get_mut(end) {
+                    *pressing = false;
+                }
+                let releases = cluster
+                    .switch
+                    .filter(|(_, switch)| *switch == Switch::Release && length >= cluster.length * (1.0 - 1e-12));
+                let released = releases.map(|(j, _)| j).filter(|j| (first..end).contains(j));
+                self.press(&scene, first..end + 1, [0.0, length], released.is_some());
+                if let Some(j) = released {
+                    self.jump(&scene, j, length, -1.0);
+                }
+                first = end + 1;
+            }
+        }
+    }
+
+    /// Puts the states of `balls`, which press on each other or are one, to the common time.
+    fn use_common_time(&mut self, scene: &Scene, balls: &Range<usize>, tau: f64) {
+        if self.times[balls.clone()].iter().any(|time| *time != COMMON) {
+            self.shift(scene, balls, tau, Time::Common, COMMON);
+        }
+    }
+
+    /// Puts the states of those of `balls` that hold at another time `to` this one, of this number.
+    fn shift(&mut self, scene: &Scene, balls: &Range<usize>, tau: f64, to: Time, number: u64) {
+        let motions = scene.motions(balls, tau, false).into_iter().zip(&self.times[balls.clone()]);
+        let motions = motions.map(|(motion, time)| (*time != number).then_some(motion)).collect();
+        self.times[balls.clone()].fill(number);
+        self.enter(scene.cradle, TimeShift { first: balls.start, balls: motions, to });
+    }
+
+    /// Gives `balls`, whose motion begins at `tau` (s), one time: that at which some of them met, if they did so fast
+    /// enough that it hardly depends on their common motion.
+    fn use_own_time(&mut self, scene: &Scene, balls: &Range<usize>, tau: f64) {
+        if balls.len() == 1 {
+            return self.use_common_time(scene, balls, tau);
+        }
+        let (times, first) = (&self.times[balls.clone()], balls.start);
+        let differ = times.iter().any(|time| *time != times[0]);
+        match times.iter().position(|time| *time != COMMON) {
+            Some(k) if differ => {
+                let number = times[k];
+                self.shift(scene, balls, tau, Time::Of(first + k), number);
+            }
+            Some(_) => {}
+            None => {
+                let fastest = balls.clone().map(|i| scene.motion.state(i, tau).1.abs()).fold(0.0, f64::max);
+                let onsets = (first..balls.end - 1).filter(|j| scene.motion.overlap(*j, tau).0 == 0.0);
+                let onsets = onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > SLOW * fastest);
+                if let Some(onset) = onsets.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
+                    self.shifts += 1;
+                    let contact = onset.contact;
+                    self.shift(scene, balls, tau, Time::Onset(onset), self.shifts);
+                    self.pressing[contact] = true;
+                    self.enter(scene.cradle, Closing { contact, overlap: None });
+                }
+            }
+        }
+    }
+
+    /// Contact `j` closes (1) or opens (-1) at `tau` (s): with a dashpot its force jumps.
+    fn jump(&mut self, scene: &Scene, j: usize, tau: f64, sign: f64) {
+        let growth = sign * scene.cradle.contacts[j].unclipped_force(f64::MIN_POSITIVE, 1.0);
+        if growth != 0.0 {
+            let along = scene.overlap(j, tau).linkage.along;
+            self.enter(scene.cradle, Jump { contact: j, along, growth });
+        }
+    }
+
+    /// The motion is interrupted in this state at the time `t`: all states hold at the common time again.
+    pub fn interrupt(&mut self, state: &ChainState, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
+        let moment = Moment { state, cradle };
+        let scene = Scene { motion: &moment, start: t, cradle, inputs };
+        let mut first = 0;
+        for end in 0..cradle.balls.len() {
+            if state.contacts.get(end).is_none_or(|contact| contact.mode != Mode::Pressing) {
+                self.use_common_time(&scene, &(first..end + 1), 0.0);
+                first = end + 1;
+            }
+        }
+    }
+
+    /// Rigid balls from number `first` on at these places (m) collide at the time `t` with these velocities (m/s), which
+    /// are then those afterwards, group by group.
+    pub fn collide(
+        &mut self,
+        (cradle, inputs): (&Cradle, &HeldInputs),
+        (first, t): (usize, DoubleDouble),
+        (places, v): (&[f64], &mut [f64]),
+        groups: &[(Range<usize>, bool)],
+    ) {
+        for (group, parts) in groups {
+            // Balls that come to rest by a restitution of 0 would part by more.
+            let parts = *parts || cradle.restitution == Some(0.0);
+            if parts && group.len() > 2 {
+                return self.fail(); // Another order of impacts has another outcome.
+            }
+            let e = if parts { cradle.restitution.unwrap_or_default() } else { 0.0 };
+            let balls = first + group.start..first + group.end;
+            let Ok(row) = Row::new(cradle, balls.clone(), |i| places[i - first]) else { return self.fail() };
+            let before = v[group.clone()].to_vec();
+            collide_at_once(&row, &mut v[group.clone()], e);
+            let struck = group.clone().map(|k| {
+                let velocities = [before[k - group.start], v[k]];
+                let a = velocities.map(|v| acceleration((cradle, inputs), first + k, t, (places[k], v)));
+                Struck { x: places[k], v: velocities, a }
+            });
+            let struck: Vec<Struck> = struck.collect();
+            let contacts = (balls.start..balls.end - 1).map(|j| {
+                let states = [j, j + 1].map(|i| (struck[i - balls.start].x, struck[i - balls.start].v[0]));
+                Overlap::new(cradle, j, states)
+            });
+            let fastest = before.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            if let Some(overlap) = contacts.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
+                if overlap.rate() <= AT_REST * fastest {
+                    return self.fail();
+                }
+                self.enter(cradle, RigidImpact { first: balls.start, balls: struck, overlap, parts });
+            }
+        }
+    }
+
+    /// Contact `j` closes, with its balls in these states.
+    pub fn onset(&mut self, j: usize, states: [(f64, f64); 2], cradle: &Cradle) {
+        if let (Sink::Direction(along), None) = (&self.sink, self.next_onset) {
+            let overlap = Overlap::new(cradle, j, states);
+            self.next_onset = Some(-overlap.change(&along.coefficients, &along.state) / overlap.rate());
+        }
+    }
+
+    /// Something is not followed.
+    pub fn fail(&mut self) {
+        self.failed = true;
+    }
+
+    /// Adds the motion of balls that press on each other, or of one alone; at its end a contact may be released.
+    fn press(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2], releases: bool) {
+        if from >= to {
+            return;
+        }
+        if let Some(middle) = self.begin_step(scene, balls.clone(), [from, to]) {
+            self.press(scene, balls.clone(), [from, middle], false);
+            return self.press(scene, balls, [middle, to], releases);
+        }
+        self.use_own_time(scene, &balls, from);
+        for j in balls.start..balls.end - 1 {
+            if !std::mem::replace(&mut self.pressing[j], true) {
+                let overlap = Some(scene.overlap(j, from).at_one_time());
+                self.enter(scene.cradle, Closing { contact: j, overlap });
+                if scene.motion.overlap(j, from).0 <= 0.0 {
+                    self.jump(scene, j, from, 1.0);
+                }
+            }
+        }
+        let mut since = from;
+        for (tau, j, force) in self.peaks_within(scene, &balls, [from, to]) {
+            self.press_between_peaks(scene, balls.clone(), [since, tau], releases && tau == to);
+            self.peaks[j] = force;
+            self.enter(scene.cradle, scene.peak(&balls, j, tau, tau == to));
+            since = tau;
+        }
+        self.press_between_peaks(scene, balls, [since, to], releases);
+    }
+
+    /// The contacts between `balls` whose force is larger than before in the step, when (s) and how large (N), in the
+    /// order of time.
+    fn peaks_within(&self, scene: &Scene, balls: &Range<usize>, between: [f64; 2]) -> Vec<(f64, usize, f64)> {
+        if !self.begun[balls.start] {
+            return Vec::new();
+        }
+        let peak = |j: usize| scene.largest_force(j, between, self.peaks[j]).map(|(tau, force)| (tau, j, force));
+        let mut found: Vec<_> = (balls.start..balls.end - 1).filter_map(peak).collect();
+        found.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
+        found
+    }
+}

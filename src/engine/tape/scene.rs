@@ -1,0 +1,246 @@
+//! The motion of neighbours as a run has computed it, at nodes in time and at single times.
+
+use std::ops::Range;
+
+use super::events::{Overlap, Peak};
+use super::nodes::{BallNodes, ContactNodes};
+use crate::engine::HeldInputs;
+use crate::engine::chain_state::ChainState;
+use crate::engine::cluster::Cluster;
+use crate::engine::flight::{Ball, Forcing, forcing_at, shifted};
+use crate::model::Cradle;
+use crate::solver::{DoubleDouble, NODES, Nodes, Stretching};
+
+/// How often the interval of the largest force is halved from both sides, until it has one maximum, and what is
+/// negligible then; and steps of a golden section in it.
+const BISECTIONS: u32 = 10;
+const NEGLIGIBLE: f64 = 1e-8;
+const SECTIONS: usize = 32;
+
+/// Where in an interval a function is largest, by golden section; it has one maximum there. What is left of the interval
+/// changes the value by rounding only.
+fn highest(function: &impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let ends = [low, high];
+    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut at_left, mut at_right) = (function(left), function(right));
+    for _ in 0..SECTIONS {
+        if at_left < at_right {
+            (low, left, at_left) = (left, right, at_right);
+            right = low + golden * (high - low);
+            at_right = function(right);
+        } else {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - golden * (high - low);
+            at_left = function(left);
+        }
+    }
+    let middle = 0.5 * (low + high);
+    ends.into_iter().find(|end| function(*end) >= function(middle)).unwrap_or(middle)
+}
+
+/// The motion of neighbours in a part of a run, and what acts.
+pub(super) struct Scene<'a> {
+    pub motion: &'a dyn Motion,
+    /// The time to which those of the motion refer.
+    pub start: DoubleDouble,
+    pub cradle: &'a Cradle,
+    pub inputs: &'a HeldInputs,
+}
+
+/// A part of a run as it was computed.
+pub(super) trait Motion {
+    /// Position (m) and velocity (m/s) of ball `i` at a time (s).
+    fn state(&self, i: usize, tau: f64) -> (f64, f64);
+    /// Overlap of contact `j` (m) and its rate (m/s) at a time (s).
+    fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
+    /// The larger of `known` and the largest force of contact `j` between two times, N.
+    fn peak(&self, _j: usize, _between: [f64; 2], known: f64) -> f64 {
+        known
+    }
+    /// How time is stretched so that forces are smooth.
+    fn stretching(&self) -> Stretching {
+        Stretching::None
+    }
+}
+
+impl Motion for Cluster {
+    fn state(&self, i: usize, tau: f64) -> (f64, f64) {
+        let (displacement, v) = self.moved(i, tau);
+        (self.flights[i - self.window.start].x + displacement, v)
+    }
+
+    fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        let (overlap, rate) = Cluster::overlap(self, j, tau);
+        // A contact that has just closed has none, of which a sum of modes leaves rounding.
+        let at_start = self.contacts[j - self.window.start].overlap;
+        (if tau == 0.0 { at_start } else { overlap }, rate)
+    }
+
+    fn peak(&self, j: usize, [from, to]: [f64; 2], known: f64) -> f64 {
+        Cluster::peak(self, j, from, to, known)
+    }
+
+    fn stretching(&self) -> Stretching {
+        Cluster::stretching(self)
+    }
+}
+
+/// The flight of one ball.
+impl Motion for Ball {
+    fn state(&self, _: usize, tau: f64) -> (f64, f64) {
+        let (displacement, v) = self.moved(self.anchor + tau);
+        (self.flight.x + displacement, v)
+    }
+
+    fn overlap(&self, _: usize, _: f64) -> (f64, f64) {
+        (f64::NEG_INFINITY, 0.0)
+    }
+}
+
+/// Acceleration along its path (m/s2) of ball `i`, without contact, in this state (m, m/s) at the time `t`.
+pub(super) fn acceleration(
+    (cradle, inputs): (&Cradle, &HeldInputs),
+    i: usize,
+    t: DoubleDouble,
+    (x, v): (f64, f64),
+) -> f64 {
+    let model = &cradle.balls[i];
+    let [forcing, ..] = shifted(&inputs.forcing(i, model.mass), (t - inputs.since.into()).value());
+    forcing * model.place(x).cos - model.gravity * model.restoring(x) - 2.0 * model.gamma * v
+}
+
+/// A chain at one time.
+pub(super) struct Moment<'a> {
+    pub state: &'a ChainState,
+    pub cradle: &'a Cradle,
+}
+
+impl Motion for Moment<'_> {
+    fn state(&self, i: usize, _: f64) -> (f64, f64) {
+        (self.state.flights[i].x, self.state.flights[i].v)
+    }
+
+    fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
+        let states = [j, j + 1].map(|i| self.state(i, tau));
+        (self.state.contacts[j].overlap, self.cradle.pair(j).overlap_rate(states))
+    }
+}
+
+impl Scene<'_> {
+    /// The external force on this ball (N) and the acceleration of the support (m/s2), expanded about this time.
+    pub fn inputs_of(&self, ball: usize, tau: f64) -> [Forcing; 2] {
+        let age = (self.start + tau - self.inputs.since.into()).value();
+        let of = [self.inputs.derivatives(|i| i.force[ball]), self.inputs.derivatives(|i| i.support_acceleration)];
+        of.map(|input| shifted(&input, age))
+    }
+
+    /// Contacts between `balls` at nodes, and the balls.
+    pub fn nodes(
+        &self,
+        balls: &Range<usize>,
+        [from, to]: [f64; 2],
+        times: &Nodes,
+    ) -> (Vec<BallNodes>, Vec<ContactNodes>) {
+        let mut motions = vec![[[0.0; NODES]; 2]; balls.len()];
+        let mut overlaps = vec![[[0.0; NODES]; 2]; balls.len() - 1];
+        // Node by node: what is known of one time serves all.
+        for m in 0..if from == to { 1 } else { NODES } {
+            let tau = from + (to - from) * times[m];
+            for (k, [x, v]) in motions.iter_mut().enumerate() {
+                (x[m], v[m]) = self.motion.state(balls.start + k, tau);
+            }
+            for (k, [overlap, rate]) in overlaps.iter_mut().enumerate() {
+                (overlap[m], rate[m]) = self.motion.overlap(balls.start + k, tau);
+            }
+        }
+        if from == to {
+            motions.iter_mut().chain(&mut overlaps).flatten().for_each(|nodes| *nodes = [nodes[0]; NODES]);
+        }
+        let contact = |(k, overlaps): (usize, &[Nodes; 2])| {
+            let (j, [left, right]) = (balls.start + k, [0, 1].map(|side| motions[k + side].each_ref()));
+            let ends = match self.cradle.on_arcs() {
+                true => [from, to].map(|tau| [j, j + 1].map(|i| self.motion.state(i, tau).0)),
+                false => [[0.0; 2]; 2],
+            };
+            ContactNodes::new(self.cradle, j, *overlaps, [left, right], ends)
+        };
+        let contacts: Vec<ContactNodes> = overlaps.iter().enumerate().map(contact).collect();
+        let ball = |(k, motion): (usize, &[Nodes; 2])| {
+            let pushed = std::array::from_fn(|m| {
+                let from_left = k.checked_sub(1).map_or(0.0, |left| contacts[left].forces(m)[1]);
+                from_left + contacts.get(k).map_or(0.0, |right| right.forces(m)[0])
+            });
+            let inputs = self.inputs_of(balls.start + k, from).map(|input| {
+                let [_, a, b, c] = input;
+                [input, [a, b, c, 0.0]].map(|of| times.map(|c| forcing_at(&of, (to - from) * c)))
+            });
+            BallNodes::new(&self.cradle.balls[balls.start + k], *motion, &pushed, inputs)
+        };
+        (motions.iter().enumerate().map(ball).collect(), contacts)
+    }
+
+    /// Velocity (m/s) and acceleration (m/s2) of each of `balls` at a time (s), and the force of the contact at its
+    /// right (N) and the rate of its overlap (m/s); without or `with` the force of a contact that just closes.
+    pub fn motions(&self, balls: &Range<usize>, tau: f64, with: bool) -> Vec<[f64; 4]> {
+        let (nodes, contacts) = self.nodes(balls, [tau, tau], &[0.0; NODES]);
+        let acts = |contact: &&ContactNodes| with || contact.overlap[0] > 0.0;
+        let motion = |(k, node): (usize, &BallNodes)| {
+            let model = &self.cradle.balls[balls.start + k];
+            let ignored = |k: usize, side: usize| {
+                contacts.get(k).filter(|contact| !acts(contact)).map_or(0.0, |contact| contact.forces(0)[side])
+            };
+            let ignored = (ignored(k.wrapping_sub(1), 1) + ignored(k, 0)) / model.mass;
+            let a = node.acceleration(model, 0, self.inputs_of(balls.start + k, tau)[1][0]) - ignored;
+            let force = contacts.get(k).filter(acts).map_or(0.0, |contact| contact.force[0]);
+            [node.v[0], a, force, contacts.get(k).map_or(0.0, |contact| contact.rate[0])]
+        };
+        nodes.iter().enumerate().map(motion).collect()
+    }
+
+    /// The overlap of contact `j` at a time (s) as a function of the state.
+    pub fn overlap(&self, j: usize, tau: f64) -> Overlap {
+        Overlap::new(self.cradle, j, [j, j + 1].map(|i| self.motion.state(i, tau)))
+    }
+
+    /// When the force of contact `j` is largest between two times (s), and that force, if it is larger than `known` (N).
+    pub fn largest_force(&self, j: usize, [from, to]: [f64; 2], known: f64) -> Option<(f64, f64)> {
+        let largest = |between: [f64; 2]| self.motion.peak(j, between, known);
+        let peak = largest([from, to]);
+        if peak <= known {
+            return None;
+        }
+        // Later than where it is not reached before, and earlier than where it is not reached any more.
+        let reached = |between: [f64; 2]| largest(between) >= peak * (1.0 - NEGLIGIBLE);
+        let (mut low, mut high, mut step) = (from, to, to - from);
+        for _ in 0..BISECTIONS {
+            step *= 0.5;
+            low += if reached([from, low + step]) { 0.0 } else { step };
+            high -= if reached([high - step, to]) { 0.0 } else { step };
+        }
+        let force = |tau: f64| {
+            let (overlap, rate) = self.motion.overlap(j, tau);
+            self.cradle.contacts[j].unclipped_force(overlap.max(f64::MIN_POSITIVE), rate)
+        };
+        Some((highest(&force, [low, high]), peak))
+    }
+
+    /// The force of contact `j` between `balls` at a time (s) as a function of the state, where it is largest or, at the
+    /// end of a motion, may still grow.
+    pub fn peak(&self, balls: &Range<usize>, j: usize, tau: f64, at_end: bool) -> Peak {
+        let (_, mut contacts) = self.nodes(balls, [tau, tau], &[0.0; NODES]);
+        let (k, motions) = (j - balls.start, self.motions(balls, tau, true));
+        let at = contacts.swap_remove(k);
+        let states = [j, j + 1].map(|i| self.motion.state(i, tau));
+        let bend = self.cradle.pair(j).overlap_acceleration(states, [k, k + 1].map(|k| motions[k][1]));
+        let growth = at.by_overlap[0] * at.rate[0] + at.by_rate[0] * bend;
+        // It has just closed: the later, the farther its balls are apart.
+        let closes = at.overlap[0] <= 0.0 && at.rate[0] > 0.0;
+        Peak {
+            by_overlap: if closes { -growth / at.rate[0] } else { 0.0 },
+            by_time: if at_end { growth } else { 0.0 },
+            contact: j,
+            at,
+        }
+    }
+}
