@@ -275,5 +275,7 @@ def rising(times: Iterable[float]) -> list[float]:
     except (TypeError, ValueError):
         points = np.zeros(0)
     if points[:1].tolist() != [0.0] or not np.all(np.diff(points) > 0.0) or not np.isfinite(points).all():
-        raise InvalidValue("times: a list of communication points (s) is needed that begins at 0 and rises, each finite")
+        raise InvalidValue(
+            "times: a list of communication points (s) is needed that begins at 0 and rises, each finite"
+        )
     return [float(point) for point in points[1:]]
