@@ -129,7 +129,7 @@ fn versions(c: &mut Criterion) {
 
 /// The derivatives of the last ball's position at the end of a run by all real parameters and inputs.
 fn gradient(run: &Simulation) -> Vec<f64> {
-    let tape = run.tape(&History::default()).expect("elastic runs have a tape");
+    let tape = run.tape(&History::default()).expect("it has a tape");
     let gradient = tape.gradient(|of: &Differential| of.x[4]);
     let real = |variable: &Variable| variable.row.settable() && variable.row.access.data_type() == Type::Real;
     let by = |known: Variable| {

@@ -21,8 +21,8 @@ pub(crate) struct WindowContact {
     pub mode: Mode,
 }
 
-/// The balls and contacts of a window at the start of a segment: a part of a run in doubles, or a whole chain in dual
-/// numbers. Contact `j` is that of balls `j` and `j + 1`.
+/// The balls and contacts of a window at the start of a segment, or of a whole chain. Contact `j` is that of balls `j`
+/// and `j + 1`.
 #[derive(Clone, Copy)]
 pub(crate) struct Window<'a> {
     pub flights: &'a [Flight],
