@@ -45,7 +45,8 @@ impl<S: Scalar> State<S> {
         state
     }
 
-    /// The state `y` of a host, in the order of [`Exchange`](super::Exchange). A position is that to its left less overlap and clearance, on arcs along the paths.
+    /// The state `y` of a host, in the order of [`Exchange`](super::Exchange). A position is that to its left less
+    /// overlap and clearance, on arcs along the paths.
     pub(crate) fn new(cradle: Cradle<S>, (modes, beyond): (Vec<Mode>, Vec<bool>), y: &[S], forcings: Vec<S>) -> Self {
         let n = cradle.balls.len();
         let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());

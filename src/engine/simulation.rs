@@ -181,7 +181,8 @@ impl Simulation {
         last_step.along((self.start, &start), &stretches, (Some(tangent), inputs))
     }
 
-    /// The last step in parts, for derivatives by inputs both ways; `None` before the first, or if it cannot be followed.
+    /// The last step in parts, for derivatives by inputs both ways; `None` before the first, or if it cannot be
+    /// followed.
     pub fn tape_of_step(&self, history: &History) -> Option<Tape> {
         if self.step_length() == 0.0 {
             return None;

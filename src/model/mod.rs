@@ -7,16 +7,18 @@ mod damping;
 mod enumeration;
 mod forces;
 mod impact;
+mod linkage;
 mod parameters;
 mod results;
 mod start_on_arcs;
 
-pub(crate) use arc::{Linkage, Pair, overlap_of_approach};
+pub(crate) use arc::{Pair, overlap_of_approach};
 pub use contact::{ContactLaw, Mode};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
 pub use damping::{Damping, SignOfForce};
 pub use enumeration::Item;
 pub(crate) use enumeration::enumerations;
+pub(crate) use linkage::Linkage;
 pub use parameters::{
     ContactModel, DampingLaw, ExchangedContacts, Inputs, Parameters, PendulumModel, SolverMethod, Tunables,
 };

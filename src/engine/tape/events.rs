@@ -1,5 +1,5 @@
-//! What happens at one time, linearised: a shift of the time itself, the jump of a force, the start of the last step, the
-//! peak of a force.
+//! What happens at one time, linearised: a shift of the time itself, the jump of a force, the start of the last step,
+//! the peak of a force.
 
 use super::coefficients::{BEFORE, CLEARANCE, Coefficients, IMPULSE, LENGTH, MASS, OVERLAP, PEAK, STATE, TIME, V, X};
 use super::nodes::ContactNodes;
@@ -60,10 +60,10 @@ impl Overlap {
 
 /// The states of neighbours hold from here on at a later time, or again at the common one.
 ///
-/// A contact that closes later by a change `dt` has a force that differs, at a fixed time, by its rate times `dt`: by the
-/// angular frequency of the contact, some 1e5 1/s, more than what is left of that once it has opened. At times that are
-/// later by `dt`, too, it differs by little. So neighbours that press on each other have a time of their own, by that
-/// of the onset.
+/// A contact that closes later by a change `dt` has a force that differs, at a fixed time, by its rate times `dt`: by
+/// the angular frequency of the contact, some 1e5 1/s, more than what is left of that once it has opened. At times that
+/// are later by `dt`, too, it differs by little. So neighbours that press on each other have a time of their own, by
+/// that of the onset.
 #[derive(Debug)]
 pub(super) struct TimeShift {
     pub first: usize,

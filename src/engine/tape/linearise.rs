@@ -131,8 +131,8 @@ impl Recorder {
         if swing + decay <= EXPLICIT && step.is_resolved(scene.cradle, table) {
             return self.enter(scene.cradle, step);
         }
-        // Halves of halves are as long as the time since the start. So what decays fast is over, and what decays slowly is
-        // resolved; oscillations, too, have to be one or the other.
+        // Halves of halves are as long as the time since the start. So what decays fast is over, and what decays slowly
+        // is resolved; oscillations, too, have to be one or the other.
         let since = from - start;
         let settled = swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * step.length;
         let is_damped = decay > EXPLICIT && settled && step.length * step.fastest_pendulum() <= PENDULUM;

@@ -96,8 +96,8 @@ struct Links {
 /// Two numbers, of the left and of the right ball.
 type Both = [f64; 2];
 
-/// Changes at a node: of the overlap (m), of the parts of its direction along the paths, of the velocities (m/s), and of
-/// the force by its law (N); or derivatives of a number by them.
+/// Changes at a node: of the overlap (m), of the parts of its direction along the paths, of the velocities (m/s), and
+/// of the force by its law (N); or derivatives of a number by them.
 #[derive(Clone, Copy, Default)]
 struct Change {
     overlap: f64,

@@ -1,5 +1,5 @@
-//! The linear maps of the parts of a run: from the changes of the state at its start and of the coefficients to those of
-//! the state at its end, and the transposed, from derivatives of a number by the latter to those by the former.
+//! The linear maps of the parts of a run: from the changes of the state at its start and of the coefficients to those
+//! of the state at its end, and the transposed, from derivatives of a number by the latter to those by the former.
 
 use std::fmt::Debug;
 

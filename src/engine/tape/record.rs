@@ -157,8 +157,8 @@ impl Recorder {
         }
     }
 
-    /// The part of a motion of `balls` from `from` to `to` (s after `start`) that belongs to the last step begins there.
-    /// Returns where it begins, if in between.
+    /// The part of a motion of `balls` from `from` to `to` (s after `start`) that belongs to the last step begins
+    /// there. Returns where it begins, if in between.
     fn begin_step(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2]) -> Option<f64> {
         let since = (self.step_start - scene.start).value();
         if since >= to || balls.clone().all(|i| self.begun[i]) {
@@ -282,8 +282,8 @@ impl Recorder {
         }
     }
 
-    /// Rigid balls from number `first` on at these places (m) collide at the time `t` with these velocities (m/s), which
-    /// are then those afterwards, group by group.
+    /// Rigid balls from number `first` on at these places (m) collide at the time `t` with these velocities (m/s),
+    /// which are then those afterwards, group by group.
     pub fn collide(
         &mut self,
         (cradle, inputs): (&Cradle, &HeldInputs),

@@ -17,8 +17,8 @@ const BISECTIONS: u32 = 10;
 const NEGLIGIBLE: f64 = 1e-8;
 const SECTIONS: usize = 32;
 
-/// Where in an interval a function is largest, by golden section; it has one maximum there. What is left of the interval
-/// changes the value by rounding only.
+/// Where in an interval a function is largest, by golden section; it has one maximum there. What is left of the
+/// interval changes the value by rounding only.
 fn highest(function: &impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let ends = [low, high];
@@ -203,7 +203,8 @@ impl Scene<'_> {
         Overlap::new(self.cradle, j, [j, j + 1].map(|i| self.motion.state(i, tau)))
     }
 
-    /// When the force of contact `j` is largest between two times (s), and that force, if it is larger than `known` (N).
+    /// When the force of contact `j` is largest between two times (s), and that force, if it is larger than `known`
+    /// (N).
     pub fn largest_force(&self, j: usize, [from, to]: [f64; 2], known: f64) -> Option<(f64, f64)> {
         let largest = |between: [f64; 2]| self.motion.peak(j, between, known);
         let peak = largest([from, to]);
@@ -225,8 +226,8 @@ impl Scene<'_> {
         Some((highest(&force, [low, high]), peak))
     }
 
-    /// The force of contact `j` between `balls` at a time (s) as a function of the state, where it is largest or, at the
-    /// end of a motion, may still grow.
+    /// The force of contact `j` between `balls` at a time (s) as a function of the state, where it is largest or, at
+    /// the end of a motion, may still grow.
     pub fn peak(&self, balls: &Range<usize>, j: usize, tau: f64, at_end: bool) -> Peak {
         let (_, mut contacts) = self.nodes(balls, [tau, tau], &[0.0; NODES]);
         let (k, motions) = (j - balls.start, self.motions(balls, tau, true));

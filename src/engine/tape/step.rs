@@ -2,9 +2,9 @@
 //!
 //! Without a change of anything else, accelerations `g` at the nodes move a ball by `h^2 Q2 g` and change its velocity
 //! by `h Q1 g` (see [`gauss`](crate::solver::gauss)). With what these do to forces, `T g`, the changes of the
-//! accelerations solve `g = known + T g`. An explicit step is short enough for the Neumann series, `g = known + T known +
-//! T T known + ...`; the derivatives of a number by what is known follow likewise from those by the accelerations, with
-//! the transposed `T`. Stiff equations are solved at once, on the nodes of an implicit step.
+//! accelerations solve `g = known + T g`. An explicit step is short enough for the Neumann series, `g = known + T known
+//! + T T known + ...`; the derivatives of a number by what is known follow likewise from those by the accelerations,
+//! with the transposed `T`. Stiff equations are solved at once, on the nodes of an implicit step.
 
 use std::sync::LazyLock;
 

@@ -22,8 +22,8 @@ const KNOWNS: [Known; 6] = [
     ("contact.deadBand", |p| &mut p.dead_band),
 ];
 
-/// Largest difference of both directions over the largest derivative, and over the largest output, in proportion to what
-/// changes. Most differ by less than 1e-13; balls that come to rest bounce by bounce magnify rounding.
+/// Largest difference of both directions over the largest derivative, and over the largest output, in proportion to
+/// what changes. Most differ by less than 1e-13; balls that come to rest bounce by bounce magnify rounding.
 const BOTH_WAYS: f64 = 1e-6;
 const ROUNDING: f64 = 1e-15;
 
@@ -31,8 +31,8 @@ const ROUNDING: f64 = 1e-15;
 const MANY: u64 = 30;
 const LARGE: f64 = 1e9;
 
-/// Allowed difference to finite differences, over the largest derivative of the outputs, and over the largest output, in
-/// proportion to what changes.
+/// Allowed difference to finite differences, over the largest derivative of the outputs, and over the largest output,
+/// in proportion to what changes.
 const DIFFERENCES: f64 = 1e-4;
 const SMALL: f64 = 1e-9;
 
