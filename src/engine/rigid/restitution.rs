@@ -87,18 +87,18 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
 /// The impacts of a row of touching balls with these velocities along their paths (m/s), which it updates, for the
 /// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest; those that differ by up to
 /// `rounding` (m/s) count as equal.
-pub(crate) fn collide<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64) -> Collisions<S> {
-    let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: S::default() };
-    v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
-    if e.value() > 0.0 || e.tangent() != 0.0 {
+pub(crate) fn collide(row: &Row<f64>, v: &mut [f64], e: f64, unresolved: f64, rounding: f64) -> Collisions<f64> {
+    let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: 0.0 };
+    v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v *= *factor);
+    if e > 0.0 {
         sequence(row, v, e, unresolved, rounding, &mut outcome);
     }
     // Balls that still approach come to rest against each other.
-    for block in pool(&row.masses, v, |j, difference| (row.parts[j] * difference).value() > 0.0) {
+    for block in pool(&row.masses, v, |j, difference| row.parts[j] * difference > 0.0) {
         if block.members.len() > 1 {
             outcome.groups.push((block.members.clone(), false));
         }
-        joint_impact(&row.masses, v, S::default(), block.members, block.mean, &mut outcome);
+        joint_impact(&row.masses, v, 0.0, block.members, block.mean, &mut outcome);
     }
     finish(row, v, &mut outcome);
     outcome
@@ -132,16 +132,16 @@ const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
-fn sequence<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, unresolved: f64, rounding: f64, outcome: &mut Collisions<S>) {
+fn sequence(row: &Row<f64>, v: &mut [f64], e: f64, unresolved: f64, rounding: f64, outcome: &mut Collisions<f64>) {
     let masses = &row.masses[..];
     let (balls, contacts) = (masses.len(), masses.len() - 1);
     // Impacts after which approaching balls stick. Elastic sequences end (Galperin, On systems of locally interacting
     // and repelling particles, 1981), but mass ratios can put the end far off.
-    let most = if e.value() < 1.0 { INELASTIC_IMPACTS * balls } else { ELASTIC_IMPACTS + balls * balls };
+    let most = if e < 1.0 { INELASTIC_IMPACTS * balls } else { ELASTIC_IMPACTS + balls * balls };
     // The fastest approach is the earliest entry.
     let mut queue = EventQueue::new(contacts);
-    let enter = |queue: &mut EventQueue, v: &[S], j: usize| {
-        let approach = (row.parts[j] * (v[j] - v[j + 1])).value();
+    let enter = |queue: &mut EventQueue, v: &[f64], j: usize| {
+        let approach = row.parts[j] * (v[j] - v[j + 1]);
         if approach > unresolved { queue.set(j, (-approach).into()) } else { queue.remove(j) }
     };
     (0..contacts).for_each(|j| enter(&mut queue, v, j));

@@ -3,6 +3,7 @@
 use super::coefficients::{BEFORE, IMPULSE, PEAK, STATE, V, X, numbers_of_state};
 use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
+use crate::engine::cluster::WindowContact;
 use crate::engine::equations::State;
 use crate::engine::flight::Flight;
 use crate::model::{Cradle, Differential, Inputs, Parameters};
@@ -26,7 +27,7 @@ pub(crate) fn along_direction(
         pairs.map(|(flight, changes)| Dual::with_tangent(value(flight), changes[number])).collect::<Vec<_>>()
     };
     let (x, v) = (number(X, |flight| flight.x), number(V, |flight| flight.v));
-    let overlap = |(j, contact): (usize, &crate::engine::cluster::WindowContact)| {
+    let overlap = |(j, contact): (usize, &WindowContact)| {
         Dual::with_tangent(contact.overlap, cradle.pair(j).overlap([x[j], x[j + 1]]).tangent())
     };
     let overlaps = state.contacts.iter().enumerate().map(overlap).collect();
