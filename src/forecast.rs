@@ -16,6 +16,16 @@ pub enum Forecast<T = f64> {
     Never,
 }
 
+impl<T> Forecast<T> {
+    /// When it happens, or up to when it does not; `None` if it does not at all.
+    pub fn until(self) -> Option<T> {
+        match self {
+            Self::At(time) | Self::NotBefore(time) => Some(time),
+            Self::Never => None,
+        }
+    }
+}
+
 impl Forecast {
     /// After the time `now` (s) not before `time` (s). Between one double and the next there is no time, so that the
     /// answer can always be later than now.
@@ -30,10 +40,7 @@ impl Forecast {
 
     /// When it happens, or up to when it does not, s; [`NEVER`] if it does not at all.
     pub fn time(self) -> f64 {
-        match self {
-            Self::At(time) | Self::NotBefore(time) => time,
-            Self::Never => NEVER,
-        }
+        self.until().unwrap_or(NEVER)
     }
 
     /// Whether the search has come to an end.

@@ -2,6 +2,8 @@
 
 use std::cell::OnceCell;
 
+use serde::{Deserialize, Serialize};
+
 use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
 use crate::engine::pair_on_arcs::{ImpactResult, Shape, outcome};
@@ -101,13 +103,20 @@ fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
 }
 
 /// An impact under way whose outcome is known.
-#[derive(Clone, Debug)]
+///
+/// A saved state has only its contact, and computes it anew.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct PairImpact {
+    pub contact: usize,
+    #[serde(skip)]
     pub start: DoubleDouble,
+    #[serde(skip)]
     pub outcome: ImpactResult,
     /// Running integrals of the left and the right ball.
+    #[serde(skip)]
     pub integrals: [RunningIntegrals; 2],
     /// Its segments, computed on first use.
+    #[serde(skip)]
     pub interior: OnceCell<Vec<Interior>>,
 }
 
@@ -126,10 +135,16 @@ impl Interior {
 }
 
 impl PairImpact {
-    /// The impact of `left` and `right`, in flight, anchored at its `start` with overlap 0; `None` without closed form.
-    pub fn new(left: &Ball, right: &Ball, law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
+    /// The impact in `contact` of its balls, in flight, anchored at its start with overlap 0; `None` without closed
+    /// form.
+    pub fn new(
+        contact: usize,
+        [left, right]: [&Ball; 2],
+        law: &ContactLaw,
+        coefficients: &ImpactCoefficients,
+    ) -> Option<Self> {
         if left.model.on_arc {
-            return Self::on_arcs([left, right], law, coefficients);
+            return Self::on_arcs(contact, [left, right], law, coefficients);
         }
         let (l, r, o) = (&left.flight, &right.flight, &left.oscillator);
         let simple = law.is_elastic() && o.gamma() == 0.0 && left.oscillator == right.oscillator;
@@ -174,11 +189,11 @@ impl PairImpact {
             peak: law.elastic_force(peak_overlap),
         };
         let integrals = [integrals(left, right_share), integrals(right, -left_share)];
-        Some(Self { start: left.anchor, outcome, integrals, interior: OnceCell::new() })
+        Some(Self { contact, start: left.anchor, outcome, integrals, interior: OnceCell::new() })
     }
 
     #[inline(never)] // for the same reason as `Ball::piece`
-    fn on_arcs(balls: [&Ball; 2], law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
+    fn on_arcs(contact: usize, balls: [&Ball; 2], law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
         let (models, flights) = (balls.map(|ball| ball.model), balls.map(|ball| &ball.flight));
         let steady = |k: usize| models[k].gamma == 0.0 && degree(&flights[k].forcing) == 0;
         if !(law.is_elastic() && law.exponent <= Shape::HIGHEST && steady(0) && steady(1)) {
@@ -188,7 +203,7 @@ impl PairImpact {
         let outcome = outcome(&models, flights, law, shape)?;
         let ImpactResult { duration, displacements, .. } = outcome;
         let integrals = [0, 1].map(|k| integrals_of_inputs(&models[k], flights[k], duration, &|_| displacements[k]));
-        Some(Self { start: balls[0].anchor, outcome, integrals, interior: OnceCell::new() })
+        Some(Self { contact, start: balls[0].anchor, outcome, integrals, interior: OnceCell::new() })
     }
 
     pub fn end(&self) -> DoubleDouble {

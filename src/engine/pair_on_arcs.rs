@@ -92,7 +92,7 @@ impl Shape {
 }
 
 /// What an impact of two has changed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct ImpactResult {
     /// In s.
     pub duration: f64,

@@ -50,7 +50,7 @@ fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
 /// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series minus `level` is positive, by
 /// [`search_within`]; NaN for a series that leaves the range of doubles, so that it is noticed where that time is used.
 ///
-/// At 0 it should not be positive; a value that is counts as 0.
+/// At 0 it should not be positive; of a value that is, only what exceeds it counts.
 #[inline]
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     let (value, slope) = (sign * (c[0] - level), sign * c[1]);
@@ -63,7 +63,7 @@ pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f6
     if !(chord + bend).is_finite() {
         return Some(f64::NAN);
     }
-    Above { c, sign, level: if value > 0.0 { c[0] } else { level } }.first_positive(until)
+    Above { c, sign, level }.first_positive(until)
 }
 
 /// `sign (c - level)` for a series c.
@@ -78,7 +78,7 @@ impl Above<'_> {
         let &Self { c, sign, level } = self;
         let mut from = 0.0;
         // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
-        if [c[0] - level, c[1], c[2]] == [0.0; 3] {
+        if sign * (c[0] - level) >= 0.0 && [c[1], c[2]] == [0.0; 2] {
             let lead = c[3..].iter().position(|&c| c != 0.0).map(|more| 3 + more)?;
             if sign * c[lead] > 0.0 {
                 return Some(0.0);

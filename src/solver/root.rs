@@ -25,18 +25,19 @@ const GROWTH_OF_TIGHT: f64 = 8.0;
 /// The first `t` in `[from, until]` from which on `g` is positive, with at most `allowed` evaluations, which it counts
 /// down.
 ///
-/// `g(from)` should not be positive; a value that is counts as 0. If it is 0, the derivatives decide: rising, the
-/// result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is no crossing.
+/// `g(from)` should not be positive; of a value that is, only what exceeds it counts. If it is 0, the derivatives
+/// decide: rising, the result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is no crossing.
 /// Where `g` is NaN, the result is the time NaN, which the caller notices.
 pub fn search_within<G: Smooth>(g: &G, from: f64, until: f64, allowed: &mut u32) -> Forecast {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());
     // Where g is 0 within rounding no bound helps: steps double from a tiny one (of the window or the unit of time).
     let least = 1e-17 * window.min(1.0);
-    let mut blind = least;
+    let (mut blind, mut excess) = (least, None);
     while *allowed > 0 {
         *allowed -= 1;
         let [value, slope, curvature] = g.at(t);
+        let value = value - *excess.get_or_insert(value.max(0.0));
         if value.is_nan() {
             return Forecast::At(value);
         }

@@ -142,6 +142,19 @@ fn strong_damping_costs_little() {
     }
 }
 
+/// Contacts that overlap by less than rounding, and neither press nor part, must not stop the time: whether there are any
+/// depends on the last digits.
+#[test]
+fn last_digits_stop_no_strongly_damped_run() {
+    for k in 0..40 {
+        let gravity = 9.81 * (1.0 + f64::from(k) * 1e-14);
+        let damping = 1e6 * critical();
+        let text = format!("gravity={gravity} contact.deadBand=0 contact.damping={damping} {}", DASHPOTS[1]);
+        let steps = run(&cradle(13, &text), 10.0).work().steps;
+        assert!(steps < 20_000, "{gravity}: {steps}");
+    }
+}
+
 #[test]
 fn damping_beyond_measure_makes_the_balls_swing_as_one() {
     for damping in [1e14, 1e16, 1e18, 1e20, 1e25] {

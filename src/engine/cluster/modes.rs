@@ -242,6 +242,10 @@ impl DenseOutput for Modes {
             // In touch and closing: at once, not where the overlap exceeds its rounding.
             Switch::Onset if overlap == 0.0 && rate > rounding.velocity => return Forecast::At(0.0),
             Switch::Onset => self.watch(j, None, 0, 1.0, rounding.position),
+            // At rest and hardly overlapping, it opens only where its balls part by more than rounding.
+            Switch::Release if overlap <= rounding.no_overlap() && rounding.is_rest(overlap, rate) => {
+                self.watch(j, None, 0, -1.0, -rounding.position)
+            }
             Switch::Release => self.watch(j, None, 0, -1.0, rounding.no_overlap()),
             Switch::Clip => {
                 let sign = sign_after_clip(window.contacts[j].mode);

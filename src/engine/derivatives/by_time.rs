@@ -1,9 +1,10 @@
 //! Derivatives of the outputs by time.
 
+use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::{INVERSE_FACTORIAL, Series};
-use crate::engine::flight::{BallRole, Flight, shifted};
-use crate::engine::{HeldInputs, run::Engine};
+use crate::engine::flight::{Flight, shifted};
+use crate::engine::run::{Engine, Interaction, SegmentAt};
 use crate::model::{Cradle, Differential, MAX_OUTPUT_DERIVATIVE, Mode};
 use crate::solver::series::{of_derivatives, product_term};
 
@@ -17,15 +18,16 @@ impl Engine {
     pub fn time_derivative(&self, order: usize) -> Differential {
         let inputs = self.inputs.at(self.time);
         let state = self.state_of_all(self.time.into()).under(inputs.forcings(&self.cradle));
-        let series = if self.contacts.iter().any(|contact| contact.constraint().is_some()) {
-            self.series_of_bodies(&state)
-        } else {
-            let given = |i: usize| {
-                let (cluster, tau) = self.segment_of_contact(i, self.time.into())?;
-                (cluster.mode(i) == Mode::Pressing).then(|| cluster.overlap_series(i, tau)).flatten()
+        let series =
+            if self.interactions.iter().flatten().any(|interaction| matches!(interaction, Interaction::Body(_))) {
+                self.series_of_bodies(&state)
+            } else {
+                let given = |i: usize| {
+                    let SegmentAt { cluster, tau, .. } = self.segment_of_contact(i, self.time.into())?;
+                    (cluster.mode(i) == Mode::Pressing).then(|| cluster.overlap_series(i, tau)).flatten()
+                };
+                state.series(&self.cradle, &(0..self.contacts.len()).map(given).collect::<Vec<_>>())
             };
-            state.series(&self.cradle, &(0..self.contacts.len()).map(given).collect::<Vec<_>>())
-        };
         of_series(&self.cradle, &state, &inputs, &series, order)
     }
 
@@ -33,13 +35,13 @@ impl Engine {
     fn series_of_bodies(&self, state: &ChainState) -> Series {
         let (mut bodies, mut apart) = (self.cradle.clone(), state.clone());
         apart.contacts.iter_mut().for_each(|contact| contact.mode = Mode::Open);
-        for (i, ball) in self.balls.iter().enumerate().filter(|(_, ball)| ball.role == BallRole::Body) {
+        for (i, ball) in self.balls.iter().enumerate().filter(|(i, _)| self.is_in_body(*i)) {
             (bodies.balls[i].omega2, bodies.balls[i].gamma) = (ball.oscillator.omega2(), ball.oscillator.gamma());
             apart.flights[i].forcing = shifted(&ball.flight.forcing, self.time - ball.anchor.value());
         }
         let mut series = apart.series(&bodies, &[]);
-        for (j, contact) in self.contacts.iter().enumerate() {
-            if let Some(constraint) = contact.constraint() {
+        for j in 0..self.contacts.len() {
+            if let Some(constraint) = self.constraint(j) {
                 series.set_forces(j, &[], &constraint.series(self.time.into()));
             }
         }

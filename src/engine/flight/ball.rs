@@ -1,4 +1,4 @@
-//! One ball: its state at its anchor, its role from there on, and its integrals since the start.
+//! One ball: its state at its anchor, its flight from there on, and its integrals since the start.
 
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
@@ -10,20 +10,7 @@ use super::path::{Fault, Origin, Path, Piece};
 use crate::model::BallModel;
 use crate::solver::{BASIS, DoubleDouble, Oscillator, Steady, quadrature::gauss_legendre};
 
-/// What governs the motion of a ball.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum BallRole {
-    #[default]
-    Flight,
-    /// Member of this cluster.
-    Cluster(u32),
-    /// In an impact of known outcome in this contact.
-    Impact(u32),
-    /// In lasting contact with rigid neighbours, with which it moves as one body.
-    Body,
-}
-
-/// A ball: its state at its anchor, and its motion in closed form from there unless a cluster or an impact governs it.
+/// A ball: its state at its anchor, and its motion in closed form from there unless an interaction governs it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Ball {
     #[serde(skip)]
@@ -36,8 +23,9 @@ pub(crate) struct Ball {
     /// Its state at the anchor. In a body the contact forces are a part of the forcing.
     pub flight: Flight,
     pub integrals: RunningIntegrals,
+    /// The number of what it does together with others. In a body of rigid balls it is in flight all the same.
     #[serde(skip)]
-    pub role: BallRole,
+    pub interaction: Option<u32>,
     /// Whether a flight on an arc begins with a long step: no impact is near.
     pub starts_long: bool,
     /// Parts of its flight on an arc: the farthest that was asked for, and one before it, as that at the start of a
@@ -55,7 +43,7 @@ impl Ball {
             anchor,
             flight,
             integrals,
-            role: BallRole::Flight,
+            interaction: None,
             starts_long: false,
             pieces: RefCell::default(),
         }
@@ -97,26 +85,22 @@ impl Ball {
         say(&Path::new(&self.model, &self.flight_at(t), self.starts_long))
     }
 
-    /// What has ended its motion on an arc up to the time `t`, and when. In a cluster only the angle is checked, at
-    /// its anchor, the end of the last segment; the string is taken as taut.
-    pub fn fault(&self, t: DoubleDouble) -> Option<(DoubleDouble, Fault)> {
-        self.fault_within(t, u64::MAX).unwrap_or_default()
+    /// What has ended its flight on an arc up to the time `t`, and when, after at most so many series; `Err` with the
+    /// time reached if that is not `t`.
+    pub fn fault_within(&self, t: DoubleDouble, most: u64) -> Result<Option<(DoubleDouble, Fault)>, DoubleDouble> {
+        if !self.model.on_arc {
+            return Ok(None);
+        }
+        self.go_on(t, most, |piece, is_there| match is_there {
+            true => Ok(piece.fault.filter(|(time, _)| *time <= t)),
+            false => Err(piece.start),
+        })
     }
 
-    /// The same after at most so many series of a flight; `Err` with the time reached if that is not `t`.
-    pub fn fault_within(&self, t: DoubleDouble, most: u64) -> Result<Option<(DoubleDouble, Fault)>, DoubleDouble> {
-        match self.role {
-            _ if !self.model.on_arc => Ok(None),
-            BallRole::Impact(_) => Ok(None),
-            BallRole::Cluster(_) => {
-                let beyond = self.flight.x.abs() > FRAC_PI_2 * self.model.length;
-                Ok(beyond.then_some((self.anchor, Fault::Horizontal)))
-            }
-            BallRole::Flight | BallRole::Body => self.go_on(t, most, |piece, is_there| match is_there {
-                true => Ok(piece.fault.filter(|(time, _)| *time <= t)),
-                false => Err(piece.start),
-            }),
-        }
+    /// Whether its string is beyond the horizontal at the anchor, on an arc.
+    pub fn fault_at_anchor(&self) -> Option<(DoubleDouble, Fault)> {
+        let beyond = self.model.on_arc && self.flight.x.abs() > FRAC_PI_2 * self.model.length;
+        beyond.then_some((self.anchor, Fault::Horizontal))
     }
 
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
@@ -211,7 +195,7 @@ impl Ball {
         // the sum with the smaller terms.
         let given = if N < BASIS { flight.forcing[0] * tau } else { integral_of(&flight.forcing, tau) };
         let small = given.abs() + v.abs() + flight.v.abs() < pendulum.abs() + drag.abs();
-        if small && self.role != BallRole::Body { given - (v - flight.v) } else { pendulum + drag }
+        if small && self.interaction.is_none() { given - (v - flight.v) } else { pendulum + drag }
     }
 
     /// Energy lost to drag within `tau` (s) after the anchor, in flight, J, from the oscillator's functions `u` then.
@@ -311,12 +295,13 @@ mod tests {
         let [before, start, end] = [0.25, 0.5, 1.0].map(DoubleDouble::from);
         let reached = ball.fault_within(start, 100).unwrap_err();
         assert!(reached > DoubleDouble::ZERO && reached < before, "{reached:?}");
-        assert_eq!((ball.fault(start), ball.fault_within(start, 1)), (None, Ok(None)));
+        let to_the_end = |t: DoubleDouble| ball.fault_within(t, u64::MAX);
+        assert_eq!((to_the_end(start), ball.fault_within(start, 1)), (Ok(None), Ok(None)));
         ball.keep_part();
-        assert!(ball.fault_within(end, 100).is_err() && ball.fault(end).is_none());
+        assert!(ball.fault_within(end, 100).is_err() && to_the_end(end) == Ok(None));
         let at_once = |t: DoubleDouble| ball.fault_within(t, 1).is_ok();
         assert!([end, start, end, start].into_iter().all(at_once));
-        assert!(!at_once(before) && ball.fault(before).is_none());
+        assert!(!at_once(before) && to_the_end(before) == Ok(None));
         assert!([end, before, end].into_iter().all(at_once));
         // Backwards there are others.
         assert!(!at_once(DoubleDouble::from(-1e-3)));

@@ -9,7 +9,7 @@ mod implicit;
 mod path;
 mod separation;
 
-pub(crate) use ball::{Ball, BallRole, places, start_by_centre};
+pub(crate) use ball::{Ball, places, start_by_centre};
 pub(crate) use free_motion::{Flight, Forcing, Rounding, RunningIntegrals, degree, forcing_at, integral_of, shifted};
 pub(crate) use implicit::{BallStages, NOISE, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
 pub use path::Fault;

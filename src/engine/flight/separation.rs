@@ -94,8 +94,8 @@ impl Separation {
         self.resolution = resolution.map(|size: f64| ROUNDINGS * size);
     }
 
-    /// Whether it fits `left` and `right` at the time `now`, with finite values.
-    pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
+    /// Whether it fits its balls at the time `now`, with finite values.
+    pub fn is_sound(&self, [left, right]: [&Ball; 2], now: DoubleDouble) -> bool {
         let right_oscillator = self.other.as_ref().map_or(self.motion.0, |(o, _)| *o);
         let own = self.other.is_none() || left.oscillator != right.oscillator;
         let differ = own || self.approach.is_some() && left.model.on_arc;

@@ -1,6 +1,6 @@
 //! The next onset, from the forecasts or by a copy of the run that looks ahead; the next onset or release.
 
-use crate::engine::run::{ContactRole, Engine, NO_STEP};
+use crate::engine::run::{ContactRole, Engine, Interaction, NO_STEP};
 use crate::engine::{Forecast, Unrecorded, cluster::Switch};
 use crate::model::ONSET_PERIODS;
 use crate::solver::DoubleDouble;
@@ -36,15 +36,13 @@ impl Engine {
     /// in flight always, while a contact is closed if the next event is known to be one.
     pub fn next_event(&self) -> Option<f64> {
         let (t, key) = self.queue.first()?;
-        let is_known = match &self.contacts[key].role {
-            ContactRole::Window(id) => {
-                let switch = self.clusters[*id as usize].as_ref().and_then(|cluster| cluster.switch);
-                matches!(switch, Some((_, Switch::Onset | Switch::Release)))
+        let is_known = match (&self.contacts[key].role, self.interaction_of_contact(key)) {
+            (_, Some(Interaction::Cluster(cluster))) => {
+                matches!(cluster.switch, Some((_, Switch::Onset | Switch::Release)))
             }
-            ContactRole::Impact(_)
-            | ContactRole::Open(_, Forecast::At(_))
-            | ContactRole::Constraint(_, Forecast::At(_)) => true,
-            _ => false,
+            (_, Some(Interaction::Impact(_))) => true,
+            (_, Some(Interaction::Body(body))) => body.releases(key),
+            (role, None) => matches!(role, ContactRole::Open(_, Forecast::At(_))),
         };
         let in_flight = || self.contacts.iter().all(|contact| matches!(contact.role, ContactRole::Open(..)));
         let next = if is_known { Some(t.value_up()) } else { self.find_next_onset().found().filter(|_| in_flight()) };

@@ -1,8 +1,7 @@
 //! The outputs at the current time, and the records of the start of the step. Nothing here changes the trajectory.
 
-use crate::engine::cluster::Cluster;
-use crate::engine::flight::{BallRole, RunningIntegrals, forcing_at};
-use crate::engine::run::{ContactRole, Engine, NO_STEP};
+use crate::engine::flight::{RunningIntegrals, forcing_at};
+use crate::engine::run::{ContactRole, Engine, NO_STEP, SegmentAt};
 use crate::engine::{Forecast, chain_state::ChainState, records::BallStart};
 use crate::model::{Chain, Cradle, Mode, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
@@ -12,38 +11,12 @@ impl Engine {
         self.time.into()
     }
 
-    /// The cluster with number `id` and the time since the start of its segment.
-    fn cluster(&self, id: u32, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        let cluster = self.clusters[id as usize].as_ref()?;
-        Some((cluster, (t - cluster.start).value()))
-    }
-
-    /// The segment that governs ball `i` if it is not in flight, and the time since its start.
-    fn segment_of_ball(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        match self.balls[i].role {
-            BallRole::Flight | BallRole::Body => None,
-            BallRole::Cluster(id) => self.cluster(id, t),
-            BallRole::Impact(contact) => self.interior_at(contact as usize, t),
-        }
-    }
-
-    /// The segment of contact `i`, also between a member and a spectator.
-    pub(crate) fn segment_of_contact(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        match self.contacts[i].cluster() {
-            Some(id) => self.cluster(id, t),
-            None => self.interior_at(i, t),
-        }
-    }
-
-    /// The segment at the time `t` of the current impact in contact `i`, and the time since its start, s.
-    fn interior_at(&self, i: usize, t: DoubleDouble) -> Option<(&Cluster, f64)> {
-        self.interior(i, t).map(|interior| (&interior.segment, interior.since(t)))
-    }
-
     /// Position (m) and velocity (m/s) of ball `i` at the time `t`, not before its anchor.
     pub(crate) fn state_at(&self, i: usize, t: DoubleDouble) -> (f64, f64) {
         let (x, (displacement, v)) = match self.segment_of_ball(i, t) {
-            Some((cluster, tau)) => (cluster.flights[i - cluster.window.start].x, cluster.moved(i, tau)),
+            Some(SegmentAt { cluster, tau, .. }) => {
+                (cluster.flights[i - cluster.window.start].x, cluster.moved(i, tau))
+            }
             None => (self.balls[i].flight.x, self.balls[i].moved(t)),
         };
         (x + displacement, v)
@@ -51,38 +24,32 @@ impl Engine {
 
     pub(crate) fn integrals_at(&self, i: usize, t: DoubleDouble) -> RunningIntegrals {
         let ball = &self.balls[i];
-        match (self.segment_of_ball(i, t), ball.role) {
-            (Some((cluster, tau)), role) => {
-                let mut integrals = cluster.integrals(i, &ball.integrals, ball, tau);
-                if let BallRole::Impact(contact) = role
-                    && let Some(interior) = self.interior(contact as usize, t)
-                {
-                    integrals.add(&interior.integrals[i - contact as usize]);
-                }
-                integrals
-            }
-            (None, BallRole::Body) => ball.integrals_under(&self.own_forcing(i, ball.anchor), t),
-            (None, _) => ball.integrals_under(&ball.flight.forcing, t),
+        if let Some(segment) = self.segment_of_ball(i, t) {
+            let mut integrals = segment.cluster.integrals(i, &ball.integrals, ball, segment.tau);
+            segment.add_earlier(i, &mut integrals);
+            return integrals;
+        }
+        match ball.interaction {
+            Some(_) => ball.integrals_under(&self.own_forcing(i, ball.anchor), t),
+            None => ball.integrals_under(&ball.flight.forcing, t),
         }
     }
 
     /// Whether contact `i` is rigid and will be closed once the run begins.
     fn is_held_back(&self, i: usize) -> bool {
-        self.initializing && self.contacts[i].constraint().is_some()
+        self.initializing && self.constraint(i).is_some()
     }
 
     /// Overlap of contact `i` (m) and its mode at the time `t`.
     pub(crate) fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
-        let of_segment = |(cluster, tau): (&Cluster, f64)| (cluster.overlap(i, tau).0, cluster.mode(i));
-        match &self.contacts[i].role {
-            ContactRole::Constraint(..) => (0.0, Mode::Pressing),
-            ContactRole::Window(id) => self.cluster(*id, t).map_or((0.0, Mode::Open), of_segment),
-            ContactRole::Impact(_) => self.interior_at(i, t).map_or((0.0, Mode::Open), of_segment),
+        match (&self.contacts[i].role, self.segment_of_contact(i, t)) {
+            (_, Some(SegmentAt { cluster, tau, .. })) => (cluster.overlap(i, tau).0, cluster.mode(i)),
+            // A constraint.
+            (ContactRole::Interacting(_), None) => (0.0, Mode::Pressing),
             // Rigid balls side by side overlap by rounding only.
-            ContactRole::Open(separation, _) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
-            ContactRole::Open(separation, _) => (separation.at_time(t).0, Mode::Open),
-            ContactRole::BesideImpact(overlap) => (self.overlap_beside(i, *overlap, t), Mode::Open),
-            ContactRole::Unassigned(unassigned) => (unassigned.overlap, unassigned.mode),
+            (ContactRole::Open(separation, _), _) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
+            (ContactRole::Open(separation, _), _) => (separation.at_time(t).0, Mode::Open),
+            (ContactRole::Anchored(contact), _) => (self.overlap_since_anchors(i, contact.overlap, t), contact.mode),
         }
     }
 
@@ -92,13 +59,13 @@ impl Engine {
         ChainState::new(balls, (0..self.contacts.len()).map(|i| self.overlap_at(i, t)))
     }
 
-    /// Overlap of contact `i` beside an impact at the time `t`, from that between the anchors of its balls, m.
-    fn overlap_beside(&self, i: usize, between_anchors: f64, t: DoubleDouble) -> f64 {
+    /// Overlap of contact `i` at the time `t`, from that between the anchors of its balls, m.
+    fn overlap_since_anchors(&self, i: usize, between_anchors: f64, t: DoubleDouble) -> f64 {
         // Displacement since the anchor; for a ball in an impact, since its onset.
         let displacement = |ball: usize| match self.segment_of_ball(ball, t) {
-            Some((segment, tau)) => {
+            Some(SegmentAt { cluster, tau, .. }) => {
                 let came_with = self.balls[ball].flight.x;
-                (segment.flights[ball - segment.window.start].x - came_with) + segment.moved(ball, tau).0
+                (cluster.flights[ball - cluster.window.start].x - came_with) + cluster.moved(ball, tau).0
             }
             None => self.balls[ball].moved(t).0,
         };
@@ -106,12 +73,12 @@ impl Engine {
     }
 
     pub(crate) fn impulse_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
-        if let Some(constraint) = self.contacts[i].constraint() {
-            return self.contacts[i].ledger.impulse + constraint.impulse(t);
-        }
-        let before = self.interior(i, t).map_or(0.0, |interior| interior.impulse);
-        let segment = self.segment_of_contact(i, t).map_or(0.0, |(cluster, tau)| cluster.impulse(i, tau));
-        self.contacts[i].ledger.impulse + (before + segment)
+        let since = match (self.constraint(i), self.segment_of_contact(i, t)) {
+            (Some(constraint), _) => constraint.impulse(t),
+            (None, Some(segment)) => segment.impulse + segment.cluster.impulse(i, segment.tau),
+            (None, None) => 0.0,
+        };
+        self.contacts[i].ledger.impulse + since
     }
 
     /// Integral of the force of ball `i` on the support over its mass, up to a constant, m/s.
@@ -133,13 +100,13 @@ impl Engine {
     /// Integral of the force of ball `i` on the support over its mass, in the step so far, m/s.
     fn support_in_step(&self, i: usize) -> f64 {
         let (ball, now, start) = (&self.balls[i], self.now(), DoubleDouble::from(self.step.time));
-        match (&self.step.balls[i], ball.role) {
-            (Some(start), _) => (self.support_at(i, now) + -start.support).value(),
-            (None, BallRole::Flight | BallRole::Body) => {
+        match &self.step.balls[i] {
+            Some(start) => (self.support_at(i, now) + -start.support).value(),
+            None if self.flies(i) => {
                 let momentum = self.momentum_on_arc(i, now) - self.momentum_on_arc(i, start);
                 ball.support_between(start, now) - momentum
             }
-            (None, _) => (self.support_at(i, now) + -self.support_at(i, start)).value(),
+            None => (self.support_at(i, now) + -self.support_at(i, start)).value(),
         }
     }
 
@@ -177,7 +144,7 @@ impl Engine {
 
     fn record_impulse_at_start(&mut self, i: usize, t: DoubleDouble) {
         let start = self.step.time.into();
-        let impulse = match self.contacts[i].constraint() {
+        let impulse = match self.constraint(i) {
             Some(constraint) => self.impulse_at(i, t) + -constraint.impulse_between(start, t),
             None => self.impulse_at(i, start),
         };
@@ -197,7 +164,7 @@ impl Engine {
             }
         }
         for i in 0..self.contacts.len() {
-            if self.presses(i) || self.contacts[i].constraint().is_some() {
+            if self.presses(i) || self.constraint(i).is_some() {
                 let peak = self.force_peak(i);
                 self.begin_ledger(i, self.now());
                 self.contacts[i].ledger.add(0.0, 0.0, peak);
@@ -237,7 +204,7 @@ impl Chain for Engine {
 
     /// Rigid balls that press on each other overlap by 0.
     fn in_contact(&self, i: usize) -> bool {
-        let presses = self.contacts[i].constraint().is_some() && !self.is_held_back(i);
+        let presses = self.constraint(i).is_some() && !self.is_held_back(i);
         presses || self.overlap(i) > 0.0
     }
 
@@ -246,11 +213,11 @@ impl Chain for Engine {
         if self.is_held_back(i) {
             return 0.0;
         }
-        if let Some(constraint) = self.contacts[i].constraint() {
+        if let Some(constraint) = self.constraint(i) {
             return constraint.force(self.now());
         }
         match self.segment_of_contact(i, self.now()) {
-            Some((cluster, tau)) if cluster.mode(i) == Mode::Pressing => {
+            Some(SegmentAt { cluster, tau, .. }) if cluster.mode(i) == Mode::Pressing => {
                 let (overlap, rate) = cluster.overlap(i, tau);
                 self.cradle.contacts[i].force(overlap, rate)
             }
@@ -275,7 +242,7 @@ impl Results for Engine {
 
     fn impulse_of_step(&self, i: usize) -> f64 {
         let (now, start) = (self.now(), self.step.time.into());
-        match (self.contacts[i].ledger.impulse_at_start(self.step.number), self.contacts[i].constraint()) {
+        match (self.contacts[i].ledger.impulse_at_start(self.step.number), self.constraint(i)) {
             (Some(before), _) => (self.impulse_at(i, now) - before).value(),
             (None, Some(constraint)) => constraint.impulse_between(start, now),
             (None, None) => (self.impulse_at(i, now) - self.impulse_at(i, start)).value(),
@@ -295,11 +262,14 @@ impl Results for Engine {
         if self.step.entered == self.time {
             return before;
         }
-        if let Some(constraint) = self.contacts[i].constraint() {
+        if let Some(constraint) = self.constraint(i) {
             return constraint.peak(from, self.now()).max(before);
         }
-        match self.contacts[i].cluster().and_then(|id| self.cluster(id, self.now())) {
-            Some((cluster, tau)) => cluster.peak(i, (from - cluster.start).value().max(0.0), tau, before),
+        match self.cluster(i) {
+            Some(cluster) => {
+                let [from, to] = [from, self.now()].map(|t| (t - cluster.start).value());
+                cluster.peak(i, from.max(0.0), to, before)
+            }
             None => self.impact_peak(i, from, self.now()).max(before),
         }
     }
@@ -318,7 +288,7 @@ impl Results for Engine {
         let drag: f64 = (0..self.balls.len()).map(|i| self.integrals_at(i, now).drag_loss).sum();
         let contact = |i: usize| {
             let law = &self.cradle.contacts[i];
-            self.segment_of_contact(i, now).map_or(0.0, |(cluster, tau)| cluster.contact_loss(i, law, tau))
+            self.segment_of_contact(i, now).map_or(0.0, |segment| segment.cluster.contact_loss(i, law, segment.tau))
         };
         drag + self.totals.contact_loss + (0..self.contacts.len()).map(contact).sum::<f64>()
     }

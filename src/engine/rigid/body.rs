@@ -1,6 +1,8 @@
 //! Rigid balls in sustained contact move as one body, and each contact transmits a constraint force, a closed form like
 //! the motion. See "Rigid contacts" in docs/theory.md for both.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::engine::Forecast;
@@ -30,12 +32,17 @@ pub(crate) struct Constraint {
     drag: f64,
     /// Its rounding, N.
     rounding: f64,
+    /// When the force would have to pull.
+    pub end: Forecast<DoubleDouble>,
 }
 
+/// Rigid balls that move as one.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Body {
-    pub oscillator: Oscillator,
-    pub flights: Vec<Flight>,
-    pub constraints: Vec<Constraint>,
+    /// Its first contact.
+    first: usize,
+    /// Of each contact between its balls.
+    constraints: Vec<Constraint>,
 }
 
 /// Rounding of the acceleration (m/s2) of a ball in flight under inputs that have acted for `age` (s).
@@ -47,9 +54,35 @@ pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
 }
 
 impl Body {
-    /// The body of `balls`, which are in flight, anchored at `anchor`, with the same velocity. Without contact,
-    /// neighbours would approach each other with the accelerations `approach` (m/s2), known to within `rounding`.
-    pub fn new(balls: &[Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
+    /// Its contacts.
+    pub fn contacts(&self) -> Range<usize> {
+        self.first..self.first.saturating_add(self.constraints.len())
+    }
+
+    /// The constraint of contact `j` of the cradle.
+    pub fn constraint(&self, j: usize) -> Option<&Constraint> {
+        self.constraints.get(j.checked_sub(self.first)?)
+    }
+
+    pub fn constraint_mut(&mut self, j: usize) -> Option<&mut Constraint> {
+        self.constraints.get_mut(j.checked_sub(self.first)?)
+    }
+
+    /// Whether the end of the constraint of contact `j` is known.
+    pub fn releases(&self, j: usize) -> bool {
+        self.constraint(j).is_some_and(|constraint| matches!(constraint.end, Forecast::At(_)))
+    }
+
+    /// The oscillator of the motion of all.
+    pub fn oscillator(&self) -> Option<Oscillator> {
+        self.constraints.first().map(|constraint| constraint.oscillator)
+    }
+
+    /// Joins `balls`, the first of which is the left one of contact `first`. They are in flight, anchored at `anchor`,
+    /// with the same velocity, and get their flights in the body. Without contact, neighbours would approach each other
+    /// with the accelerations `approach` (m/s2), known to within `rounding`.
+    pub fn join(first: usize, balls: &mut [Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
+        let contact = first;
         let first = &balls[0];
         let (o, v) = (&first.oscillator, first.flight.v);
         // Differences to the first ball, exactly 0 where balls are equal, with the acceleration by inputs and gravity.
@@ -81,13 +114,6 @@ impl Body {
         let shift = if first.model.on_arc { 0.0 } else { 1.0 };
         forcing[0] -= shift * o.omega2() * first.flight.x;
         let flight = Flight { x: 0.0, v, forcing };
-        let of_ball = |ball: &Ball| {
-            let mut own = flight;
-            own.x = ball.flight.x;
-            own.forcing[0] += shift * omega2 * own.x;
-            own
-        };
-        let flights = balls.iter().map(of_ball).collect();
         let (mut force, mut mass) = (Coefficients::default(), 0.0);
         let of_contact = |(ball, difference): (&Ball, &Coefficients)| {
             mass += ball.model.mass;
@@ -101,10 +127,16 @@ impl Body {
                 stiffness: force.omega2,
                 drag: 2.0 * force.gamma,
                 rounding: 4.0 * rounding * mass * (1.0 - mass / total),
+                end: Forecast::Never,
             }
         };
         let constraints = balls.iter().zip(&differences).take(balls.len() - 1).map(of_contact).collect();
-        Self { oscillator, flights, constraints }
+        for ball in balls {
+            let x = ball.flight.x;
+            (ball.oscillator, ball.flight) = (oscillator, Flight { x, ..flight });
+            ball.flight.forcing[0] += shift * omega2 * x;
+        }
+        Self { first: contact, constraints }
     }
 }
 
@@ -125,15 +157,16 @@ impl Coefficients {
 }
 
 impl Constraint {
-    /// Whether it fits `left` and `right` at the time `now`, with finite values.
-    pub fn is_sound(&self, left: &Ball, right: &Ball, now: DoubleDouble) -> bool {
-        let of_balls = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
-        of_balls(left) && of_balls(right) && self.is_finite() && self.anchor <= now
+    /// Whether it fits its balls at the time `now`, with finite values.
+    pub fn is_sound(&self, balls: [&Ball; 2], now: DoubleDouble) -> bool {
+        let of_ball = |ball: &Ball| ball.anchor == self.anchor && ball.oscillator == self.oscillator;
+        balls.into_iter().all(of_ball) && self.is_finite() && self.anchor <= now
     }
 
     pub fn is_finite(&self) -> bool {
         let numbers = [self.stiffness, self.drag, self.rounding];
-        numbers.iter().chain(&self.load).all(|value| value.is_finite()) && self.flight.is_finite()
+        let of_end = self.end.until().is_none_or(|time| time.is_sound());
+        of_end && numbers.iter().chain(&self.load).all(|value| value.is_finite()) && self.flight.is_finite()
     }
 
     /// The force at the time `t`, N.

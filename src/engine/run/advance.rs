@@ -63,7 +63,7 @@ impl Engine {
             watchdog.check(t, (1, || self.busy_with(key)), self.effort, observer)?;
             if self.is_rigid() && self.cradle.on_arcs() {
                 // Bodies fly from event to event; other series of neighbours are renewed by events.
-                let body = around(key, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
+                let body = around(key, self.contacts.len(), |j| self.constraint(j).is_some());
                 self.follow_flights(body.start..body.end + 1, t, &mut watchdog, observer)?;
             }
             self.process(t, key, observer)?;
@@ -98,7 +98,7 @@ impl Engine {
         for ball in balls {
             let mut at_once = 0;
             let fault = loop {
-                match self.balls[ball].fault_within(t, at_once) {
+                match self.fault_within(ball, t, at_once) {
                     Ok(fault) => break fault,
                     Err(_) if at_once == 0 => {
                         self.balls[ball].keep_part();

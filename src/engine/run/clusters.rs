@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use super::contact::ContactRole;
 use super::engine::Engine;
+use super::interaction::Interaction;
 use crate::engine::cluster::{Cluster, StepHistory, Switch};
-use crate::engine::{EngineError, Fault, Observer, flight::BallRole};
+use crate::engine::{EngineError, Fault, Observer};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -16,21 +17,17 @@ const EVALUATION: u64 = 2;
 impl Engine {
     /// Whether a force law acts in contact `j`.
     pub(crate) fn presses(&self, j: usize) -> bool {
-        match self.contacts[j].role {
-            ContactRole::Window(id) => {
-                self.clusters[id as usize].as_ref().is_some_and(|cluster| cluster.mode(j) != Mode::Open)
-            }
-            ContactRole::Impact(_) => true,
-            ContactRole::Unassigned(_)
-            | ContactRole::Open(..)
-            | ContactRole::BesideImpact(_)
-            | ContactRole::Constraint(..) => false,
+        match self.interaction_of_contact(j) {
+            Some(Interaction::Cluster(cluster)) => cluster.mode(j) != Mode::Open,
+            Some(Interaction::Impact(_)) => true,
+            Some(Interaction::Body(_)) | None => false,
         }
     }
 
     /// Ends the segment of cluster `id`: continues with the next one, or handles the switching.
     pub(crate) fn end_segment(&mut self, id: usize, observer: &mut dyn Observer) -> Result<(), EngineError> {
-        let Some(t) = self.clusters[id].as_ref().map(|cluster| cluster.end()) else { return Ok(()) };
+        let Some(Interaction::Cluster(cluster)) = &self.interactions[id] else { return Ok(()) };
+        let t = cluster.end();
         let Some(mut cluster) = self.take_cluster(id, t) else { return Ok(()) };
         self.account_until(&mut cluster, t);
         let finite = cluster.check_finite();
@@ -49,13 +46,13 @@ impl Engine {
             }
             Some((i, Switch::Onset)) => {
                 let range = cluster.window_contacts();
-                self.release_members(cluster);
+                self.release_members(cluster, t);
                 self.close(i, t, range, observer);
             }
             Some((i, Switch::Release)) => {
                 let range = cluster.window_contacts();
-                self.release_members(cluster);
-                self.contacts[i].unassign(0.0, Mode::Open);
+                self.release_members(cluster, t);
+                self.contacts[i].anchor(0.0, Mode::Open);
                 self.end_pulse(i, t, observer);
                 self.form(range, t);
             }
@@ -65,13 +62,10 @@ impl Engine {
 
     pub(crate) fn form_cluster(&mut self, members: Range<usize>, t: DoubleDouble) {
         let window = members.start.saturating_sub(1)..(members.end + 1).min(self.balls.len());
-        let id = self.clusters.iter().position(Option::is_none).unwrap_or_else(|| {
-            self.clusters.push(None);
-            self.clusters.len() - 1
-        });
+        let id = self.number_of_next();
         for i in members.clone() {
             self.reanchor(i, t);
-            self.balls[i].role = BallRole::Cluster(id as u32);
+            self.balls[i].interaction = Some(id);
         }
         let mut cluster = self.caches.spare.take().unwrap_or_default();
         let contacts = window.start..window.end - 1;
@@ -79,11 +73,11 @@ impl Engine {
         cluster.flights.extend(self.balls[window].iter().map(|ball| ball.flight_at(t)));
         cluster.contacts.extend(contacts.map(|i| {
             self.stop_separation(i, t);
-            let contact = self.contacts[i].unassigned();
-            self.contacts[i].role = ContactRole::Window(id as u32);
+            let contact = self.contacts[i].at_anchors();
+            self.contacts[i].role = ContactRole::Interacting(id);
             contact
         }));
-        self.follow(id, cluster);
+        self.follow(id as usize, cluster);
     }
 
     /// Computes the next segment of a cluster and puts it back in its place.
@@ -97,15 +91,7 @@ impl Engine {
         if let Some(contact) = cluster.crossed(&self.cradle) {
             self.note(contact, Some((cluster.start, Fault::Sides)));
         }
-        self.clusters[id] = Some(cluster);
-    }
-
-    /// Takes cluster `id` out of its place for an event at `t`, if it is there.
-    fn take_cluster(&mut self, id: usize, t: DoubleDouble) -> Option<Box<Cluster>> {
-        for i in self.clusters[id].as_ref()?.members.clone() {
-            self.before_move(i, t);
-        }
-        self.clusters[id].take()
+        self.interactions[id] = Some(Interaction::Cluster(cluster));
     }
 
     /// Moves the start of the cluster's segment to `t`, and updates the ledgers to then.
@@ -148,23 +134,43 @@ impl Engine {
         }
     }
 
-    /// Ends cluster `id` at time `t`: its members are in flight, its contacts keep their overlaps and modes. Returns
-    /// the members and the contacts of the window; empty ranges if there is no such cluster.
-    pub(crate) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> (Range<usize>, Range<usize>) {
-        let Some(mut cluster) = self.take_cluster(id, t) else { return (0..0, 0..0) };
-        let (members, contacts) = (cluster.members.clone(), cluster.window_contacts());
-        self.account_until(&mut cluster, t);
-        self.release_members(cluster);
-        (members, contacts)
+    /// Takes cluster `id` out of its place for an event at `t`, if it is one.
+    fn take_cluster(&mut self, id: usize, t: DoubleDouble) -> Option<Box<Cluster>> {
+        let Some(Interaction::Cluster(cluster)) = &self.interactions[id] else { return None };
+        cluster.members.clone().for_each(|i| self.before_move(i, t));
+        if let Some(Interaction::Cluster(cluster)) = self.interactions[id].take() { Some(cluster) } else { None }
     }
 
-    fn release_members(&mut self, cluster: Box<Cluster>) {
+    /// Ends cluster or impact number `id` at time `t`: its members are in flight, its contacts keep their overlaps and
+    /// modes. Returns the members; an empty range if there is no such interaction.
+    pub(crate) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> Range<usize> {
+        match &self.interactions[id] {
+            None | Some(Interaction::Body(_)) => 0..0,
+            Some(Interaction::Impact(impact)) => {
+                let contact = impact.contact;
+                self.break_impact(contact, t);
+                contact..contact + 2
+            }
+            Some(Interaction::Cluster(cluster)) => {
+                let members = cluster.members.clone();
+                if let Some(mut cluster) = self.take_cluster(id, t) {
+                    self.account_until(&mut cluster, t);
+                    self.release_members(cluster, t);
+                }
+                members
+            }
+        }
+    }
+
+    /// Ends a cluster, which has been followed to the time `t`; there all balls of its window are anchored from now on.
+    fn release_members(&mut self, cluster: Box<Cluster>, t: DoubleDouble) {
         self.queue.remove(cluster.key());
         for ball in &mut self.balls[cluster.members.clone()] {
-            ball.role = BallRole::Flight;
+            ball.interaction = None;
         }
+        self.reanchor_free(cluster.window.clone(), t);
         for (i, contact) in cluster.window_contacts().zip(&cluster.contacts) {
-            self.contacts[i].role = ContactRole::Unassigned(*contact);
+            self.contacts[i].role = ContactRole::Anchored(*contact);
         }
         self.caches.spare = Some(cluster);
     }

@@ -4,9 +4,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{
-    Forecast, Ledger, cluster::WindowContact, flight::Separation, pair_impact::PairImpact, rigid::Constraint,
-};
+use crate::engine::{Forecast, Ledger, cluster::WindowContact, flight::Separation};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -18,55 +16,32 @@ pub(crate) struct Contact {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum ContactRole {
-    /// During an event that regroups its balls, which are in flight and anchored at its time; never between events.
-    Unassigned(WindowContact),
+    /// With this overlap between the places of its balls at their anchors: open beside an impact, or, during an event
+    /// that regroups its balls, between balls that are anchored at its time.
+    Anchored(WindowContact),
     /// Open between balls in flight, with the forecast of its onset.
     Open(Separation, Forecast<DoubleDouble>),
-    /// Open beside an impact of known outcome, with the overlap (m) of its balls at their anchors, at different times.
-    BesideImpact(f64),
-    /// In the window of this cluster.
-    Window(u32),
-    /// An impact of known outcome, which a saved state does not have: it is computed anew.
-    Impact(#[serde(skip)] Option<PairImpact>),
-    /// A sustained contact of rigid balls, with the forecast of its end.
-    Constraint(Constraint, Forecast<DoubleDouble>),
+    /// In the interaction with this number.
+    Interacting(u32),
 }
 
 impl Default for ContactRole {
     fn default() -> Self {
-        Self::Unassigned(WindowContact::default())
+        Self::Anchored(WindowContact::default())
     }
 }
 
 impl Contact {
     /// Whether its sums and its motion are finite, where that is its own.
     pub fn is_finite(&self) -> bool {
-        let sound = |forecast: &Forecast<DoubleDouble>| match forecast {
-            Forecast::At(time) | Forecast::NotBefore(time) => time.is_sound(),
-            Forecast::Never => true,
-        };
         let motion = match &self.role {
-            ContactRole::Open(separation, forecast) => separation.is_finite() && sound(forecast),
-            ContactRole::Constraint(constraint, forecast) => constraint.is_finite() && sound(forecast),
-            ContactRole::BesideImpact(overlap) => overlap.is_finite(),
-            ContactRole::Unassigned(_) | ContactRole::Window(_) | ContactRole::Impact(_) => true,
+            ContactRole::Open(separation, forecast) => {
+                separation.is_finite() && forecast.until().is_none_or(|time| time.is_sound())
+            }
+            ContactRole::Anchored(WindowContact { overlap, .. }) => overlap.is_finite(),
+            ContactRole::Interacting(_) => true,
         };
         motion && self.ledger.is_sound()
-    }
-
-    /// The cluster whose window it belongs to.
-    pub fn cluster(&self) -> Option<u32> {
-        if let ContactRole::Window(cluster) = self.role { Some(cluster) } else { None }
-    }
-
-    /// The impact of known outcome that is under way in it.
-    pub fn impact(&self) -> Option<&PairImpact> {
-        if let ContactRole::Impact(impact) = &self.role { impact.as_ref() } else { None }
-    }
-
-    /// The constraint between its balls, if it is one.
-    pub fn constraint(&self) -> Option<&Constraint> {
-        if let ContactRole::Constraint(constraint, _) = &self.role { Some(constraint) } else { None }
     }
 
     /// Its motion while it is open and both balls are in flight.
@@ -74,27 +49,19 @@ impl Contact {
         if let ContactRole::Open(separation, _) = &self.role { Some(separation) } else { None }
     }
 
-    /// Its state while it is unassigned; otherwise open without overlap.
-    pub fn unassigned(&self) -> WindowContact {
-        if let ContactRole::Unassigned(unassigned) = self.role { unassigned } else { WindowContact::default() }
+    /// Its state between the anchors of its balls; otherwise open without overlap.
+    pub fn at_anchors(&self) -> WindowContact {
+        if let ContactRole::Anchored(state) = self.role { state } else { WindowContact::default() }
     }
 
-    pub fn unassign(&mut self, overlap: f64, mode: Mode) {
-        self.role = ContactRole::Unassigned(WindowContact { overlap, mode });
+    /// Gives it this overlap (m) between the anchors of its balls.
+    pub fn anchor(&mut self, overlap: f64, mode: Mode) {
+        self.role = ContactRole::Anchored(WindowContact { overlap, mode });
     }
 
-    /// Overlap (m) while it is unassigned, or that between the anchors of its balls beside an impact; otherwise 0.
-    pub fn overlap(&self) -> f64 {
-        match self.role {
-            ContactRole::Unassigned(WindowContact { overlap, .. }) | ContactRole::BesideImpact(overlap) => overlap,
-            ContactRole::Open(..) | ContactRole::Window(_) | ContactRole::Impact(_) | ContactRole::Constraint(..) => {
-                0.0
-            }
-        }
-    }
-
+    /// Whether it is closed, as far as that is its own state.
     pub fn is_closed(&self) -> bool {
-        self.unassigned().mode != Mode::Open
+        self.at_anchors().mode != Mode::Open
     }
 }
 

@@ -6,6 +6,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Contact, RestRule};
+use super::interaction::Interaction;
 use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::{Cluster, Control};
 use crate::engine::flight::{Ball, Flight};
@@ -31,7 +32,8 @@ pub struct Engine {
     pub(crate) time: f64,
     pub(crate) balls: Vec<Ball>,
     pub(crate) contacts: Vec<Contact>,
-    pub(crate) clusters: Vec<Option<Box<Cluster>>>,
+    /// What balls do together, by its number.
+    pub(crate) interactions: Vec<Option<Interaction>>,
     #[serde(skip)]
     pub(crate) queue: EventQueue,
     /// The current step. A copy that looks ahead records nothing: its step begins after all events.
@@ -124,7 +126,7 @@ impl Engine {
         Ok(engine)
     }
 
-    /// All balls in flight from the start values, with unassigned contacts.
+    /// All balls in flight from the start values, with anchored contacts.
     pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
         let caches = Caches::new(cradle.balls.len());
@@ -147,7 +149,7 @@ impl Engine {
             time: start_time,
             balls,
             contacts,
-            clusters: Vec::new(),
+            interactions: Vec::new(),
             step: StepStart::new(cradle.balls.len(), cradle.contacts.len(), start_time),
             totals: Totals { last_event: start, ..Totals::default() },
             caches,
@@ -168,7 +170,7 @@ impl Engine {
             (ball.flight.x, ball.flight.v) = (flight.x, flight.v);
         }
         for (j, contact) in state.contacts.iter().enumerate() {
-            engine.contacts[j].unassign(contact.overlap, contact.mode);
+            engine.contacts[j].anchor(contact.overlap, contact.mode);
             if engine.is_rigid() && contact.mode != Mode::Open {
                 engine.balls[j + 1].flight.v = engine.balls[j].flight.v;
             }
@@ -222,7 +224,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Puts all balls in flight, anchored at the current time, with unassigned contacts.
+    /// Puts all balls in flight, anchored at the current time as their contacts are.
     fn suspend(&mut self) {
         self.stop_all();
         if let Some(mut recorder) = self.recorder.take() {
@@ -238,15 +240,11 @@ impl Engine {
         if self.is_rigid() {
             return self.separate(0..self.contacts.len(), now);
         }
-        for id in 0..self.clusters.len() {
+        for id in 0..self.interactions.len() {
             self.dissolve(id, now);
         }
-        for i in 0..self.contacts.len() {
-            self.break_impact(i, now);
-            self.stop_separation(i, now);
-        }
         self.reanchor_free(0..self.balls.len(), now);
-        self.unassign(0..self.contacts.len());
+        (0..self.contacts.len()).for_each(|i| self.stop_separation(i, now));
     }
 
     /// The reverse, from the current states and overlaps.
@@ -259,7 +257,7 @@ impl Engine {
         }
         for i in 0..self.contacts.len() {
             if self.contacts[i].is_closed() {
-                self.set_pressing(i, self.contacts[i].overlap(), now);
+                self.set_pressing(i, self.contacts[i].at_anchors().overlap, now);
             }
         }
         self.form(0..self.contacts.len(), now);
@@ -268,8 +266,21 @@ impl Engine {
     /// Notes what has ended the motion of `balls` along their arcs up to the time `t`, if that is the first.
     pub(crate) fn look_for_faults(&mut self, balls: Range<usize>, t: DoubleDouble) {
         if self.cradle.on_arcs() {
-            balls.for_each(|ball| self.note(ball, self.balls[ball].fault(t)));
+            balls.for_each(|ball| self.note(ball, self.fault_within(ball, t, u64::MAX).unwrap_or_default()));
         }
+    }
+
+    /// What has ended the motion of ball `i` on its arc up to the time `t`, and when, after at most so many series of a
+    /// flight; `Err` with the time reached if that is not `t`. In a cluster only the angle is checked, at its anchor,
+    /// the end of the last segment; the string is taken as taut.
+    pub(super) fn fault_within(
+        &self,
+        i: usize,
+        t: DoubleDouble,
+        most: u64,
+    ) -> Result<Option<(DoubleDouble, Fault)>, DoubleDouble> {
+        let ball = &self.balls[i];
+        if self.flies(i) { ball.fault_within(t, most) } else { Ok(ball.fault_at_anchor()) }
     }
 
     /// Notes a fault of ball `i`, and when, if it is the first.
@@ -308,7 +319,10 @@ impl Engine {
             // That at its left belongs to the ball there, if that has moved as well.
             let left = ball.checked_sub(1).filter(|left| self.step.balls[*left].is_none());
             let mut beside = left.into_iter().chain((ball < self.contacts.len()).then_some(ball));
-            if let Some(contact) = beside.find(|contact| !self.contacts[*contact].is_finite()) {
+            let is_finite = |j: usize| {
+                self.contacts[j].is_finite() && self.constraint(j).is_none_or(|constraint| constraint.is_finite())
+            };
+            if let Some(contact) = beside.find(|contact| !is_finite(*contact)) {
                 return Err(EngineError::ContactNotFinite { time, contact });
             }
         }

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::contact::{ContactRole, around};
 use super::engine::Engine;
-use crate::engine::flight::{BallRole, EVALUATIONS, Separation};
+use super::interaction::Interaction;
+use crate::engine::flight::{EVALUATIONS, Separation};
 use crate::engine::{EngineError, Fault, Forecast, Observer, Unrecorded};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
@@ -41,15 +42,18 @@ impl Engine {
         self.handled = self.handled.saturating_add(1);
         self.effort = self.effort.saturating_add(EVENT);
         match &self.contacts[key].role {
-            ContactRole::Window(id) => return self.end_segment(*id as usize, observer),
-            ContactRole::Impact(_) => self.end_impact(key, t, observer),
+            ContactRole::Interacting(id) => match &self.interactions[*id as usize] {
+                Some(Interaction::Cluster(_)) => return self.end_segment(*id as usize, observer),
+                Some(Interaction::Impact(_)) => self.end_impact(key, t, observer),
+                Some(Interaction::Body(body)) if body.releases(key) => self.release_constraint(key, t, observer),
+                Some(Interaction::Body(_)) | None => self.forecast(key, t),
+            },
             ContactRole::Open(_, Forecast::At(_)) if self.is_rigid() => self.rigid_impact(key, t, observer),
             ContactRole::Open(_, Forecast::At(_)) => {
                 if !self.begin_impact(key, t, observer) {
                     self.close(key, t, key..key + 1, observer);
                 }
             }
-            ContactRole::Constraint(_, Forecast::At(_)) => self.release_constraint(key, t, observer),
             ContactRole::Open(..) if self.cradle.on_arcs() => {
                 // Renews its series and those of neighbours that will end soon. Those of rigid balls side by side are
                 // renewed together, so that the balls stay side by side to the last bit.
@@ -66,10 +70,7 @@ impl Engine {
                     self.open_contact(j, t, noise);
                 }
             }
-            ContactRole::Open(..)
-            | ContactRole::Constraint(..)
-            | ContactRole::BesideImpact(_)
-            | ContactRole::Unassigned(_) => self.forecast(key, t),
+            ContactRole::Open(..) | ContactRole::Anchored(_) => self.forecast(key, t),
         }
         Ok(())
     }
@@ -84,30 +85,19 @@ impl Engine {
 
     /// The contact of the queue entry `key`; for a cluster, the one that switches.
     pub(crate) fn switching(&self, key: usize) -> usize {
-        let cluster = self.contacts[key].cluster().and_then(|id| self.clusters[id as usize].as_ref());
-        cluster.and_then(|cluster| cluster.switch).map_or(key, |(contact, _)| contact)
+        self.cluster(key).and_then(|cluster| cluster.switch).map_or(key, |(contact, _)| contact)
     }
 
-    /// Closes contact `i` at `t`: joins the clusters that its balls are in or border on, and the contacts of `range`.
+    /// Closes contact `i` at `t`: joins the interactions that its balls are in or border on, and the contacts of
+    /// `range`.
     pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, mut range: Range<usize>, observer: &mut dyn Observer) {
         let closed = |engine: &Self, j: &usize| engine.contacts[*j].is_closed();
         let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
             ..range.clone().rev().find(|j| closed(self, j)).map_or(i, |last| last.max(i)) + 2;
-        // Balls next to a member that a cluster or an impact governs become members, and so on.
+        // Balls next to a member that do something together become members, and so on.
         let mut ball = members.start.saturating_sub(1);
         while ball < (members.end + 1).min(self.balls.len()) {
-            let freed = match self.balls[ball].role {
-                BallRole::Flight | BallRole::Body => ball..ball,
-                BallRole::Impact(contact) => {
-                    self.break_impact(contact as usize, t);
-                    contact as usize..contact as usize + 2
-                }
-                BallRole::Cluster(id) => {
-                    let (balls, contacts) = self.dissolve(id as usize, t);
-                    range = range.start.min(contacts.start)..range.end.max(contacts.end);
-                    balls
-                }
-            };
+            let freed = self.balls[ball].interaction.map_or(0..0, |id| self.dissolve(id as usize, t));
             if freed.is_empty() {
                 ball += 1;
             } else {
@@ -117,37 +107,27 @@ impl Engine {
         }
         range = range.start.min(members.start.saturating_sub(1))..range.end.max(members.end.min(self.contacts.len()));
         self.reanchor_free(range.start..range.end + 1, t);
-        self.unassign(range.clone());
         self.queue.remove(i);
         self.set_pressing(i, 0.0, t);
         self.begin_pulse(i, t, observer);
         self.form(range, t);
     }
 
-    /// Closes the unassigned contact `i` with this overlap (m) at `t`.
+    /// Closes contact `i` with this overlap (m) at `t`, where its balls are anchored.
     pub(crate) fn set_pressing(&mut self, i: usize, overlap: f64, t: DoubleDouble) {
         let rate = self.cradle.pair(i).overlap_rate([i, i + 1].map(|ball| self.state_at(ball, t)));
         let mode = self.cradle.contacts[i].mode_when_closed(overlap, rate);
-        self.contacts[i].unassign(overlap, mode);
+        self.contacts[i].anchor(overlap, mode);
     }
 
     /// Closes the contacts that overlap at the start.
     pub(crate) fn close_where_overlapping(&mut self, start: DoubleDouble) {
         for i in 0..self.contacts.len() {
             let overlap = self.cradle.pair(i).overlap(self.anchors(i));
-            self.contacts[i].unassign(overlap, Mode::Open);
+            self.contacts[i].anchor(overlap, Mode::Open);
             if overlap > 0.0 {
                 self.set_pressing(i, overlap, start);
                 self.begin_pulse(i, start, &mut Unrecorded);
-            }
-        }
-    }
-
-    /// Unassigns contacts beside impacts that are over, whose balls are anchored at the same time again.
-    pub(crate) fn unassign(&mut self, contacts: Range<usize>) {
-        for contact in &mut self.contacts[contacts] {
-            if let ContactRole::BesideImpact(overlap) = contact.role {
-                contact.unassign(overlap, Mode::Open);
             }
         }
     }
@@ -177,24 +157,26 @@ impl Engine {
             self.form_cluster(group[0]..group[group.len() - 1] + 2, t);
         }
         for i in range {
-            if self.contacts[i].cluster().is_none() {
+            if self.cluster(i).is_none() {
                 self.open_contact(i, t, 0.0);
             }
         }
     }
 
-    /// Unassigns contact `i` at `t`, if it is between balls in flight.
+    /// Ends the motion of contact `i`, if it is open between balls in flight, which are anchored at `t`.
     pub(crate) fn stop_separation(&mut self, i: usize, t: DoubleDouble) {
         if let Some(separation) = self.contacts[i].separation() {
             let overlap = separation.at_time(t).0;
-            self.contacts[i].unassign(overlap, Mode::Open);
+            self.contacts[i].anchor(overlap, Mode::Open);
             self.queue.remove(i);
         }
     }
 
     /// Makes contact `i` open from `t` on, both balls in flight; overlaps of rigid balls up to `noise` (m) are none.
     pub(crate) fn open_contact(&mut self, i: usize, t: DoubleDouble, noise: f64) {
-        let mut overlap = self.contacts[i].overlap().min(0.0);
+        let before = self.contacts[i].separation();
+        let overlap = before.map_or(self.contacts[i].at_anchors().overlap, |separation| separation.at_time(t).0);
+        let mut overlap = overlap.min(0.0);
         if self.cradle.on_arcs() {
             // Their series are about the same time.
             self.reanchor_free(i..i + 2, t);
@@ -227,12 +209,13 @@ impl Engine {
     pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let mut allowed = EVALUATIONS;
         let (mut found, forecast) = match &mut self.contacts[i].role {
-            ContactRole::Constraint(constraint, forecast) => (constraint.forecast(t, &mut allowed), forecast),
             ContactRole::Open(separation, forecast) => (separation.forecast(t, &mut allowed), forecast),
-            ContactRole::Unassigned(_)
-            | ContactRole::BesideImpact(_)
-            | ContactRole::Window(_)
-            | ContactRole::Impact(_) => return,
+            ContactRole::Interacting(id) => {
+                let Some(Interaction::Body(body)) = &mut self.interactions[*id as usize] else { return };
+                let Some(constraint) = body.constraint_mut(i) else { return };
+                (constraint.forecast(t, &mut allowed), &mut constraint.end)
+            }
+            ContactRole::Anchored(_) => return,
         };
         // The rounding of long times does not lead into the past.
         if let Forecast::At(time) | Forecast::NotBefore(time) = &mut found

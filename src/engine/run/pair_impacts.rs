@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use super::contact::ContactRole;
 use super::engine::Engine;
+use super::interaction::Interaction;
 use crate::engine::Observer;
 use crate::engine::cluster::{Cluster, Control, Method, StepHistory, Switch, WindowContact};
-use crate::engine::flight::{BallRole, RunningIntegrals};
+use crate::engine::flight::RunningIntegrals;
 use crate::engine::pair_impact::{Interior, PairImpact};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
@@ -18,48 +19,57 @@ impl Engine {
     pub(crate) fn begin_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) -> bool {
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         let beside = (neighbours.start..neighbours.end - 1).filter(|j| *j != i);
-        let beside_cluster =
-            self.balls[neighbours.clone()].iter().any(|ball| matches!(ball.role, BallRole::Cluster(_)));
+        let in_cluster = |i: usize| matches!(self.interaction_of_ball(i), Some(Interaction::Cluster(_)));
+        let beside_cluster = neighbours.clone().any(in_cluster);
         if !self.are_in_flight(i) || beside_cluster || !self.control.allows(Method::PairImpact) {
             return false;
         }
         self.reanchor_free(neighbours, t);
-        self.contacts[i].unassign(0.0, Mode::Open);
+        self.contacts[i].anchor(0.0, Mode::Open);
         self.queue.remove(i);
         beside.clone().for_each(|j| self.stop_separation(j, t));
-        if beside.clone().any(|j| self.are_in_flight(j) && self.contacts[j].overlap() >= 0.0) {
+        if beside.into_iter().any(|j| self.are_in_flight(j) && self.contacts[j].at_anchors().overlap >= 0.0) {
             return false; // The next balls touch these.
         }
-        let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.impact_coefficients);
-        let Some(impact) = impact else { return false };
+        let Some(impact) = self.impact_of(i) else { return false };
         let clear_left = i == 0 || self.stays_open(i - 1, t, None, Some(&impact));
         let clear_right = i + 2 == self.balls.len() || self.stays_open(i + 1, t, Some(&impact), None);
         if !(clear_left && clear_right) {
             return false;
         }
-        self.queue.set(i, impact.end());
-        self.contacts[i].role = ContactRole::Impact(Some(impact));
-        for j in beside {
-            self.contacts[j].role = ContactRole::BesideImpact(self.contacts[j].overlap());
-        }
-        (self.balls[i].role, self.balls[i + 1].role) = (BallRole::Impact(i as u32), BallRole::Impact(i as u32));
+        let id = self.number_of_next();
+        self.enter_impact(id, impact);
         self.begin_pulse(i, t, observer);
         self.totals.work.steps = self.totals.work.steps.saturating_add(1);
         self.totals.work.evaluations = self.totals.work.evaluations.saturating_add(1);
         true
     }
 
+    /// The impact in contact `i` of balls that meet now, if it has a closed form.
+    pub(super) fn impact_of(&self, i: usize) -> Option<PairImpact> {
+        let balls = [&self.balls[i], &self.balls[i + 1]];
+        PairImpact::new(i, balls, &self.cradle.contacts[i], &self.impact_coefficients)
+    }
+
+    /// Lets an impact govern its balls, as interaction number `id`.
+    pub(super) fn enter_impact(&mut self, id: u32, impact: PairImpact) {
+        let i = impact.contact;
+        self.queue.set(i, impact.end());
+        self.contacts[i].role = ContactRole::Interacting(id);
+        self.balls[i..i + 2].iter_mut().for_each(|ball| ball.interaction = Some(id));
+        self.interactions[id as usize] = Some(Interaction::Impact(impact));
+    }
+
     /// Whether both balls of contact `j` are in flight.
     fn are_in_flight(&self, j: usize) -> bool {
-        self.balls[j..j + 2].iter().all(|ball| ball.role == BallRole::Flight)
+        self.balls[j..j + 2].iter().all(|ball| ball.interaction.is_none())
     }
 
     /// Whether the open contact `j` provably stays open from `t` until the impacts of its balls are over: the one about
     /// to begin, given for the ball that it moves, and any current one of the other ball.
     fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
-        let under_way = |ball: usize| match self.balls[ball].role {
-            BallRole::Impact(contact) => self.contacts[contact as usize].impact(),
+        let under_way = |ball: usize| match self.interaction_of_ball(ball) {
+            Some(Interaction::Impact(impact)) => Some(impact),
             _ => None,
         };
         // Each ball, the time since its anchor, its impact, and how long that still lasts.
@@ -88,7 +98,7 @@ impl Engine {
             impact.map_or(ball.flight.v * (age + after), |impact| impact.chord(1 - side, age + after))
         };
         let approach = |after: f64| along[0] * chord(0, after) - along[1] * chord(1, after);
-        let overlap = |after: f64| self.contacts[j].overlap() + approach(after) + slack;
+        let overlap = |after: f64| self.contacts[j].at_anchors().overlap + approach(after) + slack;
         [0.0, remaining[0], remaining[1]].into_iter().all(|after| overlap(after) < 0.0)
     }
 
@@ -99,19 +109,18 @@ impl Engine {
         let in_step = self.impact_peak(i, self.step.time.into(), t);
         self.begin_ledger(i, t);
         self.record_impact(i, t);
-        let contact = &mut self.contacts[i];
-        let ContactRole::Impact(Some(impact)) = &contact.role else { return };
+        let Some(Interaction::Impact(impact)) = self.leave(i) else { return };
         let displacements = impact.outcome.displacements;
-        contact.ledger.add(impact.outcome.impulse, impact.outcome.peak, in_step);
+        self.contacts[i].ledger.add(impact.outcome.impulse, impact.outcome.peak, in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
             ball.flight.x += displacements[side];
             ball.flight.v = impact.outcome.velocities[side];
             ball.anchor = t;
             ball.integrals.add(&impact.integrals[side]);
-            (ball.role, ball.starts_long) = (BallRole::Flight, false);
+            ball.starts_long = false;
         }
-        contact.unassign(0.0, Mode::Open);
         (0..2).for_each(|side| self.shift_contacts(i + side, displacements[side]));
+        self.contacts[i].anchor(0.0, Mode::Open);
         self.end_pulse(i, t, observer);
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.reanchor_free(neighbours.clone(), t);
@@ -124,30 +133,30 @@ impl Engine {
 
     /// Notes the segments of the impact in contact `i`, which is over at `t`.
     fn record_impact(&mut self, i: usize, t: DoubleDouble) {
-        if self.recorder.is_none() {
-            return;
+        let Some(mut recorder) = self.recorder.take() else { return };
+        if let Some(impact) = self.impact(i) {
+            self.interior(impact, t);
+            let segments = impact.interior.get().map_or(&[][..], Vec::as_slice);
+            for Interior { segment, .. } in segments {
+                recorder.follow(segment, segment.length, &self.cradle, &self.inputs);
+            }
+            if !segments.last().is_some_and(|last| matches!(last.segment.switch, Some((_, Switch::Release)))) {
+                recorder.fail();
+            }
         }
-        self.interior(i, t);
-        let segments = self.contacts[i].impact().and_then(|impact| impact.interior.get());
-        let (Some(recorder), Some(segments)) = (&mut self.recorder, segments) else { return };
-        for Interior { segment, .. } in segments {
-            recorder.follow(segment, segment.length, &self.cradle, &self.inputs);
-        }
-        if !segments.last().is_some_and(|last| matches!(last.segment.switch, Some((_, Switch::Release)))) {
-            recorder.fail();
-        }
+        self.recorder = Some(recorder);
     }
 
     /// Moves the anchors of those of `balls` that are in flight to `t`.
     pub(crate) fn reanchor_free(&mut self, balls: Range<usize>, t: DoubleDouble) {
         for ball in balls {
-            if self.balls[ball].role == BallRole::Flight {
+            if self.balls[ball].interaction.is_none() {
                 self.reanchor(ball, t);
             }
         }
     }
 
-    /// Moves the anchor of ball `i`, in flight, to `t`. Contacts beside an impact refer to the anchors.
+    /// Moves the anchor of ball `i`, in flight, to `t`, and what refers to it.
     pub(crate) fn reanchor(&mut self, i: usize, t: DoubleDouble) {
         if self.balls[i].anchor == t {
             return;
@@ -161,16 +170,15 @@ impl Engine {
         self.shift_contacts(i, displacement);
     }
 
-    /// Adjusts the overlaps of the contacts of ball `i` beside an impact to the last displacement (m) of its anchor.
+    /// Adjusts the overlaps of the anchored contacts of ball `i` to the last displacement (m) of its anchor.
     #[inline]
     fn shift_contacts(&mut self, i: usize, displacement: f64) {
         for (j, side) in [(i.wrapping_sub(1), 1), (i, 0)] {
-            if let Some(ContactRole::BesideImpact(overlap)) = self.contacts.get_mut(j).map(|contact| &mut contact.role)
-            {
+            if let Some(ContactRole::Anchored(contact)) = self.contacts.get_mut(j).map(|contact| &mut contact.role) {
                 let (mut places, mut moves) = ([0, 1].map(|side| self.balls[j + side].flight.x), [0.0; 2]);
                 places[side] -= displacement;
                 moves[side] = displacement;
-                *overlap += self.cradle.pair(j).change_of_overlap(places, moves);
+                contact.overlap += self.cradle.pair(j).change_of_overlap(places, moves);
             }
         }
     }
@@ -181,8 +189,8 @@ impl Engine {
         self.before_move(i, t);
         self.before_move(i + 1, t);
         self.begin_ledger(i, t);
-        let Some(impact) = self.contacts[i].impact() else { return };
-        let (mut cluster, control) = (self.first_segment(i, impact), self.control_within(impact));
+        let Some(Interaction::Impact(impact)) = self.leave(i) else { return };
+        let (mut cluster, control) = (self.first_segment(&impact), self.control_within(&impact));
         self.queue.remove(i);
         let mut moved = [0.0; 2];
         loop {
@@ -198,21 +206,25 @@ impl Engine {
             }
             cluster.expand(&self.balls, &self.cradle, &control);
         }
-        for ball in &mut self.balls[i..i + 2] {
-            ball.role = BallRole::Flight;
-        }
         moved.into_iter().enumerate().for_each(|(side, moved)| self.shift_contacts(i + side, moved));
-        self.contacts[i].unassign(cluster.contacts[0].overlap, Mode::Pressing);
+        self.contacts[i].anchor(cluster.contacts[0].overlap, Mode::Pressing);
+    }
+
+    /// Takes the interaction of contact `i` away from its balls.
+    fn leave(&mut self, i: usize) -> Option<Interaction> {
+        let id = self.balls[i].interaction?;
+        self.balls[i..i + 2].iter_mut().for_each(|ball| ball.interaction = None);
+        self.interactions[id as usize].take()
     }
 
     /// Step control within an impact, such that the number of segments does not depend on its speed.
-    pub(crate) fn control_within(&self, impact: &PairImpact) -> Control {
+    fn control_within(&self, impact: &PairImpact) -> Control {
         Control { longest: self.control.longest.max(impact.outcome.duration), ..self.control }
     }
 
-    /// The balls of the `impact` in contact `i` as a cluster without spectators, from the onset on.
-    pub(crate) fn first_segment(&self, i: usize, impact: &PairImpact) -> Cluster {
-        let members = i..i + 2;
+    /// The balls of an impact as a cluster without spectators, from the onset on.
+    fn first_segment(&self, impact: &PairImpact) -> Cluster {
+        let members = impact.contact..impact.contact + 2;
         let mut cluster = Cluster::default();
         cluster.renew(members.clone(), members.clone(), impact.start, StepHistory::default());
         cluster.flights.extend(self.balls[members].iter().map(|ball| ball.flight));
@@ -221,20 +233,20 @@ impl Engine {
         cluster
     }
 
-    /// The segment of the current impact in contact `i` at the time `t`, with the sums before it; the last one for a
-    /// later time. All segments are computed on first use.
-    pub(crate) fn interior(&self, i: usize, t: DoubleDouble) -> Option<&Interior> {
-        let impact = self.contacts[i].impact()?;
+    /// The segment of an impact under way at the time `t`, with the sums before it; the last one for a later time. All
+    /// segments are computed on first use.
+    pub(super) fn interior<'a>(&self, impact: &'a PairImpact, t: DoubleDouble) -> Option<&'a Interior> {
         let segments = impact.interior.get_or_init(|| {
-            let segment = self.first_segment(i, impact);
+            let segment = self.first_segment(impact);
             let first = Interior { segment, impulse: 0.0, integrals: Default::default() };
-            std::iter::successors(Some(first), |last| self.after(last, i, impact)).collect()
+            std::iter::successors(Some(first), |last| self.after(last, impact)).collect()
         });
         segments.get(segments.partition_point(|interior| interior.segment.end() <= t)).or(segments.last())
     }
 
     /// The segment after `last`, unless the impact is over or the time stalls.
-    fn after(&self, last: &Interior, i: usize, impact: &PairImpact) -> Option<Interior> {
+    fn after(&self, last: &Interior, impact: &PairImpact) -> Option<Interior> {
+        let i = impact.contact;
         let over = matches!(last.segment.switch, Some((_, Switch::Release)));
         let (length, end) = (last.segment.length, last.segment.end());
         let goes_on = last.segment.start < end && end < impact.end(); // Not where they are no numbers.
@@ -254,7 +266,7 @@ impl Engine {
     /// Largest force of the current impact in contact `i` between two times, N; 0 if there is none. Without losses the
     /// force is symmetric in time, and largest half way.
     pub(crate) fn impact_peak(&self, i: usize, from: DoubleDouble, to: DoubleDouble) -> f64 {
-        let Some(impact) = self.contacts[i].impact() else { return 0.0 };
+        let Some(impact) = self.impact(i) else { return 0.0 };
         let since = |t: DoubleDouble| (t - impact.start).value();
         let (begin, end) = (since(from).max(0.0), since(to).min(impact.outcome.duration));
         let top = 0.5 * impact.outcome.duration;
@@ -266,7 +278,7 @@ impl Engine {
             return impact.outcome.peak;
         }
         let nearest = impact.start + if end < top { end } else { begin };
-        self.interior(i, nearest).map_or(0.0, |interior| {
+        self.interior(impact, nearest).map_or(0.0, |interior| {
             let (overlap, rate) = interior.segment.overlap(i, interior.since(nearest));
             self.cradle.contacts[i].force(overlap, rate)
         })
@@ -289,12 +301,12 @@ mod tests {
                 Parameters { gravity: 0.0, exponent, dead_band: 0.0, x_start, v_start, ..Parameters::default_for(2) };
             let mut engine = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();
             engine.advance(1e-12, &mut Unrecorded).unwrap();
-            let time = engine.contacts[0].impact().map_or(1e-3, |impact| 0.5 * impact.outcome.duration);
+            let time = engine.impact(0).map_or(1e-3, |impact| 0.5 * impact.outcome.duration);
             engine.advance(time, &mut Unrecorded).unwrap();
             let moved = (engine.x(0) + engine.x(1)) / (speed * time);
             assert!((moved - 1.0).abs() < 1e-12, "{speed} {exponent}: {moved}");
             assert!(engine.force(0).is_finite() && engine.next_onset().time() > time);
-            let segments = engine.contacts[0].impact().and_then(|impact| impact.interior.get()).map(Vec::len);
+            let segments = engine.impact(0).and_then(|impact| impact.interior.get()).map(Vec::len);
             assert!(segments.is_none_or(|segments| segments <= 12), "{speed} {exponent}: {segments:?}");
             assert!(segments.is_some() || speed < 1e-100, "{speed} {exponent}");
         }

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use super::contact::{ContactRole, RestRule, around};
 use super::engine::Engine;
-use crate::engine::flight::{BallRole, Forcing, Rounding, Separation, places, shifted, start_by_centre};
+use super::interaction::Interaction;
+use crate::engine::flight::{Forcing, Rounding, Separation, places, shifted, start_by_centre};
 use crate::engine::rigid::restitution::{self, Block, Impact, Row};
-use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
+use crate::engine::rigid::{Body, acceleration_rounding};
 use crate::engine::{EngineError, Fault, Forecast, Observer, RAPID};
 use crate::model::Mode;
 use crate::solver::{DoubleDouble, Oscillator};
@@ -39,7 +40,7 @@ impl Engine {
                      x_start[{right}] up to contact.gap[{left}] + contact.deadBand"
                 )));
             }
-            self.contacts[i].unassign(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
+            self.contacts[i].anchor(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
         }
         Ok(())
     }
@@ -52,7 +53,7 @@ impl Engine {
         let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise);
         let group = around(i, self.contacts.len(), |j| {
             let touches = |separation: &Separation| separation.touches(t, noise);
-            self.contacts[j].constraint().is_some() || self.contacts[j].separation().is_some_and(touches)
+            self.constraint(j).is_some() || self.contacts[j].separation().is_some_and(touches)
         });
         let (first, balls) = (group.start, group.start..group.end + 1);
         // Also at the start of a step, because the velocities jump.
@@ -119,24 +120,24 @@ impl Engine {
             ball.flight.x = x;
         }
         for contact in &mut self.contacts[group] {
-            contact.unassign(0.0, contact.unassigned().mode);
+            contact.anchor(0.0, contact.at_anchors().mode);
         }
     }
 
     /// Ends the constraint of contact `i`, which would have to pull from `t` on.
     pub(crate) fn release_constraint(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
-        let body = around(i, self.contacts.len(), |j| self.contacts[j].constraint().is_some());
+        let body = around(i, self.contacts.len(), |j| self.constraint(j).is_some());
         self.separate(body.clone(), t);
         self.regroup(body, t, RestRule::Nothing, &[], observer);
     }
 
-    /// Begins or ends a pulse of the unassigned contact `i` at `t`, unless that is done.
+    /// Begins or ends a pulse of the anchored contact `i` at `t`, unless that is done.
     fn set_closed(&mut self, i: usize, closed: bool, t: DoubleDouble, observer: &mut dyn Observer) {
         let contact = &mut self.contacts[i];
         if contact.is_closed() == closed {
             return;
         }
-        contact.unassign(contact.overlap(), if closed { Mode::Pressing } else { Mode::Open });
+        contact.anchor(contact.at_anchors().overlap, if closed { Mode::Pressing } else { Mode::Open });
         if closed { self.begin_pulse(i, t, observer) } else { self.end_pulse(i, t, observer) }
     }
 
@@ -146,16 +147,13 @@ impl Engine {
         rounding.fold(Rounding::default(), Rounding::max)
     }
 
-    /// Separates the balls of the contacts `group`, which no constraint leaves, at `t`: the balls are then in flight
-    /// and anchored, the contacts unassigned, and pressing where there was a constraint.
+    /// Separates the balls of the contacts `group`, which no constraint leaves, at `t`: the balls are then in flight,
+    /// anchored as the contacts are, and these press where there was a constraint.
     pub(crate) fn separate(&mut self, group: Range<usize>, t: DoubleDouble) {
-        (group.start..group.end + 1).for_each(|i| self.before_move(i, t));
-        let beside = group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len());
-        for j in beside {
-            self.stop_separation(j, t);
-        }
-        for i in group.start..group.end + 1 {
-            if self.balls[i].role == BallRole::Body {
+        let balls = group.start..group.end + 1;
+        balls.clone().for_each(|i| self.before_move(i, t));
+        for i in balls.clone() {
+            if self.is_in_body(i) {
                 if let Some(recorder) = &mut self.recorder {
                     recorder.fail(); // The motion of a body is not followed.
                 }
@@ -165,26 +163,32 @@ impl Engine {
                 ball.integrals = ball.integrals_under(&before, t);
                 ball.flight = ball.flight_at(t);
                 ball.flight.forcing = after;
-                (ball.anchor, ball.role) = (t, BallRole::Flight);
+                ball.anchor = t;
                 ball.oscillator = Oscillator::new(model.omega2, model.gamma);
             } else {
                 self.reanchor(i, t);
             }
         }
         for j in group {
-            if self.contacts[j].constraint().is_none() {
+            let sums = self.constraint(j).map(|constraint| {
+                let in_step = constraint.peak(self.step.time.into(), t);
+                (constraint.impulse(t), constraint.peak(constraint.anchor, t), in_step)
+            });
+            let Some((impulse, peak, in_step)) = sums else {
+                self.stop_separation(j, t);
                 continue;
-            }
+            };
             self.begin_ledger(j, t);
             self.queue.remove(j);
-            let contact = &mut self.contacts[j];
-            if let ContactRole::Constraint(constraint, _) = std::mem::take(&mut contact.role) {
-                let in_step = constraint.peak(self.step.time.into(), t);
-                contact.ledger.add(constraint.impulse(t), constraint.peak(constraint.anchor, t), in_step);
-            }
-            contact.unassign(0.0, Mode::Pressing);
+            self.contacts[j].ledger.add(impulse, peak, in_step);
+            self.contacts[j].anchor(0.0, Mode::Pressing);
             // Members differ by rounding only.
             self.balls[j + 1].flight.v = self.balls[j].flight.v;
+        }
+        for i in balls {
+            if let Some(id) = self.balls[i].interaction.take() {
+                self.interactions[id as usize] = None;
+            }
         }
     }
 
@@ -209,36 +213,49 @@ impl Engine {
         impacts: &[Impact<f64>],
         observer: &mut dyn Observer,
     ) {
-        let mut constraints = vec![None; group.len()];
+        let mut bodies = Vec::new();
         let resting: Vec<usize> = group.clone().filter(|&j| self.rests(j)).collect();
         for run in resting.chunk_by(|left, right| left + 1 == *right) {
-            self.press(run[0]..run[0] + run.len(), t, keep, &mut constraints[run[0] - group.start..]);
+            self.press(run[0]..run[0] + run.len(), t, keep, &mut bodies);
+        }
+        let mut lasting = vec![false; group.len()];
+        for contacts in bodies.iter().map(Body::contacts) {
+            lasting[contacts.start - group.start..contacts.end - group.start].fill(true);
         }
         let mut last = vec![0; group.len()];
         impacts.iter().enumerate().for_each(|(k, impact)| last[impact.contact] = k);
         for (k, Impact { contact, impulse }) in impacts.iter().enumerate() {
             // A pulse without duration, unless the contact lasts from here on.
-            let (i, lasts) = (group.start + contact, k == last[*contact] && constraints[*contact].is_some());
+            let (i, lasts) = (group.start + contact, k == last[*contact] && lasting[*contact]);
             self.set_closed(i, false, t, observer);
             self.set_closed(i, true, t, observer);
             self.contacts[i].ledger.add(*impulse, 0.0, 0.0);
             self.set_closed(i, lasts, t, observer);
         }
         let rounding = self.rounding(group.start..group.end + 1);
-        let before = usize::from(group.start > 0);
-        let beside = group.start - before..(group.end + 1).min(self.contacts.len());
-        let constraints = std::iter::repeat_n(None, before).chain(constraints).chain([None]);
-        for (j, constraint) in beside.zip(constraints) {
-            self.set_closed(j, constraint.is_some(), t, observer);
-            if let Some(constraint) = constraint {
-                self.contacts[j].role = ContactRole::Constraint(constraint, Forecast::Never);
-                self.forecast(j, t);
-            } else {
+        group.clone().zip(lasting).for_each(|(j, lasts)| self.set_closed(j, lasts, t, observer));
+        for body in bodies {
+            let contacts = body.contacts();
+            self.enter_body(body);
+            contacts.for_each(|j| self.forecast(j, t));
+        }
+        for j in group.start.saturating_sub(1)..(group.end + 1).min(self.contacts.len()) {
+            if self.constraint(j).is_none() {
                 self.open_contact(j, t, rounding.position);
                 let held = self.is_held(j, t, rounding.velocity).then_some((t, Fault::Held));
                 self.note(j, held);
             }
         }
+    }
+
+    /// Lets balls move as one `body`, whose flights they have.
+    fn enter_body(&mut self, body: Body) {
+        let id = self.number_of_next();
+        for j in body.contacts() {
+            self.contacts[j].role = ContactRole::Interacting(id);
+            self.balls[j..j + 2].iter_mut().for_each(|ball| ball.interaction = Some(id));
+        }
+        self.interactions[id as usize] = Some(Interaction::Body(body));
     }
 
     /// Whether the balls of contact `j` can swing as one in touch: on arcs equal pendulums that touch at equal angles.
@@ -259,11 +276,13 @@ impl Engine {
     /// Whether the balls of contact `j`, both in flight, touch without relative velocity, and would swing as one.
     fn rests(&self, j: usize) -> bool {
         let (left, right) = (&self.balls[j].flight, &self.balls[j + 1].flight);
-        self.swing_as_one(j) && left.v == right.v && self.contacts[j].overlap() >= -self.rounding(j..j + 2).position
+        self.swing_as_one(j)
+            && left.v == right.v
+            && self.contacts[j].at_anchors().overlap >= -self.rounding(j..j + 2).position
     }
 
-    /// Makes bodies of the balls of contacts `run`, which touch at rest, where they press; enters their `constraints`.
-    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: RestRule, constraints: &mut [Option<Constraint>]) {
+    /// Makes `bodies` of the balls of contacts `run`, which touch at rest, where they press.
+    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: RestRule, bodies: &mut Vec<Body>) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.model.mass).collect();
         let age = self.input_age(t);
@@ -287,13 +306,7 @@ impl Engine {
             if members.len() > 1 {
                 let contacts = members.start..members.end - 1;
                 let members = run.start + members.start..run.start + members.end;
-                let body = Body::new(&self.balls[members.clone()], &approach[contacts.clone()], rounding, t);
-                for (ball, flight) in self.balls[members].iter_mut().zip(body.flights) {
-                    (ball.oscillator, ball.flight, ball.role) = (body.oscillator, flight, BallRole::Body);
-                }
-                for (place, constraint) in constraints[contacts].iter_mut().zip(body.constraints) {
-                    *place = Some(constraint);
-                }
+                bodies.push(Body::join(members.start, &mut self.balls[members], &approach[contacts], rounding, t));
             }
         }
     }

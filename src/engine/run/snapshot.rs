@@ -1,15 +1,18 @@
 //! A run as plain data, from which it continues bit-for-bit identically: anchors, overlaps, forecasts and sums, of
 //! which all else is computed by the same operations as before. Inconsistent snapshots are refused.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
-use super::contact::ContactRole;
+use super::contact::{Contact, ContactRole};
 use super::engine::{Engine, NO_STEP};
+use super::interaction::Interaction;
 use crate::engine::cluster::Cluster;
-use crate::engine::flight::{Ball, BallRole, Flight};
-use crate::engine::{Forecast, StepStart, pair_impact::PairImpact};
+use crate::engine::flight::{Ball, Flight};
+use crate::engine::{Forecast, StepStart};
 use crate::model::{Mode, Parameters};
-use crate::solver::{DoubleDouble, Oscillator};
+use crate::solver::DoubleDouble;
 
 /// A run as plain data.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -74,127 +77,114 @@ impl Engine {
         let (n, m) = (parameters.balls(), parameters.contacts());
         let StepStart { balls, contacts, .. } = &self.step;
         let lengths = [(self.balls.len(), self.contacts.len()), (balls.len(), contacts.len())];
-        let fits = lengths == [(n, m); 2] && self.clusters.len() <= m && self.inputs.fit(n);
+        let fits = lengths == [(n, m); 2] && self.interactions.len() <= m && self.inputs.fit(n);
         require(fits, "its size does not match the cradle")?;
         if !failed {
             self.check_values(start)?;
         }
         // All fields that are not skipped: what is saved is restored here, and checked.
-        let Self { time, inputs, balls, contacts, clusters, step, totals, handled, onsets, .. } = self;
+        let Self { time, inputs, balls, contacts, interactions, step, totals, handled, onsets, .. } = self;
         let apart = Self::apart(parameters, inputs, time);
         let mut engine = Self { contacts, step: step.restored(), totals, handled, onsets, ..apart };
         require(totals.standstill <= engine.most_without_progress() + 1, "a count is too large")?;
         for (ball, Ball { anchor, flight, integrals, starts_long, .. }) in engine.balls.iter_mut().zip(balls) {
             (ball.anchor, ball.flight, ball.integrals, ball.starts_long) = (anchor, flight, integrals, starts_long);
         }
-        for cluster in clusters {
-            engine.clusters.push(None);
-            cluster.map_or(Ok(()), |cluster| engine.restore_cluster(cluster))?;
+        for (id, interaction) in interactions.into_iter().enumerate() {
+            engine.interactions.push(None);
+            interaction.map_or(Ok(()), |interaction| engine.restore_interaction(id as u32, interaction, failed))?;
         }
-        let contacts = 0..engine.contacts.len();
-        for i in contacts.clone() {
-            match &engine.contacts[i].role {
-                ContactRole::Impact(_) => engine.restore_impact(i)?,
-                ContactRole::Constraint(constraint, _) => {
-                    engine.restore_constraint(i, constraint.oscillator, failed)?
-                }
-                ContactRole::Window(id) => {
-                    let cluster = engine.clusters.get(*id as usize).and_then(Option::as_ref);
-                    let its_own = cluster.is_some_and(|cluster| cluster.window_contacts().contains(&i));
-                    require(its_own, "a contact lost its cluster")?;
-                }
-                ContactRole::Open(..) | ContactRole::BesideImpact(_) | ContactRole::Unassigned(_) => {}
-            }
-        }
-        contacts.into_iter().try_for_each(|i| engine.restore_role(i, failed))?;
+        (0..m).try_for_each(|i| engine.restore_role(i, failed))?;
         Ok(engine)
     }
 
-    fn restore_cluster(&mut self, mut cluster: Box<Cluster>) -> Result<(), InvalidState> {
-        let Cluster { members, flights, contacts, .. } = &*cluster;
-        let balls = self.balls.len();
-        require(members.start < members.end && members.end <= balls && members.len() > 1, "a cluster has no balls")?;
-        let window = members.start.saturating_sub(1)..(members.end + 1).min(balls);
-        let fits = flights.len() == window.len() && contacts.len() + 1 == window.len();
+    fn restore_interaction(&mut self, id: u32, mut interaction: Interaction, failed: bool) -> Result<(), InvalidState> {
+        if let Interaction::Cluster(cluster) = &mut interaction {
+            let Range { start, end } = cluster.members;
+            require(start < end && end <= self.balls.len(), "a cluster has no balls")?;
+            cluster.window = start.saturating_sub(1)..(end + 1).min(self.balls.len());
+        }
+        let contacts = interaction.contacts();
+        let own = |contact: &Contact| matches!(contact.role, ContactRole::Interacting(of) if of == id);
+        let its_own = self.contacts.get(contacts.clone()).is_some_and(|contacts| contacts.iter().all(own));
+        require(!contacts.is_empty() && its_own, "an interaction has not the contacts that it needs")?;
+        let members = match &interaction {
+            Interaction::Cluster(cluster) => cluster.members.clone(),
+            Interaction::Impact(_) | Interaction::Body(_) => contacts.start..contacts.end + 1,
+        };
+        let taken = self.balls[members.clone()].iter().any(|ball| ball.interaction.is_some());
+        require(!taken, "a ball is in two interactions")?;
+        match interaction {
+            Interaction::Cluster(cluster) => self.restore_cluster(id, cluster)?,
+            Interaction::Impact(impact) => {
+                let (i, anchors) = (impact.contact, [0, 1].map(|side| self.balls[contacts.start + side].anchor));
+                require(anchors[0] == anchors[1], "the balls of an impact have not met")?;
+                let impact = self.impact_of(i).ok_or(InvalidState("an impact has no outcome"))?;
+                self.enter_impact(id, impact);
+            }
+            Interaction::Body(body) => {
+                require(failed || self.is_rigid(), "a constraint holds balls that are not rigid")?;
+                if let Some(oscillator) = body.oscillator() {
+                    self.balls[members.clone()].iter_mut().for_each(|ball| ball.oscillator = oscillator);
+                }
+                for j in contacts {
+                    let (balls, now) = ([&self.balls[j], &self.balls[j + 1]], DoubleDouble::from(self.time));
+                    let Some(constraint) = body.constraint(j) else { continue };
+                    let sound = failed || constraint.is_sound(balls, now);
+                    require(sound, "a sustained contact does not fit its balls")?;
+                    constraint.end.until().into_iter().for_each(|time| self.queue.set(j, time));
+                }
+                self.interactions[id as usize] = Some(Interaction::Body(body));
+            }
+        }
+        self.balls[members].iter_mut().for_each(|ball| ball.interaction = Some(id));
+        Ok(())
+    }
+
+    fn restore_cluster(&mut self, id: u32, mut cluster: Box<Cluster>) -> Result<(), InvalidState> {
+        let (window, Cluster { members, flights, contacts, .. }) = (cluster.window_contacts(), &*cluster);
+        require(members.len() > 1, "a cluster has no balls")?;
+        let fits = flights.len() == window.len() + 1 && contacts.len() == window.len();
         require(fits, "the size of a cluster does not match its window")?;
-        let id = self.clusters.len() - 1;
-        for (i, state) in (window.start..window.end - 1).zip(contacts) {
-            let its_own = self.contacts[i].cluster() == Some(id as u32);
-            require(its_own, "a contact is not in the window of its cluster")?;
-            let law = &self.cradle.contacts[i];
+        for (law, state) in self.cradle.contacts[window.clone()].iter().zip(contacts) {
             require(state.mode != Mode::Clipped || law.clips(), "a contact is clipped whose law does not clip")?;
         }
         let closed = |i: usize| contacts[i - window.start].mode != Mode::Open;
         require(closed(members.start) && closed(members.end - 2), "a cluster holds balls that touch nothing")?;
-        for ball in &mut self.balls[members.clone()] {
-            require(ball.role == BallRole::Flight, "a ball is in two clusters")?;
-            ball.role = BallRole::Cluster(id as u32);
-        }
-        (cluster.window, cluster.history) = (window, cluster.history_before);
+        cluster.history = cluster.history_before;
         cluster.expand(&self.balls, &self.cradle, &self.control);
         self.queue.set(cluster.key(), cluster.end());
-        self.clusters[id] = Some(cluster);
+        self.interactions[id as usize] = Some(Interaction::Cluster(cluster));
         Ok(())
     }
 
-    fn restore_impact(&mut self, i: usize) -> Result<(), InvalidState> {
-        let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        require(left.role == BallRole::Flight && right.role == BallRole::Flight, "a ball is in two impacts")?;
-        require(left.anchor == right.anchor, "the balls of an impact have not met")?;
-        let impact = PairImpact::new(left, right, &self.cradle.contacts[i], &self.impact_coefficients);
-        let impact = impact.ok_or(InvalidState("an impact has no outcome"))?;
-        self.queue.set(i, impact.end());
-        self.contacts[i].role = ContactRole::Impact(Some(impact));
-        for ball in &mut self.balls[i..i + 2] {
-            ball.role = BallRole::Impact(i as u32);
-        }
-        Ok(())
-    }
-
-    /// Restores the role of a contact, after all balls.
+    /// Checks the role of a contact, after all interactions, and enters its forecast.
     fn restore_role(&mut self, i: usize, failed: bool) -> Result<(), InvalidState> {
-        let (left, right) = (&self.balls[i], &self.balls[i + 1]);
-        let flies = |ball: &Ball| matches!(ball.role, BallRole::Flight | BallRole::Body);
-        let in_flight = flies(left) && flies(right);
-        let in_cluster = |role: BallRole| matches!(role, BallRole::Cluster(_));
-        let now = DoubleDouble::from(self.time);
-        let (sound, reason, forecast) = match &self.contacts[i].role {
-            ContactRole::Window(_) | ContactRole::Impact(_) => return Ok(()),
-            // A failed step may end in the middle of an event.
-            ContactRole::Unassigned(_) => (failed, "a contact belongs to nothing", Forecast::Never),
-            ContactRole::BesideImpact(overlap) => {
-                let beside_impact = !in_flight && !in_cluster(left.role) && !in_cluster(right.role);
-                let sound = beside_impact && (failed || overlap.is_finite());
-                (sound, "a contact has no impact beside it", Forecast::Never)
+        let balls = [&self.balls[i], &self.balls[i + 1]];
+        match &self.contacts[i].role {
+            ContactRole::Interacting(id) => {
+                let interaction = self.interactions.get(*id as usize).and_then(Option::as_ref);
+                let its_own = interaction.is_some_and(|interaction| interaction.contacts().contains(&i));
+                require(its_own, "a contact lost its interaction")
             }
-            ContactRole::Constraint(constraint, forecast) => {
-                let sound = failed || constraint.is_sound(left, right, now);
-                (sound, "a sustained contact does not fit its balls", *forecast)
+            ContactRole::Anchored(contact) => {
+                // A failed step may end in the middle of an event.
+                let of_impact = |ball: usize| matches!(self.interaction_of_ball(ball), Some(Interaction::Impact(_)));
+                let beside_impact = of_impact(i) || of_impact(i + 1);
+                let sound = beside_impact && contact.mode == Mode::Open && contact.overlap.is_finite();
+                require(failed || sound, "a contact has no impact beside it")
             }
             ContactRole::Open(separation, forecast) => {
-                let sound = in_flight && (failed || separation.is_sound(left, right, now));
-                (sound, "an open contact does not fit its balls", *forecast)
+                let in_flight = self.flies(i) && self.flies(i + 1);
+                let sound = in_flight && (failed || separation.is_sound(balls, self.time.into()));
+                require(sound, "an open contact does not fit its balls")?;
+                if let Some(time) = forecast.until() {
+                    require(failed || time.is_sound(), "the time of an event is invalid")?;
+                    self.queue.set(i, time);
+                }
+                Ok(())
             }
-        };
-        require(sound, reason)?;
-        if let Forecast::At(time) | Forecast::NotBefore(time) = forecast {
-            require(failed || time.is_sound(), "the time of an event is invalid")?;
-            self.queue.set(i, time);
         }
-        Ok(())
-    }
-
-    /// Restores the constraint of contact `i` in a body with this oscillator.
-    fn restore_constraint(&mut self, i: usize, oscillator: Oscillator, failed: bool) -> Result<(), InvalidState> {
-        for ball in &mut self.balls[i..i + 2] {
-            let free = matches!(ball.role, BallRole::Flight | BallRole::Body);
-            require(
-                free && (failed || self.cradle.restitution.is_some()),
-                "a constraint holds balls that something else holds",
-            )?;
-            (ball.role, ball.oscillator) = (BallRole::Body, oscillator);
-        }
-        Ok(())
     }
 
     fn has_finite_sums(&self) -> bool {
@@ -216,7 +206,8 @@ impl Engine {
         let ball = |ball: &Ball| past(ball.anchor) && ball.flight.is_finite();
         require(self.balls.iter().all(ball), "the state of a ball is not finite, or lies in the future")?;
         require(self.has_finite_sums(), "a sum is not finite")?;
-        for cluster in self.clusters.iter().flatten() {
+        for interaction in self.interactions.iter().flatten() {
+            let Interaction::Cluster(cluster) = interaction else { continue };
             let flights = cluster.flights.iter().all(Flight::is_finite);
             let contacts = cluster.contacts.iter().all(|contact| contact.overlap.is_finite());
             require(

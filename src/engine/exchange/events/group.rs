@@ -67,10 +67,10 @@ impl Exchange {
         let is_closed = |j: usize| closed.binary_search(&(contacts.start + j)).is_ok();
         for (j, contact) in contacts.clone().zip(&mut engine.contacts) {
             match closed.binary_search(&j).is_ok() {
-                true if self.is_rigid() => contact.unassign(0.0, Mode::Pressing),
-                true => contact.unassign(self.state.overlaps[j], Mode::Pressing),
+                true if self.is_rigid() => contact.anchor(0.0, Mode::Pressing),
+                true => contact.anchor(self.state.overlaps[j], Mode::Pressing),
                 false => {
-                    contact.unassign(self.separation(balls, j, onset).at_time(onset.into()).0.min(0.0), Mode::Open);
+                    contact.anchor(self.separation(balls, j, onset).at_time(onset.into()).0.min(0.0), Mode::Open);
                 }
             }
         }
@@ -85,7 +85,7 @@ impl Exchange {
             return engine;
         }
         for j in all.clone().filter(|j| is_closed(*j)) {
-            engine.set_pressing(j, engine.contacts[j].overlap(), START);
+            engine.set_pressing(j, engine.contacts[j].at_anchors().overlap, START);
             engine.begin_pulse(j, START, observer);
         }
         engine.form(all.clone(), START);
@@ -225,7 +225,7 @@ impl Exchange {
             self.y[1 + j] += self.cradle.pair(j).change_of_overlap([self.state.x[j], self.state.x[j + 1]], moves);
         }
         self.y[loss] += engine.totals.contact_loss;
-        let is_closed = |j: usize| engine.contacts[j].constraint().is_some();
+        let is_closed = |j: usize| engine.constraint(j).is_some();
         for (k, j) in (wide.start..wide.end - 1).enumerate() {
             let (places, moves) = ([places[k], places[k + 1]], [moves[k], moves[k + 1]]);
             let overlap = engine.overlap_at(j, end).0 + self.cradle.pair(first + j).change_of_overlap(places, moves);

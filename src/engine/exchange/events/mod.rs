@@ -4,7 +4,7 @@ mod group;
 
 use super::contact::{ContactRecord, Reached};
 use super::run::Exchange;
-use crate::engine::run::{ContactRole, Engine};
+use crate::engine::run::Engine;
 use crate::engine::{EngineError, Fault, Forecast, Observer, Unrecorded, flight::Ball};
 use crate::model::{Chain, Mode};
 use crate::solver::DoubleDouble;
@@ -31,7 +31,8 @@ impl Exchange {
         if self.cradle.on_arcs() {
             let balls = if self.is_rigid() { self.engine_now().balls } else { self.flights() };
             let mut flying = (0..).zip(&balls).filter(|(i, _)| self.is_rigid() || self.flies(*i));
-            if let Some((ball, fault)) = flying.find_map(|(i, ball)| Some((i, ball.fault(ball.anchor)?.1))) {
+            let fault = |ball: &Ball| ball.fault_within(ball.anchor, u64::MAX).unwrap_or_default();
+            if let Some((ball, fault)) = flying.find_map(|(i, ball)| Some((i, fault(ball)?.1))) {
                 return Err(EngineError::OffArc { time: self.time, ball, fault });
             }
             if let Some(ball) = self.crossed() {
@@ -193,7 +194,7 @@ impl Exchange {
             let mut engine = self.engine_now();
             let balls = engine.balls.clone();
             engine.check_fault(self.time)?;
-            let open = |j: usize| engine.contacts[j].constraint().is_none();
+            let open = |j: usize| engine.constraint(j).is_none();
             let Some((onset, first)) = self.earliest_due(&balls, open) else {
                 return self.rest(&mut engine, observer);
             };
@@ -209,13 +210,13 @@ impl Exchange {
     fn rest(&mut self, engine: &mut Engine, observer: &mut dyn Observer) -> Result<(), EngineError> {
         while let Some((t, key)) = engine.queue.first()
             && t <= START
-            && matches!(engine.contacts[key].role, ContactRole::Constraint(..))
+            && engine.constraint(key).is_some()
         {
             engine.process(t, key, &mut Unrecorded)?;
         }
         let n = self.balls();
         for j in 0..self.modes.len() {
-            let (closed, was_closed) = (engine.contacts[j].constraint().is_some(), self.modes[j] != Mode::Open);
+            let (closed, was_closed) = (engine.constraint(j).is_some(), self.modes[j] != Mode::Open);
             let impulse = self.y[self.impulse_place(j)];
             match (closed, was_closed) {
                 (true, false) => {
