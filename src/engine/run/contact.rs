@@ -15,6 +15,7 @@ pub(crate) struct Contact {
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[expect(clippy::large_enum_variant, reason = "nearly all are open, and change their roles too often for a box")]
 pub(crate) enum ContactRole {
     /// With this overlap between the places of its balls at their anchors: open beside an impact, or, during an event
     /// that regroups its balls, between balls that are anchored at its time.
