@@ -176,6 +176,10 @@ impl<S: Scalar> Pair<'_, S> {
 
     /// The place of the right one for that of the left and their overlap (m), [beyond](Self::is_beyond) that line or
     /// not. NaN if it has none within 90 degrees.
+    ///
+    /// At the angle of the left one, V is the vector between the centres, with the parts l along the path and o away
+    /// from the pivot of the right one. Turned from there by an angle with the tangent t of its half, the right one is
+    /// at the distance D (law of cosines): `(L - o + c) t^2 + l t + c = 0` with `c = (V^2 - D^2) / (4 L)`.
     pub fn place_beside(&self, left: S, overlap: S, beyond: bool) -> S {
         let Self { balls: [_, ball], law } = self;
         if !ball.on_arc {
@@ -191,8 +195,7 @@ impl<S: Scalar> Pair<'_, S> {
         let outward = (law.pivots + width) * sin - height * cos;
         let closer = law.clearance + overlap;
         let excess = width * (two * law.pivots + width) + height * height + closer * (two * law.pivots - closer);
-        // Law of cosines for the tangent t of half the turn: a t^2 + along t + c = 0. The root of the discriminant has
-        // the sign of the part along the path.
+        // The root of the discriminant has the sign of the part along the path there.
         let c = half * half * excess / ball.length;
         let a = ball.length - outward + c;
         let root = (along * along - excess * (one - outward / ball.length) - two * two * c * c).sqrt();

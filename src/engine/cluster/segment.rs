@@ -347,6 +347,9 @@ impl Cluster {
 
 /// Fits positions to overlaps as [`Cluster::align`] does, for a row of balls on arcs whose contacts have these parts
 /// `along` the paths: each contact gets the overlap that it lacks by a push, which moves balls as an impulse would.
+///
+/// With the missing overlaps e, the matrix of the parts `D = (l_1, -r_1; 0, l_2, -r_2; ...)`, and the masses M, the
+/// pushes p solve `D M^-1 D' p = e` and move the balls by `M^-1 D' p`.
 fn align_on_arcs(
     flights: &mut [Flight],
     balls: &[Ball],

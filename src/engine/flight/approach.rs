@@ -121,7 +121,9 @@ impl Sides<'_> {
         let (own, other, angle) = (self.lengths[k], self.lengths[1 - k], self.paths[k].reach / self.lengths[k]);
         let (sin, less) = (angle.min(1.0), 0.5 * angle * angle);
         let aside = self.pivots + (own - other).abs() * sin;
-        // At most so far apart.
+        // With the distance D_0 of the pivots, the lengths L of the string and L_c of the other, and the largest angle,
+        // centres at a crossing are at most this far apart:
+        // D_0 sin + max(L - L_c, 0) (1 - cos) + (D_0 + |L - L_c| sin)^2 / L_c
         let near = self.pivots * sin + (own - other).max(0.0) * less.min(1.0) + aside * aside / other;
         if near < self.touch { None } else { self.crossing_within(near, [sin, less], k) }
     }
