@@ -230,7 +230,7 @@ impl Cluster {
                 let (balls, flights) = (&balls[first..=end], &mut self.flights[first..=end]);
                 let (contacts, laws) = (&self.contacts[first..end], &laws[first..end]);
                 if balls[0].model.on_arc {
-                    align_on_arcs(flights, balls, contacts, laws, &self.along[first..end]);
+                    align_along_arcs(flights, balls, contacts, laws, &self.along[first..end]);
                 } else {
                     let masses = balls.iter().map(|ball| ball.model.mass);
                     let contacts = contacts.iter().zip(laws);
@@ -347,7 +347,7 @@ impl Cluster {
 
 /// Fits positions to overlaps as [`Cluster::align`] does, for a row of balls on arcs whose contacts have these parts
 /// `along` the paths: each contact gets the overlap that it lacks by a push, which moves balls as an impulse would.
-fn align_on_arcs(
+fn align_along_arcs(
     flights: &mut [Flight],
     balls: &[Ball],
     contacts: &[WindowContact],
