@@ -1,11 +1,12 @@
 //! Drives a run. [`Simulation`] is one by any method: the event-driven [`Engine`], or a general solver, [`Continuous`].
 //!
-//! Each module imports only from those before it: `flight`, `records`, `cluster`, `pair_on_arcs`, `pair_impact`,
+//! Each module imports only from those before it: `flight`, `records`, `cluster`, `arc_impact`, `pair_impact`,
 //! `rigid`, `tape`, `run`, `derivatives`, `observation`, `exchange`, `continuous`.
 //!
 //! Events come at their own times: between changes of the inputs, neither communication points nor reading results
 //! change a bit of a trajectory.
 
+mod arc_impact;
 mod chain_state;
 mod cluster;
 mod continuous;
@@ -18,7 +19,6 @@ mod inputs;
 mod observation;
 mod observer;
 mod pair_impact;
-mod pair_on_arcs;
 mod records;
 mod rigid;
 mod run;

@@ -4,9 +4,9 @@ use std::cell::OnceCell;
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::arc_impact::{ImpactResult, Shape, outcome};
 use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
-use crate::engine::pair_on_arcs::{ImpactResult, Shape, outcome};
 use crate::model::ContactLaw;
 use crate::solver::{DoubleDouble, hypotenuse};
 

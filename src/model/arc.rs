@@ -14,6 +14,8 @@ pub(crate) struct Place<S = f64> {
     /// Sine and cosine of the angle: (cos, sin) is the direction of the path.
     pub sin: S,
     pub cos: S,
+    /// The acceleration towards rest along the path, over gravity.
+    pub restoring: S,
 }
 
 impl<S: Scalar> BallModel<S> {
@@ -21,16 +23,22 @@ impl<S: Scalar> BallModel<S> {
     pub(crate) fn place(&self, s: S) -> Place<S> {
         if !self.on_arc {
             let y = S::from(0.5) * s * s / self.length;
-            return Place { x: s, y, sin: S::default(), cos: S::from(1.0) };
+            return Place { x: s, y, sin: S::default(), cos: S::from(1.0), restoring: s / self.length };
         }
         let (sin, cos) = (S::from(0.5) * s / self.length).sin_cos();
         let (double, twice) = (S::from(2.0) * sin, self.length * S::from(2.0) * sin);
-        Place { x: twice * cos, y: twice * sin, sin: double * cos, cos: (cos - sin) * (cos + sin) }
+        let sine = double * cos;
+        Place { x: twice * cos, y: twice * sin, sin: sine, cos: (cos - sin) * (cos + sin), restoring: sine }
+    }
+
+    /// Energy in the field of gravity over the mass at `s` (m) along the path, m2/s2.
+    pub(crate) fn potential(&self, s: S) -> S {
+        if self.on_arc { self.gravity * self.place(s).y } else { S::from(0.5) * (self.omega2 * s * s) }
     }
 
     /// The acceleration (m/s2) towards rest at `s` (m) along the path, over gravity.
     pub(crate) fn restoring(&self, s: S) -> S {
-        if self.on_arc { self.place(s).sin } else { s / self.length }
+        self.place(s).restoring
     }
 
     /// The distance (m) between the ends of a stretch of the path (m).
@@ -65,24 +73,24 @@ impl<S: Scalar> BallModel<S> {
     }
 }
 
-/// The direction from the centre of a ball to that of the next one.
+/// The direction from the centre of a ball to that of the next one, on arcs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Line<S = f64>([S; 2]);
+struct Line<S = f64>([S; 2]);
 
 impl<S: Scalar> Line<S> {
-    pub fn new(left: &Place<S>, right: &Place<S>, pivots: S) -> Self {
+    fn new(left: &Place<S>, right: &Place<S>, pivots: S) -> Self {
         let (width, height) = (pivots + (right.x - left.x), right.y - left.y);
         let distance = (width * width + height * height).sqrt();
         Self([width / distance, height / distance])
     }
 
     /// The part of its direction along the path at a place.
-    pub fn along(&self, place: &Place<S>) -> S {
+    fn along(&self, place: &Place<S>) -> S {
         self.0[0] * place.cos + self.0[1] * place.sin
     }
 
     /// The part away from the pivot of the ball at a place.
-    pub fn outward(&self, place: &Place<S>) -> S {
+    fn outward(&self, place: &Place<S>) -> S {
         self.0[0] * place.sin - self.0[1] * place.cos
     }
 }
@@ -142,6 +150,15 @@ impl<S: Scalar> Pair<'_, S> {
         let [left, right] = [self.balls[0].place(l), self.balls[1].place(r)];
         let line = Line::new(&left, &right, self.law.pivots);
         [line.along(&left), line.along(&right)]
+    }
+
+    /// The part along the path of the left (0) or the right (1) one, at these places, and that away from its pivot.
+    pub fn parts_of(&self, side: usize, places: [&Place<S>; 2]) -> [S; 2] {
+        if !self.balls[0].on_arc {
+            return [S::from(1.0), S::default()];
+        }
+        let line = Line::new(places[0], places[1], self.law.pivots);
+        [line.along(places[side]), line.outward(places[side])]
     }
 
     /// Rate of the overlap (m/s) in these states.

@@ -10,7 +10,7 @@ mod impact;
 mod linkage;
 mod parameters;
 mod results;
-mod start_on_arcs;
+mod start;
 
 pub(crate) use arc::{Pair, overlap_of_approach};
 pub use contact::{ContactLaw, Mode};
@@ -25,4 +25,4 @@ pub use parameters::{
 pub use results::{
     Chain, Differential, MAX_INPUT_DERIVATIVE, MAX_OUTPUT_DERIVATIVE, ONSET_PERIODS, Record, Results, WorkCounters,
 };
-pub(crate) use start_on_arcs::check_start_on_arcs;
+pub(crate) use start::check_start;

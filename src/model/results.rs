@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::arc::{Line, Place};
+use super::arc::Place;
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
 use crate::forecast::{Forecast, NEVER};
@@ -49,7 +49,9 @@ pub trait Chain<S: Scalar = f64> {
     /// Acceleration of the overlap of contact `i`, m/s2.
     fn overlap_acceleration(&self, i: usize) -> S {
         let states = [i, i + 1].map(|ball| self.state_of(ball));
-        self.cradle().pair(i).overlap_acceleration(states, [i, i + 1].map(|ball| along_path(self, ball)))
+        self.cradle()
+            .pair(i)
+            .overlap_acceleration(states, [i, i + 1].map(|ball| along_path(self, ball, &place(self, ball))))
     }
 
     /// Position of ball `i` from its rest position, relative to the support, m.
@@ -75,11 +77,8 @@ pub trait Chain<S: Scalar = f64> {
     /// Acceleration of ball `i` relative to the support, m/s2.
     fn a(&self, i: usize) -> S {
         let (ball, (_, u)) = (&self.cradle().balls[i], self.state_of(i));
-        if !ball.on_arc {
-            return along_path(self, i);
-        }
         let place = place(self, i);
-        along_arc(self, i, &place) * place.cos - u * u / ball.length * place.sin
+        along_path(self, i, &place) * place.cos - u / ball.length * place.sin * u
     }
 
     /// Tension of the string of ball `i` on an arc, N.
@@ -95,11 +94,8 @@ pub trait Chain<S: Scalar = f64> {
 
     /// Energy of ball `i` in the field of gravity, J.
     fn gravity_energy(&self, i: usize) -> S {
-        let (ball, (x, _)) = (&self.cradle().balls[i], self.state_of(i));
-        if ball.on_arc {
-            return ball.mass * ball.gravity * ball.place(x).y;
-        }
-        S::from(0.5) * ball.mass * ball.omega2 * x * x
+        let ball = &self.cradle().balls[i];
+        ball.mass * ball.potential(self.state_of(i).0)
     }
 
     /// Elastic energy of contact `i`, J.
@@ -110,14 +106,8 @@ pub trait Chain<S: Scalar = f64> {
     /// Kinetic, gravity and contact energy of all balls, J.
     fn total_energy(&self) -> S {
         let Cradle { balls, contacts, .. } = self.cradle();
-        let of_ball = |(i, ball): (usize, &BallModel<S>)| {
-            if ball.on_arc {
-                return self.kinetic_energy(i) + self.gravity_energy(i);
-            }
-            let (x, v) = self.state_of(i);
-            S::from(0.5) * ball.mass * (v * v + ball.omega2 * x * x)
-        };
-        balls.iter().enumerate().map(of_ball).sum::<S>() + (0..contacts.len()).map(|i| self.contact_energy(i)).sum()
+        let of_balls: S = (0..balls.len()).map(|i| self.kinetic_energy(i) + self.gravity_energy(i)).sum();
+        of_balls + (0..contacts.len()).map(|i| self.contact_energy(i)).sum()
     }
 
     /// Sum of mass times velocity, N.s.
@@ -228,22 +218,11 @@ fn place<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> Place<S> {
     chain.cradle().balls[i].place(chain.state_of(i).0)
 }
 
-/// Acceleration of ball `i` along its path, m/s2.
-fn along_path<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> S {
-    let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
-    if ball.on_arc {
-        return along_arc(chain, i, &place(chain, i));
-    }
-    let [force, _] = pushed(chain, i);
-    ball.acceleration(s, u, force, chain.forcing_of(i))
-}
-
-/// The same on an arc, at its place there.
+/// Acceleration of ball `i` along its path, at its place there, m/s2.
 #[inline]
-fn along_arc<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<S>) -> S {
+fn along_path<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<S>) -> S {
     let (ball, (_, u), [force, _]) = (&chain.cradle().balls[i], chain.state_of(i), pushed(chain, i));
-    let gravity = ball.gravity * at.sin;
-    force / ball.mass + chain.forcing_of(i) * at.cos - gravity - S::from(2.0) * ball.gamma * u
+    force / ball.mass + chain.forcing_of(i) * at.cos - ball.gravity * at.restoring - S::from(2.0) * ball.gamma * u
 }
 
 /// Tension of the string of ball `i` on an arc, at its place there, N.
@@ -255,20 +234,17 @@ fn tension<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<S>)
 
 /// The sum of the contact forces on ball `i` along its path, and that away from the pivot, N.
 fn pushed<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
-    let contacts = &chain.cradle().contacts;
+    let cradle = chain.cradle();
     let from_left = if i > 0 { chain.force(i - 1) } else { S::default() };
-    let from_right = if i < contacts.len() { chain.force(i) } else { S::default() };
-    if !chain.cradle().balls[i].on_arc {
-        return [from_left - from_right, S::default()];
-    }
+    let from_right = if i < cradle.contacts.len() { chain.force(i) } else { S::default() };
     let (mut sum, own) = ([S::default(); 2], place(chain, i));
     for (force, j) in [(from_left, i.wrapping_sub(1)), (-from_right, i)] {
         // Balls far apart need no direction.
         if force != S::default() {
             let [left, right] = [j, j + 1].map(|k| if k == i { own } else { place(chain, k) });
-            let line = Line::new(&left, &right, contacts[j].pivots);
-            sum[0] += force * line.along(&own);
-            sum[1] += force * line.outward(&own);
+            let [along, outward] = cradle.pair(j).parts_of(i - j, [&left, &right]);
+            sum[0] += force * along;
+            sum[1] += force * outward;
         }
     }
     sum

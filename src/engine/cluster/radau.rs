@@ -170,11 +170,7 @@ impl<'a> Step<'a> {
     /// Solves for the neighbouring pressing contacts `first..end` and their balls.
     fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
         let mut rows = Vec::with_capacity(end - first);
-        let on_arcs = self.window.models[0].on_arc;
-        let along_path = |matrix: &Matrix, along: &Stages| match on_arcs {
-            true => Matrix::from_fn(|r, c| along[r] * matrix[(r, c)]),
-            false => *matrix,
-        };
+        let along_path = |matrix: &Matrix, along: &Stages| Matrix::from_fn(|r, c| along[r] * matrix[(r, c)]);
         for _ in 0..ITERATIONS {
             // Derivatives of the displacements of the two balls of each contact with respect to its overlap.
             let mut sensitivities = Vec::with_capacity(end - first);

@@ -230,7 +230,7 @@ impl Cluster {
                 let (balls, flights) = (&balls[first..=end], &mut self.flights[first..=end]);
                 let (contacts, laws) = (&self.contacts[first..end], &laws[first..end]);
                 if balls[0].model.on_arc {
-                    align_on_arcs(flights, balls, contacts, laws, &self.along[first..end]);
+                    align_along_arcs(flights, balls, contacts, laws, &self.along[first..end]);
                 } else {
                     let masses = balls.iter().map(|ball| ball.model.mass);
                     let contacts = contacts.iter().zip(laws);
@@ -350,7 +350,7 @@ impl Cluster {
 ///
 /// With the missing overlaps e, the matrix of the parts `D = (l_1, -r_1; 0, l_2, -r_2; ...)`, and the masses M, the
 /// pushes p solve `D M^-1 D' p = e` and move the balls by `M^-1 D' p`.
-fn align_on_arcs(
+fn align_along_arcs(
     flights: &mut [Flight],
     balls: &[Ball],
     contacts: &[WindowContact],

@@ -64,7 +64,7 @@ fn of_series(cradle: &Cradle, state: &ChainState, inputs: &HeldInputs, series: &
     let factorial = |k: usize| (1..=k).map(|i| i as f64).product::<f64>();
     let (of_order, of_rate, last) = (factorial(order), factorial(order - 1), order - 1);
     let [support, vertical] = match cradle.on_arcs() {
-        true => support_on_arcs(cradle, state, series),
+        true => support_along_arcs(cradle, state, series),
         false => [support_series(cradle, state, series), [0.0; MAX_OUTPUT_DERIVATIVE + 1]],
     };
     let mut rates = Differential::all(cradle.balls.len(), 0.0);
@@ -135,7 +135,7 @@ fn support_series(cradle: &Cradle, state: &ChainState, series: &Series) -> [f64;
 }
 
 /// Coefficients of the horizontal and the vertical force of balls on arcs on the support, by the tensions and the drag.
-fn support_on_arcs(cradle: &Cradle, state: &ChainState, series: &Series) -> [[f64; MAX_OUTPUT_DERIVATIVE + 1]; 2] {
+fn support_along_arcs(cradle: &Cradle, state: &ChainState, series: &Series) -> [[f64; MAX_OUTPUT_DERIVATIVE + 1]; 2] {
     let mut support = [[0.0; MAX_OUTPUT_DERIVATIVE + 1]; 2];
     for (i, (ball, Flight { forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let ([sin, cos], u) = (series.directions(i), series.rate(series.displacement(i)));

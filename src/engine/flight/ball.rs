@@ -61,6 +61,12 @@ impl Ball {
         self.go_on(t, u64::MAX, |piece, _| say(piece, (t - piece.start).value()))
     }
 
+    /// The same; `None` on a line.
+    #[inline(always)]
+    fn along_arc<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> Option<T> {
+        self.model.on_arc.then(|| self.piece(t, say))
+    }
+
     /// Asks that part or, after at most so many series on the way there, the one reached; `say` gets to know which.
     #[inline(always)]
     fn go_on<T>(&self, t: DoubleDouble, most: u64, say: impl FnOnce(&Piece, bool) -> T) -> T {
@@ -106,10 +112,8 @@ impl Ball {
     /// Displacement since the anchor (m) and velocity (m/s) at the time `t`, in flight.
     #[inline]
     pub fn moved(&self, t: DoubleDouble) -> (f64, f64) {
-        if self.model.on_arc {
-            return self.piece(t, |piece, tau| piece.moved(tau));
-        }
-        self.flight.at(&self.oscillator, t - self.anchor)
+        let moved = self.along_arc(t, |piece, tau| piece.moved(tau));
+        moved.unwrap_or_else(|| self.flight.at(&self.oscillator, t - self.anchor))
     }
 
     /// The same motion anchored at `t`.
@@ -117,8 +121,8 @@ impl Ball {
         if t == self.anchor {
             return self.flight;
         }
-        if self.model.on_arc {
-            return self.piece(t, |piece, tau| piece.flight_at(tau));
+        if let Some(flight) = self.along_arc(t, |piece, tau| piece.flight_at(tau)) {
+            return flight;
         }
         let (displacement, v) = self.moved(t);
         Flight { x: self.flight.x + displacement, v, forcing: shifted(&self.flight.forcing, (t - self.anchor).value()) }
@@ -135,12 +139,12 @@ impl Ball {
 
     /// The sums at the time `t`, in flight, where only the part `inputs` of the forcing is by the inputs.
     pub fn integrals_under(&self, inputs: &Forcing, t: DoubleDouble) -> RunningIntegrals {
-        if self.model.on_arc {
-            let mut integrals = self.integrals;
-            integrals.add(&self.piece(t, |piece, tau| piece.integrals(&self.model, tau)));
-            return integrals;
-        }
-        self.on_line(inputs, t).0
+        let Some(since) = self.along_arc(t, |piece, tau| piece.integrals(&self.model, tau)) else {
+            return self.on_line(inputs, t).0;
+        };
+        let mut integrals = self.integrals;
+        integrals.add(&since);
+        integrals
     }
 
     /// The same for a ball on a line, with displacement (m) and velocity (m/s). Inlined, only what is used is computed.
@@ -230,9 +234,8 @@ impl Ball {
         if t == self.anchor {
             return 0.0;
         }
-        if self.model.on_arc {
-            let (flight, displacement, sums) = self
-                .piece(t, |piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(&self.model, tau)));
+        let say = |piece: &Piece, tau| (piece.flight_at(tau), piece.moved(tau).0, piece.integrals(&self.model, tau));
+        if let Some((flight, displacement, sums)) = self.along_arc(t, say) {
             self.integrals.add(&sums);
             (self.flight, self.anchor, self.starts_long) = (flight, t, false);
             return displacement;

@@ -69,7 +69,7 @@ impl Separation {
             let beside = |l: &Path| right.path(anchor, |r| Approach::new(lengths, [l, r], overlap, law));
             Box::new(left.path(anchor, beside))
         });
-        let (motion, other) = if !left.model.on_arc && left.oscillator == right.oscillator {
+        let (motion, other) = if approach.is_none() && left.oscillator == right.oscillator {
             let mut forcing = l.forcing;
             forcing.iter_mut().zip(&r.forcing).for_each(|(p, r)| *p -= r);
             // The difference of the positions, which gravity pulls on, without their rounding.
@@ -98,7 +98,7 @@ impl Separation {
     pub fn is_sound(&self, [left, right]: [&Ball; 2], now: DoubleDouble) -> bool {
         let right_oscillator = self.other.as_ref().map_or(self.motion.0, |(o, _)| *o);
         let own = self.other.is_none() || left.oscillator != right.oscillator;
-        let differ = own || self.approach.is_some() && left.model.on_arc;
+        let differ = own || self.approach.is_some();
         let pendulums = self.motion.0 == left.oscillator && right_oscillator == right.oscillator && differ;
         pendulums && self.is_finite() && self.anchor.is_sound() && self.anchor <= now
     }

@@ -83,12 +83,12 @@ impl Engine {
 
     /// Integral of the force of ball `i` on the support over its mass, up to a constant, m/s.
     fn support_at(&self, i: usize, t: DoubleDouble) -> DoubleDouble {
-        self.integrals_at(i, t).support + -self.momentum_on_arc(i, t)
+        self.integrals_at(i, t).support + -self.horizontal_velocity(i, t)
     }
 
     /// On an arc, the horizontal velocity of ball `i`, m/s: what the inputs give that is not in the momentum acts on
     /// the support; contact forces cancel in the sum.
-    fn momentum_on_arc(&self, i: usize, t: DoubleDouble) -> f64 {
+    fn horizontal_velocity(&self, i: usize, t: DoubleDouble) -> f64 {
         let model = &self.cradle.balls[i];
         if !model.on_arc {
             return 0.0;
@@ -103,7 +103,7 @@ impl Engine {
         match &self.step.balls[i] {
             Some(start) => (self.support_at(i, now) + -start.support).value(),
             None if self.flies(i) => {
-                let momentum = self.momentum_on_arc(i, now) - self.momentum_on_arc(i, start);
+                let momentum = self.horizontal_velocity(i, now) - self.horizontal_velocity(i, start);
                 ball.support_between(start, now) - momentum
             }
             None => (self.support_at(i, now) + -self.support_at(i, start)).value(),

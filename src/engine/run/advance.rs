@@ -61,7 +61,7 @@ impl Engine {
                 break;
             }
             watchdog.check(t, (1, || self.busy_with(key)), self.effort, observer)?;
-            if self.is_rigid() && self.cradle.on_arcs() {
+            if self.is_rigid() {
                 // Bodies fly from event to event; other series of neighbours are renewed by events.
                 let body = around(key, self.contacts.len(), |j| self.constraint(j).is_some());
                 self.follow_flights(body.start..body.end + 1, t, &mut watchdog, observer)?;
@@ -76,9 +76,7 @@ impl Engine {
                 (reached, until) = (stop, stop.into());
             }
         }
-        if self.cradle.on_arcs() {
-            self.follow_flights(0..self.balls.len(), reached.into(), &mut watchdog, observer)?;
-        }
+        self.follow_flights(0..self.balls.len(), reached.into(), &mut watchdog, observer)?;
         self.check_fault(0.0)?;
         self.time = reached;
         if self.step.moved.is_empty() {
@@ -95,6 +93,7 @@ impl Engine {
         watchdog: &mut Watchdog,
         observer: &mut dyn Observer,
     ) -> Result<(), EngineError> {
+        let balls = if self.cradle.on_arcs() { balls } else { 0..0 };
         for ball in balls {
             let mut at_once = 0;
             let fault = loop {

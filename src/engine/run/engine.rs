@@ -12,7 +12,7 @@ use crate::engine::cluster::{Cluster, Control};
 use crate::engine::flight::{Ball, Flight};
 use crate::engine::tape::Recorder;
 use crate::engine::{EngineError, Fault, Forecast, HeldInputs, StepStart, Unrecorded, pair_impact::ImpactCoefficients};
-use crate::model::{Chain, Cradle, Inputs, Mode, Parameters, WorkCounters, check_start_on_arcs};
+use crate::model::{Chain, Cradle, Inputs, Mode, Parameters, WorkCounters, check_start};
 use crate::solver::{DoubleDouble, EventQueue, Stretching};
 
 /// Start of the step of a copy that looks ahead, s: after all events.
@@ -107,7 +107,7 @@ impl Engine {
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         let cradle = Cradle::new(parameters);
         cradle.check().map_err(EngineError::NoCoefficient)?;
-        check_start_on_arcs(&cradle, &parameters.x_start).map_err(EngineError::NoArc)?;
+        check_start(&cradle, &parameters.x_start).map_err(EngineError::NoArc)?;
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let mut engine = Self::apart(parameters, inputs, start_time);
         let start = DoubleDouble::from(start_time);
@@ -265,9 +265,7 @@ impl Engine {
 
     /// Notes what has ended the motion of `balls` along their arcs up to the time `t`, if that is the first.
     pub(crate) fn look_for_faults(&mut self, balls: Range<usize>, t: DoubleDouble) {
-        if self.cradle.on_arcs() {
-            balls.for_each(|ball| self.note(ball, self.fault_within(ball, t, u64::MAX).unwrap_or_default()));
-        }
+        balls.for_each(|ball| self.note(ball, self.fault_within(ball, t, u64::MAX).unwrap_or_default()));
     }
 
     /// What has ended the motion of ball `i` on its arc up to the time `t`, and when, after at most so many series of a

@@ -164,7 +164,7 @@ impl GaussStep {
         self.arcs.models.clear();
         if models[0].on_arc {
             (self.unlike, self.varies, self.drags) = (false, false, false);
-            self.start_on_arcs(window);
+            self.start_along_arcs(window);
         } else {
             self.unlike = self.oscillators.iter().any(|oscillator| *oscillator != self.oscillators[0]);
             self.varies = flights.iter().any(|flight| degree(&flight.forcing) > 0);
@@ -207,7 +207,7 @@ impl GaussStep {
         }
     }
 
-    fn start_on_arcs(&mut self, window: &Window) {
+    fn start_along_arcs(&mut self, window: &Window) {
         let Window { flights, models, laws, .. } = window;
         let arcs = &mut self.arcs;
         arcs.models.extend_from_slice(models);

@@ -61,7 +61,7 @@ impl Series {
         for k in 0..self.order {
             forces.iter_mut().for_each(|force| self.expand_force(force, k));
             if window.models[0].on_arc {
-                self.expand_motion_on_arcs(window, k, given);
+                self.expand_motion_along_arcs(window, k, given);
             } else {
                 self.expand_motion(window, &pendulums, k, given);
             }
@@ -121,7 +121,7 @@ impl Series {
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the geometry.
-    fn expand_motion_on_arcs(&mut self, window: &Window<'_>, k: usize, given: &dyn Fn(usize) -> bool) {
+    fn expand_motion_along_arcs(&mut self, window: &Window<'_>, k: usize, given: &dyn Fn(usize) -> bool) {
         let (stride, unit, next) = (self.stride, self.unit, (k + 1) as f64);
         for i in 0..window.models.len() {
             let (ball, at) = (window.models[i], i * stride);

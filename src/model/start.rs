@@ -5,7 +5,7 @@ use super::cradle::{BallModel, Cradle};
 use crate::number::Number;
 
 /// Refuses what balls on arcs cannot do at the start: says why, and what is allowed.
-pub(crate) fn check_start_on_arcs(cradle: &Cradle, x_start: &[f64]) -> Result<(), String> {
+pub(crate) fn check_start(cradle: &Cradle, x_start: &[f64]) -> Result<(), String> {
     if !cradle.on_arcs() {
         return Ok(());
     }
