@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::window::Window;
-use crate::engine::flight::degree;
+use crate::engine::flight::{ROUNDINGS, degree};
 use crate::model::{ContactLaw, Mode};
 use crate::solver::{ForcedOscillator, Oscillator};
 
@@ -46,8 +46,10 @@ fn apply_to(window: &Window) -> bool {
             continue;
         }
         let (other, [left, right]) = (&laws[first], [&balls[first], &balls[j + 1]]);
-        let proportional = law.damping_coefficient() * other.stiffness == other.damping_coefficient() * law.stiffness;
-        if !(left.oscillator == right.oscillator && proportional) || j + 2 - first > LARGEST_GROUP {
+        let damping = law.damping_coefficient() * other.stiffness;
+        // To within rounding, for example of relaxation times multiplied by stiffnesses.
+        let off = damping - other.damping_coefficient() * law.stiffness;
+        if left.oscillator != right.oscillator || off.abs() > ROUNDINGS * damping || j + 2 - first > LARGEST_GROUP {
             return false;
         }
     }

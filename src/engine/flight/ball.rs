@@ -94,9 +94,6 @@ impl Ball {
     /// What has ended its flight on an arc up to the time `t`, and when, after at most so many series; `Err` with the
     /// time reached if that is not `t`.
     pub fn fault_within(&self, t: DoubleDouble, most: u64) -> Result<Option<(DoubleDouble, Fault)>, DoubleDouble> {
-        if !self.model.on_arc {
-            return Ok(None);
-        }
         self.go_on(t, most, |piece, is_there| match is_there {
             true => Ok(piece.fault.filter(|(time, _)| *time <= t)),
             false => Err(piece.start),
@@ -105,7 +102,7 @@ impl Ball {
 
     /// Whether its string is beyond the horizontal at the anchor, on an arc.
     pub fn fault_at_anchor(&self) -> Option<(DoubleDouble, Fault)> {
-        let beyond = self.model.on_arc && self.flight.x.abs() > FRAC_PI_2 * self.model.length;
+        let beyond = self.flight.x.abs() > FRAC_PI_2 * self.model.length;
         beyond.then_some((self.anchor, Fault::Horizontal))
     }
 

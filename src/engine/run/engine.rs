@@ -278,6 +278,9 @@ impl Engine {
         most: u64,
     ) -> Result<Option<(DoubleDouble, Fault)>, DoubleDouble> {
         let ball = &self.balls[i];
+        if !ball.model.on_arc {
+            return Ok(None);
+        }
         if self.flies(i) { ball.fault_within(t, most) } else { Ok(ball.fault_at_anchor()) }
     }
 

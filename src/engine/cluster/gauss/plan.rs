@@ -17,22 +17,18 @@ use crate::solver::{NODES, Power, Stretching, Table};
 const TAIL: f64 = 1.5e-10;
 const EPSILON: f64 = 1e-17;
 
-/// First step over the time in which the fastest contact stops its balls: from an onset on, from another switching on,
-/// and for a whole exponent, over the exponent.
+/// First step over the time in which the fastest contact stops its balls, and for a whole exponent, times that.
 const FIRST: f64 = 0.5;
-const FIRST_LATER: f64 = 0.8;
 const FIRST_SMOOTH: f64 = 1.6;
 
 /// Largest number of steps ahead at which a switching becomes the end of the step.
 const NEAR: f64 = 0.7;
 
-/// The next step over the last one: the part of what the error allows, the least and largest factor, and the factors
-/// after a step that did not reach a release and after a failed one.
+/// The next step over the last one: the part of what the error allows, the least and largest factor, and the factor
+/// after a step that failed or did not reach a release.
 const SAFETY: f64 = 0.93;
 const CHANGE: [f64; 2] = [0.3, 4.0];
 const SHORTER: f64 = 0.65;
-const FAILED: f64 = 0.5;
-const LEAST: f64 = 0.05;
 
 /// Contacts that have just closed at less than this part of the speed of the others, or with less than this part of the
 /// largest overlap, need no stretched step.
@@ -84,11 +80,7 @@ impl<'a> Planner<'a> {
             longest,
         };
         let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, speed));
-        let first = match power {
-            None => FIRST_SMOOTH / window.laws[0].exponent,
-            Some(_) if stretching == Stretching::None => FIRST_LATER,
-            Some(_) => FIRST,
-        };
+        let first = if power.is_some() { FIRST } else { FIRST_SMOOTH / window.laws[0].exponent };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
         let mut planner = Self { stretching, length, tolerance, before };
         let near =
@@ -125,7 +117,7 @@ impl<'a> Planner<'a> {
     /// What to do after an attempt.
     pub fn decide(&mut self, motion: &mut GaussStep, plan: &Plan, outcome: Attempt) -> Decision {
         // An iteration that diverges may have moved the end anywhere.
-        let (least, longest) = (LEAST * plan.length, self.tolerance.longest);
+        let (least, longest) = (CHANGE[0] * plan.length, self.tolerance.longest);
         let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
         let plan = match (outcome, plan.switching) {
             (Attempt::Stands(error), _) => {
@@ -150,15 +142,14 @@ impl<'a> Planner<'a> {
                 match plan.stretching {
                     Stretching::None | Stretching::AtEnd(_) => to_release(motion, j, time.max(least)),
                     // It closes and opens in one step.
-                    Stretching::AtStart(_) => self.ahead(FAILED * time.max(least)),
+                    Stretching::AtStart(_) => self.ahead(SHORTER * time.max(least)),
                 }
             }
             (Attempt::Within(j, _, time), _) => self.to_switching(j, time.max(least)),
             // It nearly opens; the same step would give the same result.
             (Attempt::NoSwitching, _) => self.ahead(SHORTER * self.length.min(reached.max(least))),
-            (Attempt::TooLong(_) | Attempt::Failed, Some(_)) => self.ahead(SHORTER * tried),
             (Attempt::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
-            (Attempt::Failed, None) => self.ahead(FAILED * tried),
+            (Attempt::TooLong(_) | Attempt::Failed, _) => self.ahead(SHORTER * tried),
         };
         Continue(Plan { length: plan.length.min(longest), ..plan })
     }

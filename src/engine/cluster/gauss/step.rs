@@ -10,10 +10,9 @@ const LEAST: usize = 2;
 const MOST: usize = 60;
 
 /// A step whose error is this many times the allowed one is given up at once; while overlaps still change, more is
-/// tolerated; still more of linear and other smooth contacts on arcs.
+/// tolerated.
 const TOO_LONG: f64 = 1.5;
 const STILL_CHANGING: f64 = 1e5;
-const SMOOTH_STILL_CHANGING: f64 = 1e8;
 
 /// The iteration has converged if it changes overlaps by less than `CONVERGED` of their size; or if, at the present
 /// rate, the next change would be less, or `SENSITIVITY` p^2 times the one after it: velocities at the end are more
@@ -29,9 +28,8 @@ const NOISE: f64 = 2e-15;
 const CONVERGED_RATE: f64 = 4e-15;
 
 /// Switchings are searched once the iteration changes overlaps by no more than this part of that of the contact that
-/// presses least or, at the ends of a wave, by the other part of the largest.
+/// presses least.
 const ROUGH: f64 = 0.1;
-const FINE: f64 = 1e-5;
 
 /// The directions of balls on arcs are computed anew once the iteration changes overlaps by less than that would change
 /// them. The expected change is that of the last time, multiplied by the relative change of the first time; before the
@@ -40,12 +38,10 @@ const FINE: f64 = 1e-5;
 const FIRST_TURN: f64 = 1e-2;
 const STANDS: f64 = 1e-15;
 
-/// Factor on the error of a step that is left where a force changes its sign: there it is less exact than at its end.
-const WITHIN: f64 = 30.0;
-
-/// Factor on the error where the branch point of a second contact follows that at the end: the end has fewer digits
-/// then than the coefficients promise. Guarded by `balls_that_rattle`.
-const SECOND_BRANCH_POINT: f64 = 100.0;
+/// Factor on the error where the state at the end has fewer digits than the coefficients promise: of a step that is left
+/// where a force changes its sign, or where the branch point of a second contact follows that at the end. Guarded by
+/// `balls_that_rattle`.
+const FEWER_DIGITS: f64 = 100.0;
 
 /// Largest factor by which the end of the step may move within the iteration.
 const FARTHEST: f64 = 4.0;
@@ -117,7 +113,6 @@ impl GaussStep {
         let closed = self.contacts.iter().filter(|contact| contact.mode == Mode::Pressing).count() as u64;
         self.begin(table);
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, Some(0.0), false, false);
-        let smooth = self.on_arcs() && self.stretching_power().is_none();
         let mut turns = Turns::default();
         let exponent = self.contacts[0].law.exponent; // contacts have one
         let sensitivity = SENSITIVITY * exponent * exponent;
@@ -128,7 +123,7 @@ impl GaussStep {
                 self.turn_on(turns.count > 0, &mut turns);
                 self.push();
             }
-            if !looked && last_change < ROUGH && last_change < FINE.max(ROUGH * self.evenness()) {
+            if !looked && last_change < ROUGH * self.evenness().min(1.0) {
                 looked = true;
                 (0..self.contacts.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
                 match self.first_switching(table, tolerance) {
@@ -160,7 +155,7 @@ impl GaussStep {
             turns.note(change);
             if count >= LEAST {
                 if !measured {
-                    let still = change * if smooth { SMOOTH_STILL_CHANGING } else { STILL_CHANGING };
+                    let still = change * STILL_CHANGING;
                     let error = self.error(table, tolerance);
                     if error > TOO_LONG + still {
                         return Attempt::TooLong(error);
@@ -243,7 +238,7 @@ impl GaussStep {
         self.push();
         let mut error = self.error(table, tolerance);
         if self.ends_before_branch_point(table, &tolerance.problem.rounding) {
-            error *= SECOND_BRANCH_POINT;
+            error *= FEWER_DIGITS;
         }
         if error > 1.0 {
             return Attempt::TooLong(error);
@@ -279,7 +274,7 @@ impl GaussStep {
                 return Attempt::AtOnce(j, Switch::Clip);
             }
             (self.until, self.end) = (time, Some((j, Switch::Clip)));
-            error *= WITHIN;
+            error *= FEWER_DIGITS;
         }
         if error > 1.0 {
             return Attempt::TooLong(error);
