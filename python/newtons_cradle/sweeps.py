@@ -117,8 +117,8 @@ class Sweep(Mapping[str, Array]):
         kind = self._first
         if isinstance(kind, Result):
             like = kind.to_xarray()
-            arrays = {name: (("case", *one.dims), self[name], one.attrs) for name, one in like.items()}
-            found = xarray.Dataset(arrays, coords=like.coords)
+            arrays = {name: (("case", *one.dims), self[str(name)], one.attrs) for name, one in like.items()}
+            found: xr.Dataset = xarray.Dataset(arrays, coords=like.coords)
         else:
             found = xarray.Dataset({name: ("case", self[name]) for name in self})
         found["error"] = ("case", [outcome.error for outcome in self.outcomes])
@@ -126,8 +126,8 @@ class Sweep(Mapping[str, Array]):
             names = dict.fromkeys(name for case in self.cases for name in case if np.ndim(case[name]) == 0)
             return found.assign_coords({name: ("case", [case.get(name) for case in self.cases]) for name in names})
         index = optional("pandas", "data").MultiIndex.from_product(self.axes.values(), names=list(self.axes))
-        product = found.assign_coords(xarray.Coordinates.from_pandas_multiindex(index, "case")).unstack("case")
-        return product.transpose(*self.axes, ...)
+        of_cases = xarray.Coordinates.from_pandas_multiindex(index, "case")
+        return found.assign_coords(of_cases).unstack("case").transpose(*self.axes, ...)
 
 
 def sweep(

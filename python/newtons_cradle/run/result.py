@@ -161,7 +161,8 @@ class Result(Mapping[str, Array]):
             numbers = [int(column.rpartition("[")[2].rstrip("]")) for column in columns]
             coords = {"time": time, dim: numbers}
             arrays[name] = xarray.DataArray(self.stack(name), coords=coords, dims=["time", dim], attrs=about)
-        return xarray.Dataset(arrays, coords={"time": time})
+        found: xr.Dataset = xarray.Dataset(arrays, coords={"time": time})
+        return found
 
     def to_parquet(self, path: str | Path) -> None:
         """Writes the data frame as a Parquet file, which pandas reads with units. Raises PackageMissing
