@@ -10,7 +10,7 @@ import platform
 import weakref
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, suppress
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +43,8 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
     pickled one opens its file anew.
 
     `path`: the file; if None, the FMU that comes with the package or, in a checkout, the one that was built last.
-    `folder`: where to unpack it; if None, a temporary folder. `close`, or the end of the program, removes it.
+    `folder`: where to unpack it, a new folder or an empty one; if None, a temporary one. `close`, or the end of the
+    program, removes what was unpacked.
     Raises FileMissing, InvalidValue or FmuError.
     """
 
@@ -52,16 +53,19 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         needed("folder", folder, str | Path | None, "the path of a folder")
         path = files.newest(files.FMU) if path is None else Path(path)
         self._archive = Archive(path)
-        super().__init__(path, described(self._archive))
+        super().__init__(self._archive.path, described(self._archive))
         known = self.described
         if not (known.fmi2 or (known.version.startswith("3.") and self.is_cradle)) or not self._identifier:
             what = f"an FMU of FMI {known.version}, the model {known.model}"
             raise FmuError(f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {files.MODEL} of FMI 3.0")
         self._idle: list[Any] = []
         self._columns: dict[tuple[str, ...], tuple[Any, dict[str, str], dict[str, str]]] = {}
-        self._folder = archive.temporary() if folder is None else Path(folder)
         self._held: list[Callable[[], None]] = []  # frees the library
-        self._remove = weakref.finalize(self, _end, self._folder, os.getpid(), self._idle, self._held)
+        self._folder = archive.temporary() if folder is None else Path(folder).absolute()
+        remove = partial(archive.remove, self._folder, os.getpid())
+        if folder is not None:
+            remove = archive.emptied(self._folder, self._archive.names)
+        self._remove = weakref.finalize(self, _end, remove, self._idle, self._held)
         try:
             self._archive.unpack(self._folder, self._runs_here if folder is None else lambda _: True)
         except FmuError:
@@ -100,7 +104,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         return super().__repr__() if self._remove.alive else f"Fmu({self.path.name}, closed)"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Fmu, (self.path.absolute(),)
+        return Fmu, (self.path,)
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -244,13 +248,13 @@ def returned(function: str, values: Values | None) -> Values:
     return values or {}
 
 
-def _end(folder: Path, owner: int, idle: list[Any], held: list[Callable[[], None]]) -> None:
+def _end(remove: Callable[[], None], idle: list[Any], held: list[Callable[[], None]]) -> None:
     """Frees what waits, and removes the unpacked files."""
     while idle:
         _free(idle.pop())
     while held:
         held.pop()()
-    archive.remove(folder, owner)
+    remove()
 
 
 def _free(instance: Any) -> None:
