@@ -22,6 +22,7 @@ from .errors import MOST_STEPS, FmuError, InvalidValue, needed, number
 from .run import Model, Result, Run
 from .run.calls import FMI2, FMI3
 from .run.description import Description, NotReadable
+from .run.instance import free
 from .run.model import GIVEN, Values
 from .run.recorder import columns
 
@@ -62,7 +63,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         self._columns: dict[tuple[str, ...], tuple[Any, dict[str, str], dict[str, str]]] = {}
         self._held: list[Callable[[], None]] = []  # frees the library
         self._folder = archive.temporary() if folder is None else Path(folder).absolute()
-        remove = partial(archive.remove, self._folder, os.getpid())
+        remove: Callable[[], None] = partial(archive.remove, self._folder, os.getpid())
         if folder is not None:
             remove = archive.emptied(self._folder, self._archive.names)
         self._remove = weakref.finalize(self, _end, remove, self._idle, self._held)
@@ -135,7 +136,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
                 instance.reset()
                 self._idle.append(instance)
                 return
-        _free(instance)
+        free(instance)
 
     @cached_property
     def given_names(self) -> tuple[str, ...]:
@@ -251,15 +252,10 @@ def returned(function: str, values: Values | None) -> Values:
 def _end(remove: Callable[[], None], idle: list[Any], held: list[Callable[[], None]]) -> None:
     """Frees what waits, and removes the unpacked files."""
     while idle:
-        _free(idle.pop())
+        free(idle.pop())
     while held:
         held.pop()()
     remove()
-
-
-def _free(instance: Any) -> None:
-    if instance.component:
-        instance.freeInstance()
 
 
 def equal_steps(stop: float, step: float) -> list[float]:

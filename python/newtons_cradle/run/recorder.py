@@ -83,14 +83,16 @@ class Recorder:
         run, calls, parts = self._run, self._run._calls, self._run._parts
         step, component, tail, longest = calls.step, calls.component, calls.step_tail, parts.longest
         times, now, last, plain, reads = self._times, run.time, perf_counter(), False, self._reads
+        early = not run._instance.again  # a step may end before its time
         at, by = c_double(), c_double()
         for time in points:
             h = time - now
             row = len(times)
             if h > longest or row == self._room or not plain:
+                run._in_step = False  # what it has come to was noted
                 run._step_to(time)
                 self.sample()
-                now, last, longest, plain = time, perf_counter(), parts.longest, not parts.means
+                now, last, longest, plain = run.time, perf_counter(), parts.longest, not (parts.means or early)
                 run._in_step, reads = plain, self._reads  # until the loop ends: who asks for the time asks the FMU
                 continue
             if now + h != time:
