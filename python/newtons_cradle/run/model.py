@@ -31,6 +31,11 @@ def split(name: str) -> tuple[str, int | None]:
     return (match[1], int(match[2])) if match else (name, None)
 
 
+def with_unit(value: Any) -> tuple[Any, str | None]:
+    """A value such as `(2.6, "um")`, and its unit; any other value, and None."""
+    return value if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str) else (value, None)
+
+
 @dataclass(frozen=True)
 class Row:
     """One variable in a table. `range`: which values are allowed; `default`: the start value, an item of an enumeration
@@ -179,9 +184,9 @@ class Model:
     def number(self, name: str, value: Any) -> float | int | bool:
         """A value in the type of this variable. An item of an enumeration may be given by name, a number with a unit
         as `(2.6, "um")`. Raises UnknownName, InvalidValue."""
-        variable, value = self.variable(name), plain(value)
-        if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str):
-            value = self._converted(variable, *value)
+        variable, (value, unit) = self.variable(name), with_unit(plain(value))
+        if unit is not None:
+            value = self._converted(variable, value, unit)
         if isinstance(value, str) and value in variable.items:
             return variable.items[value]
         try:
@@ -274,9 +279,7 @@ class Model:
 
     def listed(self, name: str, value: Any) -> Sequence[Any]:
         """The values of an array's elements, each with its unit, if it has one. Raises InvalidValue."""
-        unit: str | None = None
-        if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str):
-            value, unit = value
+        value, unit = with_unit(value)
         try:
             dimensions = np.ndim(value)
         except ValueError:  # lists of different lengths

@@ -1,6 +1,7 @@
 """The result of a run: samples and pulses, as NumPy arrays, data frame, data set, Parquet file or plot."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -55,6 +56,17 @@ class Result(Mapping[str, Array]):
     @cached_property
     def given(self) -> dict[str, Any]:
         return self._given()
+
+    def __copy__(self) -> "Result":
+        made = Result.__new__(type(self))
+        vars(made).update(vars(self))
+        return made
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Result":
+        """With arrays of its own; the model is the same."""
+        made = copy(self)
+        made.samples, made.pulses, made.given = self.samples.copy(), self.pulses.copy(), dict(self.given)
+        return made
 
     def __getstate__(self) -> dict[str, Any]:
         """For another process: everything but the model, which belongs to this one."""
