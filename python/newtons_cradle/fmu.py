@@ -21,7 +21,7 @@ from .archive import Archive
 from .errors import MOST_STEPS, FmuError, InvalidValue, needed, number
 from .run import Model, Result, Run
 from .run.calls import FMI2, FMI3
-from .run.description import Description, NotReadable
+from .run.description import Description
 from .run.instance import free
 from .run.model import GIVEN, Values
 from .run.recorder import columns
@@ -32,11 +32,7 @@ KEPT = 15  # sets of recorded variables whose description is kept
 
 def described(opened: Archive) -> Description:
     """The description in the file of an FMU. Raises FmuError."""
-    path = opened.path
-    try:
-        return Description(opened.description())
-    except NotReadable as problem:
-        raise FmuError(f"{path} is not an FMU that can be read: {problem}") from problem
+    return Description(opened.description(), opened.path)
 
 
 class Fmu(Model, AbstractContextManager["Fmu"]):

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InvalidValue, UnknownName, did_you_mean, needed, optional, plain, shown
 from ..files import MODEL
 from ..markup import html_table
-from .description import Description, Variable, Variables
+from .description import Description, Variable, Variables, reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -229,13 +229,14 @@ class Model:
             raise InvalidValue(f"{name} has no start value: the FMU computes it")
         if variable.type == "Boolean":
             return variable.start in ("true", "1")
-        return float(variable.start) if variable.type == "Real" else int(variable.start)
+        with reading(self.described.source):
+            return float(variable.start) if variable.type == "Real" else int(variable.start)
 
     def written(self, name: str, value: float, digits: str = ".6g") -> str:
         """A value of a variable as text, an item of an enumeration by its name."""
         variable = self.variable(name)
         if variable.items:
-            return next(item for item, number in variable.items.items() if number == value)
+            return next((item for item, number in variable.items.items() if number == value), str(value))
         return f"{value:{digits}}" if variable.type == "Real" else str(value)
 
     def names(self, record: Iterable[str]) -> list[str]:
