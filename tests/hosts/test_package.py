@@ -261,9 +261,11 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
     """As Linux on ARM needs it: FMPy knows the older names only. The FMU is unpacked where told, and removed."""
     folder = tmp_path / "unpacked"
     with nc.Fmu(fmu_path, folder) as fmu:
-        (folder / "binaries" / fmpy.platform).rename(folder / "binaries" / fmpy.platform_tuple)
+        old, new = (folder / "binaries" / name for name in (fmpy.platform, fmpy.platform_tuple))
+        old.rename(new)
         with fmu.start() as run:
             assert run["x[1]"] == -0.1
+        new.rename(old)
     assert not folder.exists()
 
 
@@ -306,7 +308,10 @@ def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
         result.to_parquet(tmp_path / "run.parquet")
     with pytest.raises(ImportError, match=r"newtons-cradle\[plot\]"):
         result.plot()
-    assert optional("json", "data")
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    with pytest.raises(ImportError, match=r"scipy is needed but missing: `.*\[fit\]'`, or `pip install scipy`"):
+        optional("scipy.optimize", "fit")
+    assert optional("json", "data") and optional("xml.etree", "data")
 
 
 def filmed(fmu, values) -> dict:
