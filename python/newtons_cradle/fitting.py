@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .building import build
 from .errors import FmuError, InvalidValue, needed, optional, shown
 from .fmu import Fmu
 from .pulses import Array
@@ -78,17 +79,25 @@ def numbers(name: str, values: Any) -> Array:
 
 
 def fit(
-    track: Mapping[str, Any], by: Sequence[str] | Mapping[str, float], *, fmu: Fmu, values: Values | None = None
+    track: Mapping[str, Any],
+    by: str | Sequence[str] | Mapping[str, float],
+    *,
+    fmu: Fmu | None = None,
+    values: Values | None = None,
 ) -> Fit:
     """The parameters `by` with which a run comes closest to what was measured, by least squares.
 
     `track`: `time` (s, rising, from 0 on) and what was measured then, by name: a dict, a data frame or a result, arrays
     as a whole or by element. `by`: names of parameters that are not 0, with first guesses if it is a dict; otherwise
-    the guesses are in `values`, or in the FMU, which must be of FMI 3.0. `values`: what else is set at the start.
+    the guesses are in `values`, or in the FMU, which must be of FMI 3.0; if None, the default one. `values`: what else is
+    set at the start.
     Raises FmuError where the track does not determine the parameters, InvalidValue, UnknownName, and PackageMissing
     without SciPy.
     """
     optimize = optional("scipy.optimize", "fit")
+    if fmu is None:
+        with build(fmi=3) as built:
+            return fit(track, by, fmu=built, values=values)
     needed("fmu", fmu, Fmu, "an FMU as `nc.build(fmi=3)` makes it")
     if fmu.fmi2:
         raise FmuError(f"{fmu.path} is of FMI 2.0; a fit needs FMI 3.0, as `nc.build(fmi=3)` makes it")
@@ -96,7 +105,8 @@ def fit(
     if isinstance(by, Mapping):
         guesses = fmu.settings(by)
     else:
-        guesses = {name: given.get(name, fmu.built_with(name)) for name in fmu.names(by)}
+        wanted = fmu.names([by] if isinstance(by, str) else by)
+        guesses = {name: given.get(name, fmu.built_with(name)) for name in wanted}
     names, guess = list(guesses), np.array(list(guesses.values()), dtype=float)
     if not names or (guess == 0.0).any():
         raise InvalidValue("by: at least one parameter is needed, each with a guess that is not 0")

@@ -28,6 +28,7 @@ from .run.recorder import columns
 
 IDLE = 8  # instances that wait for the next run
 KEPT = 15  # sets of recorded variables whose description is kept
+A_FUNCTION = 'a function such as `nc.Progress("Run")`'  # of the fraction done
 
 
 def described(opened: Archive) -> Description:
@@ -213,10 +214,11 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         called up to 200 times. Raises FmuError, UnknownName, InvalidValue.
         """
         points = equal_steps(stop, step) if times is None else rising(times)
-        for what, function in (("inputs", inputs), ("control", control), ("progress", progress)):
-            needed(what, function, Callable | None, "a function")
+        needed("inputs", inputs, Callable | None, "a function `inputs(t)` that returns a dict")
+        needed("control", control, Callable | None, "a function `control(run)` that returns a dict or None")
+        needed("progress", progress, Callable | None, A_FUNCTION)
         with self.start(values) as run:
-            recorder = run.recorder(self._outputs if record is None else record)
+            recorder = run.recorder(self.to_record(record))
             recorder.reserve(len(points) + 1)
             recorder.sample()
             if inputs is None and control is None and progress is None:
@@ -232,6 +234,10 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
                 if progress is not None and (i * 200 // len(points) != (i - 1) * 200 // len(points)):
                     progress(i / len(points))
             return recorder.result()
+
+    def to_record(self, record: Iterable[str] | None) -> tuple[str, ...]:
+        """The variables that `simulate` records. Raises UnknownName, InvalidValue."""
+        return self.recorded(self._outputs if record is None else record)
 
     @cached_property
     def _outputs(self) -> list[str]:

@@ -7,6 +7,7 @@ found.errors                     # {number of the case: why it has failed}
 """
 
 import itertools
+import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -17,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import InvalidValue, UnknownName, did_you_mean, needed, optional, plain, shown, whole
-from .fmu import Fmu
+from .fmu import A_FUNCTION, Fmu, equal_steps, rising
+from .markup import html_table
 from .pulses import Array
 from .run import Result
 from .run.model import with_unit
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 OWN = ("error", "seconds")  # columns of a data frame beside those of cases and results
+SHOWN = 10  # cases that a notebook shows
 
 
 class Sweep(Mapping[str, Array]):
@@ -118,6 +121,13 @@ class Sweep(Mapping[str, Array]):
     def __repr__(self) -> str:
         failed = f", {len(self.errors)} failed" if self.errors else ""
         return f"Sweep({len(self.cases)} cases{failed}; {self.seconds.sum():.3g} s)"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [str(i), *(shown(case[name]) if name in case else "" for name in self._keys), self.errors.get(i, "")]
+            for i, case in enumerate(self.cases[:SHOWN])
+        ]
+        return html_table(["case", *self._keys, "error"], *rows, below=repr(self))
 
     def to_dataframe(self) -> "pd.DataFrame":
         """A row for each case: its values, what was measured or the last samples, `error` and `seconds`; units of cases
@@ -215,19 +225,24 @@ def sweep(
 
     `cases`: a dict of axes, whose product they are, a list of dicts, or a data frame with a row for each. A case has
     start values by name, as `simulate` takes them with `stop`, `step`, `times` and `record`; or whatever
-    `measure(fmu, case)` understands, which returns a result, or a dict of numbers. `workers`: processes, as many as
+    `measure(fmu, case)` understands, which runs the FMU itself and returns a result, or a dict of numbers. `workers`: processes, as many as
     there are cores if None; with 1 everything runs in this one. `client`: of dask, whose workers run the cases; they
     need this package. `progress(fraction)`: such as `nc.Progress("Sweep")`. Raises InvalidValue, FileMissing, FmuError.
     """
     axes, listed = listed_cases(cases)
     if workers is not None:
         whole("workers", workers, 1, 1000)
-    for what, function in (("measure", measure), ("progress", progress)):
-        needed(what, function, Callable | None, "a function")
-    options: dict[str, Any] = {"stop": stop, "step": step, "times": None if times is None else list(times)}
-    run = measure or partial(simulated, options=options | {"record": None if record is None else list(record)})
-    opened = fmu if isinstance(fmu, Fmu) else Fmu(fmu)  # a file that is no FMU is told here
+    needed("measure", measure, Callable | None, "a function `measure(fmu, case)`")
+    needed("progress", progress, Callable | None, A_FUNCTION)
+    if measure is not None and (record is not None or times is not None):
+        raise InvalidValue("record, times: they act without `measure` only, which runs the FMU itself")
+    if client is not None and not hasattr(client, "upload_file"):
+        raise InvalidValue(f"client: a client of dask is needed, not {shown(client)}")
+    opened = fmu if isinstance(fmu, Fmu) else Fmu(fmu)
     try:
+        # What is wrong for all cases is told here.
+        points = [0.0, *(equal_steps(stop, step) if times is None else rising(times))]
+        run = measure or partial(simulated, times=points, record=opened.to_record(record))
         if not listed:
             return Sweep([], axes, [])
         if client is not None:
@@ -253,7 +268,8 @@ def sweep(
 def listed_cases(cases: Any) -> tuple[dict[str, list[Any]] | None, list[Case]]:
     """The axes, if these are cases of a product, and the cases. Raises InvalidValue."""
     if hasattr(cases, "to_dict") and hasattr(cases, "columns"):
-        cases = cases.to_dict("records")
+        rows = cases.to_dict("records")
+        cases = [{name: value for name, value in row.items() if given(value)} for row in rows]
     if isinstance(cases, Mapping):
         lists = {name: values_of(name, cases[name]) for name in cases}
         return lists, [dict(zip(lists, values, strict=True)) for values in itertools.product(*lists.values())]
@@ -262,6 +278,11 @@ def listed_cases(cases: Any) -> tuple[dict[str, list[Any]] | None, list[Case]]:
     for row in rows:
         needed("cases", row, Mapping, 'for each case a dict such as {"ball.mass": 0.5}')
     return None, [dict(row) for row in rows]
+
+
+def given(value: Any) -> bool:
+    """Whether a cell of a data frame is not empty."""
+    return value is not None and not (isinstance(value, float) and math.isnan(value))
 
 
 def values_of(name: str, axis: Any) -> list[Any]:
@@ -277,6 +298,6 @@ def values_of(name: str, axis: Any) -> list[Any]:
         raise InvalidValue(f"cases: {name} needs a list of values, not {shown(axis)}") from None
 
 
-def simulated(fmu: Fmu, case: Case, options: Mapping[str, Any]) -> Result:
+def simulated(fmu: Fmu, case: Case, times: Sequence[float], record: Sequence[str]) -> Result:
     """Runs a case of start values."""
-    return fmu.simulate(case, **options)
+    return fmu.simulate(case, times=times, record=record)

@@ -57,7 +57,7 @@ def film(amplitudes=(0.006, 0.003), **wrong) -> nc.Calibration:
         (lambda fmu: nc.Fmu("missing.fmu"), "missing.fmu: there is no such file"),
         (lambda fmu: nc.Fmu(ROOT / "README.md"), "README.md is not an FMU"),
         (lambda fmu: fmu.simulate(times=5), "a list of communication points (s) is needed"),
-        (lambda fmu: fmu.simulate(inputs={"a_support": 1.0}), "inputs: a function is needed"),
+        (lambda fmu: fmu.simulate(inputs={"a_support": 1.0}), "inputs: a function `inputs(t)` that returns a dict is needed"),
         (lambda fmu: fmu.simulate(inputs=lambda t: 0.2), "inputs(t): a returned dict of inputs"),
         (lambda fmu: fmu.simulate(control=lambda run: [0.2]), "control(run): a returned dict of inputs"),
         (lambda fmu: fmu.simulate(record=[["x"]]), "record: a name such as 'x[1]' is needed, not ['x']"),
@@ -280,7 +280,7 @@ def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
     frame = pandas.read_parquet(tmp_path / "run.parquet")
     assert frame.index.name == "time" and frame.index[-1] == 1.0
     assert frame.attrs["units"]["x[1]"] == "m" and frame.attrs["units"]["E_total"] == "J"
-    for name in result.names[1:]:
+    for name in list(result)[1:]:
         assert np.array_equal(frame[name], result[name])
 
 

@@ -228,3 +228,10 @@ def test_a_data_set_has_named_dimensions(fmu, cradle, fmu_path):
     listed = nc.sweep([{"ball.mass": 1.0}, {"ball.mass": 2.0}], fmu=fmu, workers=1, **SHORT).to_xarray()
     assert listed.x.dims == ("case", "time", "ball") and listed["ball.mass"].values.tolist() == [1.0, 2.0]
     assert cradle(balls=2, binaries=fmu_path).simulate(stop=0.1).to_xarray().F.dims == ("time", "contact")
+
+
+def test_empty_cells_of_a_data_frame_are_not_set(fmu):
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame([{"ball.mass": 0.5}, {"gravity": 1.62}])
+    found = nc.sweep(frame, fmu=fmu, workers=1, stop=0.1, record=[])
+    assert found.cases == [{"ball.mass": 0.5}, {"gravity": 1.62}] and not found.errors

@@ -192,6 +192,12 @@ class Run(AbstractContextManager["Run"]):
         values = self._read(names)
         return values[0] if names == (name,) else np.array(values)
 
+    def __contains__(self, name: object) -> bool:
+        """Whether the FMU has this variable or array."""
+        return name in self.fmu.arrays or name in self.fmu.variables
+
+    __iter__ = None  # or Python would count
+
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.fmu.arrays, *self.fmu.variables]
 
@@ -325,7 +331,7 @@ class Run(AbstractContextManager["Run"]):
 
     def recorder(self, record: Iterable[str]) -> Recorder:
         """Records the named variables of this run, all elements where an array is named. Raises UnknownName."""
-        return Recorder(self, tuple(dict.fromkeys(self.fmu.names(record))))
+        return Recorder(self, self.fmu.recorded(record))
 
     def derivative(self, of: str | Sequence[str], by: str | Sequence[str], *, over: str = "run") -> Array:
         """How these outputs, at the current time, depend on these parameters or inputs; see `derivatives.matrix`."""

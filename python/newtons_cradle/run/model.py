@@ -249,6 +249,12 @@ class Model:
             found += self.elements(name)
         return found
 
+    def recorded(self, record: Iterable[str]) -> tuple[str, ...]:
+        """The variables that are recorded, each once; `time` always is. Raises UnknownName, InvalidValue."""
+        if not isinstance(record, str) and isinstance(record, Iterable):
+            record = [name for name in record if not isinstance(name, str) or name != "time"]
+        return tuple(dict.fromkeys(self.names(record)))
+
     def elements(self, name: str) -> Sequence[str]:
         """The elements of an array, or a variable alone. Raises UnknownName."""
         return self.arrays[name] if name in self.arrays else [self.variable(name).name]

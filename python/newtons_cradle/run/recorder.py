@@ -143,7 +143,7 @@ def columns(model: Model, names: Iterable[str]) -> tuple[Any, dict[str, str], di
         array = name.partition("[")[0]
         if name == array or array not in of_array:
             of_array[array] = model.unit(name)
-        units[name] = of_array[array]
+        units[name] = units[array] = of_array[array]
     lengths = {array: len(model.arrays[array]) for array in of_array if array in model.arrays}
     kinds = {model.balls - 1: "contact", model.balls: "ball"}
     return np.dtype(types), units, {name: kinds[count] for name, count in lengths.items() if count in kinds}

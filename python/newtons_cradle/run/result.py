@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidValue, UnknownName, did_you_mean, needed, number, optional
+from ..errors import InvalidValue, UnknownName, did_you_mean, needed, number, optional, shown as shown_value
 from ..files import in_folder
 from ..markup import html_table
 from ..pulses import Array, pulse_table
@@ -91,12 +91,12 @@ class Result(Mapping[str, Array]):
 
     def _vectors(self) -> list[str]:
         """What was recorded, arrays by their names."""
-        return list(dict.fromkeys(name.partition("[")[0] for name in self.names[1:]))
+        return list(dict.fromkeys(name.partition("[")[0] for name in self._names[1:]))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Result):
             return NotImplemented
-        same_names = self.names == other.names and self.units == other.units
+        same_names = self._names == other._names and self.units == other.units
         tables = (self.samples, other.samples), (self.pulses, other.pulses)
         return same_names and all(np.array_equal(mine, others) for mine, others in tables)
 
@@ -104,18 +104,18 @@ class Result(Mapping[str, Array]):
 
     def __contains__(self, name: object) -> bool:
         """Whether this variable, or an element of this array, was recorded."""
-        return any(name in (column, column.partition("[")[0]) for column in self.names)
+        return any(name in (column, column.partition("[")[0]) for column in self._names)
 
     def __iter__(self) -> Iterator[str]:
         """The recorded names, `time` first."""
-        return iter(self.names)
+        return iter(self._names)
 
     def __len__(self) -> int:
         """How many they are."""
-        return len(self.names)
+        return len(self._names)
 
     def _ipython_key_completions_(self) -> list[str]:
-        return list(dict.fromkeys([*self._vectors(), *self.names]))
+        return list(dict.fromkeys([*self._vectors(), *self._names]))
 
     @property
     def time(self) -> Array:
@@ -124,25 +124,22 @@ class Result(Mapping[str, Array]):
         return time
 
     @property
-    def names(self) -> list[str]:
-        """The recorded names, `time` first."""
+    def _names(self) -> list[str]:
         return list(self.samples.dtype.names or ())
 
     def __getitem__(self, name: str) -> Array:
-        column: Array = self.samples[name] if name in self.names else self.stack(name)
-        return column
-
-    def stack(self, name: str) -> Array:
-        """All elements of a vector, `stack("x")` for x[1], x[2], ...: shape (samples, elements). Raises UnknownName."""
-        return np.column_stack([self.samples[column] for column in self._columns(name)])
+        """One variable, shape (samples,), or all elements of an array, (samples, elements). Raises UnknownName."""
+        columns = self._columns(name)
+        one: Array = self.samples[columns[0]]
+        return one if columns == [name] else np.column_stack([self.samples[column] for column in columns])
 
     def _columns(self, name: str) -> list[str]:
         """The recorded variables that a name stands for: itself, or the elements of a vector."""
         needed("name", name, str, "a variable's, such as 'x[1]',")
-        found = [column for column in self.names if column == name or column.startswith(f"{name}[")]
+        found = [column for column in self._names if column == name or column.startswith(f"{name}[")]
         if not found:
             vectors = ["time", *self._vectors()]
-            hint = did_you_mean(name, [*vectors, *self.names])
+            hint = did_you_mean(name, [*vectors, *self._names])
             recorded = f"recorded: {', '.join(vectors)}; others by `record=[...]`"
             raise UnknownName(f"{name} was not recorded{hint} ({recorded})")
         return found
@@ -153,7 +150,7 @@ class Result(Mapping[str, Array]):
         The pulses are a table of their own, `result.pulses.to_dataframe()`. Raises PackageMissing without pandas.
         """
         pandas = optional("pandas", "data")
-        frame = pandas.DataFrame({name: self.samples[name] for name in self.names}).set_index("time")
+        frame = pandas.DataFrame({name: self.samples[name] for name in self._names}).set_index("time")
         frame.attrs["units"] = self.units
         return frame
 
@@ -172,7 +169,7 @@ class Result(Mapping[str, Array]):
             dim = self.dims.get(name, f"{name}_element")
             numbers = [int(column.rpartition("[")[2].rstrip("]")) for column in columns]
             coords = {"time": time, dim: numbers}
-            arrays[name] = xarray.DataArray(self.stack(name), coords=coords, dims=["time", dim], attrs=about)
+            arrays[name] = xarray.DataArray(self[name], coords=coords, dims=["time", dim], attrs=about)
         found: xr.Dataset = xarray.Dataset(arrays, coords={"time": time})
         return found
 
@@ -211,6 +208,8 @@ class Result(Mapping[str, Array]):
             strips = list(axes.flat)
         else:
             strips = list(np.atleast_1d(np.asarray(ax, dtype=object)).flat)
+            if not all(hasattr(strip, "get_figure") for strip in strips):
+                raise InvalidValue(f"ax: axes of matplotlib are needed, not {shown_value(ax)}")
             if len(strips) != len(shown):
                 raise InvalidValue(f"ax: {len(strips)} axes for {len(shown)} signals; needed: one for each")
             figure = strips[0].get_figure(root=True)
@@ -244,5 +243,5 @@ class Result(Mapping[str, Array]):
         from ..page import save_page
         from ..recording import from_result
 
-        columns = {name: self.samples[name] for name in self.names}
+        columns = {name: self.samples[name] for name in self._names}
         return save_page(path, from_result(columns, self.pulses, self.model, self.given))
