@@ -169,14 +169,15 @@ def written(out: Path, size: int, advice: str = "open it in a browser") -> None:
 def main() -> int:
     """Returns 0, or, after saying what is wrong, 1; 2 if it is in the command, such as a file that is missing, or if a
     result could not be judged."""
-    options = arguments().parse_args()
+    judging = False
     try:
+        options = arguments().parse_args()
+        judging = options.function is make_judgement
         return options.function(options) or 0
     except (CradleError, OSError, zipfile.BadZipFile) as problem:
         with suppress(OSError):  # of standard error
             print(f"error: {problem}", file=sys.stderr, flush=True)
-        of_command = isinstance(problem, (FileNotFoundError, InvalidValue)) or options.function is make_judgement
-        return 2 if of_command else 1
+        return 2 if judging or isinstance(problem, (FileNotFoundError, InvalidValue)) else 1
 
 
 if __name__ == "__main__":
