@@ -101,6 +101,8 @@ class Run(AbstractContextManager["Run"]):
     def close(self) -> None:
         """Ends the run; the log and the pulses stay readable."""
         if not self._closed:
+            if self._instance.again:  # others may have failed so badly that they must not be asked
+                self.time = self.time
             self._closed = True
             self._dropped.detach()
             self.log.release()

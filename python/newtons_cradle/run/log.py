@@ -24,6 +24,8 @@ BEGIN, END = b"\x1e", b"\x1f"  # of a line, and of a category that is not one of
 CATEGORIES = (b"logEvents", b"logSolver", b"logStatusWarning", b"logStatusDiscard", b"logStatusError")
 RECORD = re.compile(rb"\x1e(?:cradle)?([\x00-\x05])", re.DOTALL)
 
+NO_PULSES = pulse_table(b"")
+
 # The status is below 256, and C passes it as a number, so that its first byte is all of it.
 LOGGER_2 = CFUNCTYPE(None, c_char_p, c_char_p, c_char, c_char_p, c_char_p)
 LOGGER_3 = CFUNCTYPE(None, c_char_p, c_char, c_char_p, c_char_p)
@@ -67,7 +69,7 @@ class Log(Sequence[LogLine]):
     def _forget(self) -> None:
         # What was parsed, up to where: in one assignment, so that a signal cannot part them.
         self._lines: tuple[list[LogLine], int] = [], 0
-        self._pulses: tuple[Array, int] = pulse_table(b""), 0
+        self._pulses: tuple[Array, int] = NO_PULSES, 0
 
     def text(self) -> bytes:
         """All that was written."""
