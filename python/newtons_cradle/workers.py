@@ -65,7 +65,11 @@ def outcome(fmu: Fmu, run: Measure, case: Case) -> Outcome:
 
 def answers(fmu: Fmu, run: Measure, parcel: list[Numbered]) -> list[Numbered]:
     """The outcomes of some cases, in a worker."""
-    return [(number, packed(outcome(fmu, run, pickle.loads(case)))) for number, case in parcel]
+
+    def read(fmu: Fmu, case: Any) -> Result | Mapping[str, Any]:
+        return run(fmu, pickle.loads(case))
+
+    return [(number, packed(outcome(fmu, read, case))) for number, case in parcel]
 
 
 def packed(made: Outcome) -> bytes:
@@ -161,14 +165,14 @@ def by_processes(workers: int, path: Path, run: Measure, cases: list[Case]) -> G
     busy: dict[Any, tuple[Worker, list[Numbered]]] = {}
 
     def hire(count: int) -> list[Worker]:
-        hired = [Worker(path, folder, packed_run) for _ in range(count)]
-        staff.extend(hired)
-        for worker in hired:
+        for _ in range(count):
+            staff.append(Worker(path, folder, packed_run))
+        for worker in staff[-count:]:
             worker.check()
-        return hired
+        return staff[-count:]
 
     try:
-        idle = hire(min(workers, len(waiting)))
+        idle = hire(min(workers, len(waiting))) if waiting else []
         while waiting or busy:
             while waiting and idle:
                 worker, parcel = idle.pop(), waiting.popleft()
