@@ -177,7 +177,8 @@ def main() -> int:
     except (CradleError, OSError, zipfile.BadZipFile) as problem:
         with suppress(OSError):  # of standard error
             print(f"error: {problem}", file=sys.stderr, flush=True)
-        return 2 if judging or isinstance(problem, (FileNotFoundError, InvalidValue)) else 1
+        unjudged = judging and not isinstance(problem, OutputError)
+        return 2 if unjudged or isinstance(problem, (FileNotFoundError, InvalidValue)) else 1
 
 
 if __name__ == "__main__":
