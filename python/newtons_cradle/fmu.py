@@ -24,6 +24,7 @@ from .run.calls import FMI2, FMI3
 from .run.description import Description
 from .run.instance import free
 from .run.model import GIVEN, Values
+from .run.parts import of_last_step
 from .run.recorder import columns
 
 IDLE = 8  # instances that wait for the next run
@@ -134,6 +135,11 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
                 self._idle.append(instance)
                 return
         free(instance)
+
+    @cached_property
+    def of_last_step(self) -> tuple[tuple[str, ...], Any]:
+        """See `parts.of_last_step`."""
+        return of_last_step(self)
 
     @cached_property
     def given_names(self) -> tuple[str, ...]:
