@@ -54,7 +54,7 @@ def to_the_end(fmu: nc.Fmu, values: dict, e=None) -> tuple[np.ndarray, int]:
 
 def distances(fmu: nc.Fmu, values: dict) -> np.ndarray:
     """y1, y2, y3 (m) over time: the spheres' distances from surface to surface."""
-    return -fmu.simulate(values, times=TIMES, record=["overlap"]).stack("overlap")
+    return -fmu.simulate(values, times=TIMES, record=["overlap"])["overlap"]
 
 
 def table(*rows) -> str:

@@ -21,8 +21,8 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     rigid = simulate(fmu, nc.preset("figure3") | {"contact.model": "rigid"})
     outcomes = {"compliant": velocities(both), "rigid": velocities(rigid)}
     departure = {name: np.abs(outcome - CLASSICAL).max() for name, outcome in outcomes.items()}
-    peaks = np.array([result.stack("F").max(axis=0) for result in alone])
-    interference = both.stack("F").max(axis=0) / peaks.max(axis=0)  # over the larger of the two waves alone
+    peaks = np.array([result["F"].max(axis=0) for result in alone])
+    interference = both["F"].max(axis=0) / peaks.max(axis=0)  # over the larger of the two waves alone
     found.save("figure3.csv", both.samples)
     found.save("figure3_pulses.csv", both.pulses)
 
@@ -79,5 +79,5 @@ def simulate(fmu: nc.Fmu, values: dict, progress: nc.Progress | None = None) -> 
 def velocities(result: nc.Result) -> np.ndarray:
     """Amplitudes of the balls after the impacts, with the sign of v at x = 0, divided by that of a lifted ball."""
     phase = OMEGA * (result["time"][-1] - QUARTER)
-    x, v = result.stack("x")[-1], result.stack("v")[-1]
+    x, v = result["x"][-1], result["v"][-1]
     return (v * np.cos(phase) + OMEGA * x * np.sin(phase)) / SPEED

@@ -18,7 +18,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     title = "without a dead band: the pulses overlap"
     onset, macro, micro, overlapping = case(fmus[5], found, "without dead band", 0.0, title)
     figure, first = "5, none", micro.pulses
-    worst = np.abs(micro.stack("v")[-1] / SPEED - OVERLAPPING).max()
+    worst = np.abs(micro["v"][-1] / SPEED - OVERLAPPING).max()
     found.conserved(figure, macro, SPEED)
     found.within(figure, "first onset (t_next)", onset, 0.702481473104, 1e-9, "s")
     found.equal(figure, "pulses, overlapping neighbours", (len(first), nc.overlapping_neighbours(first)), (4, 3))
@@ -74,8 +74,8 @@ def show_states(states) -> str:
 
 def table1(micro: nc.Result) -> list[tuple]:
     """Who moves whenever all contacts are open: the distinct rows (1 moving, 0 stopped) in order."""
-    free = ~np.any(micro.stack("F") > 0, axis=1)
-    moving = np.abs(micro.stack("v")[free]) > 0.5 * SPEED
+    free = ~np.any(micro["F"] > 0, axis=1)
+    moving = np.abs(micro["v"][free]) > 0.5 * SPEED
     states = [tuple(map(int, row)) for row in moving]
     return [state for i, state in enumerate(states) if i == 0 or state != states[i - 1]]
 

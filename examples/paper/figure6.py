@@ -88,4 +88,4 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
 
 def swings(result: nc.Result) -> np.ndarray:
     """Amplitude (m) with which each ball would swing on from each sample: shape (samples, balls)."""
-    return np.hypot(result.stack("x"), result.stack("v") / OMEGA)
+    return np.hypot(result["x"], result["v"] / OMEGA)

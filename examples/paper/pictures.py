@@ -58,7 +58,7 @@ def default_run(fmu: nc.Fmu) -> Plot:
     macro = fmu.simulate(stop=10.0, step=0.05, record=["x"])
     with fmu.start() as run:
         onset, micro = run.zoom(span=1e-4, step=1e-6, record=["F", "E_contact"], before=5e-6)
-    stored = Trace(micro["time"] - onset, micro.stack("E_contact").sum(axis=1), nc.look.COLOURS["contact"], "area")
+    stored = Trace(micro["time"] - onset, micro["E_contact"].sum(axis=1), nc.look.COLOURS["contact"], "area")
     pulses = [*family(micro, "F", origin=onset), Strip("stored", [stored], "J")]
     columns = [
         Column(family(macro, "x", limits=(-0.12, 0.12)), {"": (0.0, 10.0)}, "ten seconds"),

@@ -68,7 +68,7 @@ class Plot:
 def family(result, name: str, *, origin=0.0, limits=None, colours=COLOURS) -> list[Strip]:
     """A strip for each element of an array of a run, forces as areas; time counted from `origin` (s)."""
     time, style = result["time"] - origin, "area" if name == "F" else "line"
-    elements = [f"{name}[{i}]" for i in range(1, result.stack(name).shape[1] + 1)]
+    elements = [f"{name}[{i}]" for i in range(1, result[name].shape[1] + 1)]
     return [
         Strip(element, [Trace(time, result[element], colour, style)], result.units[element], limits)
         for element, colour in zip(elements, colours, strict=False)

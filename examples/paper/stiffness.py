@@ -52,4 +52,4 @@ def impact(fmu: nc.Fmu, k: float, dead_band: float) -> tuple[np.ndarray, np.ndar
     unit = 1 / np.sqrt(k)
     with fmu.start(nc.figure5() | nc.power_law(k, dead_band=dead_band)) as run:
         _, micro = run.zoom(span=SPAN * unit, step=SPAN * unit / STEPS, record=["F"])
-        return micro.stack("F") / (SPEED * np.sqrt(k)), run["v"] / SPEED, nc.overlapping_neighbours(micro.pulses)
+        return micro["F"] / (SPEED * np.sqrt(k)), run["v"] / SPEED, nc.overlapping_neighbours(micro.pulses)

@@ -13,6 +13,9 @@ const PYTHON: &str = "The Python package answers; this command with --help lists
 const EXIT_CODES: &str = "\
 Exit codes: 0 success; 1 failure, or `check` found problems; 2 the arguments are refused, or the file cannot be read.";
 
+/// The commands of the Python package.
+const HANDED_OVER: [&str; 4] = ["live", "page", "cases", "judge"];
+
 /// Builds, packs, checks, describes and shows FMUs of Newton's cradle
 #[derive(Parser)]
 #[command(name = "cradle-fmu", version, after_help = EXIT_CODES)]
@@ -22,6 +25,19 @@ pub struct Program {
     pub python: Option<OsString>,
     #[command(subcommand)]
     pub request: Request,
+}
+
+impl Program {
+    /// From the command line. clap takes a `--` directly behind a command for its own; for commands that are handed over
+    /// it says where this program's options end, so there it stands twice.
+    pub fn of_command_line() -> Result<Self, clap::Error> {
+        let mut given: Vec<OsString> = std::env::args_os().collect();
+        let handed_over = |pair: &[OsString]| HANDED_OVER.iter().any(|name| pair[0] == *name) && pair[1] == "--";
+        if let Some(at) = given.windows(2).position(handed_over) {
+            given.insert(at + 1, "--".into());
+        }
+        Self::try_parse_from(given)
+    }
 }
 
 /// What the user asks for.

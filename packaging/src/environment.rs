@@ -59,8 +59,8 @@ pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]
         let python = python.display();
         return Err(Error::Failure(format!("{python} cannot import {PACKAGE}; {ADVICE}")));
     }
-    // Killed by a signal, it has no code.
-    Ok(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
+    let code = status.code().and_then(|code| u8::try_from(code).ok());
+    code.ok_or_else(|| Error::Failure(format!("{} has ended early: {status}", python.display())))
 }
 
 /// A Python that has the package: that of this program's environment, one on the PATH, or that of `.venv` in this

@@ -7,14 +7,13 @@ mod say;
 use std::process::ExitCode;
 
 use arguments::{Program, Python, Request};
-use clap::Parser;
 use cradle_packaging::build::PRESETS;
 use cradle_packaging::check::MAX_BYTES;
 use cradle_packaging::{Error, check, environment, info, reference};
 use say::{say, tell};
 
 fn main() -> ExitCode {
-    let ended = match Program::try_parse() {
+    let ended = match Program::of_command_line() {
         Ok(program) => answer(program),
         Err(help) if !help.use_stderr() => say(help.render()).map(|()| ExitCode::SUCCESS),
         Err(refusal) => Err(Error::Usage(refusal.render().to_string().trim_start_matches("error: ").trim_end().into())),
@@ -38,7 +37,8 @@ fn answer(Program { python, request }: Program) -> Result<ExitCode, Error> {
         Request::Live(own) => return hand_over("live", own),
         Request::Page(own) => return hand_over("page", own),
         Request::Cases(own) => return hand_over("cases", own),
-        Request::Judge(own) => return hand_over("judge", own),
+        // Nothing is judged, which is no verdict.
+        Request::Judge(own) => return hand_over("judge", own).map_err(|error| Error::Usage(error.to_string())),
         _ if python.is_some() => {
             return Err(Error::Usage("--python is refused; allowed: for page, live, cases and judge".to_owned()));
         }

@@ -16,7 +16,7 @@ and meaning. `fmu.start()` gives a run to step oneself: `run.step(0.01)`, `run["
 
 Modules: `fmu` (open and run FMUs), `building` (make them), `run` (its instances, steps, log and results), `pulses`
 (the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse, and how much
-pulses overlap in them; balances of energy and momentum), `sweeps` (many runs), `fitting`
+pulses overlap in them; balances of energy and momentum), `sweeps` (many runs), `workers` (who runs them), `fitting`
 (parameters by what was measured), `setups` (start values: presets, the paper's experiments),
 `calibration` (a real cradle's losses from a video), `cases` (the benchmark for rows of balls), `trial` (cases that put
 hosts on trial, and their judge), `progress` (a progress bar), `recording` and `page` (a run as a page for a browser),
@@ -95,7 +95,7 @@ NAMES = {
     "views": ["energy_error", "momentum_of_sequences", "overlaps", "resolved", "sample_times"],
 }
 HOMES = {name: module for module, names in NAMES.items() for name in names}
-MODULES = [*NAMES, "files", "look", "markup", "page", "testing", "trial"]
+MODULES = [*NAMES, "files", "look", "markup", "page", "testing", "trial", "workers"]
 
 __all__ = ["look", *HOMES]
 
@@ -112,4 +112,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), "__version__", *HOMES, *MODULES])
+    own = [name for name in globals() if name.startswith("__")]
+    return sorted({*own, "__version__", *HOMES, *MODULES})

@@ -167,14 +167,18 @@ def written(out: Path, size: int, advice: str = "open it in a browser") -> None:
 
 
 def main() -> int:
-    """Returns 0, or, after saying what is wrong, 1; 2 if it is in the command, such as a file that is missing."""
+    """Returns 0, or, after saying what is wrong, 1; 2 if it is in the command, such as a file that is missing, or if a
+    result could not be judged."""
+    judging = False
     try:
         options = arguments().parse_args()
+        judging = options.function is make_judgement
         return options.function(options) or 0
     except (CradleError, OSError, zipfile.BadZipFile) as problem:
         with suppress(OSError):  # of standard error
             print(f"error: {problem}", file=sys.stderr, flush=True)
-        return 2 if isinstance(problem, (FileNotFoundError, InvalidValue)) else 1
+        unjudged = judging and not isinstance(problem, OutputError)
+        return 2 if unjudged or isinstance(problem, (FileNotFoundError, InvalidValue)) else 1
 
 
 if __name__ == "__main__":

@@ -5,11 +5,12 @@ import shutil
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path, PurePosixPath
 
-from .errors import FmuError
+from .errors import FmuError, InvalidValue
 from .files import regular
 
 PREFIX = "cradle-"  # of temporary folders
@@ -19,7 +20,7 @@ class Archive:
     """An FMU's file. Raises FileMissing, InvalidValue, FmuError."""
 
     def __init__(self, path: Path):
-        self.path = regular(path)
+        self.path = regular(path).absolute()  # the current folder may change
         with self._opened() as file:
             self.names = file.namelist()
         for name in self.names:
@@ -60,16 +61,40 @@ class Archive:
                 raise FmuError(f"{self.path} cannot be unpacked: {problem} (in the folder {folder})") from problem
 
 
-def temporary() -> Path:
-    """A new temporary folder. Raises FmuError."""
+def temporary(within: Path | None = None) -> Path:
+    """A new folder within this one, or where temporary files are. Raises FmuError."""
     try:
-        return Path(tempfile.mkdtemp(prefix=PREFIX))
+        return Path(tempfile.mkdtemp(prefix=PREFIX, dir=within)).absolute()
     except OSError as problem:
-        place = tempfile.tempdir or "any folder for temporary files"
+        place = within or tempfile.tempdir or "any folder for temporary files"
         raise FmuError(f"{place} takes no files: {problem}; set TMPDIR to a folder that does") from problem
+
+
+def emptied(folder: Path, names: Iterable[str]) -> Callable[[], None]:
+    """What removes files of these names from somebody's folder, which is new or empty. Raises InvalidValue, FmuError."""
+    try:
+        if folder.is_dir() and any(folder.iterdir()):
+            raise InvalidValue(f"folder: {folder} has files in it; allowed: a new folder, or an empty one")
+    except OSError as problem:
+        raise FmuError(f"folder: {folder} cannot be read: {problem}") from problem
+    return partial(take_out, folder, tuple(names), folder.exists(), os.getpid())
 
 
 def remove(folder: Path, owner: int) -> None:
     """Removes a folder, if this is the process that made it, and not its child."""
     if os.getpid() == owner:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def take_out(folder: Path, names: Iterable[str], keep: bool, owner: int) -> None:
+    """Removes files of these names, and folders that are empty then, but not what others have put there; the folder
+    itself unless it is to be kept. See `remove`."""
+    if os.getpid() != owner:
+        return
+    for name in names:
+        with suppress(OSError):  # of a folder, or what is not there
+            (folder / name).unlink()
+    inside = {folder / parent for name in names for parent in PurePosixPath(name, "_").parents}
+    for each in sorted(inside - ({folder} if keep else set()), key=lambda path: len(path.parts), reverse=True):
+        with suppress(OSError):  # of what is not empty
+            each.rmdir()

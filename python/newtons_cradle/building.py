@@ -43,7 +43,9 @@ def build(
     whole("fmi", fmi, 2, 3)
     if preset is not None:
         of_preset(preset)
-    source = Path(binaries or files.newest(files.FMU))
+    source = files.newest(files.FMU) if binaries is None else files.regular(Path(binaries), "binaries: ")
+    if out is not None:
+        files.in_folder(out, "out")
     command: list[str | Path] = [files.producer(), "build", "--from", source, "--fmi", str(fmi)]
     command += ["--balls", str(balls)] if balls is not None else []
     command += ["--preset", preset] if preset is not None else []

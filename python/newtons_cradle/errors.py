@@ -102,12 +102,13 @@ def needed(what: str, value: Any, kind: Any, example: str) -> None:
 
 
 def optional(package: str, extra: str) -> Any:
-    """Imports a package of an extra. Raises PackageMissing, which names both."""
+    """Imports a package of an extra, or a module of it. Raises PackageMissing, which names both."""
+    name = package.partition(".")[0]  # what is installed
     try:
         return import_module(package)
     except ImportError:
-        advice = f"`pip install 'newtons-cradle[{extra}]'`, or `pip install {package}`"
-        raise PackageMissing(f"{package} is needed but missing: {advice}", name=package) from None
+        advice = f"`pip install 'newtons-cradle[{extra}]'`, or `pip install {name}`"
+        raise PackageMissing(f"{name} is needed but missing: {advice}", name=name) from None
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

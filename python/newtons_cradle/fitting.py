@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .errors import FmuError, InvalidValue, needed, optional
+from .building import build
+from .errors import FmuError, InvalidValue, needed, optional, shown
 from .fmu import Fmu
 from .pulses import Array
 from .run.model import Values
@@ -43,36 +44,73 @@ def seen(
     return np.array(found), np.array(derivatives)
 
 
+def tracked(fmu: Fmu, track: Any) -> tuple[list[float], list[str], Array]:
+    """The times (s) of a track, what was measured, and the values, shape (times, variables). Raises InvalidValue,
+    UnknownName."""
+    if hasattr(track, "to_dict") and hasattr(track, "columns"):
+        table = track.reset_index() if track.index.name == "time" else track  # as results make data frames
+        track = {name: table[name].to_numpy() for name in table.columns}
+    needed("track", track, Mapping, 'a dict such as {"time": [...], "x": [...]}')
+    measured = [name for name in track if name != "time"]
+    if "time" not in track or not measured:
+        raise InvalidValue("track needs `time` and something else that was measured then")
+    times = numbers("time", track["time"])
+    if times.ndim != 1 or not times.size or times[0] < 0.0 or (np.diff(times) <= 0.0).any():
+        raise InvalidValue("track: its times (s) must rise, from 0 on, one for each row")
+    columns = []
+    for name in measured:
+        values, many = numbers(name, track[name]), len(fmu.names([name]))
+        shape = (len(times), many) if name in fmu.arrays else (len(times),)
+        if values.shape != shape:
+            raise InvalidValue(f"track: {name} has the shape {values.shape}; needed: {shape}, a row for each time")
+        columns.append(values)
+    return times.tolist(), measured, np.column_stack(columns)
+
+
+def numbers(name: str, values: Any) -> Array:
+    """A column of a track. Raises InvalidValue."""
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidValue(f"track: {name} needs a list of numbers, not {shown(values)}") from None
+    if bad := np.argwhere(~np.isfinite(found)).tolist():
+        raise InvalidValue(f"track: {name} is not finite in row {bad[0][0] if bad[0] else 0}; leave such rows out")
+    return found
+
+
 def fit(
-    track: Mapping[str, Any], by: Sequence[str] | Mapping[str, float], *, fmu: Fmu, values: Values | None = None
+    track: Mapping[str, Any],
+    by: str | Sequence[str] | Mapping[str, float],
+    *,
+    fmu: Fmu | None = None,
+    values: Values | None = None,
 ) -> Fit:
     """The parameters `by` with which a run comes closest to what was measured, by least squares.
 
-    `track`: `time` (s, rising, after 0) and what was measured then, by name: a dict, a data frame or a result, arrays
+    `track`: `time` (s, rising, from 0 on) and what was measured then, by name: a dict, a data frame or a result, arrays
     as a whole or by element. `by`: names of parameters that are not 0, with first guesses if it is a dict; otherwise
-    the guesses are in `values`, or in the FMU, which must be of FMI 3.0. `values`: what else is set at the start.
+    the guesses are in `values`, or in the FMU, which must be of FMI 3.0; if None, the default one. `values`: what else is
+    set at the start.
     Raises FmuError where the track does not determine the parameters, InvalidValue, UnknownName, and PackageMissing
     without SciPy.
     """
     optimize = optional("scipy.optimize", "fit")
+    if fmu is None:
+        with build(fmi=3) as built:
+            return fit(track, by, fmu=built, values=values)
+    needed("fmu", fmu, Fmu, "an FMU as `nc.build(fmi=3)` makes it")
     if fmu.fmi2:
         raise FmuError(f"{fmu.path} is of FMI 2.0; a fit needs FMI 3.0, as `nc.build(fmi=3)` makes it")
-    if hasattr(track, "to_dict") and hasattr(track, "columns"):
-        track = {name: track[name].to_numpy() for name in track.columns}
-    needed("track", track, Mapping, 'a dict such as {"time": [...], "x": [...]}')
     given = fmu.settings(values or {})
     if isinstance(by, Mapping):
         guesses = fmu.settings(by)
     else:
-        guesses = {name: given.get(name, fmu.built_with(name)) for name in fmu.names(by)}
+        wanted = fmu.names([by] if isinstance(by, str) else by)
+        guesses = {name: given.get(name, fmu.built_with(name)) for name in wanted}
     names, guess = list(guesses), np.array(list(guesses.values()), dtype=float)
-    if not names or (guess == 0.0).any() or "time" not in track or len(track) < 2:
-        raise InvalidValue(
-            "track needs `time` and something else, and `by` at least one parameter with a guess that is not 0"
-        )
-    measured = [name for name in track if name != "time"]
-    times = np.asarray(track["time"], dtype=float).tolist()
-    filmed = np.column_stack([np.asarray(track[name], dtype=float) for name in measured])
+    if not names or (guess == 0.0).any():
+        raise InvalidValue("by: at least one parameter is needed, each with a guess that is not 0")
+    times, measured, filmed = tracked(fmu, track)
 
     # SciPy varies the logarithms of the parameters over their guesses, which keeps their signs.
     @lru_cache(maxsize=8)

@@ -10,7 +10,7 @@ import platform
 import weakref
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, suppress
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -21,21 +21,20 @@ from .archive import Archive
 from .errors import MOST_STEPS, FmuError, InvalidValue, needed, number
 from .run import Model, Result, Run
 from .run.calls import FMI2, FMI3
-from .run.description import Description, NotReadable
+from .run.description import Description
+from .run.instance import free
 from .run.model import GIVEN, Values
+from .run.parts import of_last_step
 from .run.recorder import columns
 
 IDLE = 8  # instances that wait for the next run
 KEPT = 15  # sets of recorded variables whose description is kept
+A_FUNCTION = 'a function such as `nc.Progress("Run")`'  # of the fraction done
 
 
 def described(opened: Archive) -> Description:
     """The description in the file of an FMU. Raises FmuError."""
-    path = opened.path
-    try:
-        return Description(opened.description())
-    except NotReadable as problem:
-        raise FmuError(f"{path} is not an FMU that can be read: {problem}") from problem
+    return Description(opened.description(), opened.path)
 
 
 class Fmu(Model, AbstractContextManager["Fmu"]):
@@ -43,7 +42,8 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
     pickled one opens its file anew.
 
     `path`: the file; if None, the FMU that comes with the package or, in a checkout, the one that was built last.
-    `folder`: where to unpack it; if None, a temporary folder. `close`, or the end of the program, removes it.
+    `folder`: where to unpack it, a new folder or an empty one; if None, a temporary one. `close`, or the end of the
+    program, removes what was unpacked.
     Raises FileMissing, InvalidValue or FmuError.
     """
 
@@ -52,16 +52,19 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         needed("folder", folder, str | Path | None, "the path of a folder")
         path = files.newest(files.FMU) if path is None else Path(path)
         self._archive = Archive(path)
-        super().__init__(path, described(self._archive))
+        super().__init__(self._archive.path, described(self._archive))
         known = self.described
         if not (known.fmi2 or (known.version.startswith("3.") and self.is_cradle)) or not self._identifier:
             what = f"an FMU of FMI {known.version}, the model {known.model}"
             raise FmuError(f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {files.MODEL} of FMI 3.0")
         self._idle: list[Any] = []
         self._columns: dict[tuple[str, ...], tuple[Any, dict[str, str], dict[str, str]]] = {}
-        self._folder = archive.temporary() if folder is None else Path(folder)
         self._held: list[Callable[[], None]] = []  # frees the library
-        self._remove = weakref.finalize(self, _end, self._folder, os.getpid(), self._idle, self._held)
+        self._folder = archive.temporary() if folder is None else Path(folder).absolute()
+        remove: Callable[[], None] = partial(archive.remove, self._folder, os.getpid())
+        if folder is not None:
+            remove = archive.emptied(self._folder, self._archive.names)
+        self._remove = weakref.finalize(self, _end, remove, self._idle, self._held)
         try:
             self._archive.unpack(self._folder, self._runs_here if folder is None else lambda _: True)
         except FmuError:
@@ -100,7 +103,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         return super().__repr__() if self._remove.alive else f"Fmu({self.path.name}, closed)"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Fmu, (self.path.absolute(),)
+        return Fmu, (self.path,)
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -131,7 +134,12 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
                 instance.reset()
                 self._idle.append(instance)
                 return
-        _free(instance)
+        free(instance)
+
+    @cached_property
+    def of_last_step(self) -> tuple[tuple[str, ...], Any]:
+        """See `parts.of_last_step`."""
+        return of_last_step(self)
 
     @cached_property
     def given_names(self) -> tuple[str, ...]:
@@ -212,10 +220,11 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         called up to 200 times. Raises FmuError, UnknownName, InvalidValue.
         """
         points = equal_steps(stop, step) if times is None else rising(times)
-        for what, function in (("inputs", inputs), ("control", control), ("progress", progress)):
-            needed(what, function, Callable | None, "a function")
+        needed("inputs", inputs, Callable | None, "a function `inputs(t)` that returns a dict")
+        needed("control", control, Callable | None, "a function `control(run)` that returns a dict or None")
+        needed("progress", progress, Callable | None, A_FUNCTION)
         with self.start(values) as run:
-            recorder = run.recorder(self._outputs if record is None else record)
+            recorder = run.recorder(self.to_record(record))
             recorder.reserve(len(points) + 1)
             recorder.sample()
             if inputs is None and control is None and progress is None:
@@ -232,6 +241,10 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
                     progress(i / len(points))
             return recorder.result()
 
+    def to_record(self, record: Iterable[str] | None) -> tuple[str, ...]:
+        """The variables that `simulate` records. Raises UnknownName, InvalidValue."""
+        return self.recorded(self._outputs if record is None else record)
+
     @cached_property
     def _outputs(self) -> list[str]:
         """What is recorded by default."""
@@ -244,18 +257,13 @@ def returned(function: str, values: Values | None) -> Values:
     return values or {}
 
 
-def _end(folder: Path, owner: int, idle: list[Any], held: list[Callable[[], None]]) -> None:
+def _end(remove: Callable[[], None], idle: list[Any], held: list[Callable[[], None]]) -> None:
     """Frees what waits, and removes the unpacked files."""
     while idle:
-        _free(idle.pop())
+        free(idle.pop())
     while held:
         held.pop()()
-    archive.remove(folder, owner)
-
-
-def _free(instance: Any) -> None:
-    if instance.component:
-        instance.freeInstance()
+    remove()
 
 
 def equal_steps(stop: float, step: float) -> list[float]:

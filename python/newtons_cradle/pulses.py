@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import needed, optional
+from .errors import UnknownName, needed, optional
 from .markup import html_table
 
 if TYPE_CHECKING:
@@ -30,6 +30,8 @@ class Pulses(np.ndarray):
     is computed of them, are plain arrays."""
 
     def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, str) and key not in (self.dtype.names or ()):
+            raise UnknownName(f"pulses have no {key!r}; allowed: {', '.join(self.dtype.names or ())}")
         found = super().__getitem__(key)
         return found.view(np.ndarray) if isinstance(found, Pulses) and found.dtype != PULSE else found
 

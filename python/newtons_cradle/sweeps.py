@@ -7,40 +7,30 @@ found.errors                     # {number of the case: why it has failed}
 """
 
 import itertools
+import math
 import os
-import time as clock
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from contextlib import closing
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import InvalidValue, UnknownName, did_you_mean, needed, optional, whole
-from .fmu import Fmu
+from .errors import InvalidValue, UnknownName, did_you_mean, needed, optional, plain, shown, whole
+from .fmu import A_FUNCTION, Fmu, equal_steps, rising
+from .markup import html_table
 from .pulses import Array
 from .run import Result
+from .run.model import with_unit
+from .workers import Case, Measure, Outcome, by_dask, by_processes, outcome
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-Case = dict[str, Any]
-Measure = Callable[[Fmu, Case], Result | Mapping[str, Any]]
-
-PARCELS = 8  # for each worker, so that all of them end at about the same time
-MOST = 64  # cases in a parcel: progress is told after each
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What has come of a case: a result, or what was measured, or an error. `seconds` that it took."""
-
-    found: Result | dict[str, Any] | None
-    error: str
-    seconds: float
+OWN = ("error", "seconds")  # columns of a data frame beside those of cases and results
+SHOWN = 10  # cases that a notebook shows
 
 
 class Sweep(Mapping[str, Array]):
@@ -79,55 +69,143 @@ class Sweep(Mapping[str, Array]):
     def _first(self) -> Any:
         return next((found for found in self.results if found is not None), {})
 
+    def _values(self, name: str) -> list[Array | None]:
+        """What each case has, None where it has none. Raises InvalidValue."""
+        try:
+            return [None if found is None or name not in found else np.asarray(found[name]) for found in self.results]
+        except ValueError as problem:
+            raise InvalidValue(f"{name} is no array in each case ({problem}); see `results`") from None
+
     def __getitem__(self, name: str) -> Array:
         needed("name", name, str, "a variable's, such as 'x[1]',")
-        if name not in self._first:
+        values = self._values(name)
+        known = {i: value for i, value in enumerate(values) if value is not None}
+        if not known:
             raise UnknownName(f"{name} was not recorded{did_you_mean(name, self)} (recorded: {', '.join(self)})")
-        like = np.asarray(self._first[name])
-        missing = np.full(like.shape, np.nan) if like.dtype.kind in "biuf" else np.full(like.shape, None)
-        columns = [missing if found is None else found[name] for found in self.results]
-        return np.array(columns) if self.errors else np.array(columns, dtype=like.dtype)
+        (first, like), *others = known.items()
+        for i, value in others:
+            if value.shape != like.shape:
+                shapes = f"{like.shape} in case {first} and {value.shape} in case {i}"
+                raise InvalidValue(f"{name} has the shapes {shapes}, which make no array; `results` has each alone")
+        missing = np.full(like.shape, np.nan if like.dtype.kind in "biufc" else None)
+        return np.array([missing if value is None else value for value in values])
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._first)
+        return iter(self._names)
 
     def __len__(self) -> int:
-        return len(self._first)
+        return len(self._names)
+
+    @cached_property
+    def _names(self) -> dict[str, None]:
+        """What any case has."""
+        return dict.fromkeys(name for found in self.results if found is not None for name in found)
+
+    @cached_property
+    def _keys(self) -> dict[str, None]:
+        """What any case is given by."""
+        return dict.fromkeys(name for case in self.cases for name in case)
 
     def _ipython_key_completions_(self) -> list[str]:
-        return list(self._first)
+        return list(self._names)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether cases, results and errors are the same, however long they took."""
+        if not isinstance(other, Sweep):
+            return NotImplemented
+        mine, others = ([each.cases, each.results, each.errors] for each in (self, other))
+        return alike(mine, others)
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         failed = f", {len(self.errors)} failed" if self.errors else ""
         return f"Sweep({len(self.cases)} cases{failed}; {self.seconds.sum():.3g} s)"
 
+    def _repr_html_(self) -> str:
+        rows = [
+            [str(i), *(shown(case[name]) if name in case else "" for name in self._keys), self.errors.get(i, "")]
+            for i, case in enumerate(self.cases[:SHOWN])
+        ]
+        return html_table(["case", *self._keys, "error"], *rows, below=repr(self))
+
     def to_dataframe(self) -> "pd.DataFrame":
-        """A row for each case: its values, what was measured or the last samples, `error` and `seconds`. Raises
-        PackageMissing without pandas."""
-        frame = optional("pandas", "data").DataFrame(self.cases)
+        """A row for each case: its values, what was measured or the last samples, `error` and `seconds`; units of cases
+        in `attrs["units"]`. What has the name of a value of a case is called `... (result)`. Raises PackageMissing
+        without pandas."""
+        pandas = optional("pandas", "data")
+        given = {name: labels([case.get(name) for case in self.cases]) for name in self._keys}
+        columns: dict[str, Sequence[Any]] = {name: values for name, (values, _) in given.items()}
+        sampled = [isinstance(found, Result) for found in self.results]
         for name in self:
-            values = self[name]
-            frame[name] = values if values.ndim == 1 else values[:, -1]
-        return frame.assign(error=[outcome.error for outcome in self.outcomes], seconds=self.seconds)
+            last = [
+                value[-1] if of_run and value is not None and value.ndim else value
+                for value, of_run in zip(self._values(name), sampled, strict=True)
+            ]
+            columns[apart(name, [*self._keys, *OWN])] = list(map(plain, last))
+        columns[apart("error", self._keys)] = [outcome.error for outcome in self.outcomes]
+        columns[apart("seconds", self._keys)] = self.seconds.tolist()
+        frame: pd.DataFrame = pandas.DataFrame(columns)
+        frame.attrs["units"] = {name: unit for name, (_, unit) in given.items() if unit}
+        return frame
 
     def to_xarray(self) -> "xr.Dataset":
         """A data set with the cases in front: `x(case, time, ball)`, or, where the cases are a product of axes, with
-        these as dimensions. Raises PackageMissing without xarray."""
+        these as dimensions. What has the name of a value of a case is called `... (result)`. Raises InvalidValue,
+        PackageMissing without xarray."""
         xarray = optional("xarray", "data")
-        kind = self._first
-        if isinstance(kind, Result):
-            like = kind.to_xarray()
-            arrays = {name: (("case", *one.dims), self[name], one.attrs) for name, one in like.items()}
-            found = xarray.Dataset(arrays, coords=like.coords)
+        front = {"case": len(self.cases)}
+        if self.axes is not None:
+            front = {name: len(values) for name, values in self.axes.items()}
+        described: dict[str, tuple[Any, Any]] = {}
+        coordinates: dict[str, Any] = {}
+        if isinstance(self._first, Result):
+            like = self._first.to_xarray()
+            described = {str(name): (one.dims, one.attrs) for name, one in like.items()}
+            coordinates = {str(name): coordinate for name, coordinate in like.coords.items()}
         else:
-            found = xarray.Dataset({name: ("case", self[name]) for name in self})
-        found["error"] = ("case", [outcome.error for outcome in self.outcomes])
-        if self.axes is None:
-            names = dict.fromkeys(name for case in self.cases for name in case if np.ndim(case[name]) == 0)
-            return found.assign_coords({name: ("case", [case.get(name) for case in self.cases]) for name in names})
-        index = optional("pandas", "data").MultiIndex.from_product(self.axes.values(), names=list(self.axes))
-        product = found.assign_coords(xarray.Coordinates.from_pandas_multiindex(index, "case")).unstack("case")
-        return product.transpose(*self.axes, ...)
+            described = {name: ([f"{name}_{k}" for k in range(1, self[name].ndim)], {}) for name in self}
+        if same := [name for name in self._keys if name in coordinates]:
+            raise InvalidValue(f"cases: {same[0]} is also a dimension of the results; call it by another name")
+        arrays = {}
+        for name, (dims, about) in described.items():
+            values = self[name]
+            shaped = values.reshape([*front.values(), *values.shape[1:]])
+            arrays[apart(name, [*self._keys, "error", "case"])] = ([*front, *dims], shaped, about)
+        errors = np.array([outcome.error for outcome in self.outcomes]).reshape([*front.values()])
+        arrays[apart("error", self._keys)] = (list(front), errors, {})
+        for name in self._keys:
+            along, unit = labels([case.get(name) for case in self.cases] if self.axes is None else self.axes[name])
+            if not any(isinstance(value, list | tuple | np.ndarray) for value in along):
+                dim = "case" if self.axes is None else name
+                coordinates[name] = ([dim], along, {"units": unit} if unit else {})
+        found: xr.Dataset = xarray.Dataset(arrays, coords=coordinates)
+        return found
+
+
+def apart(name: str, others: Iterable[str]) -> str:
+    """The name of a result, told from these."""
+    return f"{name} (result)" if name in others else name
+
+
+def labels(values: Iterable[Any]) -> tuple[list[Any], str]:
+    """Values without the unit that all of them have, and that unit; with other units as text. For None, NaN."""
+    pairs = [with_unit(np.nan if value is None else value) for value in values]
+    units = {unit or "" for value, unit in pairs if value is not np.nan}
+    if len(units) <= 1:
+        return [plain(value) for value, _ in pairs], "".join(units)
+    return [value if unit is None else f"{value} {unit}" for value, unit in pairs], ""
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether these are equal, with arrays in them or not."""
+    if isinstance(one, Mapping) and isinstance(other, Mapping) and not isinstance(one, Result):
+        return one.keys() == other.keys() and all(alike(one[name], other[name]) for name in one)
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(alike, one, other))
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return bool(one == other)
 
 
 def sweep(
@@ -147,19 +225,24 @@ def sweep(
 
     `cases`: a dict of axes, whose product they are, a list of dicts, or a data frame with a row for each. A case has
     start values by name, as `simulate` takes them with `stop`, `step`, `times` and `record`; or whatever
-    `measure(fmu, case)` understands, which returns a result, or a dict of numbers. `workers`: processes, as many as
+    `measure(fmu, case)` understands, which runs the FMU itself and returns a result, or a dict of numbers. `workers`: processes, as many as
     there are cores if None; with 1 everything runs in this one. `client`: of dask, whose workers run the cases; they
     need this package. `progress(fraction)`: such as `nc.Progress("Sweep")`. Raises InvalidValue, FileMissing, FmuError.
     """
     axes, listed = listed_cases(cases)
     if workers is not None:
         whole("workers", workers, 1, 1000)
-    for what, function in (("measure", measure), ("progress", progress)):
-        needed(what, function, Callable | None, "a function")
-    options: dict[str, Any] = {"stop": stop, "step": step, "times": None if times is None else list(times)}
-    run = measure or partial(simulated, options=options | {"record": None if record is None else list(record)})
-    opened = fmu if isinstance(fmu, Fmu) else Fmu(fmu)  # a file that is no FMU is told here
+    needed("measure", measure, Callable | None, "a function `measure(fmu, case)`")
+    needed("progress", progress, Callable | None, A_FUNCTION)
+    if measure is not None and (record is not None or times is not None):
+        raise InvalidValue("record, times: they act without `measure` only, which runs the FMU itself")
+    if client is not None and not hasattr(client, "upload_file"):
+        raise InvalidValue(f"client: a client of dask is needed, not {shown(client)}")
+    opened = fmu if isinstance(fmu, Fmu) else Fmu(fmu)
     try:
+        # What is wrong for all cases is told here.
+        points = [0.0, *(equal_steps(stop, step) if times is None else rising(times))]
+        run = measure or partial(simulated, times=points, record=opened.to_record(record))
         if not listed:
             return Sweep([], axes, [])
         if client is not None:
@@ -169,10 +252,13 @@ def sweep(
         else:
             outcomes = by_processes(count, opened.path, run, listed)
         found: dict[int, Outcome] = {}
-        for i, one in outcomes:
-            found[i] = one
-            if progress is not None:
-                progress(len(found) / len(listed))
+        with closing(outcomes):
+            for i, one in outcomes:
+                found[i] = one
+                if measure is None and isinstance(one.found, Result):
+                    one.found.model = opened  # another process has sent it without
+                if progress is not None:
+                    progress(len(found) / len(listed))
         return Sweep(listed, axes, [found[i] for i in range(len(listed))])
     finally:
         if opened is not fmu:
@@ -182,12 +268,10 @@ def sweep(
 def listed_cases(cases: Any) -> tuple[dict[str, list[Any]] | None, list[Case]]:
     """The axes, if these are cases of a product, and the cases. Raises InvalidValue."""
     if hasattr(cases, "to_dict") and hasattr(cases, "columns"):
-        cases = cases.to_dict("records")
+        rows = cases.to_dict("records")
+        cases = [{name: value for name, value in row.items() if given(value)} for row in rows]
     if isinstance(cases, Mapping):
-        axes = {name: cases[name] for name in cases}
-        if wrong := [name for name, values in axes.items() if isinstance(values, str) or np.ndim(values) == 0]:
-            raise InvalidValue(f"cases: {wrong[0]} needs a list of values, not {axes[wrong[0]]!r}")
-        lists = {name: list(values) for name, values in axes.items()}
+        lists = {name: values_of(name, cases[name]) for name in cases}
         return lists, [dict(zip(lists, values, strict=True)) for values in itertools.product(*lists.values())]
     needed("cases", cases, Iterable, "a dict of axes, a list of dicts, or a data frame")
     rows = list(cases)
@@ -196,73 +280,24 @@ def listed_cases(cases: Any) -> tuple[dict[str, list[Any]] | None, list[Case]]:
     return None, [dict(row) for row in rows]
 
 
-def simulated(fmu: Fmu, case: Case, options: Mapping[str, Any]) -> Result:
+def given(value: Any) -> bool:
+    """Whether a cell of a data frame is not empty."""
+    return value is not None and not (isinstance(value, float) and math.isnan(value))
+
+
+def values_of(name: str, axis: Any) -> list[Any]:
+    """The values of an axis, each with its unit: `([0.0, 2.6], "um")`. Raises InvalidValue."""
+    values, unit = with_unit(axis)
+    if isinstance(values, str):  # two names
+        values, unit = axis, None
+    try:
+        if isinstance(values, str | Mapping):
+            raise TypeError
+        return list(values) if unit is None else [(value, unit) for value in values]
+    except TypeError:
+        raise InvalidValue(f"cases: {name} needs a list of values, not {shown(axis)}") from None
+
+
+def simulated(fmu: Fmu, case: Case, times: Sequence[float], record: Sequence[str]) -> Result:
     """Runs a case of start values."""
-    return fmu.simulate(case, **options)
-
-
-def outcome(fmu: Fmu, run: Measure, case: Case) -> Outcome:
-    """What comes of a case."""
-    begin = clock.perf_counter()
-    try:
-        found = run(fmu, case)
-        kept = found if isinstance(found, Result) else dict(found)
-        return Outcome(kept, "", clock.perf_counter() - begin)
-    except Exception as problem:  # whatever it is: one case does not stop the others
-        return Outcome(None, f"{type(problem).__name__}: {problem}", clock.perf_counter() - begin)
-
-
-_opened: dict[Path, Fmu] = {}  # of this worker
-
-
-def parcel(path: Path, run: Measure, cases: list[tuple[int, Case]]) -> list[tuple[int, Outcome]]:
-    """The outcomes of some cases, in a worker, by their numbers."""
-    if not path.is_absolute():  # sent to a worker of dask
-        path = Path(optional("distributed", "study").get_worker().local_directory, path).absolute()
-    if path not in _opened:
-        _opened[path] = Fmu(path)
-    return [(i, outcome(_opened[path], run, case)) for i, case in cases]
-
-
-def parcels(cases: list[Case], workers: int) -> list[list[tuple[int, Case]]]:
-    """The cases with their numbers, in parcels."""
-    size = max(1, min(MOST, len(cases) // (PARCELS * workers)))
-    numbered = list(enumerate(cases))
-    return [numbered[i : i + size] for i in range(0, len(numbered), size)]
-
-
-def by_processes(workers: int, path: Path, run: Measure, cases: list[Case]) -> Iterator[tuple[int, Outcome]]:
-    """The outcomes, as they come from processes of this machine."""
-    lost: list[tuple[int, Case]] = []
-    pool = ProcessPoolExecutor(workers)
-    try:
-        jobs: dict[Future[Any], Any] = {
-            pool.submit(parcel, path.absolute(), run, one): one for one in parcels(cases, workers)
-        }
-        for job in as_completed(jobs):
-            try:
-                yield from job.result()
-            except BrokenExecutor:
-                lost += jobs[job]
-    finally:
-        pool.shutdown(cancel_futures=True)
-    for numbered in lost:  # a process has died, and the others with it: which case was it?
-        with ProcessPoolExecutor(1) as alone:
-            try:
-                yield from alone.submit(parcel, path.absolute(), run, [numbered]).result()
-            except BrokenExecutor:
-                yield numbered[0], Outcome(None, "its process has died", 0.0)
-
-
-def by_dask(client: Any, path: Path, run: Measure, cases: list[Case]) -> Iterator[tuple[int, Outcome]]:
-    """The outcomes, as they come from the workers of a client. The FMU is sent to them."""
-    distributed = optional("distributed", "study")
-    client.upload_file(str(path), load=False)
-    sent = parcels(cases, max(1, len(client.ncores())))
-    jobs = client.map(partial(parcel, Path(path.name), run), sent, pure=False)
-    of_key = {job.key: one for job, one in zip(jobs, sent, strict=True)}
-    for job, result in distributed.as_completed(jobs, with_results=True, raise_errors=False):
-        if job.status == "error":  # not the case's own failure: its workers died
-            yield from ((i, Outcome(None, f"lost: {result[1]}", 0.0)) for i, _ in of_key[job.key])
-        else:
-            yield from result
+    return fmu.simulate(case, times=times, record=record)

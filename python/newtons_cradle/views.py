@@ -64,7 +64,7 @@ def overlaps(result: Result) -> Array:
     the trapezoidal rule, so the samples must resolve the pulses. 0 where one of the two never closed. Raises
     InvalidValue where a pulse has fewer than 4 samples.
     """
-    force, time = result.stack("F"), result["time"]
+    force, time = result["F"], result["time"]
     pulses = result.pulses[result.pulses["release"] > result.pulses["onset"]]  # rigid contacts have no force
     onset, release = pulses["onset"], pulses["release"]
     samples = np.searchsorted(time, release, side="right") - np.searchsorted(time, onset)
@@ -130,6 +130,6 @@ def from_fmu(
         per_pulse = int(np.clip(room // max(1, len(pulses)), 4, 48))
         times = sample_times(pulses[: room // per_pulse], stop, step, per_pulse)
         result = fmu.simulate(values, times=times, record=[name for name in shown if name in fmu.arrays], progress=then)
-    columns = {name: result[name] for name in result.names}
+    columns = {name: result[name] for name in result}
     title = f"{n} ball{'s' if n > 1 else ''}, {stop:g} s"
     return of_columns(title, columns, n, pulses=pulses, **known_of(result.model, result.given))

@@ -1,5 +1,7 @@
 """Derivatives of a run in Python: those that the FMU gives, which small differences of runs confirm."""
 
+from importlib.util import find_spec
+
 import newtons_cradle as nc
 import numpy as np
 import pytest
@@ -88,6 +90,34 @@ def test_a_fit_says_what_it_needs(fmu, fmu3):
         (lambda: nc.fit(5, by=["ball.mass"], fmu=fmu3), 'track: a dict such as {"time": \\[...\\]'),
         (lambda: nc.fit({"time": [1.0]}, by=["ball.mass"], fmu=fmu3), "track needs `time` and something else"),
         (lambda: nc.fit(track, by=["contact.damping"], fmu=fmu3), "with a guess that is not 0"),
+        (lambda: nc.fit(track, by=[], fmu=fmu3), "by: at least one parameter is needed"),
+        (lambda: nc.fit(track, by=["ball.mass"], fmu="cradle.fmu"), r"an FMU as `nc.build\(fmi=3\)` makes it"),
+        (
+            lambda: nc.fit(track | {"time": [1.0, 0.5]}, by=["ball.mass"], fmu=fmu3),
+            r"its times \(s\) must rise, from 0",
+        ),
+        (
+            lambda: nc.fit(track | {"time": [0.5, 0.5]}, by=["ball.mass"], fmu=fmu3),
+            r"its times \(s\) must rise, from 0",
+        ),
+        (
+            lambda: nc.fit(track | {"time": [-0.5, 0.5]}, by=["ball.mass"], fmu=fmu3),
+            r"its times \(s\) must rise, from 0",
+        ),
+        (lambda: nc.fit(track | {"time": []}, by=["ball.mass"], fmu=fmu3), r"its times \(s\) must rise, from 0"),
+        (lambda: nc.fit(track | {"time": 1.0}, by=["ball.mass"], fmu=fmu3), r"its times \(s\) must rise, from 0"),
+        (lambda: nc.fit(track | {"time": [0.5, np.nan]}, by=["ball.mass"], fmu=fmu3), "time is not finite in row 1"),
+        (
+            lambda: nc.fit(track | {"x[1]": [np.nan, 1.0]}, by=["ball.mass"], fmu=fmu3),
+            "1. is not finite in row 0; leave",
+        ),
+        (
+            lambda: nc.fit(track | {"x[1]": [1.0]}, by=["ball.mass"], fmu=fmu3),
+            r"x.1. has the shape \(1,\); needed: \(2,\)",
+        ),
+        (lambda: nc.fit(track | {"x": np.zeros((2, 3))}, by=["ball.mass"], fmu=fmu3), r"\(2, 3\); needed: \(2, 5\)"),
+        (lambda: nc.fit(track | {"x": "here"}, by=["ball.mass"], fmu=fmu3), "x needs a list of numbers, not 'here'"),
+        (lambda: nc.fit(track | {"y[9]": [0, 1]}, by=["ball.mass"], fmu=fmu3), r"y\[1\] to y\[5\] are in"),
         (lambda: nc.fit(track, by=["mass"], fmu=fmu3), "did you mean ball.mass"),
     ):
         with pytest.raises(nc.CradleError, match=complaint):
@@ -99,6 +129,9 @@ def test_a_fit_takes_results_and_finds_what_they_were_made_with(fmu3):
     film = fmu3.simulate(SOFT, stop=3.0, step=0.05, record=["x"])
     guess = {"contact.stiffness": 1.4e6, "contact.damping": 20.0}
     track = {name: column[1:] for name, column in film.items()}
+    for other in (film, film.to_dataframe()) if find_spec("pandas") else (film,):
+        whole = nc.fit(other, by=guess, fmu=fmu3, values=SOFT)
+        assert whole.values == pytest.approx({name: SOFT[name] for name in guess}, rel=1e-5)
     found = nc.fit(track, by=guess, fmu=fmu3, values=SOFT)
     for name in guess:
         assert found.values[name] == pytest.approx(SOFT[name], rel=1e-5)

@@ -44,7 +44,7 @@ def test_the_host_chooses_the_number_of_balls(make3, fmu_path, balls):
     with nc.build(balls=balls, binaries=fmu_path) as fmu:
         assert validate_fmu(str(fmu.path)) == []
         run = fmu.simulate(stop=1.0, step=1.0, record=["x", "E_total"])
-    assert cradle.get("x").tobytes() == run.stack("x")[-1].tobytes()
+    assert cradle.get("x").tobytes() == run["x"][-1].tobytes()
     assert cradle.get("E_total") == run["E_total"][-1]
     if balls == 1:
         assert cradle.get("overlap").tolist() == [-1e30] and cradle.get("inContact").tolist() == [False]

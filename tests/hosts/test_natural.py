@@ -1,5 +1,6 @@
 """What somebody types who has not read the code: it works, or the error says what to type instead."""
 
+import copy
 import pickle
 from fractions import Fraction
 
@@ -7,7 +8,7 @@ import newtons_cradle as nc
 import numpy as np
 import pytest
 
-NAMES = {"nc": nc, "np": np, "Fraction": Fraction, "pickle": pickle}
+NAMES = {"nc": nc, "np": np, "Fraction": Fraction, "copy": copy, "pickle": pickle}
 
 #: Each is true.
 WORKS = [
@@ -68,6 +69,14 @@ WORKS = [
     "nc.build(balls=np.int64(3), binaries=fmu.path).balls == 3",
     'fmu.parameters["contact.model"].range.startswith("powerLaw")',
     '"gravity" in fmu.parameters and "a_support" in fmu.inputs',
+    'fmu.simulate(record=["time", "x"], stop=0.1)["x"].shape == (11, 5)',
+    'result.units["x"] == result.units["x[1]"] == "m"',
+    '"x" in fresh and "x[1]" in fresh and "mass" not in fresh',
+    'nc.sweep({"ball.mass": np.linspace(1, 2, 3)}, fmu=fmu, stop=0.1, workers=1)["x[1]"].shape == (3, 11)',
+    'nc.sweep({"contact.deadBand": ([0, 2.6], "um")}, fmu=fmu, stop=0.1, workers=1).cases[1]["contact.deadBand"][0] == 2.6',
+    '"<th>ball.mass</th>" in nc.sweep({"ball.mass": [1.0]}, fmu=fmu, stop=0.1, workers=1)._repr_html_()',
+    "copy.copy(result) == result and copy.copy(result).model is fmu",
+    "fmu.start().pulses.to_dataframe().shape == (0, 5)",
     'set(dir(nc)) >= {"Fmu", "sweep", "fit", "__version__"} and nc.__version__',
 ]
 
@@ -100,6 +109,32 @@ SAYS = [
     ('nc.build(set={"x": [0] * 5}, binaries=fmu.path)', nc.InvalidValue, "did you mean x_start[i]?"),
     ('nc.build(preset="desc", binaries=fmu.path)', nc.InvalidValue, "did you mean desk?"),
     ('nc.sweep({"ball.mass": 1.0}, fmu=fmu)', nc.InvalidValue, "cases: ball.mass needs a list of values, not 1.0"),
+    (
+        'nc.sweep({"ball.mass": [1.0]}, fmu=fmu, record="x")',
+        nc.InvalidValue,
+        "a list of names such as ['x[1]'] is needed",
+    ),
+    (
+        'nc.sweep({"ball.mass": [1.0]}, fmu=fmu, times=5)',
+        nc.InvalidValue,
+        "a list of communication points (s) is needed",
+    ),
+    (
+        'nc.sweep({"ball.mass": [1.0]}, fmu=fmu, progress=True)',
+        nc.InvalidValue,
+        'such as `nc.Progress("Run")` is needed',
+    ),
+    ('nc.sweep({"ball.mass": [1.0]}, fmu=fmu, client=5)', nc.InvalidValue, "a client of dask is needed, not 5"),
+    (
+        'nc.sweep({"a": [1]}, lambda fmu, case: case, fmu=fmu, record=["x"])',
+        nc.InvalidValue,
+        "act without `measure` only",
+    ),
+    ('result.pulses["force"]', nc.UnknownName, "allowed: contact, onset, release, peak, impulse"),
+    ('result.plot("x", ax=5)', nc.InvalidValue, "ax: axes of matplotlib are needed, not 5"),
+    ('nc.build(binaries="none.fmu")', nc.FileMissing, "binaries: none.fmu: there is no such file"),
+    ('nc.build(out="none/x.fmu", binaries=fmu.path)', nc.FileMissing, "out: there is no folder none"),
+    ("fmu.simulate(progress=True)", nc.InvalidValue, 'progress: a function such as `nc.Progress("Run")` is needed'),
     ("nc.sweep([1, 2], fmu=fmu)", nc.InvalidValue, 'for each case a dict such as {"ball.mass": 0.5} is needed'),
     ("nc.simulate", AttributeError, "module 'newtons_cradle' has no attribute 'simulate'"),
 ]

@@ -57,7 +57,7 @@ def film(amplitudes=(0.006, 0.003), **wrong) -> nc.Calibration:
         (lambda fmu: nc.Fmu("missing.fmu"), "missing.fmu: there is no such file"),
         (lambda fmu: nc.Fmu(ROOT / "README.md"), "README.md is not an FMU"),
         (lambda fmu: fmu.simulate(times=5), "a list of communication points (s) is needed"),
-        (lambda fmu: fmu.simulate(inputs={"a_support": 1.0}), "inputs: a function is needed"),
+        (lambda fmu: fmu.simulate(inputs={"a_support": 1.0}), "inputs: a function `inputs(t)` that returns a dict is needed"),
         (lambda fmu: fmu.simulate(inputs=lambda t: 0.2), "inputs(t): a returned dict of inputs"),
         (lambda fmu: fmu.simulate(control=lambda run: [0.2]), "control(run): a returned dict of inputs"),
         (lambda fmu: fmu.simulate(record=[["x"]]), "record: a name such as 'x[1]' is needed, not ['x']"),
@@ -261,9 +261,11 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
     """As Linux on ARM needs it: FMPy knows the older names only. The FMU is unpacked where told, and removed."""
     folder = tmp_path / "unpacked"
     with nc.Fmu(fmu_path, folder) as fmu:
-        (folder / "binaries" / fmpy.platform).rename(folder / "binaries" / fmpy.platform_tuple)
+        old, new = (folder / "binaries" / name for name in (fmpy.platform, fmpy.platform_tuple))
+        old.rename(new)
         with fmu.start() as run:
             assert run["x[1]"] == -0.1
+        new.rename(old)
     assert not folder.exists()
 
 
@@ -278,7 +280,7 @@ def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
     frame = pandas.read_parquet(tmp_path / "run.parquet")
     assert frame.index.name == "time" and frame.index[-1] == 1.0
     assert frame.attrs["units"]["x[1]"] == "m" and frame.attrs["units"]["E_total"] == "J"
-    for name in result.names[1:]:
+    for name in list(result)[1:]:
         assert np.array_equal(frame[name], result[name])
 
 
@@ -306,7 +308,10 @@ def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
         result.to_parquet(tmp_path / "run.parquet")
     with pytest.raises(ImportError, match=r"newtons-cradle\[plot\]"):
         result.plot()
-    assert optional("json", "data")
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    with pytest.raises(ImportError, match=r"scipy is needed but missing: `.*\[fit\]'`, or `pip install scipy`"):
+        optional("scipy.optimize", "fit")
+    assert optional("json", "data") and optional("xml.etree", "data")
 
 
 def filmed(fmu, values) -> dict:

@@ -207,3 +207,39 @@ def test_what_is_imported_is_what_is_used():
         assert script(code.format(module)) == "[]\n"
     code = "import newtons_cradle as nc, sys; nc.Fmu(sys.argv[1]).parameters; print('fmpy' in sys.modules)"
     assert script(code, ROOT / "target/fmu/NewtonsCradle.fmu") == "False\n"
+
+
+def test_a_folder_of_ones_own_keeps_what_is_ones_own(fmu_path, tmp_path, monkeypatch):
+    """It may be relative. Only what was unpacked goes; files of another FMU are not mixed with those of this one."""
+    monkeypatch.chdir(tmp_path)
+    for made in (False, True):
+        folder = tmp_path / f"unpacked {made}"
+        if made:
+            folder.mkdir()
+        with nc.Fmu(fmu_path, folder=folder.name) as fmu:
+            assert fmu.folder == folder and (folder / "modelDescription.xml").is_file()
+            assert len(fmu.simulate(stop=1.0).pulses) == 6
+            with pytest.raises(nc.InvalidValue, match="has files in it; allowed: a new folder, or an empty one"):
+                nc.Fmu(fmu_path, folder)
+            (folder / "binaries/own.txt").write_text("own")
+        assert [path.name for path in folder.rglob("*")] == ["binaries", "own.txt"]
+        (folder / "binaries/own.txt").unlink()
+        (folder / "binaries").rmdir()
+        with nc.Fmu(fmu_path, folder):
+            pass
+        assert folder.is_dir()
+        folder.rmdir()
+        with nc.Fmu(fmu_path, folder):
+            assert folder.is_dir()
+        assert not folder.exists()
+
+
+def test_the_current_folder_may_change(fmu_path, tmp_path, monkeypatch):
+    shutil.copy(fmu_path, tmp_path / "copy.fmu")
+    monkeypatch.chdir(tmp_path)
+    with nc.Fmu("copy.fmu") as fmu:
+        monkeypatch.chdir("/")
+        assert len(fmu.simulate(stop=1.0).pulses) == 6 and (fmu.folder / "modelDescription.xml").is_file()
+        assert fmu.path == tmp_path / "copy.fmu" and fmu.provenance()["fmu"] == "copy.fmu" and fmu.description
+        with pickle.loads(pickle.dumps(fmu)) as again:
+            assert again.simulate(stop=1.0) == fmu.simulate(stop=1.0)

@@ -1,10 +1,11 @@
 """Instances are used again after a reset, and nobody notices; descriptions are read as far as they are asked for."""
 
 import contextlib
+from zipfile import ZipFile
 
 import newtons_cradle as nc
 import pytest
-from newtons_cradle.run.description import Description, NotReadable
+from newtons_cradle.run.description import Description
 
 
 @pytest.fixture(params=[2, 3])
@@ -87,7 +88,7 @@ def test_ten_thousand_balls_are_read_one_by_one(cradle, fmu_path):
 def described(variables: str, root: str = 'fmiVersion="2.0" modelName="Other"') -> Description:
     parts = f"<ModelVariables>{variables}</ModelVariables><ModelStructure/>"
     text = f"<fmiModelDescription {root}>{parts}</fmiModelDescription>"
-    return Description(text.encode())
+    return Description(text.encode(), "other.fmu")
 
 
 def test_descriptions_of_others_are_read_however_they_are_written():
@@ -106,5 +107,31 @@ def test_descriptions_of_others_are_read_however_they_are_written():
         and dict(found.arrays) == {"a<b": ["a<b[1]"]}
     )
     for variables in ("<ScalarVariable", "<ScalarVariable name='x'></Real>", "<!-- -- -->"):
-        with pytest.raises(NotReadable):
+        with pytest.raises(
+            nc.FmuError, match=r"^other\.fmu is not an FMU that can be read: its modelDescription\.xml: "
+        ):
             list(described(variables).variables)
+
+
+DAMAGES = {  # text of a description, what it becomes, and who finds it
+    'valueReference="': ('valueReference="x', lambda fmu: fmu.parameters),
+    'start="': ('start="x', lambda fmu: fmu.built_with("gravity")),
+    'factor="': ('factor="x', lambda fmu: fmu.start({"contact.deadBand": (1.0, "um")})),
+    'value="': ('value="x', lambda fmu: fmu.items("contact.model")),
+    "/>": (">", lambda fmu: fmu.simulate(stop=0.1)),
+    "</ModelVariables>": ("", lambda fmu: fmu.variables),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_description_is_one_error_wherever_it_is_found(fresh, tmp_path, damage):
+    path, (change, use) = tmp_path / "damaged.fmu", DAMAGES[damage]
+    with ZipFile(fresh.path) as source, ZipFile(path, "w") as target:
+        for name in source.namelist():
+            data = source.read(name)
+            if name == "modelDescription.xml":
+                data = data.replace(damage.encode(), change.encode())
+            target.writestr(name, data)
+    complaint = r"damaged\.fmu is not an FMU that can be read: its modelDescription\.xml"
+    with pytest.raises(nc.FmuError, match=complaint), nc.Fmu(path) as fmu:
+        use(fmu)

@@ -4,12 +4,16 @@ click looks like; what is measured in tables of pulses and in samples, without a
 The laws themselves are checked in tests/rust, without a host.
 """
 
+import gc
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import fmpy
 import newtons_cradle as nc
 import numpy as np
 import pytest
+from newtons_cradle.pulses import pulse_table
+from newtons_cradle.run import calls, log
 
 HERTZ = nc.figure5(0.0) | {"contact.model": "hertz", "contact.dampingLaw": "huntCrossley"}
 SETUPS = {
@@ -57,6 +61,77 @@ def test_a_saved_state_can_be_loaded_again_and_again(fmu):
             assert target.time == 0.6
             target.step_to(1.0)
             assert target.get("E_residual") == wanted
+
+
+def test_a_saved_state_has_what_belongs_to_the_last_step(fmu, fmu3):
+    """Also where it was so long that it was made in parts: means and peaks are of all of it."""
+    names = ["F_mean", "F_peak", "F_support_mean"]
+    for either in (fmu, fmu3):
+        for end in (0.72, 3.0):
+            with either.start() as run, either.start() as other:
+                run.step_to(end)
+                saved, wanted = run.save(), [run[name] for name in names]
+                run.step_to(end + 0.5)
+                for target in (run, other):
+                    target.load(saved)
+                    assert all(np.array_equal(target[name], value) for name, value in zip(names, wanted, strict=True))
+
+
+def test_a_log_that_was_cleared_tells_errors(fmu, fmu3):
+    for either in (fmu, fmu3):
+        with either.start() as run:
+            for damping in (-1.0, -2.0):
+                run.step(2.0)
+                with pytest.raises(nc.InvalidValue, match=rf"contact.damping = {damping:g} N\.s/m is refused"):
+                    run.set({"contact.damping": damping})
+                assert len(run.log) > 0 and len(run.pulses) > 0
+                run.log.clear()
+                assert len(run.log) == len(run.pulses) == 0
+
+
+def test_pulses_and_lines_are_parsed_once(fmu, fmu3, monkeypatch):
+    parsed = []
+    monkeypatch.setattr(log, "pulse_table", lambda text: parsed.append(len(text)) or pulse_table(text))
+    for either in (fmu, fmu3):
+        with either.start(nc.figure5(0.0)) as run:
+            for _ in run.until(5.0, 0.1):
+                pulses, lines = run.pulses, list(run.log)
+                pulses["peak"] = 0.0  # a copy
+            assert run.pulses.tobytes() == pulse_table(run.log.text()).tobytes() and len(run.pulses) > len(pulses) > 0
+            assert sum(parsed) == len(run.log.text()) and len(parsed) < 10
+            assert list(run.log)[: len(lines)] == lines and str(run.pulses).startswith("contact")
+        parsed.clear()
+
+
+def test_a_run_that_is_dropped_frees_its_instance(fmu, fmu3):
+    """Unless somebody has FMPy's object."""
+    freed = []
+
+    def end(free, lent):
+        freed.append(lent)
+        free()
+
+    for either in (fmu, fmu3):
+        freed.clear()
+        for lent in (False, True):
+            run = either.start()
+            slave = run.slave if lent else None
+            own = run._instance
+            own.freeInstance = partial(end, own.freeInstance, lent)
+            run = None
+            gc.collect()
+            assert freed == [False] and (slave is None or slave.get("x[1]") == -0.1)
+
+
+def test_samples_do_not_ask_an_fmu_for_its_time(fmu, monkeypatch):
+    """Not all tell it; and rows are added in between."""
+    wanted = fmu.simulate(stop=6.0, record=["x"])
+    monkeypatch.setattr(calls.Calls, "time", lambda *_: 1 / 0)
+    with fmu.start() as run:
+        recorder = run.recorder(["x"])
+        recorder.sample()
+        recorder.steps(wanted.time[1:].tolist())
+        assert recorder.result() == wanted
 
 
 def test_instances_in_threads_keep_their_own_pulses(fmu):

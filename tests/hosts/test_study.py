@@ -86,3 +86,18 @@ def test_a_worker_killed_half_way_loses_nothing(fmu, fmu_path):
     assert not found.errors and len(found.cases) == len(found.results) == 80 and told[-1] == 1.0
     for case, row in list(zip(found.cases, found.results, strict=True))[::20]:
         assert one_run.measure(fmu, case) == row
+
+
+def test_another_fmu_of_the_same_name_is_another_one(fmu_path, tmp_path):
+    """On workers that have run the first one."""
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=2, dashboard_address=None) as cluster,
+        cluster.get_client() as client,
+    ):
+        for mass in (0.5, 2.0):
+            path = nc.build(set={"ball.mass": mass}, out=tmp_path / "same.fmu", binaries=fmu_path).path
+            cases = {"gravity": [9.81, 1.62], "contact.exponent": [1.0, 1.5, 2.0]}
+            found = nc.sweep(cases, fmu=path, client=client, stop=0.1, record=["ball.mass"])
+            assert found["ball.mass"][:, 0].tolist() == [mass] * 6
+        odd = nc.sweep({"a": [1, 2]}, lambda fmu, case: {"b": case["a"]}, fmu=fmu_path, client=client)
+        assert odd["b"].tolist() == [1, 2]

@@ -1,10 +1,16 @@
 """Many runs side by side: cases, results with the cases in front, errors by case."""
 
+import copy
 import os
+import signal
+import sys
+import tempfile
+import time
 
 import newtons_cradle as nc
 import numpy as np
 import pytest
+from conftest import ended
 
 AXES = {"contact.exponent": [1.0, 1.5, 20.0], "contact.deadBand": [0.0, 2.6e-6]}
 SHORT = {"stop": 1.0, "record": ["x", "E_total"]}
@@ -15,6 +21,23 @@ def measured(fmu, case):
     if case["mass"] < 0.0:
         os._exit(1)
     return {"peak": fmu.simulate({"ball.mass": case["mass"]}, stop=1.0, record=[]).pulses["peak"].max()}
+
+
+def odd(fmu, case):
+    """Something that cannot be pickled, nothing, rows of several lengths, results of several lengths, other names."""
+    kinds = {
+        "lambda": lambda: {"found": lambda: None},
+        "nothing": lambda: None,
+        "rows": lambda: {"found": np.arange(case["number"])},
+        "results": lambda: fmu.simulate(stop=float(case["number"]), record=["x"]),
+        "names": lambda: {f"found {case['number']}": case["number"]},
+        "truth": lambda: {"found": 1 if case["number"] == 1 else 0.5},
+    }
+    return kinds[case["kind"]]()
+
+
+def many_odd(fmu, kind, workers):
+    return nc.sweep([{"kind": kind, "number": number} for number in (1, 2)], odd, fmu=fmu, workers=workers)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -54,6 +77,137 @@ def test_a_process_that_dies_costs_its_case_only(fmu):
     assert found.results[0] == measured(fmu, {"mass": 0.5})
 
 
+def test_only_the_cases_of_a_dead_process_run_again(fmu, tmp_path):
+    """Of 400 in parcels of 25, most run once; nothing stays behind in the folder for temporary files."""
+    before = sorted(os.listdir(tempfile.gettempdir()))
+    cases = [{"number": number, "log": str(tmp_path / "log")} for number in range(400)]
+    found = nc.sweep(cases, logged, fmu=fmu, workers=2)
+    assert found.errors == {30: "its process has died"}
+    assert found["number"].tolist()[:30] == list(range(30)) and np.isnan(found["number"][30])
+    runs = (tmp_path / "log").read_text().split()
+    assert set(map(int, runs)) == set(range(400)) and len(runs) <= 400 + 25
+    assert sorted(os.listdir(tempfile.gettempdir())) == before
+
+
+def logged(fmu, case):
+    """Says that it runs, and dies in one case."""
+    with open(case["log"], "a") as log:
+        log.write(f"{case['number']} ")
+    if case["number"] == 30:
+        os._exit(1)
+    return {"number": case["number"]}
+
+
+def slow(fmu, case):
+    time.sleep(60.0)
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers that send signals")
+def test_a_signal_ends_a_sweep_at_once(fmu):
+    """With its processes and their files."""
+    before, begin = sorted(os.listdir(tempfile.gettempdir())), time.monotonic()
+    handler = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.5)
+        with pytest.raises(KeyboardInterrupt):
+            nc.sweep({"number": [1, 2]}, slow, fmu=fmu, workers=2)
+    finally:
+        signal.signal(signal.SIGALRM, handler)
+    assert time.monotonic() - begin < 20.0 and sorted(os.listdir(tempfile.gettempdir())) == before
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_odd_measures_work_or_are_told(fmu, workers):
+    nothing = many_odd(fmu, "nothing", workers)
+    assert "measure: a returned result, or a dict of numbers" in nothing.errors[0] and list(nothing) == []
+    rows = many_odd(fmu, "rows", workers)
+    with pytest.raises(nc.InvalidValue, match=r"found has the shapes \(1,\) in case 0 and \(2,\) in case 1"):
+        rows["found"]
+    results = many_odd(fmu, "results", workers)
+    with pytest.raises(nc.InvalidValue, match=r"x has the shapes \(101, 5\) .*; `results` has each alone"):
+        results["x"]
+    assert results.results[1]["x"].shape == (201, 5)
+    names = many_odd(fmu, "names", workers)
+    assert list(names) == ["found 1", "found 2"] and np.isnan(names["found 2"][0]) and names["found 2"][1] == 2
+    assert many_odd(fmu, "truth", workers)["found"].tolist() == [1.0, 0.5]
+    assert rows == many_odd(fmu, "rows", workers) != results and names != many_odd(fmu, "truth", workers)
+    pytest.importorskip("pandas")
+    assert rows.to_dataframe()["found"][1].tolist() == [0, 1]
+    assert results.to_dataframe()["time"].tolist() == [1.0, 2.0]
+    assert names.to_dataframe()["found 1"].isna().tolist() == [False, True]
+
+
+def test_what_cannot_be_sent_to_a_process_is_told(fmu, tmp_path):
+    assert nc.sweep({"a": [1, 2]}, lambda fmu, case: case, fmu=fmu, workers=1)["a"].tolist() == [1, 2]
+    with pytest.raises(nc.InvalidValue, match=r"measure: it cannot be sent .*; define it by `def` in a module"):
+        nc.sweep({"a": [1, 2]}, lambda fmu, case: case, fmu=fmu, workers=2)
+    errors = many_odd(fmu, "lambda", 2).errors
+    assert all("what was measured cannot be sent from a worker" in error for error in errors.values())
+    found = nc.sweep([{"kind": "names", "number": lambda: 1}, {"kind": "names", "number": 2}], odd, fmu=fmu, workers=2)
+    assert set(found.errors) == {0} and "the case cannot be sent to a worker" in found.errors[0]
+    code = """
+import multiprocessing, sys
+import newtons_cradle as nc
+
+multiprocessing.set_start_method("spawn", force=True)
+try:
+    nc.sweep({"ball.mass": [1.0, 2.0]}, fmu=sys.argv[1], stop=0.1, workers=2)
+except nc.FmuError as problem:
+    print(problem)
+"""
+    done = ended(sys.executable, "-c", code, fmu.path)
+    assert done.stdout == ""  # a command has no file that other processes would run
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    said = ended(sys.executable, script, fmu.path).stdout.splitlines()
+    assert said[-1].endswith("call `nc.sweep` below `if __name__ == '__main__':`, or take `workers=1`")
+
+
+def test_axes_with_units_and_lists(fmu):
+    """They, and names of values that are also recorded, are told apart."""
+    axes = {"contact.deadBand": ([1.0, 2.6], "um"), "gravity": [9.81, 1.62], "contact.model": ("powerLaw", "hertz")}
+    found = nc.sweep(axes, fmu=fmu, workers=1, stop=0.5, record=["x", "gravity", "contact.deadBand"])
+    assert not found.errors and found.cases[-1]["contact.deadBand"] == (2.6, "um")
+    assert found["contact.deadBand"][:, 0].tolist() == [1e-6] * 4 + [2.6e-6] * 4
+    placed = [[-0.1, 0, 0, 0, 0], ([-100, -100, 0, 0, 0], "mm")]
+    listed = nc.sweep({"x_start": placed}, fmu=fmu, workers=1, stop=0.1, record=["x"])
+    assert listed["x"][:, 0, 1].tolist() == [0.0, -0.1] and listed == copy.deepcopy(listed)
+    for wrong in (5.0, (2.6, "um"), "hertz", {"a": 1}):
+        with pytest.raises(nc.InvalidValue, match="cases: gravity needs a list of values, not "):
+            nc.sweep({"gravity": wrong}, fmu=fmu)
+    pytest.importorskip("pandas")
+    frame = found.to_dataframe()
+    assert frame["contact.deadBand"].tolist() == [1.0] * 4 + [2.6] * 4
+    assert (
+        frame.attrs["units"] == {"contact.deadBand": "um"} and frame["gravity"].tolist() == [9.81, 9.81, 1.62, 1.62] * 2
+    )
+    assert frame["gravity (result)"].tolist() == frame["gravity"].tolist()
+    assert frame["contact.deadBand (result)"][0] == 1e-6
+    pytest.importorskip("xarray")
+    data = found.to_xarray()
+    assert data.x.dims == (*axes, "time", "ball") and data["contact.deadBand"].units == "um"
+    assert (data.sel({"gravity": 1.62})["gravity (result)"] == 1.62).all()
+    assert nc.sweep({"x_start": placed}, fmu=fmu, stop=0.1, record=["x"]).to_xarray().x.dims == (
+        "x_start",
+        "time",
+        "ball",
+    )
+    with pytest.raises(nc.InvalidValue, match="cases: time is also a dimension of the results"):
+        nc.sweep({"time": [1.0, 2.0]}, lambda fmu, case: fmu.simulate(stop=1.0), fmu=fmu, workers=1).to_xarray()
+
+
+def test_copies_of_results_are_whole(fmu):
+    result = fmu.simulate(stop=1.0)
+    for made in (copy.copy(result), copy.deepcopy(result)):
+        assert made == result and made.model is fmu and made.given == result.given and made.units == result.units
+    made.samples["x[1]"] = 0.0
+    made.pulses["peak"] = 0.0
+    assert result["x[1]"][0] == -0.1 and made != result and result.pulses["peak"].min() > 0.0
+    for workers in (1, 2):
+        found = nc.sweep([{}, {"gravity": 1.0}], fmu=fmu, stop=1.0, workers=workers)
+        assert found.results[0] == result and found.results[0].model is fmu
+
+
 def test_a_data_set_has_named_dimensions(fmu, cradle, fmu_path):
     """Of a run and of many; balls and contacts count from 1."""
     pytest.importorskip("xarray")
@@ -74,3 +228,10 @@ def test_a_data_set_has_named_dimensions(fmu, cradle, fmu_path):
     listed = nc.sweep([{"ball.mass": 1.0}, {"ball.mass": 2.0}], fmu=fmu, workers=1, **SHORT).to_xarray()
     assert listed.x.dims == ("case", "time", "ball") and listed["ball.mass"].values.tolist() == [1.0, 2.0]
     assert cradle(balls=2, binaries=fmu_path).simulate(stop=0.1).to_xarray().F.dims == ("time", "contact")
+
+
+def test_empty_cells_of_a_data_frame_are_not_set(fmu):
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame([{"ball.mass": 0.5}, {"gravity": 1.62}])
+    found = nc.sweep(frame, fmu=fmu, workers=1, stop=0.1, record=[])
+    assert found.cases == [{"ball.mass": 0.5}, {"gravity": 1.62}] and not found.errors

@@ -146,12 +146,20 @@ def test_what_cannot_be_judged_is_refused(folders, tmp_path):
         judge(folders["grid"], tmp_path / "empty.csv")
 
 
-def test_the_program_hands_over(producer, folders):
+def test_the_program_hands_over(producer, folders, tmp_path):
     options = ["--python", sys.executable, "--"]
     done = ended(producer, "judge", *options, folders["grid"], folders["grid"] / "expected.csv")
     assert done.stdout.startswith("right to the last bit: x[1]")
     done = ended(producer, "judge", *options, folders["grid"], "nothing.csv", code=2)
     assert "nothing.csv: there is no such file" in done.stderr
+    # What cannot be judged is not wrong, which would be code 1.
+    case = tmp_path / "grid"
+    case.mkdir()
+    (case / "cradle.fmu").write_text("damaged")
+    done = ended(producer, "judge", *options, case, folders["grid"] / "expected.csv", code=2)
+    assert "is not an FMU that can be read" in done.stderr
+    done = ended(producer, "judge", "--", "--python", "nothing", code=2)
+    assert "cannot run nothing" not in done.stderr
 
 
 def expected(host: str) -> dict[str, str]:

@@ -70,6 +70,8 @@ fn arguments_and_exit_code_of_python_are_passed_on() {
         assert_eq!(passed.output, format!("<-m><newtons_cradle><page><a b.fmu><--out><c.html><--help>{rest}"));
         assert_eq!((passed.code, passed.error.as_str()), (7, ""));
     }
+    let passed = ended(&mut folder.command(PROGRAM, "--python ./python judge -- --python x"));
+    assert_eq!(passed.output, "<-m><newtons_cradle><judge><--python><x>");
     folder.run("page x.fmu --python").with(2, &["--python needs the name of a program"]);
     folder.run("--python ./python presets").with(2, &["allowed: for page, live, cases and judge"]);
     // That of the virtual environment in a folder above: without a PATH no other Python is found.
@@ -78,10 +80,14 @@ fn arguments_and_exit_code_of_python_are_passed_on() {
     let mut page = folder.command(PROGRAM, "page x.fmu");
     let taken = ended(page.current_dir(folder.file("deep/down")).env("PATH", "")).with(0, &[]);
     assert!(taken.output.ends_with("passed/.venv/bin/python"), "{}", taken.output);
+    folder.script("killed", "[ \"$1\" = -c ] && exit 0\nkill -9 $$");
+    folder.run("page --python ./killed x.fmu").with(1, &["./killed has ended early: signal: 9"]);
     folder.script("bare", "exit 1");
     for (python, expected) in [("./bare", "cannot import newtons_cradle; "), ("./nothing", "cannot run ")] {
         let cures = ["`pip install newtons-cradle`", "`python3 cradle.py paper`"];
         folder.run(&format!("page --python {python} x.fmu")).with(1, &[expected, python, cures[0], cures[1]]);
+        // A code of 1 would be a verdict.
+        folder.run(&format!("judge --python {python} x")).with(2, &[expected, python, cures[0], cures[1]]);
     }
 }
 

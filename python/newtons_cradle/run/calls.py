@@ -181,13 +181,13 @@ class Calls:
         """Where the last step, to `end` (s), has ended; in FMI 3.0 it may have done so early."""
         return self._reached.value if self._early.value else end
 
-    def time(self) -> float:
-        """The time of the instance, s."""
+    def time(self, known: float) -> float:
+        """The time of the instance, s; of one that does not tell it, the one that is known."""
         reached = c_double()
         if self.fmi2:
             ask = self.function("fmi2GetRealStatus", c_int, c_void_p)
-            ask(self.component, LAST_SUCCESSFUL_TIME, byref(reached))
+            status = ask(self.component, LAST_SUCCESSFUL_TIME, byref(reached))
         else:
             reference = c_uint(self.description.described["time"].valueReference)
-            self.accessor("fmi3GetFloat64")(self.component, byref(reference), 1, byref(reached), 1)
-        return reached.value
+            status = self.accessor("fmi3GetFloat64")(self.component, byref(reference), 1, byref(reached), 1)
+        return reached.value if status <= WARNING else known

@@ -5,11 +5,14 @@ Both versions give their variables the same names and types. An array of FMI 3.0
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import unescape
 from typing import Any
 from xml.etree import ElementTree
+
+from ..errors import FmuError
 
 #: Types of FMI 3.0 that have one in FMI 2.0. Clocks and binaries have none.
 TYPES = {"Float64": "Real", "UInt64": "Integer", "Enumeration": "Enumeration", "Boolean": "Boolean"}
@@ -25,8 +28,13 @@ _CAUSALITY = re.compile(rb'[^<]*?\scausality="(\w+)"')
 _PLACE = re.compile(rb'name="[^"]*" valueReference="(\d+)"[^<]*<(\w+)')
 
 
-class NotReadable(ValueError):
-    """What is wrong with a description."""
+@contextmanager
+def reading(source: object) -> Iterator[None]:
+    """Raises FmuError where what is read is not what it should be."""
+    try:
+        yield
+    except (ElementTree.ParseError, ValueError, LookupError) as problem:
+        raise FmuError(f"{source} is not an FMU that can be read: its modelDescription.xml: {problem}") from problem
 
 
 @dataclass(frozen=True)
@@ -76,25 +84,20 @@ class Place:
     index: int | None = None
 
 
-def parsed(text: bytes) -> ElementTree.Element:
-    """An element of the description. Raises NotReadable."""
-    try:
-        return ElementTree.fromstring(text)
-    except ElementTree.ParseError as problem:
-        raise NotReadable(f"its modelDescription.xml cannot be read: {problem}") from None
-
-
 class Description:
-    """What the text of modelDescription.xml says. Raises NotReadable."""
+    """What the text of modelDescription.xml says, in the FMU `source`. All that reads it raises FmuError where it is
+    damaged."""
 
-    def __init__(self, text: bytes):
+    def __init__(self, text: bytes, source: object):
+        self.source = source
         begin, last = text.find(b"<ModelVariables"), text.find(b"</ModelVariables")
         end = text.find(b">", last) + 1
-        if not 0 <= begin < last < end:
-            raise NotReadable("its modelDescription.xml has no ModelVariables")
-        structure = text.find(b"<ModelStructure", end)
-        after = b"</fmiModelDescription>" if structure > 0 else text[end:]
-        self.root = parsed(text[:begin] + after)
+        with reading(source):
+            if not 0 <= begin < last < end:
+                raise ValueError("it has no ModelVariables")
+            structure = text.find(b"<ModelStructure", end)
+            after = b"</fmiModelDescription>" if structure > 0 else text[end:]
+            self.root = ElementTree.fromstring(text[:begin] + after)
         found = self.root.get
         self.version, self.model = found("fmiVersion", ""), found("modelName", "")
         self.token = found("guid" if self.fmi2 else "instantiationToken", "")
@@ -109,35 +112,41 @@ class Description:
     def types(self) -> dict[str, Declared]:
         """The declared types by name."""
         found = {}
-        for declared in self.root.iterfind("TypeDefinitions/*"):
-            of = declared[0] if self.fmi2 and len(declared) else declared
-            items = {item.get("name", ""): int(item.get("value", "0")) for item in of.iterfind("Item")}
-            found[declared.get("name", "")] = Declared(of.get("unit"), of.get("min"), of.get("max"), items)
+        with reading(self.source):
+            for declared in self.root.iterfind("TypeDefinitions/*"):
+                of = declared[0] if self.fmi2 and len(declared) else declared
+                items = {item.get("name", ""): int(item.get("value", "0")) for item in of.iterfind("Item")}
+                found[declared.get("name", "")] = Declared(of.get("unit"), of.get("min"), of.get("max"), items)
         return found
 
     @cached_property
     def units(self) -> dict[str, dict[str, tuple[float, float]]]:
         """By unit, the units that it may be shown in, with factor and offset: shown = factor * value + offset."""
         found = {}
-        for unit in self.root.iterfind("UnitDefinitions/Unit"):
-            shown = {of.get("name", ""): of for of in unit.iterfind("DisplayUnit")}
-            ways = {name: (float(of.get("factor", "1")), float(of.get("offset", "0"))) for name, of in shown.items()}
-            found[unit.get("name", "")] = {unit.get("name", ""): (1.0, 0.0)} | ways
+        with reading(self.source):
+            for unit in self.root.iterfind("UnitDefinitions/Unit"):
+                shown = {of.get("name", ""): of for of in unit.iterfind("DisplayUnit")}
+                ways = {
+                    name: (float(of.get("factor", "1")), float(of.get("offset", "0"))) for name, of in shown.items()
+                }
+                found[unit.get("name", "")] = {unit.get("name", ""): (1.0, 0.0)} | ways
         return found
 
     @cached_property
     def variables(self) -> "Variables":
         """The variables that both versions have."""
-        return _Scalars(self, self._variables) if self.fmi2 else _Elements(self)
+        with reading(self.source):
+            return _Scalars(self, self._variables) if self.fmi2 else _Elements(self)
 
     @cached_property
     def described(self) -> Mapping[str, Variable]:
         """All variables as they stand in the description, arrays as a whole."""
         if self.fmi2:
             return self.variables
-        section = parsed(self._variables)
-        starts = {found.get("valueReference"): found.get("start", "1") for found in section}
-        return {found.get("name", ""): self._whole(found, starts) for found in section if found.get("name")}
+        with reading(self.source):
+            section = ElementTree.fromstring(self._variables)
+            starts = {found.get("valueReference"): found.get("start", "1") for found in section}
+            return {found.get("name", ""): self._whole(found, starts) for found in section if found.get("name")}
 
     def _whole(self, found: ElementTree.Element, starts: Mapping[str | None, str]) -> Variable:
         length = 0
@@ -189,7 +198,7 @@ class _Scalars(Variables):
         names = _NAME.findall(section)
         if len(names) != section.count(b"<ScalarVariable") or b"<!--" in section:
             # Written in another way than ours: as the parser understands it.
-            read = [_name_first(variable) for variable in parsed(section).iterfind("ScalarVariable")]
+            read = map(_name_first, ElementTree.fromstring(section).iterfind("ScalarVariable"))
             section = b"\n".join(read)
             names = _NAME.findall(section)
         text = b"\n".join(names).decode("utf-8", "replace")
@@ -208,9 +217,10 @@ class _Scalars(Variables):
     def __getitem__(self, name: str) -> Variable:
         if name not in self._made:
             text, end, _ = self._texts[name].partition(b"</ScalarVariable>")
-            named = parsed(b"<ScalarVariable " + text + (end or b"</ScalarVariable>"))
-            typed = next((part for part in named if part.tag != "Annotations"), named)
-            self._made[name] = self._description.variable(named, typed, typed.tag)
+            with reading(self._description.source):
+                named = ElementTree.fromstring(b"<ScalarVariable " + text + (end or b"</ScalarVariable>"))
+                typed = next((part for part in named if part.tag != "Annotations"), named)
+                self._made[name] = self._description.variable(named, typed, typed.tag)
         return self._made[name]
 
     def named(self, *causalities: str) -> list[str]:

@@ -1,7 +1,8 @@
 """A running instance of an FMU, stepped as finely as you like."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from ctypes import c_double
 from dataclasses import dataclass, field
@@ -27,12 +28,19 @@ LOOKS = 10_000  # by which an onset must be in sight
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
 
 
+def free(instance: Any) -> None:
+    """Ends an instance of FMPy, if it was created."""
+    if instance.component:
+        instance.freeInstance()
+
+
 @dataclass(frozen=True)
 class Saved:
-    """A saved state: the time it was saved at (s), and the bytes."""
+    """A saved state: the time it was saved at (s), the bytes, and the means over a last step that was made in parts."""
 
     time: float
     data: bytes = field(repr=False)
+    means: Mapping[str, float] = field(default_factory=dict, repr=False, compare=False)
 
 
 class Run(AbstractContextManager["Run"]):
@@ -53,8 +61,9 @@ class Run(AbstractContextManager["Run"]):
         self._in_step = False  # it may have been interrupted before the time was noted
         self._names: dict[str, tuple[str, ...]] = {}  # that were read by one name
         self._inputs: dict[tuple[str, ...], Access] = {}  # what controllers set in each step, checked before
-        self._mark = 0  # up to where the log has been told in errors
         self._instance = fmu.taken(options)
+        self._dropped = weakref.finalize(self, free, self._instance)  # by somebody who has not closed it
+        self._dropped.atexit = False  # when other threads may still use it
         self.log = Log(self._instance.sink)
         self._parts = Parts(fmu, special=not self._instance.again)
         try:
@@ -92,16 +101,20 @@ class Run(AbstractContextManager["Run"]):
     def close(self) -> None:
         """Ends the run; the log and the pulses stay readable."""
         if not self._closed:
+            if self._instance.again:  # others may have failed so badly that they must not be asked
+                self.time = self.time
             self._closed = True
+            self._dropped.detach()
             self.log.release()
             self.fmu.give_back(self._instance, again=not (self._failed or self._lent))
 
     @property
     def slave(self) -> Any:
-        """FMPy's instance, for functions of FMI that a run has no method for. It ends with the run."""
+        """FMPy's instance, for functions of FMI that a run has no method for. It ends when the run is closed."""
         if not self._lent:
             self._check_open()  # another run may have it now
             self._lent = True
+            self._dropped.detach()
             self._parts.end()
         return self._instance
 
@@ -121,8 +134,7 @@ class Run(AbstractContextManager["Run"]):
 
     def _refusal(self, otherwise: str, kind: type[FmuError | InvalidValue] = FmuError) -> Exception:
         """The FMU's message without the function's name; where it has not said anything, this."""
-        lines = self.log.since(self._mark)
-        self._mark, self._failed = self.log.mark(), True
+        lines, self._failed = self.log.news(), True
         said = [line for line in lines if line.status > WARNING] or [line for line in lines if line.status]
         return kind("; ".join(line.text.partition(": ")[2] for line in said) or otherwise)
 
@@ -182,6 +194,12 @@ class Run(AbstractContextManager["Run"]):
         values = self._read(names)
         return values[0] if names == (name,) else np.array(values)
 
+    def __contains__(self, name: object) -> bool:
+        """Whether the FMU has this variable or array."""
+        return name in self.fmu.arrays or name in self.fmu.variables
+
+    __iter__ = None  # or Python would count
+
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.fmu.arrays, *self.fmu.variables]
 
@@ -194,7 +212,7 @@ class Run(AbstractContextManager["Run"]):
     def time(self) -> float:
         """The time that the run has come to, s."""
         if self._in_step and not self._closed:  # a signal has come before it was noted
-            self._time, self._in_step = self._calls.time(), False
+            self._time, self._in_step = self._calls.time(self._time), False
         return self._time
 
     @time.setter
@@ -303,7 +321,7 @@ class Run(AbstractContextManager["Run"]):
 
     def save(self) -> Saved:
         """The state of the instance, from which any run of the same FMU can continue, even in another process."""
-        return Saved(self.time, self._call(self._instance.to_bytes))
+        return Saved(self.time, self._call(self._instance.to_bytes), self._parts.means)
 
     def load(self, saved: Saved) -> None:
         """Restores a saved state; the run continues bit-for-bit identically. The log is kept. Raises InvalidValue,
@@ -311,11 +329,11 @@ class Run(AbstractContextManager["Run"]):
         needed("saved", saved, Saved, "what `save` returned")
         self._call(self._instance.go_to, saved.data)
         self._time, self._initialized, self._in_step = saved.time, True, False
-        self._parts.means = NOTHING
+        self._parts.means = saved.means
 
     def recorder(self, record: Iterable[str]) -> Recorder:
         """Records the named variables of this run, all elements where an array is named. Raises UnknownName."""
-        return Recorder(self, tuple(dict.fromkeys(self.fmu.names(record))))
+        return Recorder(self, self.fmu.recorded(record))
 
     def derivative(self, of: str | Sequence[str], by: str | Sequence[str], *, over: str = "run") -> Array:
         """How these outputs, at the current time, depend on these parameters or inputs; see `derivatives.matrix`."""

@@ -1,8 +1,10 @@
-"""The log of an instance. Nothing in it is parsed before somebody asks.
+"""The log of an instance. Nothing in it is parsed before somebody asks, and nothing twice.
 
 Python runs handlers of signals, and raises what other threads send, wherever its bytecode runs: in a function that C
 calls back, too, where nobody can catch it. So the callback is made of builtins, in which no bytecode runs: `max` passes
 one argument after the other to the `write` of a buffer, and each of them is bytes.
+
+Pulses come from here in FMI 3.0, too: `log.pulses` keeps the last 617 of them only, and a step may have more.
 """
 
 import io
@@ -13,12 +15,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from ..pulses import Array, pulse_table
+import numpy as np
+
+from ..pulses import Array, Pulses, by_onset, pulse_table
 
 NAME = "cradle"  # of all instances
 BEGIN, END = b"\x1e", b"\x1f"  # of a line, and of a category that is not one of these
 CATEGORIES = (b"logEvents", b"logSolver", b"logStatusWarning", b"logStatusDiscard", b"logStatusError")
 RECORD = re.compile(rb"\x1e(?:cradle)?([\x00-\x05])", re.DOTALL)
+
+NO_PULSES = pulse_table(b"")
 
 # The status is below 256, and C passes it as a number, so that its first byte is all of it.
 LOGGER_2 = CFUNCTYPE(None, c_char_p, c_char_p, c_char, c_char_p, c_char_p)
@@ -56,25 +62,30 @@ class Log(Sequence[LogLine]):
     """The messages of one run, so far."""
 
     def __init__(self, sink: Sink):
-        self._sink: Sink | None = sink
-        self._fmi2, self._text = sink.fmi2, b""
-        self._lines: list[LogLine] = []
-        self._read = 0  # bytes, of which these are the lines
+        self._buffer, self._fmi2 = sink.buffer, sink.fmi2
+        self._told = 0  # up to where errors have said it
+        self._forget()
+
+    def _forget(self) -> None:
+        # What was parsed, up to where: in one assignment, so that a signal cannot part them.
+        self._lines: tuple[list[LogLine], int] = [], 0
+        self._pulses: tuple[Array, int] = NO_PULSES, 0
 
     def text(self) -> bytes:
         """All that was written."""
-        return self._text if self._sink is None else self._sink.buffer.getvalue()
+        return self._buffer.getvalue()
 
     def mark(self) -> int:
         """The place to which it has been written."""
-        return len(self._text) if self._sink is None else self._sink.buffer.tell()
+        return self._buffer.tell()
 
     def cut(self, mark: int) -> None:
         """Forgets what was written since."""
-        if self._sink is not None:
-            self._sink.buffer.truncate(mark)
-            self._sink.buffer.seek(mark)
-            self._lines, self._read = [], 0
+        self._buffer.truncate(mark)
+        self._buffer.seek(mark)
+        self._told = min(self._told, mark)
+        if max(self._lines[1], self._pulses[1]) > mark:
+            self._forget()
 
     def clear(self) -> None:
         """Forgets all."""
@@ -82,18 +93,30 @@ class Log(Sequence[LogLine]):
 
     def release(self) -> None:
         """Keeps what there is, and leaves the sink to others."""
-        if self._sink is not None:
-            self._text, sink, self._sink = self.text(), self._sink, None
-            sink.buffer.seek(0)
-            sink.buffer.truncate()
+        kept = io.BytesIO()
+        kept.write(self.text())
+        used, self._buffer = self._buffer, kept
+        used.seek(0)
+        used.truncate()
 
     def since(self, mark: int) -> list[LogLine]:
         """The lines that were written since."""
         return list(self._parsed(self.text()[mark:]))
 
+    def news(self) -> list[LogLine]:
+        """The lines that were written since this was asked last."""
+        lines = self.since(self._told)
+        self._told = self.mark()
+        return lines
+
     def pulses(self) -> Array:
         """The finished pulses, by onset."""
-        return pulse_table(self.text())
+        table, read = self._pulses
+        if self.mark() > read:
+            text = self.text()
+            table = by_onset(np.concatenate([table, pulse_table(text[read:])]).view(Pulses))
+            self._pulses = table, len(text)
+        return table.copy()
 
     def _parsed(self, text: bytes) -> Iterator[LogLine]:
         _, *parts = RECORD.split(text)
@@ -105,11 +128,12 @@ class Log(Sequence[LogLine]):
             yield LogLine(status[0], *(each.decode("utf-8", "replace") for each in (category, message)))
 
     def _all(self) -> list[LogLine]:
-        text = self.text()
-        if len(text) > self._read:
-            self._lines += self._parsed(text[self._read :])
-            self._read = len(text)
-        return self._lines
+        lines, read = self._lines
+        if self.mark() > read:
+            text = self.text()
+            lines = [*lines, *self._parsed(text[read:])]
+            self._lines = lines, len(text)
+        return lines
 
     def __len__(self) -> int:
         return len(self._all())

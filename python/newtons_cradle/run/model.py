@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InvalidValue, UnknownName, did_you_mean, needed, optional, plain, shown
 from ..files import MODEL
 from ..markup import html_table
-from .description import Description, Variable, Variables
+from .description import Description, Variable, Variables, reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +29,11 @@ def split(name: str) -> tuple[str, int | None]:
     """x[3] as ("x", 3), any other name as (name, None)."""
     match = re.fullmatch(r"(.+)\[(-?\d+)\]", name)
     return (match[1], int(match[2])) if match else (name, None)
+
+
+def with_unit(value: Any) -> tuple[Any, str | None]:
+    """A value such as `(2.6, "um")`, and its unit; any other value, and None."""
+    return value if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str) else (value, None)
 
 
 @dataclass(frozen=True)
@@ -179,9 +184,9 @@ class Model:
     def number(self, name: str, value: Any) -> float | int | bool:
         """A value in the type of this variable. An item of an enumeration may be given by name, a number with a unit
         as `(2.6, "um")`. Raises UnknownName, InvalidValue."""
-        variable, value = self.variable(name), plain(value)
-        if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str):
-            value = self._converted(variable, *value)
+        variable, (value, unit) = self.variable(name), with_unit(plain(value))
+        if unit is not None:
+            value = self._converted(variable, value, unit)
         if isinstance(value, str) and value in variable.items:
             return variable.items[value]
         try:
@@ -224,13 +229,14 @@ class Model:
             raise InvalidValue(f"{name} has no start value: the FMU computes it")
         if variable.type == "Boolean":
             return variable.start in ("true", "1")
-        return float(variable.start) if variable.type == "Real" else int(variable.start)
+        with reading(self.described.source):
+            return float(variable.start) if variable.type == "Real" else int(variable.start)
 
     def written(self, name: str, value: float, digits: str = ".6g") -> str:
         """A value of a variable as text, an item of an enumeration by its name."""
         variable = self.variable(name)
         if variable.items:
-            return next(item for item, number in variable.items.items() if number == value)
+            return next((item for item, number in variable.items.items() if number == value), str(value))
         return f"{value:{digits}}" if variable.type == "Real" else str(value)
 
     def names(self, record: Iterable[str]) -> list[str]:
@@ -242,6 +248,12 @@ class Model:
             needed("record", name, str, "a name such as 'x[1]'")
             found += self.elements(name)
         return found
+
+    def recorded(self, record: Iterable[str]) -> tuple[str, ...]:
+        """The variables that are recorded, each once; `time` always is. Raises UnknownName, InvalidValue."""
+        if not isinstance(record, str) and isinstance(record, Iterable):
+            record = [name for name in record if not isinstance(name, str) or name != "time"]
+        return tuple(dict.fromkeys(self.names(record)))
 
     def elements(self, name: str) -> Sequence[str]:
         """The elements of an array, or a variable alone. Raises UnknownName."""
@@ -274,9 +286,7 @@ class Model:
 
     def listed(self, name: str, value: Any) -> Sequence[Any]:
         """The values of an array's elements, each with its unit, if it has one. Raises InvalidValue."""
-        unit: str | None = None
-        if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str):
-            value, unit = value
+        value, unit = with_unit(value)
         try:
             dimensions = np.ndim(value)
         except ValueError:  # lists of different lengths

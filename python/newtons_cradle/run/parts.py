@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..pulses import Array
 from .calls import Access
 from .model import Values
 
@@ -57,10 +58,8 @@ class Parts:
     def step(self, run: "Run", end: float) -> None:
         """A step to `end` (s) in parts. Where it does not come to its end, means and peaks are of the last part."""
         self.means, begin = NOTHING, run.time
-        known = [base for base in (*MEANS, *PEAKS) if base in run.fmu.arrays or base in run.fmu.variables]
-        names = [name for base in known for name in run.fmu.elements(base)]
-        access: Access = run._calls.access(tuple(names))
-        peaks = np.array([name.startswith(PEAKS) for name in names])
+        names, peaks = run.fmu.of_last_step
+        access: Access = run._calls.access(names)
         sums: Any = 0.0
         while run.time < end:
             before, rest = run.time, end - run.time
@@ -77,6 +76,13 @@ class Parts:
             found = np.where(peaks, values, values * (run.time - before))
             sums = np.where(peaks, np.maximum(sums, found), sums + found)
         self.means = dict(zip(names, np.where(peaks, sums, sums / (end - begin)).tolist(), strict=True))
+
+
+def of_last_step(fmu: "Fmu") -> tuple[tuple[str, ...], Array]:
+    """The means and peaks of a cradle over its last step, by name, and which of them are peaks."""
+    known = [base for base in (*MEANS, *PEAKS) if base in fmu.arrays or base in fmu.variables]
+    names = tuple(name for base in known for name in fmu.elements(base))
+    return names, np.array([name.startswith(PEAKS) for name in names])
 
 
 def length(begin: float, end: float) -> float:

@@ -1,7 +1,7 @@
 """Samples of a run."""
 
 from collections.abc import Callable, Iterable
-from ctypes import c_double
+from ctypes import c_double, c_size_t, c_void_p
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -38,15 +38,16 @@ class Recorder:
             self._tables[i] = np.empty((rows, table.shape[1]), table.dtype)
             self._tables[i][:filled] = table[:filled]
         calls = zip(self._access.calls, self._tables, strict=True)
-        # What a call of a getter needs, and where its first row is.
+        # What a call of a getter needs, in types of C, which it need not convert; and where its first row is.
         self._reads = [
             (
                 call.functions[0],
                 call.references,
-                call.count,
+                c_size_t(call.count),
+                c_void_p(),
                 table.ctypes.data,
                 table.strides[0],
-                call.tail,
+                tuple(map(c_size_t, call.tail)),
             )
             for call, table in calls
         ]
@@ -67,8 +68,9 @@ class Recorder:
             run._check_open()
         if row == self._room:
             self._grow(2 * row)
-        for function, references, count, begin, stride, tail in self._reads:
-            if function(component, references, count, begin + row * stride, *tail) > WARNING:
+        for function, references, count, place, begin, stride, tail in self._reads:
+            place.value = begin + row * stride
+            if function(component, references, count, place, *tail) > WARNING:
                 run._read(self._names)  # which says why
         if run._parts.means:
             for name, value in run._parts.means.items():
@@ -83,14 +85,16 @@ class Recorder:
         run, calls, parts = self._run, self._run._calls, self._run._parts
         step, component, tail, longest = calls.step, calls.component, calls.step_tail, parts.longest
         times, now, last, plain, reads = self._times, run.time, perf_counter(), False, self._reads
+        early = not run._instance.again  # a step may end before its time
         at, by = c_double(), c_double()
         for time in points:
             h = time - now
             row = len(times)
             if h > longest or row == self._room or not plain:
+                run.time = now
                 run._step_to(time)
                 self.sample()
-                now, last, longest, plain = time, perf_counter(), parts.longest, not parts.means
+                now, last, longest, plain = run.time, perf_counter(), parts.longest, not (parts.means or early)
                 run._in_step, reads = plain, self._reads  # until the loop ends: who asks for the time asks the FMU
                 continue
             if now + h != time:
@@ -98,16 +102,17 @@ class Recorder:
             at.value, by.value = now, h
             if step(component, at, by, *tail) > WARNING:
                 raise run._refusal(f"the step to t = {time} s has failed")
-            run._time = now = time
-            for function, references, count, begin, stride, rest in reads:
-                if function(component, references, count, begin + row * stride, *rest) > WARNING:
+            now = time
+            for function, references, count, place, begin, stride, rest in reads:
+                place.value = begin + row * stride
+                if function(component, references, count, place, *rest) > WARNING:
                     run._read(self._names)  # which says why
             times.append(time)
             before, last = last, perf_counter()
             if last - before > PROMPT:
                 parts.slow(h, last - before)
                 longest = parts.longest
-        run._in_step = False
+        run.time = now
 
     def result(self) -> Result:
         """All samples and pulses so far and, while the run is open, its parameters and inputs."""
@@ -141,7 +146,7 @@ def columns(model: Model, names: Iterable[str]) -> tuple[Any, dict[str, str], di
         array = name.partition("[")[0]
         if name == array or array not in of_array:
             of_array[array] = model.unit(name)
-        units[name] = of_array[array]
+        units[name] = units[array] = of_array[array]
     lengths = {array: len(model.arrays[array]) for array in of_array if array in model.arrays}
     kinds = {model.balls - 1: "contact", model.balls: "ball"}
     return np.dtype(types), units, {name: kinds[count] for name, count in lengths.items() if count in kinds}

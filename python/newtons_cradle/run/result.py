@@ -1,13 +1,14 @@
 """The result of a run: samples and pulses, as NumPy arrays, data frame, data set, Parquet file or plot."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidValue, UnknownName, did_you_mean, needed, number, optional
+from ..errors import InvalidValue, UnknownName, did_you_mean, needed, number, optional, shown as shown_value
 from ..files import in_folder
 from ..markup import html_table
 from ..pulses import Array, pulse_table
@@ -56,6 +57,17 @@ class Result(Mapping[str, Array]):
     def given(self) -> dict[str, Any]:
         return self._given()
 
+    def __copy__(self) -> "Result":
+        made = Result.__new__(type(self))
+        vars(made).update(vars(self))
+        return made
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Result":
+        """With arrays of its own; the model is the same."""
+        made = copy(self)
+        made.samples, made.pulses, made.given = self.samples.copy(), self.pulses.copy(), dict(self.given)
+        return made
+
     def __getstate__(self) -> dict[str, Any]:
         """For another process: everything but the model, which belongs to this one."""
         return vars(self) | {"model": None, "given": self.given, "_given": dict}
@@ -79,12 +91,12 @@ class Result(Mapping[str, Array]):
 
     def _vectors(self) -> list[str]:
         """What was recorded, arrays by their names."""
-        return list(dict.fromkeys(name.partition("[")[0] for name in self.names[1:]))
+        return list(dict.fromkeys(name.partition("[")[0] for name in self._names[1:]))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Result):
             return NotImplemented
-        same_names = self.names == other.names and self.units == other.units
+        same_names = self._names == other._names and self.units == other.units
         tables = (self.samples, other.samples), (self.pulses, other.pulses)
         return same_names and all(np.array_equal(mine, others) for mine, others in tables)
 
@@ -92,18 +104,18 @@ class Result(Mapping[str, Array]):
 
     def __contains__(self, name: object) -> bool:
         """Whether this variable, or an element of this array, was recorded."""
-        return any(name in (column, column.partition("[")[0]) for column in self.names)
+        return any(name in (column, column.partition("[")[0]) for column in self._names)
 
     def __iter__(self) -> Iterator[str]:
         """The recorded names, `time` first."""
-        return iter(self.names)
+        return iter(self._names)
 
     def __len__(self) -> int:
         """How many they are."""
-        return len(self.names)
+        return len(self._names)
 
     def _ipython_key_completions_(self) -> list[str]:
-        return list(dict.fromkeys([*self._vectors(), *self.names]))
+        return list(dict.fromkeys([*self._vectors(), *self._names]))
 
     @property
     def time(self) -> Array:
@@ -112,25 +124,22 @@ class Result(Mapping[str, Array]):
         return time
 
     @property
-    def names(self) -> list[str]:
-        """The recorded names, `time` first."""
+    def _names(self) -> list[str]:
         return list(self.samples.dtype.names or ())
 
     def __getitem__(self, name: str) -> Array:
-        column: Array = self.samples[name] if name in self.names else self.stack(name)
-        return column
-
-    def stack(self, name: str) -> Array:
-        """All elements of a vector, `stack("x")` for x[1], x[2], ...: shape (samples, elements). Raises UnknownName."""
-        return np.column_stack([self.samples[column] for column in self._columns(name)])
+        """One variable, shape (samples,), or all elements of an array, (samples, elements). Raises UnknownName."""
+        columns = self._columns(name)
+        one: Array = self.samples[columns[0]]
+        return one if columns == [name] else np.column_stack([self.samples[column] for column in columns])
 
     def _columns(self, name: str) -> list[str]:
         """The recorded variables that a name stands for: itself, or the elements of a vector."""
         needed("name", name, str, "a variable's, such as 'x[1]',")
-        found = [column for column in self.names if column == name or column.startswith(f"{name}[")]
+        found = [column for column in self._names if column == name or column.startswith(f"{name}[")]
         if not found:
             vectors = ["time", *self._vectors()]
-            hint = did_you_mean(name, [*vectors, *self.names])
+            hint = did_you_mean(name, [*vectors, *self._names])
             recorded = f"recorded: {', '.join(vectors)}; others by `record=[...]`"
             raise UnknownName(f"{name} was not recorded{hint} ({recorded})")
         return found
@@ -141,7 +150,7 @@ class Result(Mapping[str, Array]):
         The pulses are a table of their own, `result.pulses.to_dataframe()`. Raises PackageMissing without pandas.
         """
         pandas = optional("pandas", "data")
-        frame = pandas.DataFrame({name: self.samples[name] for name in self.names}).set_index("time")
+        frame = pandas.DataFrame({name: self.samples[name] for name in self._names}).set_index("time")
         frame.attrs["units"] = self.units
         return frame
 
@@ -160,8 +169,9 @@ class Result(Mapping[str, Array]):
             dim = self.dims.get(name, f"{name}_element")
             numbers = [int(column.rpartition("[")[2].rstrip("]")) for column in columns]
             coords = {"time": time, dim: numbers}
-            arrays[name] = xarray.DataArray(self.stack(name), coords=coords, dims=["time", dim], attrs=about)
-        return xarray.Dataset(arrays, coords={"time": time})
+            arrays[name] = xarray.DataArray(self[name], coords=coords, dims=["time", dim], attrs=about)
+        found: xr.Dataset = xarray.Dataset(arrays, coords={"time": time})
+        return found
 
     def to_parquet(self, path: str | Path) -> None:
         """Writes the data frame as a Parquet file, which pandas reads with units. Raises PackageMissing
@@ -198,6 +208,8 @@ class Result(Mapping[str, Array]):
             strips = list(axes.flat)
         else:
             strips = list(np.atleast_1d(np.asarray(ax, dtype=object)).flat)
+            if not all(hasattr(strip, "get_figure") for strip in strips):
+                raise InvalidValue(f"ax: axes of matplotlib are needed, not {shown_value(ax)}")
             if len(strips) != len(shown):
                 raise InvalidValue(f"ax: {len(strips)} axes for {len(shown)} signals; needed: one for each")
             figure = strips[0].get_figure(root=True)
@@ -231,5 +243,5 @@ class Result(Mapping[str, Array]):
         from ..page import save_page
         from ..recording import from_result
 
-        columns = {name: self.samples[name] for name in self.names}
+        columns = {name: self.samples[name] for name in self._names}
         return save_page(path, from_result(columns, self.pulses, self.model, self.given))

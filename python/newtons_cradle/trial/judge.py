@@ -89,7 +89,7 @@ def judge_all(folder: str | Path, results: str | Path | None = None) -> Iterator
     for name in (name for name in CASES if Path(folder, name).is_dir()):
         try:
             yield name, judge(Path(folder, name), None if results is None else Path(results, f"{name}.csv"))
-        except CradleError as problem:
+        except (CradleError, OSError) as problem:
             yield name, [f"not judged: {problem}"]
 
 
