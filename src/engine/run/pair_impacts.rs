@@ -122,9 +122,11 @@ impl Engine {
         }
     }
 
-    /// Notes the segments of the impact in contact `i`, which is over at `t`.
+    /// Notes the impact in contact `i`, which is over at `t`: as a whole or in segments.
     fn record_impact(&mut self, i: usize, t: DoubleDouble) {
-        if self.recorder.is_none() {
+        let (Some(recorder), Some(impact)) = (&mut self.recorder, self.contacts[i].impact()) else { return };
+        let acting = (&self.cradle, &self.inputs);
+        if recorder.strike((i, impact), &self.balls, &self.impact_coefficients, acting) {
             return;
         }
         self.interior(i, t);
@@ -154,7 +156,7 @@ impl Engine {
         }
         self.before_move(i, t);
         if let Some(recorder) = &mut self.recorder {
-            recorder.fly(i, &self.balls[i], t, &self.cradle, &self.inputs);
+            recorder.fly(i, &self.balls, t, &self.cradle, &self.inputs);
         }
         self.look_for_faults(i..i + 1, t);
         let displacement = self.balls[i].reanchor(t);

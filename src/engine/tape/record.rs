@@ -7,6 +7,7 @@ use super::coefficients::{Coefficients, numbers_of_state};
 use super::end::{Direction, End, cradle_along};
 use super::events::{Closing, Jump, Overlap, StepStart, Time, TimeShift};
 use super::gradient::{Tape, TapedPart, Tuning};
+use super::impact::ImpactPart;
 use super::part::Part;
 use super::rigid::{RigidImpact, Struck};
 use super::scene::{Moment, Scene, acceleration};
@@ -14,6 +15,7 @@ use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::{Cluster, Switch};
 use crate::engine::flight::Ball;
+use crate::engine::pair_impact::{ImpactCoefficients, PairImpact};
 use crate::engine::rigid::restitution::{Row, collide_at_once};
 use crate::model::{Cradle, Inputs, Mode, Parameters};
 use crate::solver::DoubleDouble;
@@ -185,12 +187,44 @@ impl Recorder {
         }
     }
 
-    /// Ball `i` has flown from its anchor to the time `t`.
-    pub fn fly(&mut self, i: usize, ball: &Ball, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
-        let scene = Scene { motion: ball, start: ball.anchor, cradle, inputs };
+    /// Ball `i` of `balls` has flown from its anchor to the time `t`.
+    pub fn fly(&mut self, i: usize, balls: &[Ball], t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
+        let scene = Scene { motion: &balls, start: balls[i].anchor, cradle, inputs };
         let beside = i.saturating_sub(1)..(i + 1).min(self.pressing.len());
         self.pressing[beside].fill(false);
-        self.press(&scene, i..i + 1, [0.0, (t - ball.anchor).value()], false);
+        self.press(&scene, i..i + 1, [0.0, (t - balls[i].anchor).value()], false);
+    }
+
+    /// The `impact` of contact `j` is over, between two of `balls`, anchored at its start. Returns whether it is
+    /// linearised in closed form.
+    pub fn strike(
+        &mut self,
+        (j, impact): (usize, &PairImpact),
+        balls: &[Ball],
+        coefficients: &ImpactCoefficients,
+        (cradle, inputs): (&Cradle, &HeldInputs),
+    ) -> bool {
+        let scene = Scene { motion: &balls, start: impact.start, cradle, inputs };
+        let (pair, length, begins) = (cradle.pair(j), impact.outcome.duration, self.step_start - impact.start);
+        if cradle.on_arcs() || 0.0 < begins.value() && begins.value() < length {
+            return false;
+        }
+        let start = [j, j + 1].map(|i| (balls[i].flight.x, balls[i].flight.v));
+        let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
+        let Some(shape) = ImpactPart::shape(&pair, start, forcing, coefficients) else { return false };
+        for i in j..j + 2 {
+            self.begin_step(&scene, i..i + 1, [0.0, length]);
+            self.use_common_time(&scene, &(i..i + 1), 0.0);
+        }
+        let peak = impact.outcome.peak;
+        let largest = (self.begun[j] && peak > self.peaks[j]).then(|| pair.law.static_overlap(peak));
+        if largest.is_some() {
+            self.peaks[j] = peak;
+        }
+        self.pressing[j] = false;
+        let push = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
+        self.enter(cradle, ImpactPart { contact: j, start, forcing, push, shape, largest });
+        true
     }
 
     /// The members of a cluster have moved from its start on for `length` (s).

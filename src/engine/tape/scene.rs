@@ -86,11 +86,11 @@ impl Motion for Cluster {
     }
 }
 
-/// The flight of one ball.
-impl Motion for Ball {
-    fn state(&self, _: usize, tau: f64) -> (f64, f64) {
-        let (displacement, v) = self.moved(self.anchor + tau);
-        (self.flight.x + displacement, v)
+/// Flights of balls from their anchors on.
+impl Motion for &[Ball] {
+    fn state(&self, i: usize, tau: f64) -> (f64, f64) {
+        let (displacement, v) = self[i].moved(self[i].anchor + tau);
+        (self[i].flight.x + displacement, v)
     }
 
     fn overlap(&self, _: usize, _: f64) -> (f64, f64) {
