@@ -5,7 +5,7 @@
 //! vary with the common motion are taken as linear in time: what is left out is `(omega T)^2 / 24` of the effect that
 //! different pendulums or drags have within the time T of the impact.
 
-use super::coefficients::{CLEARANCE, Coefficients, FORCE, GAMMA, GRAVITY, IMPULSE, LENGTH, MASS, PEAK, STATE, V, X};
+use super::coefficients::{CLEARANCE, Coefficients, IMPULSE, MASS, PEAK, STATE, V, X};
 use super::part::Part;
 use crate::engine::pair_impact::{ImpactCoefficients, PulseShape};
 use crate::model::{BallModel, ContactLaw, Cradle, Pair};
@@ -156,11 +156,11 @@ impl Part for ImpactPart {
 
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
         let (j, pair, mut causes) = (self.contact, cradle.pair(self.contact), [0.0; 17]);
-        for (side, BallModel { mass, length, omega2, .. }) in pair.balls.iter().enumerate() {
-            let (of, state) = (changes.of_ball(j + side), &state[(j + side) * STATE..]);
-            let forcing = (of[FORCE] / mass - self.push[side] / mass * of[MASS]) - changes.support();
-            let frequency = (of[GRAVITY] - omega2 * of[LENGTH]) / length;
-            let own = [state[X], state[V], of[MASS], of[GAMMA], frequency, forcing];
+        for (side, model) in pair.balls.into_iter().enumerate() {
+            let (i, mass) = (j + side, changes.of_ball(j + side)[MASS]);
+            let [gamma, frequency, forcing] = changes.of_motion(i, model);
+            let forcing = forcing - self.push[side] / model.mass * mass;
+            let own = [state[i * STATE + X], state[i * STATE + V], mass, gamma, frequency, forcing];
             own.iter().enumerate().for_each(|(k, change)| causes[2 * k + side] = *change);
         }
         let (law, losses) = changes.of_law(j).split_at(3);
@@ -191,16 +191,12 @@ impl Part for ImpactPart {
         if self.largest.is_some() {
             by_state[j * STATE + PEAK] = 0.0;
         }
-        for (side, BallModel { mass, length, omega2, .. }) in pair.balls.iter().enumerate() {
-            let [x, v, of_mass, gamma, frequency, forcing] = std::array::from_fn(|k| by[2 * k + side]);
-            (by_state[(j + side) * STATE + X], by_state[(j + side) * STATE + V]) = (x, v);
-            *by_changes.support_mut() -= forcing;
-            let of = by_changes.of_ball_mut(j + side);
-            of[MASS] += of_mass - forcing * self.push[side] / mass;
-            of[GAMMA] += gamma;
-            of[FORCE] += forcing / mass;
-            of[GRAVITY] += frequency / length;
-            of[LENGTH] -= frequency * omega2 / length;
+        for (side, model) in pair.balls.into_iter().enumerate() {
+            let ([x, v, mass, motion @ ..], i): ([f64; 6], usize) =
+                (std::array::from_fn(|k| by[2 * k + side]), j + side);
+            (by_state[i * STATE + X], by_state[i * STATE + V]) = (x, v);
+            by_changes.of_ball_mut(i)[MASS] += mass - motion[2] * self.push[side] / model.mass;
+            by_changes.add_of_motion(i, model, motion);
         }
         by_changes.of_ball_mut(j)[CLEARANCE] += by[15];
         let (law, losses) = by_changes.of_law_mut(j).split_at_mut(3);

@@ -10,7 +10,7 @@ use super::step::{Rule, Step};
 use crate::engine::cluster::power_of_stretching;
 use crate::engine::flight::Flight;
 use crate::model::Cradle;
-use crate::solver::{NODES, Power, Stretching, Table, weighted};
+use crate::solver::{NODES, Oscillator, Power, Stretching, Table, weighted};
 
 /// Longest explicit step, times the pace of the fastest change; and the time, times the fastest decay, after which
 /// nothing is left of oscillations that decay.
@@ -98,16 +98,14 @@ impl Recorder {
     /// Adds a flight on a line.
     fn fly_on_line(&mut self, scene: &Scene, ball: usize, [from, to]: [f64; 2]) {
         let (model, length) = (&scene.cradle.balls[ball], to - from);
-        let pace = model.omega2.sqrt() + 2.0 * model.gamma;
-        let parts = (pace * length / FlightPart::REACH).ceil().max(1.0);
+        let parts = (length / Oscillator::new(model.omega2, model.gamma).longest()).ceil().max(1.0);
         let mut k = 0.0;
         while k < parts && !self.has_failed() {
             let tau = from + length / parts * k;
-            let inputs = scene.inputs_of(ball, tau);
-            let ((x, v), [push, support]) = (scene.motion.state(ball, tau), inputs);
-            let forcing = std::array::from_fn(|k| push[k] / model.mass - support[k]);
-            let start = Flight { x, v, forcing };
-            self.enter(scene.cradle, FlightPart { ball, start, inputs, length: length / parts });
+            let ((x, v), [force, support]) = (scene.motion.state(ball, tau), scene.inputs_of(ball, tau));
+            let push = force.map(|force| force / model.mass);
+            let start = Flight { x, v, forcing: std::array::from_fn(|k| push[k] - support[k]) };
+            self.enter(scene.cradle, FlightPart { ball, start, push, length: length / parts });
             k += 1.0;
         }
     }
