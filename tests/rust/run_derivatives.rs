@@ -213,7 +213,7 @@ fn both_directions_agree_through_a_hundred_clicks() {
         (5, "", 1e-12),
         (3, "contact.model=hertz", 1e-11),
         (4, "contact.model=hertz", 1e-11),
-        (5, "contact.model=hertz", 1e-11),
+        (5, "contact.model=hertz", 2e-11),
         (5, "contact.model=hertz contact.gap=1e-6", 1e-11),
         (7, "contact.model=hertz", 1e-10),
     ] {

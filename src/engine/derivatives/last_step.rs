@@ -97,9 +97,9 @@ impl<'a> LastStep<'a> {
     /// The same along parameters and inputs of the run that began so, or in a step without changes of parameters. Both
     /// change by the same over all `stretches`.
     pub(crate) fn along(&self, start: Start, stretches: &[Stretch], direction: Direction) -> Option<Differential> {
-        let change = change_of_start(self.parameters, direction);
-        let mut run = self.record(start, stretches, Sink::along(direction, change))?;
         let cradle = cradle_along(self.parameters, direction);
+        let change = change_of_start(self.parameters, direction, &cradle);
+        let mut run = self.record(start, stretches, Sink::along(direction, change))?;
         let outputs = self.at_end(stretches).outputs(cradle, direction.1, run.recorder.as_ref()?.changes()?);
         Some(Differential { next_onset: self.next_onset(&mut run), ..outputs })
     }
@@ -169,7 +169,7 @@ impl<'a> LastStep<'a> {
     /// the next onset.
     pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
         let cradle = self.run.cradle().map(Dual::from);
-        let change = change_of_start(self.parameters, (None, inputs));
+        let change = change_of_start(self.parameters, (None, inputs), &cradle);
         let outputs = Differential::along(&&along_direction(cradle, &self.end, &change, &self.inputs, inputs));
         let next_onset = self.next_onset_from_end((None, inputs), change);
         Differential { next_onset, ..outputs }
@@ -178,7 +178,8 @@ impl<'a> LastStep<'a> {
     /// Derivatives of the outputs at the start of a run along a direction of parameters and inputs.
     pub fn along_parameters(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let direction = (Some(tangent), inputs);
-        let (cradle, change) = (cradle_along(self.parameters, direction), change_of_start(self.parameters, direction));
+        let cradle = cradle_along(self.parameters, direction);
+        let change = change_of_start(self.parameters, direction, &cradle);
         let first = cradle.balls[0].omega2;
         let mut outputs = self.at_end(&[]).outputs(cradle, inputs, &change);
         if first.value() > 0.0 {

@@ -9,12 +9,15 @@ use super::coefficients::{CLEARANCE, Coefficients, IMPULSE, MASS, PEAK, STATE, V
 use super::part::Part;
 use crate::engine::pair_impact::{ImpactCoefficients, PulseShape};
 use crate::model::{BallModel, ContactLaw, Cradle, Pair};
-use crate::solver::{Dual, Scalar};
+use crate::solver::{BASIS, Dual, MAX_FORCE_ORDER, Oscillator, Scalar};
 
 /// What an impact depends on: of the left and of the right ball position, velocity, mass, decay rate, square of the
 /// frequency, and acceleration by the inputs; stiffness, reference overlap, exponent and clearance; and the energy that
 /// is lost over the reduced mass (m2/s2).
 type Causes = [f64; 17];
+
+/// The functions `U_k` and `Z_k` of the pendulums at the end of an impact, from `U_0` and `Z_-1` on.
+type Swing = ([f64; BASIS], [f64; MAX_FORCE_ORDER + 4]);
 
 /// Positions and velocities of the left and of the right ball, impulse and largest force.
 type Effects = [f64; 6];
@@ -29,39 +32,48 @@ pub(super) struct ImpactPart {
     pub forcing: [f64; 2],
     pub push: [f64; 2],
     pub shape: PulseShape,
+    /// The largest overlap without pendulums and inputs, m.
+    pub reach: f64,
     /// The largest overlap, m, if its force is larger than before in the step.
     pub largest: Option<f64>,
 }
 
 impl ImpactPart {
-    /// The shape of an impact of balls in these states; `None` where too much varies.
+    /// The shape and the reach of an impact of balls in these states; `None` where too much varies.
     pub fn shape(
         pair: &Pair,
         [left, right]: [(f64, f64); 2],
         forcing: [f64; 2],
         coefficients: &ImpactCoefficients,
-    ) -> Option<PulseShape> {
+    ) -> Option<(PulseShape, f64)> {
         let Pair { balls: [ball, other], law } = pair;
         let (rate, reduced) = (left.1 - right.1, ball.mass * other.mass / (ball.mass + other.mass));
-        let part = law.largest_overlap(reduced, rate) / (rate * rate);
-        let load = ball.omega2 * law.clearance - (forcing[0] - forcing[1]);
-        coefficients.pulse(law.exponent, ball.omega2 * part * part * rate * rate, 2.0 * load * part)
+        let (reach, load) = (law.largest_overlap(reduced, rate), ball.omega2 * law.clearance - forcing[0] + forcing[1]);
+        let part = reach / rate;
+        let shape = coefficients.pulse(law.exponent, ball.omega2 * part * part, 2.0 * load * part / rate)?;
+        Some((shape, reach))
+    }
+
+    fn swing(&self, pair: &Pair) -> Swing {
+        let time = 2.0 * self.reach / (self.start[0].1 - self.start[1].1) * self.shape.integrals[0][0];
+        let o = Oscillator::new(pair.balls[0].omega2, 0.0);
+        let u = o.basis(time.into());
+        (u, o.sensitivities(time, &u))
     }
 
     /// The energy that an impact loses over the reduced mass (m2/s2), by each of the coefficients of losses.
     fn losses(&self, pair: &Pair) -> [f64; 3] {
         let Pair { balls: [left, right], law } = pair;
         let (rate, reduced) = (self.start[0].1 - self.start[1].1, left.mass * right.mass / (left.mass + right.mass));
-        let reach = law.largest_overlap(reduced, rate);
-        let (force, [of_rate, of_force, of_slope]) = (law.elastic_force(reach), self.shape.works);
-        let works = [reach * of_rate, force * reach * of_force, law.exponent * force * of_slope];
+        let (force, [of_rate, of_force, of_slope]) = (law.elastic_force(self.reach), self.shape.works);
+        let works = [self.reach * of_rate, force * self.reach * of_force, law.exponent * force * of_slope];
         works.map(|work| 2.0 * rate * work / reduced)
     }
 
     /// Changes of the state afterwards, at the common time.
-    fn effects(&self, pair: &Pair, causes: &Causes) -> Effects {
+    fn effects(&self, pair: &Pair, swing: &Swing, causes: &Causes) -> Effects {
         let Pair { balls, law } = pair;
-        let (number, one, two, half) = (Dual::with_tangent, Dual::from(1.0), Dual::from(2.0), Dual::from(0.5));
+        let (number, two, half) = (Dual::with_tangent, Dual::from(2.0), Dual::from(0.5));
         let both = |k: usize, values: [f64; 2]| [0, 1].map(|side| number(values[side], causes[2 * k + side]));
         let of_balls = |k: usize, value: fn(&BallModel) -> f64| both(k, balls.map(value));
         let (mass, gamma, omega2) =
@@ -88,14 +100,17 @@ impl ImpactPart {
         let differ = |[left, right]: [Dual; 2]| left - right;
         let (reduced, closing, stiffness) = (mass[0] * share[1], differ(v), across(omega2));
         let (centre, speed) = (mean(x), mean(v));
-        let accelerated = mean(forcing) - mean(omega2) * centre - two * mean(gamma) * speed;
-        // Without what changes: the middle of the impact, and its sums.
+        let (accelerated, most) = (mean(forcing) - mean(omega2) * centre, self.reach);
+        // Without what changes: the middle of the impact.
+        let rate = closing.value();
         let reach = |closing: Dual| {
-            let squares = (law.exponent + one) * reduced * closing * closing * half;
-            let scale = law.stiffness * law.overlap_ref * law.overlap_ref;
-            law.overlap_ref * (squares / scale).pow(one / (law.exponent + one))
+            let [sharper, p] = [law.exponent.tangent(), law.exponent.value() + 1.0];
+            let relative = |of: Dual| of.tangent() / of.value();
+            let squares = relative(reduced) + 2.0 * relative(closing) - relative(law.stiffness) + sharper / p;
+            let scale = (1.0 - 2.0 / p) * relative(law.overlap_ref);
+            let curved = if sharper == 0.0 { 0.0 } else { sharper * libm::log(most / law.overlap_ref.value()) };
+            number(most, most * (scale + (squares - curved) / p))
         };
-        let (most, rate) = (reach(closing).value(), closing.value());
         let [time, sum] = [0, 1].map(|k| 2.0 * most / rate * self.shape.integrals[k][0]);
         let (until, faster) = (Dual::from(0.5 * time), Dual::from(0.5 * time * accelerated.value()));
         let (speed_there, acceleration) = (Dual::from(speed.value()) + faster, Dual::from(accelerated.value()));
@@ -107,27 +122,28 @@ impl ImpactPart {
             - varying * Dual::from(most * sum);
         // The energy left in the middle, and in the end.
         let (there, parting) = (closing - lost / (two * closing), closing - lost / closing);
-        let most = reach(there);
-        let part = most / (there * there);
-        let (alpha, beta) = (stiffness * most * part, two * load * part);
+        let largest = reach(there);
+        let part = largest / (there * there);
+        let (alpha, beta) = (stiffness * largest * part, two * load * part);
         let [duration, sum] = self.shape.integrals.map(|[value, by_alpha, by_beta, by_exponent]| {
             let change = by_alpha * alpha.tangent() + by_beta * beta.tangent() + by_exponent * law.exponent.tangent();
-            two * most / there * number(value, change)
+            two * largest / there * number(value, change)
         });
-        let sum = most * sum;
-        let (mut moved, mut faster, mut power) = (Dual::default(), Dual::default(), one);
-        let (mut term, mut next) = (speed, half * accelerated);
-        for k in 2..TERMS {
-            let order = Dual::from(k as f64);
-            power = power * duration;
-            (moved, faster) = (moved + term * power, faster + order * next * power);
-            let last = mean(omega2) * term + two * mean(gamma) * order * next;
-            (term, next) = (next, -last / (order * (order + one)));
-        }
+        let sum = largest * sum;
+        // By the functions of the oscillator, and how these change.
+        let (u, z) = swing;
+        let respond = |k: usize| {
+            let by = |of: [f64; 2]| speed.value() * of[0] + accelerated.value() * of[1];
+            let before = if k > 0 { u[k - 1] } else { -mean(omega2).value() * u[1] };
+            let [direct, later] = [speed.tangent() * u[k] + accelerated.tangent() * u[k + 1], by([before, u[k]])];
+            let [by_decay, by_frequency] = [-2.0 * by([z[k], z[k + 1]]), -by([z[k + 1], z[k + 2]])];
+            let varied = by_decay * mean(gamma).tangent() + by_frequency * mean(omega2).tangent();
+            number(by([u[k], u[k + 1]]), direct + later * duration.tangent() + varied)
+        };
         let mixed = share[0] * share[1] * differ(omega2) * (sum + clearance * duration);
         let drawn = two * share[0] * share[1] * differ(gamma) * sum;
-        let (moved, faster) = (moved - half * mixed * duration - drawn, faster - mixed);
-        let after = [speed + faster - share[1] * parting, speed + faster + share[0] * parting];
+        let (moved, speed) = (respond(1) - half * mixed * duration - drawn, respond(0) - mixed);
+        let after = [speed - share[1] * parting, speed + share[0] * parting];
         let impulse = reduced * (closing + parting - load * duration - stiffness * sum);
         let peak = self.largest.map_or(0.0, |overlap| {
             // The energy in the middle, less that of the closing balls, is 0.
@@ -146,9 +162,6 @@ impl ImpactPart {
     }
 }
 
-/// Terms of the power series of the common motion; what is beyond is below the rounding.
-const TERMS: usize = 8;
-
 impl Part for ImpactPart {
     fn numbers(&self) -> usize {
         24
@@ -156,6 +169,7 @@ impl Part for ImpactPart {
 
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
         let (j, pair, mut causes) = (self.contact, cradle.pair(self.contact), [0.0; 17]);
+        let swing = self.swing(&pair);
         for (side, model) in pair.balls.into_iter().enumerate() {
             let (i, mass) = (j + side, changes.of_ball(j + side)[MASS]);
             let [gamma, frequency, forcing] = changes.of_motion(i, model);
@@ -167,7 +181,7 @@ impl Part for ImpactPart {
         causes[12..15].copy_from_slice(law);
         causes[15] = changes.of_ball(j)[CLEARANCE];
         causes[16] = self.losses(&pair).iter().zip(losses).map(|(by, change)| by * change).sum();
-        let effects = self.effects(&pair, &causes);
+        let effects = self.effects(&pair, &swing, &causes);
         for side in 0..2 {
             let state = &mut state[(j + side) * STATE..];
             (state[X], state[V]) = (effects[side], effects[2 + side]);
@@ -180,12 +194,13 @@ impl Part for ImpactPart {
 
     fn backward(&self, cradle: &Cradle, by_changes: &mut Coefficients, by_state: &mut [f64]) {
         let (j, pair) = (self.contact, cradle.pair(self.contact));
+        let swing = self.swing(&pair);
         let by_effects = [X, V].map(|number| [j, j + 1].map(|i| by_state[i * STATE + number]));
         let of_contact = [by_state[j * STATE + IMPULSE], by_state[j * STATE + PEAK]];
         let by: Causes = std::array::from_fn(|cause| {
             let mut causes = [0.0; 17];
             causes[cause] = 1.0;
-            let effects = self.effects(&pair, &causes);
+            let effects = self.effects(&pair, &swing, &causes);
             by_effects.iter().flatten().chain(&of_contact).zip(effects).map(|(by, effect)| by * effect).sum()
         });
         if self.largest.is_some() {

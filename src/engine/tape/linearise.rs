@@ -22,7 +22,7 @@ const PENDULUM: f64 = 2.0;
 
 /// Largest part of an overlap by which the two highest terms of the interpolation of its force may change it. The error
 /// at the end is far smaller.
-const TAIL: f64 = 1e-11;
+const TAIL: f64 = 1e-8;
 
 /// How often a part is halved.
 const HALVINGS: u32 = 40;
@@ -81,7 +81,7 @@ impl Recorder {
         // The derivative by the exponent goes with the logarithm of an overlap, which begins or ends at 0.
         let vanishes = |tau: f64| (balls.start..balls.end - 1).any(|j| scene.motion.overlap(j, tau).0 <= 0.0);
         let stretched = scene.motion.stretching();
-        let power = scene.cradle.contacts.first().and_then(power_of_stretching).unwrap_or(Power::Cube);
+        let power = scene.cradle.contacts.first().and_then(power_of_stretching).unwrap_or(Power::Square);
         let [start, end] = [Stretching::AtStart(power), Stretching::AtEnd(power)];
         match (stretched, vanishes(from), releases || vanishes(to)) {
             (Stretching::None, true, false) => self.linearise(scene, balls, (from, [from, to]), start, HALVINGS),

@@ -211,7 +211,7 @@ impl Recorder {
         }
         let start = [j, j + 1].map(|i| (balls[i].flight.x, balls[i].flight.v));
         let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
-        let Some(shape) = ImpactPart::shape(&pair, start, forcing, coefficients) else { return false };
+        let Some((shape, reach)) = ImpactPart::shape(&pair, start, forcing, coefficients) else { return false };
         for i in j..j + 2 {
             self.begin_step(&scene, i..i + 1, [0.0, length]);
             self.use_common_time(&scene, &(i..i + 1), 0.0);
@@ -223,7 +223,7 @@ impl Recorder {
         }
         self.pressing[j] = false;
         let push = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
-        self.enter(cradle, ImpactPart { contact: j, start, forcing, push, shape, largest });
+        self.enter(cradle, ImpactPart { contact: j, start, forcing, push, shape, reach, largest });
         true
     }
 

@@ -72,14 +72,6 @@ impl Rule {
         }
     }
 
-    /// `Q1` and `Q2`, one column per node.
-    fn matrices(self) -> [&'static [Nodes; NODES]; 2] {
-        match self {
-            Self::Explicit(table) => [&table.rates, &table.positions],
-            Self::Implicit => [&IMPLICIT.rates, &IMPLICIT.positions],
-        }
-    }
-
     /// Weights of the rate and of the position at the end.
     fn at_end(self) -> [&'static Nodes; 2] {
         match self {
@@ -136,15 +128,30 @@ impl Step {
 
     /// The motion by accelerations, and the transposed.
     fn integrate(&self, accelerations: &[Nodes]) -> Vec<Motion> {
-        let ([once, twice], h) = (self.rule.matrices(), self.length);
-        let of_ball = |g: &Nodes| [combine(twice, g).map(|x| h * h * x), combine(once, g).map(|v| h * v)];
+        let h = self.length;
+        let of_ball = |g: &Nodes| {
+            let [once, twice] = match self.rule {
+                Rule::Explicit(table) => table.integrate_both(g),
+                Rule::Implicit => [combine(&IMPLICIT.rates, g), combine(&IMPLICIT.positions, g)],
+            };
+            [twice.map(|x| h * h * x), once.map(|v| h * v)]
+        };
         accelerations.iter().map(of_ball).collect()
     }
 
     fn integrate_back(&self, motion: &[Motion]) -> Vec<Nodes> {
-        let ([once, twice], h) = (self.rule.matrices(), self.length);
+        let h = self.length;
         let of_ball = |[x, v]: &Motion| -> Nodes {
-            std::array::from_fn(|l| h * (h * weighted(&twice[l], x) + weighted(&once[l], v)))
+            match self.rule {
+                Rule::Explicit(table) => {
+                    let of_x = table.integrate_back(x);
+                    table.integrate_back(&std::array::from_fn(|m| h * (h * of_x[m] + v[m])))
+                }
+                Rule::Implicit => {
+                    let [once, twice] = [&IMPLICIT.rates, &IMPLICIT.positions];
+                    std::array::from_fn(|l| h * (h * weighted(&twice[l], x) + weighted(&once[l], v)))
+                }
+            }
         };
         motion.iter().map(of_ball).collect()
     }

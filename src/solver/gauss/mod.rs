@@ -129,8 +129,6 @@ pub struct Table {
     pub times: Nodes,
     /// `phi'` there.
     pub paces: Nodes,
-    /// `Q1`, one column per node.
-    pub rates: [Nodes; NODES],
     /// `Q2`, one column per node.
     pub positions: [Nodes; NODES],
     /// Whether time is stretched.
@@ -163,7 +161,6 @@ impl Table {
             paces,
             // Within a step, sums of rounded products are exact enough.
             positions: rates.map(|column| rule.integrate(&std::array::from_fn(|m| paces[m] * column[m]))),
-            rates,
             of_rate: of_rate.map(DoubleDouble::value),
             of_position: std::array::from_fn(|l| (of_rate[l] * (one - along[l].0)).value()),
             tail: [1, 2].map(|k| std::array::from_fn(|l| rule.lagrange[NODES - k][l] * paces[l])),
@@ -186,6 +183,15 @@ impl Table {
     pub fn integrate_both(&self, values: &Nodes) -> [Nodes; 2] {
         let once = self.integrate(values);
         [once, self.integrate(&once)]
+    }
+
+    /// The transposed, `sum_m Q1_ml values_m`: by Gauss's rule, up to the weights, the integrals from the nodes to the
+    /// end, which are those of the mirrored values from the start.
+    #[inline(always)]
+    pub fn integrate_back(&self, values: &Nodes) -> Nodes {
+        let (weight, last) = (|m: usize| RULE.weights[m].value(), NODES - 1);
+        let left = RULE.integrate(&std::array::from_fn(|m| values[last - m] / weight(m)));
+        std::array::from_fn(|l| self.paces[l] * weight(l) * left[last - l])
     }
 
     /// `sum_l Q2_ml values_l` at the nodes.
