@@ -8,16 +8,13 @@
 use super::coefficients::{CLEARANCE, Coefficients, IMPULSE, MASS, PEAK, STATE, V, X};
 use super::part::Part;
 use crate::engine::pair_impact::{ImpactCoefficients, PulseShape};
-use crate::model::{BallModel, ContactLaw, Cradle, Pair};
-use crate::solver::{BASIS, Dual, MAX_FORCE_ORDER, Oscillator, Scalar};
+use crate::model::{BallModel, Cradle, Pair};
+use crate::solver::{BASIS, MAX_FORCE_ORDER, Oscillator};
 
 /// What an impact depends on: of the left and of the right ball position, velocity, mass, decay rate, square of the
 /// frequency, and acceleration by the inputs; stiffness, reference overlap, exponent and clearance; and the energy that
 /// is lost over the reduced mass (m2/s2).
 type Causes = [f64; 17];
-
-/// The functions `U_k` and `Z_k` of the pendulums at the end of an impact, from `U_0` and `Z_-1` on.
-type Swing = ([f64; BASIS], [f64; MAX_FORCE_ORDER + 4]);
 
 /// Positions and velocities of the left and of the right ball, impulse and largest force.
 type Effects = [f64; 6];
@@ -38,6 +35,23 @@ pub(super) struct ImpactPart {
     pub largest: Option<f64>,
 }
 
+/// Values of an impact: rate at the onset (m/s); total mass (kg), shares of it and reduced mass (kg); load on the overlap
+/// (m/s2); duration (s) and integral of the overlap (m.s); position (m), velocity (m/s) and acceleration (m/s2) of the
+/// centre of mass at the onset, position and velocity in the middle; the functions of the oscillator at the end.
+struct Values {
+    rate: f64,
+    total: f64,
+    share: [f64; 2],
+    reduced: f64,
+    load: f64,
+    time: f64,
+    sum: f64,
+    motion: [f64; 3],
+    middle: [f64; 2],
+    u: [f64; BASIS],
+    z: [f64; MAX_FORCE_ORDER + 4],
+}
+
 impl ImpactPart {
     /// The shape and the reach of an impact of balls in these states; `None` where too much varies.
     pub fn shape(
@@ -54,13 +68,6 @@ impl ImpactPart {
         Some((shape, reach))
     }
 
-    fn swing(&self, pair: &Pair) -> Swing {
-        let time = 2.0 * self.reach / (self.start[0].1 - self.start[1].1) * self.shape.integrals[0][0];
-        let o = Oscillator::new(pair.balls[0].omega2, 0.0);
-        let u = o.basis(time.into());
-        (u, o.sensitivities(time, &u))
-    }
-
     /// The energy that an impact loses over the reduced mass (m2/s2), by each of the coefficients of losses.
     fn losses(&self, pair: &Pair) -> [f64; 3] {
         let Pair { balls: [left, right], law } = pair;
@@ -70,95 +77,106 @@ impl ImpactPart {
         works.map(|work| 2.0 * rate * work / reduced)
     }
 
-    /// Changes of the state afterwards, at the common time.
-    fn effects(&self, pair: &Pair, swing: &Swing, causes: &Causes) -> Effects {
-        let Pair { balls, law } = pair;
-        let (number, two, half) = (Dual::with_tangent, Dual::from(2.0), Dual::from(0.5));
-        let both = |k: usize, values: [f64; 2]| [0, 1].map(|side| number(values[side], causes[2 * k + side]));
-        let of_balls = |k: usize, value: fn(&BallModel) -> f64| both(k, balls.map(value));
-        let (mass, gamma, omega2) =
-            (of_balls(2, |ball| ball.mass), of_balls(3, |ball| ball.gamma), of_balls(4, |ball| ball.omega2));
-        let (forcing, clearance) = (both(5, self.forcing), number(law.clearance, causes[15]));
-        let law = ContactLaw {
-            stiffness: number(law.stiffness, causes[12]),
-            overlap_ref: number(law.overlap_ref, causes[13]),
-            exponent: number(law.exponent, causes[14]),
-            ..law.map(Dual::from)
-        };
-        // At its onset, which is later.
-        let free = |side: usize, x: f64| self.forcing[side] - balls[side].omega2 * x;
-        let [(left, u), (right, w)] = self.start;
-        let late = (causes[1] - causes[0] + causes[15]) / (u - w);
-        let x = [(left, u), (right, w)].map(|(x, v)| number(x, v * late));
-        let v = [(u, free(0, left)), (w, free(1, right))].map(|(v, a)| number(v, a * late));
-        let [x, v] = [(0, x), (1, v)].map(|(k, of)| [0, 1].map(|side| of[side] + number(0.0, causes[2 * k + side])));
-        // The motion of the centre of mass, and that of the overlap.
-        let total = mass[0] + mass[1];
-        let share = mass.map(|mass| mass / total);
-        let mean = |of: [Dual; 2]| share[0] * of[0] + share[1] * of[1];
-        let across = |of: [Dual; 2]| share[1] * of[0] + share[0] * of[1];
-        let differ = |[left, right]: [Dual; 2]| left - right;
-        let (reduced, closing, stiffness) = (mass[0] * share[1], differ(v), across(omega2));
-        let (centre, speed) = (mean(x), mean(v));
-        let (accelerated, most) = (mean(forcing) - mean(omega2) * centre, self.reach);
-        // Without what changes: the middle of the impact.
-        let rate = closing.value();
-        let reach = |closing: Dual| {
-            let [sharper, p] = [law.exponent.tangent(), law.exponent.value() + 1.0];
-            let relative = |of: Dual| of.tangent() / of.value();
-            let squares = relative(reduced) + 2.0 * relative(closing) - relative(law.stiffness) + sharper / p;
-            let scale = (1.0 - 2.0 / p) * relative(law.overlap_ref);
-            let curved = if sharper == 0.0 { 0.0 } else { sharper * libm::log(most / law.overlap_ref.value()) };
-            number(most, most * (scale + (squares - curved) / p))
-        };
-        let [time, sum] = [0, 1].map(|k| 2.0 * most / rate * self.shape.integrals[k][0]);
-        let (until, faster) = (Dual::from(0.5 * time), Dual::from(0.5 * time * accelerated.value()));
-        let (speed_there, acceleration) = (Dual::from(speed.value()) + faster, Dual::from(accelerated.value()));
-        let centre_there = Dual::from(centre.value()) + until * (Dual::from(speed.value()) + half * faster);
-        let load =
-            stiffness * clearance - differ(forcing) + differ(omega2) * centre_there + two * differ(gamma) * speed_there;
-        let varying = differ(omega2) * speed_there + two * differ(gamma) * acceleration;
-        let lost = number(0.0, causes[16]) + two * across(gamma) * Dual::from(2.0 * rate * most * self.shape.works[0])
-            - varying * Dual::from(most * sum);
+    /// What its map consists of.
+    fn values(&self, pair: &Pair) -> Values {
+        let Pair { balls: [left, right], law } = pair;
+        let [(x, u), (y, w)] = self.start;
+        let (total, rate) = (left.mass + right.mass, u - w);
+        let share = [left.mass / total, right.mass / total];
+        let [time, sum] = self.shape.integrals.map(|[integral, ..]| 2.0 * self.reach / rate * integral);
+        let o = Oscillator::new(left.omega2, 0.0);
+        let u_k = o.basis(time.into());
+        let (centre, speed) = (share[0] * x + share[1] * y, share[0] * u + share[1] * w);
+        let a = share[0] * self.forcing[0] + share[1] * self.forcing[1] - left.omega2 * centre;
+        let until = 0.5 * time;
+        Values {
+            rate,
+            total,
+            share,
+            reduced: left.mass * share[1],
+            load: left.omega2 * law.clearance - self.forcing[0] + self.forcing[1],
+            time,
+            sum: self.reach * sum,
+            motion: [centre, speed, a],
+            middle: [centre + until * (speed + 0.5 * until * a), speed + until * a],
+            z: o.sensitivities(time, &u_k),
+            u: u_k,
+        }
+    }
+
+    /// Changes of the state afterwards, at the common time, by the `values` of its map.
+    fn effects(&self, pair: &Pair, values: &Values, causes: &Causes) -> Effects {
+        let (Pair { balls: [BallModel { omega2, .. }, _], law }, reach) = (pair, self.reach);
+        let Values { rate, total, share: [l, r], reduced, load, time, sum, .. } = *values;
+        let ([centre, speed, a], [centre_there, speed_there]) = (values.motion, values.middle);
+        let of_balls = |k: usize| [causes[2 * k], causes[2 * k + 1]];
+        let [x, v, mass, gamma, frequency, forcing] = std::array::from_fn(of_balls);
+        let [stiffness, overlap_ref, p, clearance, taken] = std::array::from_fn(|k| causes[12 + k]);
+        // The onset is later.
+        let free = |side: usize, x: f64| self.forcing[side] - omega2 * x;
+        let late = (x[1] - x[0] + clearance) / rate;
+        let x = [0, 1].map(|side| x[side] + self.start[side].1 * late);
+        let v = [0, 1].map(|side| v[side] + free(side, self.start[side].0) * late);
+        // Of the motion of the centre of mass, of the overlap, and of what couples them.
+        let more = (r * mass[0] - l * mass[1]) / total;
+        let mean = |of: [f64; 2]| l * of[0] + r * of[1];
+        let across = |of: [f64; 2]| r * of[0] + l * of[1];
+        let differ = |[left, right]: [f64; 2]| left - right;
+        let (heavier, closing) = (r * r * mass[0] + l * l * mass[1], differ(v));
+        let faster = mean(v) + more * rate;
+        let pushed = mean(forcing) + more * differ(self.forcing);
+        let accelerated =
+            pushed - mean(frequency) * centre - omega2 * (mean(x) + more * differ([self.start[0].0, self.start[1].0]));
+        let (coupled, dragged) = (differ(frequency), 2.0 * differ(gamma));
+        let loaded = across(frequency) * law.clearance + omega2 * clearance - differ(forcing)
+            + coupled * centre_there
+            + dragged * speed_there;
+        let lost = taken + 4.0 * across(gamma) * rate * reach * self.shape.works[0]
+            - (coupled * speed_there + dragged * a) * sum;
         // The energy left in the middle, and in the end.
-        let (there, parting) = (closing - lost / (two * closing), closing - lost / closing);
-        let largest = reach(there);
-        let part = largest / (there * there);
-        let (alpha, beta) = (stiffness * largest * part, two * load * part);
-        let [duration, sum] = self.shape.integrals.map(|[value, by_alpha, by_beta, by_exponent]| {
-            let change = by_alpha * alpha.tangent() + by_beta * beta.tangent() + by_exponent * law.exponent.tangent();
-            two * largest / there * number(value, change)
+        let (there, parting) = (closing - 0.5 * lost / rate, closing - lost / rate);
+        let quicker = there / rate;
+        let firmer = stiffness / law.stiffness + (1.0 - law.exponent) * overlap_ref / law.overlap_ref;
+        let power = law.exponent + 1.0;
+        let sharper = |overlap: f64| if p == 0.0 { 0.0 } else { p * libm::log(overlap / law.overlap_ref) };
+        let farther = (heavier / reduced + 2.0 * quicker - firmer + p / power - sharper(reach)) / power;
+        let part = reach / rate;
+        let alpha = part * part * (across(frequency) + 2.0 * omega2 * (farther - quicker));
+        let beta = 2.0 * part / rate * (loaded + load * (farther - 2.0 * quicker));
+        let [longer, larger] = self.shape.integrals.map(|[value, by_alpha, by_beta, by_exponent]| {
+            2.0 * part * (value * (farther - quicker) + by_alpha * alpha + by_beta * beta + by_exponent * p)
         });
-        let sum = largest * sum;
+        let larger = reach * larger + farther * sum;
         // By the functions of the oscillator, and how these change.
-        let (u, z) = swing;
+        let (u, z) = (&values.u, &values.z);
         let respond = |k: usize| {
-            let by = |of: [f64; 2]| speed.value() * of[0] + accelerated.value() * of[1];
-            let before = if k > 0 { u[k - 1] } else { -mean(omega2).value() * u[1] };
-            let [direct, later] = [speed.tangent() * u[k] + accelerated.tangent() * u[k + 1], by([before, u[k]])];
-            let [by_decay, by_frequency] = [-2.0 * by([z[k], z[k + 1]]), -by([z[k + 1], z[k + 2]])];
-            let varied = by_decay * mean(gamma).tangent() + by_frequency * mean(omega2).tangent();
-            number(by([u[k], u[k + 1]]), direct + later * duration.tangent() + varied)
+            let by = |of: [f64; 2]| speed * of[0] + a * of[1];
+            let later = by([if k > 0 { u[k - 1] } else { -omega2 * u[1] }, u[k]]);
+            let varied = -2.0 * by([z[k], z[k + 1]]) * mean(gamma) - by([z[k + 1], z[k + 2]]) * mean(frequency);
+            faster * u[k] + accelerated * u[k + 1] + later * longer + varied
         };
-        let mixed = share[0] * share[1] * differ(omega2) * (sum + clearance * duration);
-        let drawn = two * share[0] * share[1] * differ(gamma) * sum;
-        let (moved, speed) = (respond(1) - half * mixed * duration - drawn, respond(0) - mixed);
-        let after = [speed - share[1] * parting, speed + share[0] * parting];
-        let impulse = reduced * (closing + parting - load * duration - stiffness * sum);
+        let mixed = l * r * coupled * (sum + law.clearance * time);
+        let moved = respond(1) - 0.5 * mixed * time - l * r * dragged * sum;
+        let common = respond(0) - mixed + more * rate;
+        let after = [common - r * parting, common + l * parting];
+        let impulse = heavier * (2.0 * rate - load * time - omega2 * sum)
+            + reduced * (closing + parting - loaded * time - load * longer - across(frequency) * sum - omega2 * larger);
         let peak = self.largest.map_or(0.0, |overlap| {
-            // The energy in the middle, less that of the closing balls, is 0.
-            let energy = |overlap: Dual| {
-                let of_law = law.elastic_energy(overlap) / reduced;
-                overlap * (load + half * stiffness * overlap) + of_law - half * there * there
-            };
-            let (change, slope) = (energy(overlap.into()).tangent(), load + stiffness * overlap.into());
-            let slope = slope + law.elastic_force(overlap.into()) / reduced;
-            law.elastic_force(number(overlap, -change / slope.value())).tangent()
+            // The energy in the middle is that of the closing balls.
+            let (force, firmer) = (law.elastic_force(overlap), firmer + sharper(overlap));
+            let of_law = force * overlap / power * (firmer - p / power - heavier / reduced) / reduced;
+            let energy = overlap * (loaded + 0.5 * across(frequency) * overlap) + of_law - rate * there;
+            let wider = -energy / (load + omega2 * overlap + force / reduced);
+            force * (firmer + law.exponent * wider / overlap)
         });
-        let later = late + duration.tangent();
-        let place = |side: usize| x[side].tangent() + moved.tangent() - after[side].value() * later;
-        let velocity = |side: usize| after[side].tangent() - free(side, (x[side] + moved).value()) * later;
-        [place(0), place(1), velocity(0), velocity(1), impulse.tangent(), peak]
+        // At the common time, which is earlier.
+        let (later, [ends, speed]) = (late + longer, [1, 0].map(|k| speed * u[k] + a * u[k + 1]));
+        let place = |side: usize| {
+            let v = speed + if side == 0 { -r * rate } else { l * rate };
+            x[side] + moved - v * later
+        };
+        let velocity = |side: usize| after[side] - free(side, self.start[side].0 + ends) * later;
+        [place(0), place(1), velocity(0), velocity(1), impulse, peak]
     }
 }
 
@@ -169,7 +187,7 @@ impl Part for ImpactPart {
 
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
         let (j, pair, mut causes) = (self.contact, cradle.pair(self.contact), [0.0; 17]);
-        let swing = self.swing(&pair);
+        let values = self.values(&pair);
         for (side, model) in pair.balls.into_iter().enumerate() {
             let (i, mass) = (j + side, changes.of_ball(j + side)[MASS]);
             let [gamma, frequency, forcing] = changes.of_motion(i, model);
@@ -181,7 +199,7 @@ impl Part for ImpactPart {
         causes[12..15].copy_from_slice(law);
         causes[15] = changes.of_ball(j)[CLEARANCE];
         causes[16] = self.losses(&pair).iter().zip(losses).map(|(by, change)| by * change).sum();
-        let effects = self.effects(&pair, &swing, &causes);
+        let effects = self.effects(&pair, &values, &causes);
         for side in 0..2 {
             let state = &mut state[(j + side) * STATE..];
             (state[X], state[V]) = (effects[side], effects[2 + side]);
@@ -194,13 +212,13 @@ impl Part for ImpactPart {
 
     fn backward(&self, cradle: &Cradle, by_changes: &mut Coefficients, by_state: &mut [f64]) {
         let (j, pair) = (self.contact, cradle.pair(self.contact));
-        let swing = self.swing(&pair);
+        let values = self.values(&pair);
         let by_effects = [X, V].map(|number| [j, j + 1].map(|i| by_state[i * STATE + number]));
         let of_contact = [by_state[j * STATE + IMPULSE], by_state[j * STATE + PEAK]];
         let by: Causes = std::array::from_fn(|cause| {
             let mut causes = [0.0; 17];
             causes[cause] = 1.0;
-            let effects = self.effects(&pair, &swing, &causes);
+            let effects = self.effects(&pair, &values, &causes);
             by_effects.iter().flatten().chain(&of_contact).zip(effects).map(|(by, effect)| by * effect).sum()
         });
         if self.largest.is_some() {
