@@ -133,7 +133,7 @@ impl Engine {
         let segments = self.contacts[i].impact().and_then(|impact| impact.interior.get());
         let (Some(recorder), Some(segments)) = (&mut self.recorder, segments) else { return };
         for Interior { segment, .. } in segments {
-            recorder.follow(segment, segment.length, &self.cradle, &self.inputs);
+            recorder.follow(segment, segment.length, true, &self.cradle, &self.inputs);
         }
         if !segments.last().is_some_and(|last| matches!(last.segment.switch, Some((_, Switch::Release)))) {
             recorder.fail();

@@ -27,6 +27,9 @@ const TAIL: f64 = 1e-8;
 /// How often a part is halved.
 const HALVINGS: u32 = 40;
 
+/// Of a motion that has not been halved.
+const UNKNOWN: ([f64; 2], u32) = ([0.0; 2], 0);
+
 impl Step {
     /// The fastest change in it times its length: of oscillations, and of decays.
     fn paces(&self, cradle: &Cradle) -> [f64; 2] {
@@ -54,12 +57,12 @@ impl Step {
 
     /// Whether the nodes resolve the forces: what they do not changes the overlaps by less than a part of them.
     fn is_resolved(&self, cradle: &Cradle, table: &Table) -> bool {
-        let unresolved = |(j, contact): (usize, &ContactNodes)| {
+        let resolved = |(j, contact): (usize, &ContactNodes)| {
             let largest = contact.overlap.iter().fold(0.0, |most: f64, overlap| most.max(overlap.abs()));
             let force = table.tail.iter().map(|tail| weighted(tail, &contact.force).abs()).fold(0.0, f64::max);
-            self.length * self.length * force / (cradle.reduced_mass(self.first + j) * largest)
+            self.length * self.length * force <= TAIL * cradle.reduced_mass(self.first + j) * largest
         };
-        self.contacts.iter().enumerate().map(unresolved).all(|part| part <= TAIL)
+        self.contacts.iter().enumerate().all(resolved)
     }
 }
 
@@ -84,14 +87,14 @@ impl Recorder {
         let power = scene.cradle.contacts.first().and_then(power_of_stretching).unwrap_or(Power::Square);
         let [start, end] = [Stretching::AtStart(power), Stretching::AtEnd(power)];
         match (stretched, vanishes(from), releases || vanishes(to)) {
-            (Stretching::None, true, false) => self.linearise(scene, balls, (from, [from, to]), start, HALVINGS),
-            (Stretching::None, false, true) => self.linearise(scene, balls, (from, [from, to]), end, HALVINGS),
+            (Stretching::None, true, false) => self.linearise(scene, balls, (from, [from, to]), start, UNKNOWN),
+            (Stretching::None, false, true) => self.linearise(scene, balls, (from, [from, to]), end, UNKNOWN),
             (_, true, true) => {
                 let middle = 0.5 * (from + to);
-                self.linearise(scene, balls.clone(), (from, [from, middle]), start, HALVINGS);
-                self.linearise(scene, balls, (from, [middle, to]), end, HALVINGS);
+                self.linearise(scene, balls.clone(), (from, [from, middle]), start, UNKNOWN);
+                self.linearise(scene, balls, (from, [middle, to]), end, UNKNOWN);
             }
-            (own, ..) => self.linearise(scene, balls, (from, [from, to]), own, HALVINGS),
+            (own, ..) => self.linearise(scene, balls, (from, [from, to]), own, UNKNOWN),
         }
     }
 
@@ -110,41 +113,48 @@ impl Recorder {
         }
     }
 
-    /// Adds the motion of `balls`, which began at `start`, from `from` to `to` (s), in as many parts as needed.
+    /// Adds the motion of `balls`, which began at `start`, from `from` to `to` (s), in as many parts as needed. A motion
+    /// twice as long was found to have these paces, and was halved so often.
     fn linearise(
         &mut self,
         scene: &Scene,
         balls: Range<usize>,
         (start, [from, to]): (f64, [f64; 2]),
         stretching: Stretching,
-        halvings: u32,
+        (paces, halvings): ([f64; 2], u32),
     ) {
-        let table = stretching.table();
+        let (table, length, since) = (stretching.table(), to - from, from - start);
         let step_by = |rule: Rule| {
             let (nodes, contacts) = scene.nodes(&balls, [from, to], rule.times());
-            Step { first: balls.start, length: to - from, rule, balls: nodes, contacts }
+            Step { first: balls.start, length, rule, balls: nodes, contacts }
         };
-        let step = step_by(Rule::Explicit(table));
-        let [swing, decay] = step.paces(scene.cradle);
-        if swing + decay <= EXPLICIT && step.is_resolved(scene.cradle, table) {
-            return self.enter(scene.cradle, step);
-        }
         // Halves of halves are as long as the time since the start. So what decays fast is over, and what decays slowly
         // is resolved; oscillations, too, have to be one or the other.
-        let since = from - start;
-        let settled = swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * step.length;
-        let is_damped = decay > EXPLICIT && settled && step.length * step.fastest_pendulum() <= PENDULUM;
-        if since > 0.0 && step.length <= 1.01 * since && is_damped {
-            return self.enter(scene.cradle, step_by(Rule::Implicit));
+        let graded = since > 0.0 && length <= 1.01 * since;
+        let [swing, decay] = paces.map(|pace| 0.5 * pace);
+        let mut halves = [swing, decay];
+        if swing + decay <= 2.0 * EXPLICIT || graded && 2.0 * decay > EXPLICIT {
+            let step = step_by(Rule::Explicit(table));
+            let [swing, decay] = step.paces(scene.cradle);
+            if swing + decay <= EXPLICIT && step.is_resolved(scene.cradle, table) {
+                return self.enter(scene.cradle, step);
+            }
+            let settled = swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * length;
+            if graded && decay > EXPLICIT && settled && length * step.fastest_pendulum() <= PENDULUM {
+                return self.enter(scene.cradle, step_by(Rule::Implicit));
+            }
+            halves = [swing, decay];
         }
-        let Some(halvings) = halvings.checked_sub(1).filter(|_| !self.has_failed()) else { return self.fail() };
+        if halvings == HALVINGS || self.has_failed() {
+            return self.fail();
+        }
         let (first, second) = match stretching {
             Stretching::None => (Stretching::None, Stretching::None),
             Stretching::AtStart(_) => (stretching, Stretching::None),
             Stretching::AtEnd(_) => (Stretching::None, stretching),
         };
-        let middle = 0.5 * (from + to);
-        self.linearise(scene, balls.clone(), (start, [from, middle]), first, halvings);
-        self.linearise(scene, balls, (start, [middle, to]), second, halvings);
+        let (middle, known) = (0.5 * (from + to), (halves, halvings + 1));
+        self.linearise(scene, balls.clone(), (start, [from, middle]), first, known);
+        self.linearise(scene, balls, (start, [middle, to]), second, known);
     }
 }

@@ -227,8 +227,8 @@ impl Recorder {
         true
     }
 
-    /// The members of a cluster have moved from its start on for `length` (s).
-    pub fn follow(&mut self, cluster: &Cluster, length: f64, cradle: &Cradle, inputs: &HeldInputs) {
+    /// The members of a cluster have moved from its start on for `length` (s), which is all of its segment if that `ends`.
+    pub fn follow(&mut self, cluster: &Cluster, length: f64, ends: bool, cradle: &Cradle, inputs: &HeldInputs) {
         let scene = Scene { motion: cluster, start: cluster.start, cradle, inputs };
         let mut first = cluster.members.start;
         for end in cluster.members.clone() {
@@ -237,9 +237,7 @@ impl Recorder {
                 if let Some(pressing) = self.pressing.get_mut(end) {
                     *pressing = false;
                 }
-                let releases = cluster
-                    .switch
-                    .filter(|(_, switch)| *switch == Switch::Release && length >= cluster.length * (1.0 - 1e-12));
+                let releases = cluster.switch.filter(|(_, switch)| *switch == Switch::Release && ends);
                 let released = releases.map(|(j, _)| j).filter(|j| (first..end).contains(j));
                 self.press(&scene, first..end + 1, [0.0, length], released.is_some());
                 if let Some(j) = released {

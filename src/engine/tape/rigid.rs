@@ -109,8 +109,8 @@ impl Part for RigidImpact {
 
     fn backward(&self, cradle: &Cradle, by_changes: &mut Coefficients, by_state: &mut [f64]) {
         // What follows is linear in each of the changes.
-        let after = by_state.to_vec();
-        let of = |i: usize, number: usize| after[i * STATE + number];
+        let after = by_state[self.first * STATE..self.range().end * STATE].to_vec();
+        let of = |i: usize, number: usize| after[(i - self.first) * STATE + number];
         let sum = |changes: &Changes| {
             let (velocities, impulses) = self.respond(cradle, changes);
             let of_velocities = self.range().zip(&velocities).map(|(i, v)| of(i, V) * v).sum::<f64>();

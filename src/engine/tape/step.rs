@@ -15,9 +15,8 @@ use crate::model::Cradle;
 use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
 use crate::solver::{NODES, Nodes, Table, combine, weighted};
 
-/// Terms of the series at most, and negligible ones, over their sum.
+/// Terms of the series at most.
 const TERMS: usize = 60;
-const NEGLIGIBLE: f64 = 1e-18;
 
 /// A part of the motion of neighbours between which all contacts press.
 #[derive(Debug)]
@@ -148,8 +147,13 @@ impl Step {
                     table.integrate_back(&std::array::from_fn(|m| h * (h * of_x[m] + v[m])))
                 }
                 Rule::Implicit => {
-                    let [once, twice] = [&IMPLICIT.rates, &IMPLICIT.positions];
-                    std::array::from_fn(|l| h * (h * weighted(&twice[l], x) + weighted(&once[l], v)))
+                    let mut found = [0.0; NODES];
+                    for (l, found) in found[..STAGES].iter_mut().enumerate() {
+                        let sum =
+                            |by: &Nodes, of: &Nodes| by[..STAGES].iter().zip(of).map(|(by, of)| by * of).sum::<f64>();
+                        *found = h * (h * sum(&IMPLICIT.positions[l], x) + sum(&IMPLICIT.rates[l], v));
+                    }
+                    found
                 }
             }
         };
@@ -166,7 +170,7 @@ impl Step {
         for _ in 0..TERMS {
             term = map(&term);
             sum.iter_mut().flatten().zip(term.iter().flatten()).for_each(|(sum, term)| *sum += term);
-            if size(&term) <= NEGLIGIBLE * size(&sum) {
+            if size(&term) <= f64::EPSILON * size(&sum) {
                 break;
             }
         }
@@ -211,7 +215,7 @@ fn moves(motion: &[Motion], j: usize, m: usize) -> [[f64; 2]; 2] {
 
 impl Part for Step {
     fn numbers(&self) -> usize {
-        5 * NODES * (self.balls.len() + self.contacts.len())
+        5 * NODES * self.balls.len() + self.contacts.iter().map(ContactNodes::numbers).sum::<usize>()
     }
 
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {

@@ -129,6 +129,8 @@ pub struct Table {
     pub times: Nodes,
     /// `phi'` there.
     pub paces: Nodes,
+    /// `Q1`, one row per node.
+    pub up_to_node: [Nodes; NODES],
     /// `Q2`, one column per node.
     pub positions: [Nodes; NODES],
     /// Whether time is stretched.
@@ -159,6 +161,7 @@ impl Table {
         Self {
             times,
             paces,
+            up_to_node: std::array::from_fn(|m| std::array::from_fn(|l| rates[l][m])),
             // Within a step, sums of rounded products are exact enough.
             positions: rates.map(|column| rule.integrate(&std::array::from_fn(|m| paces[m] * column[m]))),
             of_rate: of_rate.map(DoubleDouble::value),
@@ -185,13 +188,11 @@ impl Table {
         [once, self.integrate(&once)]
     }
 
-    /// The transposed, `sum_m Q1_ml values_m`: by Gauss's rule, up to the weights, the integrals from the nodes to the
-    /// end, which are those of the mirrored values from the start.
+    /// The transposed, `sum_m Q1_ml values_m`.
     #[inline(always)]
     pub fn integrate_back(&self, values: &Nodes) -> Nodes {
-        let (weight, last) = (|m: usize| RULE.weights[m].value(), NODES - 1);
-        let left = RULE.integrate(&std::array::from_fn(|m| values[last - m] / weight(m)));
-        std::array::from_fn(|l| self.paces[l] * weight(l) * left[last - l])
+        let sums = RULE.integrate_back(values);
+        std::array::from_fn(|l| self.paces[l] * sums[l])
     }
 
     /// `sum_l Q2_ml values_l` at the nodes.
