@@ -87,14 +87,14 @@ impl Recorder {
         let power = scene.cradle.contacts.first().and_then(power_of_stretching).unwrap_or(Power::Square);
         let [start, end] = [Stretching::AtStart(power), Stretching::AtEnd(power)];
         match (stretched, vanishes(from), releases || vanishes(to)) {
-            (Stretching::None, true, false) => self.linearise(scene, balls, (from, [from, to]), start, UNKNOWN),
-            (Stretching::None, false, true) => self.linearise(scene, balls, (from, [from, to]), end, UNKNOWN),
+            (Stretching::None, true, false) => self.linearise(scene, balls, [from, to], start, UNKNOWN),
+            (Stretching::None, false, true) => self.linearise(scene, balls, [from, to], end, UNKNOWN),
             (_, true, true) => {
                 let middle = 0.5 * (from + to);
-                self.linearise(scene, balls.clone(), (from, [from, middle]), start, UNKNOWN);
-                self.linearise(scene, balls, (from, [middle, to]), end, UNKNOWN);
+                self.linearise(scene, balls.clone(), [from, middle], start, UNKNOWN);
+                self.linearise(scene, balls, [middle, to], end, UNKNOWN);
             }
-            (own, ..) => self.linearise(scene, balls, (from, [from, to]), own, UNKNOWN),
+            (own, ..) => self.linearise(scene, balls, [from, to], own, UNKNOWN),
         }
     }
 
@@ -113,23 +113,23 @@ impl Recorder {
         }
     }
 
-    /// Adds the motion of `balls`, which began at `start`, from `from` to `to` (s), in as many parts as needed. A motion
-    /// twice as long was found to have these paces, and was halved so often.
+    /// Adds the motion of `balls` from `from` to `to` (s) in as many parts as needed. A motion twice as long was found
+    /// to have these paces, and was halved so often.
     fn linearise(
         &mut self,
         scene: &Scene,
         balls: Range<usize>,
-        (start, [from, to]): (f64, [f64; 2]),
+        [from, to]: [f64; 2],
         stretching: Stretching,
         (paces, halvings): ([f64; 2], u32),
     ) {
-        let (table, length, since) = (stretching.table(), to - from, from - start);
+        let (table, length, since) = (stretching.table(), to - from, self.undisturbed_for(scene, &balls, from));
         let step_by = |rule: Rule| {
             let (nodes, contacts) = scene.nodes(&balls, [from, to], rule.times());
             Step { first: balls.start, length, rule, balls: nodes, contacts }
         };
-        // Halves of halves are as long as the time since the start. So what decays fast is over, and what decays slowly
-        // is resolved; oscillations, too, have to be one or the other.
+        // Halves of halves are as long as the time before them in which nothing has happened. So what decays fast is
+        // over, and what decays slowly is resolved; oscillations, too, have to be one or the other.
         let graded = since > 0.0 && length <= 1.01 * since;
         let [swing, decay] = paces.map(|pace| 0.5 * pace);
         let mut halves = [swing, decay];
@@ -154,7 +154,7 @@ impl Recorder {
             Stretching::AtEnd(_) => (Stretching::None, stretching),
         };
         let (middle, known) = (0.5 * (from + to), (halves, halvings + 1));
-        self.linearise(scene, balls.clone(), (start, [from, middle]), first, known);
-        self.linearise(scene, balls, (start, [middle, to]), second, known);
+        self.linearise(scene, balls.clone(), [from, middle], first, known);
+        self.linearise(scene, balls, [middle, to], second, known);
     }
 }

@@ -85,6 +85,9 @@ pub(crate) struct Recorder {
     shifts: u64,
     /// Which contacts have pressed so far in their last pulse.
     pressing: Vec<bool>,
+    /// For the first of balls that press on each other, the end of their range, and since when nothing has happened to
+    /// them.
+    undisturbed: Vec<(usize, DoubleDouble)>,
     /// Along a direction, the derivative of the time of the first onset since this was forgotten, s.
     pub next_onset: Option<f64>,
     /// Whether a part is missing.
@@ -104,6 +107,7 @@ impl Recorder {
             peaks: vec![0.0; contacts],
             times: vec![COMMON; balls],
             pressing: vec![false; contacts],
+            undisturbed: vec![(0, DoubleDouble::ZERO); balls],
             shifts: COMMON,
             next_onset: None,
             failed: false,
@@ -139,6 +143,11 @@ impl Recorder {
 
     pub fn has_failed(&self) -> bool {
         self.failed
+    }
+
+    /// For how long at the time `tau` (s) nothing has happened to `balls`, s.
+    pub(super) fn undisturbed_for(&self, scene: &Scene, balls: &Range<usize>, tau: f64) -> f64 {
+        (scene.start + tau - self.undisturbed[balls.start].1).value()
     }
 
     /// Counts more numbers that a tape holds.
@@ -303,6 +312,7 @@ impl Recorder {
 
     /// The motion is interrupted in this state at the time `t`: all states hold at the common time again.
     pub fn interrupt(&mut self, state: &ChainState, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
+        self.undisturbed.fill((0, t));
         let moment = Moment { state, cradle };
         let scene = Scene { motion: &moment, start: t, cradle, inputs };
         let mut first = 0;
@@ -375,6 +385,10 @@ impl Recorder {
         if let Some(middle) = self.begin_step(scene, balls.clone(), [from, to]) {
             self.press(scene, balls.clone(), [from, middle], false);
             return self.press(scene, balls, [middle, to], releases);
+        }
+        let closes = (balls.start..balls.end - 1).any(|j| !self.pressing[j]);
+        if closes || balls.len() == 1 || self.undisturbed[balls.start].0 != balls.end {
+            self.undisturbed[balls.start] = (balls.end, scene.start + from);
         }
         self.use_own_time(scene, &balls, from);
         for j in balls.start..balls.end - 1 {
