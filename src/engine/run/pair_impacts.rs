@@ -9,6 +9,7 @@ use crate::engine::Observer;
 use crate::engine::cluster::{Cluster, Control, Method, StepHistory, Switch, WindowContact};
 use crate::engine::flight::{BallRole, RunningIntegrals};
 use crate::engine::pair_impact::{Interior, PairImpact};
+use crate::engine::tape::Unfollowed;
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -136,7 +137,7 @@ impl Engine {
             recorder.follow(segment, segment.length, true, &self.cradle, &self.inputs);
         }
         if !segments.last().is_some_and(|last| matches!(last.segment.switch, Some((_, Switch::Release)))) {
-            recorder.fail();
+            recorder.fail(Unfollowed::Unresolved);
         }
     }
 

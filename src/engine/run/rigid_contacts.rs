@@ -7,6 +7,7 @@ use super::engine::Engine;
 use crate::engine::flight::{BallRole, Forcing, Rounding, Separation, places, shifted, start_by_centre};
 use crate::engine::rigid::restitution::{self, Block, Impact, Row};
 use crate::engine::rigid::{Body, Constraint, acceleration_rounding};
+use crate::engine::tape::Unfollowed;
 use crate::engine::{EngineError, Fault, Forecast, Observer, RAPID};
 use crate::model::Mode;
 use crate::solver::{DoubleDouble, Oscillator};
@@ -157,7 +158,7 @@ impl Engine {
         for i in group.start..group.end + 1 {
             if self.balls[i].role == BallRole::Body {
                 if let Some(recorder) = &mut self.recorder {
-                    recorder.fail(); // The motion of a body is not followed.
+                    recorder.fail(Unfollowed::RigidBody);
                 }
                 self.look_for_faults(i..i + 1, t);
                 let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));

@@ -7,6 +7,7 @@ use super::nodes::ContactNodes;
 use super::record::Recorder;
 use super::scene::Scene;
 use super::step::{Rule, Step};
+use super::unfollowed::Unfollowed;
 use crate::engine::cluster::power_of_stretching;
 use crate::engine::flight::Flight;
 use crate::model::Cradle;
@@ -103,7 +104,7 @@ impl Recorder {
         let (model, length) = (&scene.cradle.balls[ball], to - from);
         let parts = (length / Oscillator::new(model.omega2, model.gamma).longest()).ceil().max(1.0);
         let mut k = 0.0;
-        while k < parts && !self.has_failed() {
+        while k < parts && self.failure().is_none() {
             let tau = from + length / parts * k;
             let ((x, v), [force, support]) = (scene.motion.state(ball, tau), scene.inputs_of(ball, tau));
             let push = force.map(|force| force / model.mass);
@@ -145,8 +146,8 @@ impl Recorder {
             }
             halves = [swing, decay];
         }
-        if halvings == HALVINGS || self.has_failed() {
-            return self.fail();
+        if halvings == HALVINGS || self.failure().is_some() {
+            return self.fail(Unfollowed::Unresolved);
         }
         let (first, second) = match stretching {
             Stretching::None => (Stretching::None, Stretching::None),

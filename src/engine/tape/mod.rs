@@ -16,7 +16,9 @@ mod record;
 mod rigid;
 mod scene;
 mod step;
+mod unfollowed;
 
 pub(crate) use end::{Direction, End, along_direction, change_of_start, cradle_along};
 pub use gradient::{Gradient, Tape};
 pub(crate) use record::{Recorder, Sink};
+pub use unfollowed::Unfollowed;

@@ -9,14 +9,13 @@ use super::events::{Closing, Jump, Overlap, StepStart, Time, TimeShift};
 use super::gradient::{Tape, TapedPart, Tuning};
 use super::impact::ImpactPart;
 use super::part::Part;
-use super::rigid::{RigidImpact, Struck};
-use super::scene::{Moment, Scene, acceleration};
+use super::scene::{Moment, Scene};
+use super::unfollowed::Unfollowed;
 use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::{Cluster, Switch};
 use crate::engine::flight::Ball;
 use crate::engine::pair_impact::{ImpactCoefficients, PairImpact};
-use crate::engine::rigid::restitution::{Row, collide_at_once};
 use crate::model::{Cradle, Inputs, Mode, Parameters};
 use crate::solver::DoubleDouble;
 
@@ -33,9 +32,6 @@ const COMMON: u64 = 0;
 /// Smallest rate of an overlap over the velocities of its balls by which their time is changed: slow balls meet much
 /// later for a small change, in which fast ones move far.
 const SLOW: f64 = 1e-3;
-
-/// Rate of the overlap of rigid balls over their velocities up to which rounding decides when they meet.
-const AT_REST: f64 = 1e-8;
 
 /// What becomes of the parts.
 #[derive(Clone, Debug)]
@@ -90,8 +86,8 @@ pub(crate) struct Recorder {
     undisturbed: Vec<(usize, DoubleDouble)>,
     /// Along a direction, the derivative of the time of the first onset since this was forgotten, s.
     pub next_onset: Option<f64>,
-    /// Whether a part is missing.
-    failed: bool,
+    /// Why a part is missing.
+    failed: Option<Unfollowed>,
 }
 
 impl Recorder {
@@ -110,7 +106,7 @@ impl Recorder {
             undisturbed: vec![(0, DoubleDouble::ZERO); balls],
             shifts: COMMON,
             next_onset: None,
-            failed: false,
+            failed: None,
         }
     }
 
@@ -141,7 +137,8 @@ impl Recorder {
         if let Sink::Direction(along) = &self.sink { Some(&along.state) } else { None }
     }
 
-    pub fn has_failed(&self) -> bool {
+    /// Why a part is missing, if one is.
+    pub fn failure(&self) -> Option<Unfollowed> {
         self.failed
     }
 
@@ -154,12 +151,14 @@ impl Recorder {
     fn hold(&mut self, numbers: usize) {
         self.numbers = self.numbers.saturating_add(numbers);
         let most = if let Sink::Tape(_) = self.sink { MOST_NUMBERS } else { MOST_FOLLOWED };
-        self.failed |= self.numbers > most;
+        if self.numbers > most {
+            self.fail(Unfollowed::TooLong);
+        }
     }
 
     pub(super) fn enter(&mut self, cradle: &Cradle, part: impl Part + 'static) {
         self.hold(part.numbers());
-        if self.failed {
+        if self.failed.is_some() {
             return;
         }
         match &mut self.sink {
@@ -324,46 +323,6 @@ impl Recorder {
         }
     }
 
-    /// Rigid balls from number `first` on at these places (m) collide at the time `t` with these velocities (m/s),
-    /// which are then those afterwards, group by group.
-    pub fn collide(
-        &mut self,
-        (cradle, inputs): (&Cradle, &HeldInputs),
-        (first, t): (usize, DoubleDouble),
-        (places, v): (&[f64], &mut [f64]),
-        groups: &[(Range<usize>, bool)],
-    ) {
-        for (group, parts) in groups {
-            // Balls that come to rest by a restitution of 0 would part by more.
-            let parts = *parts || cradle.restitution == Some(0.0);
-            if parts && group.len() > 2 {
-                return self.fail(); // Another order of impacts has another outcome.
-            }
-            let e = if parts { cradle.restitution.unwrap_or_default() } else { 0.0 };
-            let balls = first + group.start..first + group.end;
-            let Ok(row) = Row::new(cradle, balls.clone(), |i| places[i - first]) else { return self.fail() };
-            let before = v[group.clone()].to_vec();
-            collide_at_once(&row, &mut v[group.clone()], e);
-            let struck = group.clone().map(|k| {
-                let velocities = [before[k - group.start], v[k]];
-                let a = velocities.map(|v| acceleration((cradle, inputs), first + k, t, (places[k], v)));
-                Struck { x: places[k], v: velocities, a }
-            });
-            let struck: Vec<Struck> = struck.collect();
-            let contacts = (balls.start..balls.end - 1).map(|j| {
-                let states = [j, j + 1].map(|i| (struck[i - balls.start].x, struck[i - balls.start].v[0]));
-                Overlap::new(cradle, j, states)
-            });
-            let fastest = before.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-            if let Some(overlap) = contacts.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
-                if overlap.rate() <= AT_REST * fastest {
-                    return self.fail();
-                }
-                self.enter(cradle, RigidImpact { first: balls.start, balls: struck, overlap, parts });
-            }
-        }
-    }
-
     /// Contact `j` closes, with its balls in these states.
     pub fn onset(&mut self, j: usize, states: [(f64, f64); 2], cradle: &Cradle) {
         if let (Sink::Direction(along), None) = (&self.sink, self.next_onset) {
@@ -373,8 +332,8 @@ impl Recorder {
     }
 
     /// Something is not followed.
-    pub fn fail(&mut self) {
-        self.failed = true;
+    pub fn fail(&mut self, why: Unfollowed) {
+        self.failed = self.failed.or(Some(why));
     }
 
     /// Adds the motion of balls that press on each other, or of one alone; at its end a contact may be released.
