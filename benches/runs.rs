@@ -4,14 +4,14 @@
 
 use std::time::{Duration, Instant};
 
-use cradle_host::scenes::{self, ready};
-use cradle_host::{Host, fmi2OK, fmi3};
+use cradle_host::scenes::{self, Scene, ready};
+use cradle_host::{Host, assignments, fmi2OK, fmi3};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use newtons_cradle::engine::{Differential, History, Simulation, Unrecorded};
 use newtons_cradle::fmi2::{fmi2DoStep, fmi2GetReal};
 use newtons_cradle::fmi3::fmi3Status::fmi3OK;
 use newtons_cradle::fmi3::{fmi3EnterEventMode, fmi3EnterStepMode, fmi3SetDebugLogging};
-use newtons_cradle::model::{ContactModel, Inputs, Parameters};
+use newtons_cradle::model::Inputs;
 use newtons_cradle::variables::{Settings, Type, Variable, variables};
 
 /// One step of a fresh instance from one time (s), which it has reached before, to another.
@@ -140,19 +140,78 @@ fn gradient(run: &Simulation) -> Vec<f64> {
     variables(5).filter(real).map(by).collect()
 }
 
-fn gradients(c: &mut Criterion) {
-    for (name, contact_model) in [("linear", ContactModel::PowerLaw), ("Hertz", ContactModel::Hertz)] {
-        let parameters = Parameters { contact_model, ..Parameters::default_for(5) };
-        let run = |end: f64| {
-            let mut simulation = Simulation::new(&parameters, &Inputs::zero(5), 0.0).expect("the defaults can start");
-            simulation.advance(end, &mut Unrecorded).expect("the run goes on");
+/// Five balls under every law, and how long they run, s. The last 0.1 s are the step whose derivatives are taken; all
+/// but those that have settled collide in it.
+const LAWS: [(&str, Scene, f64); 13] = [
+    ("linear", scenes::DEFAULT, 9.55),
+    ("Figure 6", scenes::TEN_MINUTES, 9.55),
+    ("cubic", scenes::CUBIC, 9.3),
+    ("steel, touching", scenes::STEEL, 9.55),
+    (
+        "steel, touching, unequal",
+        (
+            5,
+            "x_start[1]=-0.1 contact.model=hertz contact.deadBand=0 ball.massRatio=1,2,1,0.5,1 \
+             pendulum.lengthRatio=1,1.1,1,0.9,1",
+        ),
+        9.55,
+    ),
+    ("linear, touching, damped", (5, "x_start[1]=-0.1 contact.deadBand=0 contact.damping=300"), 9.55),
+    (
+        "Hunt-Crossley",
+        (
+            5,
+            "x_start[1]=-0.1 contact.model=hertz contact.deadBand=0 contact.dampingLaw=huntCrossley \
+             contact.huntCrossley=0.1",
+        ),
+        9.55,
+    ),
+    (
+        "viscoelastic",
+        (
+            5,
+            "x_start[1]=-0.1 contact.model=hertz contact.deadBand=0 contact.dampingLaw=viscoelastic \
+             contact.relaxationTime=1e-7",
+        ),
+        9.55,
+    ),
+    ("1000 times critical", scenes::DAMPED, 9.55),
+    ("arcs", (5, "x_start[1]=-0.1 pendulum.model=circular"), 9.55),
+    ("rigid", (5, "x_start[1]=-0.1 contact.model=rigid contact.restitution=0.95"), 9.55),
+    ("drag", (5, "x_start[1]=-0.1 contact.model=hertz pendulum.drag=0.1"), 9.55),
+    ("settled", (5, "x_start[1]=-0.1 contact.model=hertz contact.deadBand=0 contact.damping=1e3"), 60.0),
+];
+
+/// A run and its gradient by everything, at most 8 times as long; a step and its derivatives along one direction, at
+/// most 4 times as long, and 20 us.
+fn derivatives(c: &mut Criterion) {
+    for (name, (balls, settings), end) in LAWS {
+        let mut start = Settings::default_for(balls);
+        for (variable, value) in assignments(balls, &format!("x_start=0 {settings}")) {
+            variable.set(&mut start, value);
+        }
+        let (parameters, from) = (start.parameters, end - 0.1);
+        let run = |times: &[f64]| {
+            let mut simulation = Simulation::new(&parameters, &Inputs::zero(5), 0.0).expect("it can start");
+            for time in times {
+                simulation.advance(*time, &mut Unrecorded).expect("the run goes on");
+            }
             simulation
         };
-        for end in [10.0, 140.0] {
-            let (mut group, simulation) = (c.benchmark_group(format!("{name}, {end} s")), run(end));
-            group.bench_function("run", |b| b.iter(|| run(end)));
-            group.bench_function("gradient", |b| b.iter(|| gradient(&simulation)));
-        }
+        let mut group = c.benchmark_group(format!("derivatives, {name}"));
+        let simulation = run(&[end]);
+        group.bench_function("run", |b| b.iter(|| run(&[end])));
+        group.bench_function("gradient of the run", |b| b.iter(|| gradient(&simulation)));
+        let step = |mut run: Simulation| {
+            run.advance(end, &mut Unrecorded).expect("the run goes on");
+            run
+        };
+        let simulation = run(&[from, end]);
+        let along = Inputs { force: vec![1.0, 0.0, 0.0, 0.0, 0.0], ..Inputs::zero(5) };
+        group.bench_function("step", |b| b.iter_batched(|| run(&[from]), step, BatchSize::PerIteration));
+        group.bench_function("direction over the step", |b| {
+            b.iter(|| simulation.sensitivity_of_step(&History::default(), &along, false).expect("it is followed"));
+        });
     }
 }
 
@@ -160,6 +219,6 @@ criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(2));
-    targets = runs, calls, onsets, versions, gradients
+    targets = runs, calls, onsets, versions, derivatives
 }
 criterion_main!(benches);

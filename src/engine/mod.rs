@@ -38,5 +38,5 @@ pub(crate) use records::{Ledger, RAPID, StepStart};
 pub(crate) use run::require;
 pub use run::{Engine, InvalidState, Snapshot};
 pub use simulation::{Simulation, SimulationSnapshot};
-pub use tape::{Gradient, Tape};
+pub use tape::{Gradient, Tape, Unfollowed};
 use watchdog::Watchdog;

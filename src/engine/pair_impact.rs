@@ -1,6 +1,7 @@
 //! The outcome of an elastic impact of two balls, in closed form: see "The impact of two" in docs/theory.md.
 
 use std::cell::OnceCell;
+use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
@@ -8,27 +9,74 @@ use crate::engine::arc_impact::{ImpactResult, Shape, outcome};
 use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
 use crate::model::ContactLaw;
-use crate::solver::{DoubleDouble, hypotenuse};
+use crate::solver::{DoubleDouble, Dual, Scalar, hypotenuse};
 
 /// Terms of the expansion, and the largest `alpha + |beta|` for which its error is below the rounding.
 const TERMS: usize = 7;
 const SMALL: f64 = 1e-3;
 
-/// Coefficients of the expansion for one exponent of the force law.
+/// Coefficients of `beta^(k-j) alpha^j` in an expansion.
+type Expansion<S = f64> = [[S; TERMS]; TERMS];
+
+/// Coefficients of the expansions for one exponent of the force law.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ImpactCoefficients {
-    /// Of `beta^(k-j) alpha^j` in the integral of `dq / sqrt(...)`.
-    time: [[f64; TERMS]; TERMS],
+    /// Of the integral of `dq / sqrt(...)`.
+    time: Expansion,
     /// The same for `q dq / sqrt(...)`.
-    overlap: [[f64; TERMS]; TERMS],
+    overlap: Expansion,
+    /// For derivatives, computed on first use.
+    derivatives: OnceCell<Box<PulseCoefficients>>,
     /// For balls on arcs, computed on first use.
     shape: OnceCell<Box<Shape>>,
+}
+
+/// The derivatives of these by the exponent, and those of the integrals of `q^g sqrt(...) dq` for g = 0, p and p - 1.
+#[derive(Clone, Debug)]
+struct PulseCoefficients {
+    by_exponent: [Expansion; 2],
+    works: [Expansion; 3],
+}
+
+/// An impact in numbers without unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PulseShape {
+    /// The integrals of `dq / sqrt(...)` and of `q dq / sqrt(...)`, and their derivatives by alpha, beta and p.
+    pub integrals: [[f64; 4]; 2],
+    /// The integrals of `q^g sqrt(...) dq` for g = 0, p and p - 1.
+    pub works: [f64; 3],
 }
 
 impl ImpactCoefficients {
     /// For the exponent `p` of the force law.
     pub fn new(p: f64) -> Self {
-        Self { time: coefficients(p, 0), overlap: coefficients(p, 1), shape: OnceCell::new() }
+        let [time, overlap] = [0.0, 1.0].map(|g| coefficients(p, g, -0.5));
+        Self { time, overlap, derivatives: OnceCell::new(), shape: OnceCell::new() }
+    }
+
+    /// The shape of an impact with the exponent `p`; `None` where its expansion does not hold.
+    pub fn pulse(&self, p: f64, alpha: f64, beta: f64) -> Option<PulseShape> {
+        let expands = alpha + beta.abs() < SMALL;
+        if !expands {
+            return None; // Also where they are no numbers.
+        }
+        let derivatives = self.derivatives.get_or_init(|| {
+            let by_exponent = |g: f64| {
+                let along: Expansion<Dual> = coefficients(Dual::with_tangent(p, 1.0), g.into(), -0.5);
+                along.map(|row| row.map(Dual::tangent))
+            };
+            let works = [0.0, p, p - 1.0].map(|g| coefficients(p, g, 0.5));
+            Box::new(PulseCoefficients { by_exponent: [0.0, 1.0].map(by_exponent), works })
+        });
+        let number = Dual::with_tangent;
+        let integral = |of: usize| {
+            let (table, by_exponent) = ([&self.time, &self.overlap][of], &derivatives.by_exponent[of]);
+            let by_alpha = expansion(table, number(alpha, 1.0), beta.into());
+            let by_beta = expansion(table, alpha.into(), number(beta, 1.0)).tangent();
+            [by_alpha.value(), by_alpha.tangent(), by_beta, expansion(by_exponent, alpha, beta)]
+        };
+        let works = derivatives.works.each_ref().map(|table| expansion(table, alpha, beta));
+        Some(PulseShape { integrals: [0, 1].map(integral), works })
     }
 
     /// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
@@ -63,20 +111,38 @@ impl ImpactCoefficients {
     }
 }
 
-/// With `P = q^(p+1) + P_1`, `P_1 = beta q + alpha q^2`, and E the energy over that of the onset, the integral of `q^g
-/// / sqrt(1 - P)` is the sum over k of `(-1)^k / k! (d/dE)^k` of the integral of `q^g P_1^k / sqrt(E - q^(p+1))` at E =
-/// 1, and that of `q^m / sqrt(E - q^(p+1))` is `E^(s - 1/2) B(s, 1/2) / (p+1)` with `s = (m+1) / (p+1)` and Euler's
-/// beta function B.
-fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
-    let mut table = [[0.0; TERMS]; TERMS];
+/// Euler's beta function B(s, r + 1), for r = -1/2 or 1/2.
+fn beta_function<S: Scalar>(share: S, r: f64) -> S {
+    let (s, root) = (share.value(), PI.sqrt());
+    let value = root * libm::tgamma(s) / libm::tgamma(s + 0.5);
+    let mut found = S::with_tangent(value, 0.0);
+    if share.tangent() != 0.0 {
+        // The difference of the digamma functions at s + 1/2 and s, which is small: up to s + 16 step by step, from
+        // there on by its asymptotic series.
+        let steps = (0..16).map(|k| 0.5 / ((s + f64::from(k)) * (s + f64::from(k) + 0.5))).sum::<f64>();
+        let inverse = 1.0 / (s + 16.0);
+        let square = inverse * inverse;
+        let series = 0.5 + inverse * (0.125 - square * (1.0 / 64.0 - square * (1.0 / 128.0 - square * 17.0 / 2048.0)));
+        found = S::with_tangent(value, -value * (steps + inverse * series) * share.tangent());
+    }
+    if r < 0.0 { found } else { found * S::from(0.5) / (share + S::from(0.5)) }
+}
+
+/// With `P = q^(p+1) + P_1`, `P_1 = beta q + alpha q^2`, and E the energy over that of the onset, the integral of
+/// `q^g (1 - P)^r`, r = -1/2 or 1/2, is the sum over k of `(-1)^k / k! (d/dE)^k` of the integral of `q^g P_1^k (E -
+/// q^(p+1))^r` at E = 1, and that of `q^m (E - q^(p+1))^r` is `E^(s + r) B(s, r + 1) / (p+1)` with `s = (m+1) / (p+1)`
+/// and Euler's beta function B.
+fn coefficients<S: Scalar>(p: S, g: S, r: f64) -> Expansion<S> {
+    let mut table = [[S::default(); TERMS]; TERMS];
+    let (one, number) = (S::from(1.0), |k: usize| S::from(k as f64));
     for (k, row) in table.iter_mut().enumerate() {
         let mut binomial = 1.0;
         for (j, coefficient) in row[..=k].iter_mut().enumerate() {
-            let share = (k + j + g + 1) as f64 / (p + 1.0);
-            let beta_function =
-                std::f64::consts::PI.sqrt() * libm::tgamma(share) / libm::tgamma(share + 0.5) / (p + 1.0);
-            let derivatives = (0..k).fold(1.0, |product, i| product * (share - 0.5 - i as f64) / -((i + 1) as f64));
-            *coefficient = binomial * beta_function * derivatives;
+            let share = (number(k + j) + g + one) / (p + one);
+            let beta_function = beta_function(share, r) / (p + one);
+            let derivatives =
+                (0..k).fold(one, |product, i| product * (share + S::from(r) - number(i)) / -number(i + 1));
+            *coefficient = S::from(binomial) * beta_function * derivatives;
             binomial *= (k - j) as f64 / (j + 1) as f64;
         }
     }
@@ -84,18 +150,19 @@ fn coefficients(p: f64, g: usize) -> [[f64; TERMS]; TERMS] {
 }
 
 /// Sums the expansion up to where the rest is below the rounding; single terms may be 0 (for p = 3 the first in beta).
-fn expansion(table: &[[f64; TERMS]; TERMS], alpha: f64, beta: f64) -> f64 {
-    let (mut sum, mut size) = (0.0, 1.0);
+fn expansion<S: Scalar>(table: &Expansion, alpha: S, beta: S) -> S {
+    let (mut sum, mut size) = (S::default(), 1.0);
     for (k, row) in table.iter().enumerate() {
         // beta^k (row_0 + row_1 alpha/beta + ...) without the division.
-        let (mut term, mut alpha_power) = (0.0, 1.0);
+        let (mut term, mut alpha_power) = (S::default(), S::from(1.0));
         for (j, c) in row[..=k].iter().enumerate() {
-            term += c * alpha_power * (j..k).fold(1.0, |power, _| power * beta);
-            alpha_power *= alpha;
+            term += S::from(*c) * alpha_power * (j..k).fold(S::from(1.0), |power, _| power * beta);
+            alpha_power = alpha_power * alpha;
         }
         sum += term;
-        size *= alpha + beta.abs();
-        if size < 1e-18 {
+        size *= alpha.value() + beta.value().abs();
+        // The linear terms have derivatives where they are 0, too.
+        if k > 0 && size < 1e-18 {
             break;
         }
     }

@@ -11,7 +11,7 @@ use super::error::EngineError;
 use super::inputs::HeldInputs;
 use super::observer::Observer;
 use super::run::{Engine, InvalidState, Snapshot, require};
-use super::tape::Tape;
+use super::tape::{Tape, Unfollowed};
 use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
 /// A run by the selected method, whose functions have the meaning of those of [`Engine`], with its parameters.
@@ -151,52 +151,52 @@ impl Simulation {
         last_step.along_parameters(tangent, inputs)
     }
 
-    /// Derivatives of the outputs along inputs that were held over the last step; `None` if it cannot be followed. That
+    /// Derivatives of the outputs along inputs that were held over the last step; an error if it cannot be followed. That
     /// of the next onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_step(
         &self,
         history: &History,
         inputs: &Inputs,
         next_onset_wanted: bool,
-    ) -> Option<Differential> {
-        let stretches = history.of_step(self.stretch())?;
+    ) -> Result<Differential, Unfollowed> {
+        let stretches = history.of_step(self.stretch()).ok_or(Unfollowed::NoHistory)?;
         let last_step = self.last_step().with_next_onset(next_onset_wanted);
         last_step.along_inputs(&stretches, inputs)
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which has this
-    /// history; `None` if it cannot be followed. That of the next onset is NaN unless it is wanted
+    /// history; an error if it cannot be followed. That of the next onset is NaN unless it is wanted
     /// ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_run(
         &self,
         history: &History,
         (tangent, inputs): (&Parameters, &Inputs),
         next_onset_wanted: bool,
-    ) -> Option<Differential> {
+    ) -> Result<Differential, Unfollowed> {
         if self.time() == self.start {
-            return Some(self.sensitivity_at_start((tangent, inputs), next_onset_wanted));
+            return Ok(self.sensitivity_at_start((tangent, inputs), next_onset_wanted));
         }
-        let (stretches, start) = self.stretches_and_start(history)?;
+        let (stretches, start) = self.stretches_and_start(history).ok_or(Unfollowed::NoHistory)?;
         let last_step = self.last_step().with_next_onset(next_onset_wanted);
         last_step.along((self.start, &start), &stretches, (Some(tangent), inputs))
     }
 
-    /// The last step in parts, for derivatives by inputs both ways; `None` before the first, or if it cannot be
-    /// followed.
-    pub fn tape_of_step(&self, history: &History) -> Option<Tape> {
+    /// The last step in parts, for derivatives by inputs both ways; an error before the first, or if it cannot
+    /// be followed.
+    pub fn tape_of_step(&self, history: &History) -> Result<Tape, Unfollowed> {
         if self.step_length() == 0.0 {
-            return None;
+            return Err(Unfollowed::NoHistory);
         }
-        let stretches = history.of_step(self.stretch())?;
+        let stretches = history.of_step(self.stretch()).ok_or(Unfollowed::NoHistory)?;
         self.last_step().tape_of_step(&stretches)
     }
 
-    /// The run up to now in parts, for derivatives both ways; `None` at its start, or if it cannot be followed.
-    pub fn tape(&self, history: &History) -> Option<Tape> {
+    /// The run up to now in parts, for derivatives both ways; an error at its start, or if it cannot be followed.
+    pub fn tape(&self, history: &History) -> Result<Tape, Unfollowed> {
         if self.time() <= self.start {
-            return None;
+            return Err(Unfollowed::NoHistory);
         }
-        let (stretches, start) = self.stretches_and_start(history)?;
+        let (stretches, start) = self.stretches_and_start(history).ok_or(Unfollowed::NoHistory)?;
         self.last_step().tape((self.start, &start), &stretches)
     }
 

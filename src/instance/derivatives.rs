@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::{Instance, InstanceState};
-use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, state_count};
+use crate::engine::{Differential, History, MAX_OUTPUT_DERIVATIVE, Simulation, Tape, Unfollowed, state_count};
 use crate::variables::{Access, Causality, DerivativesOf, Extra, Refusal, Settings, Type, Variable, ensure};
 
 /// In messages: the variables that have derivatives, by time and along a direction.
@@ -61,7 +61,7 @@ impl Instance {
                 if of_order.is_none() {
                     *of_order = Some(self.simulation()?.time_derivative(order));
                 }
-                found.push(self.finite(variable, value(of_order.as_ref(), &variable))?);
+                found.push(self.finite(variable, value(of_order.as_ref(), &variable), None)?);
             }
         }
         Ok(found)
@@ -94,7 +94,7 @@ impl Instance {
         if let Some((_, weight)) = all.iter().find(|(_, weight)| !weight.is_finite()) {
             return Err(Refusal::argument("seed", weight, "any finite value"));
         }
-        let tape = self.tape()?;
+        let tape = self.tape()?.and_then(Result::ok);
         let lacks = tape.as_ref().map(|tape| tape.lacks());
         self.check_unknowns(&unknowns)?;
         let is_taped = |(unknown, _): &(Variable, f64)| value(lacks.as_ref(), unknown) == 0.0;
@@ -119,7 +119,7 @@ impl Instance {
             let of_followed = of_followed.iter().zip(&weights).map(|(derivative, weight)| derivative * weight);
             let found = found.unwrap_or(0.0) + of_followed.sum::<f64>();
             self.turn(&mut along, *known, 0.0)?;
-            self.finite(format_args!("the sum of the unknowns by {variable}"), found)
+            self.finite(format_args!("the sum of the unknowns by {variable}"), found, None)
         };
         knowns.iter().map(derivative).collect()
     }
@@ -128,7 +128,11 @@ impl Instance {
     /// them, else by following the run.
     fn derivatives_along(&mut self, unknowns: &[Element], along: &Direction, taped: bool) -> Result<Vec<f64>, Refusal> {
         let Settings { parameters: tangent, inputs, .. } = &along.settings;
-        let derived = self.derived();
+        let (derived, tape) = (self.derived(), self.tape()?);
+        // A direction may be followed for longer than a tape is kept; what else a tape lacks a direction lacks, too.
+        let mut why = tape.as_ref().and_then(|tape| tape.as_ref().err().copied());
+        let follows = why.is_none_or(|why| why == Unfollowed::TooLong);
+        let mut found_or = |found: Result<Differential, Unfollowed>| found.map_err(|refused| why = Some(refused)).ok();
         let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
         // The motion is followed beyond now only for who asks.
         let of_next_onset = Differential { next_onset: 1.0, ..Differential::all(self.balls(), 0.0) };
@@ -143,24 +147,23 @@ impl Instance {
             Derived::Step => {
                 let InstanceState { history, simulation, .. } = &self.run;
                 let run = simulation.as_ref();
-                run.and_then(|run| run.sensitivity_of_step(history, inputs, next_onset))
+                run.and_then(|run| found_or(run.sensitivity_of_step(history, inputs, next_onset)))
             }
-            Derived::Run if taped => self.tape()?.map(|tape| tape.along(tangent, inputs)),
-            Derived::Run => None,
+            Derived::Run => tape.filter(|_| taped).and_then(Result::ok).map(|tape| tape.along(tangent, inputs)),
         };
         let all_of = |found: Option<&Differential>| -> Vec<f64> {
             unknowns.iter().map(|unknown| unknown.map_or(0.0, |variable| value(found, &variable))).collect()
         };
         let mut values = all_of(found.as_ref());
-        if derived == Derived::Run && values.iter().any(|value| !value.is_finite()) {
+        if derived == Derived::Run && follows && values.iter().any(|value| !value.is_finite()) {
             let (simulation, history) = self.so_far()?;
-            let followed = simulation.sensitivity_of_run(history, (tangent, inputs), next_onset);
+            let followed = found_or(simulation.sensitivity_of_run(history, (tangent, inputs), next_onset));
             for (derivative, followed) in values.iter_mut().zip(all_of(followed.as_ref())) {
                 *derivative = if derivative.is_finite() { *derivative } else { followed };
             }
         }
         let finite = |(unknown, derivative): (&Element, f64)| match unknown {
-            Some(variable) => self.finite(*variable, derivative),
+            Some(variable) => self.finite(*variable, derivative, why),
             None => Ok(derivative),
         };
         unknowns.iter().zip(values).map(finite).collect()
@@ -214,23 +217,23 @@ impl Instance {
     }
 
     /// The tape of what the derivatives are taken over, if that is a step or a run.
-    fn tape(&self) -> Result<Option<Arc<Tape>>, Refusal> {
+    fn tape(&self) -> Result<Option<Result<Arc<Tape>, Unfollowed>>, Refusal> {
         let InstanceState { history, simulation, settings, .. } = &self.run;
         Ok(match (self.derived(), simulation) {
             (Derived::Run, _) => {
                 let (simulation, history) = self.so_far()?;
-                history.tape(true, |history| simulation.tape(history))
+                Some(history.tape(true, |history| simulation.tape(history)))
             }
             (Derived::Step, Some(run)) if settings.derivatives_of != DerivativesOf::Point => {
-                history.tape(false, |history| run.tape_of_step(history))
+                Some(history.tape(false, |history| run.tape_of_step(history)))
             }
             _ => None,
         })
     }
 
     /// The derivative of `variable`, if it is finite; after a failed step any value passes.
-    fn finite(&self, variable: impl Display, derivative: f64) -> Result<f64, Refusal> {
-        ensure(derivative.is_finite() || self.run.phase == Phase::Error, || no_derivative(variable))?;
+    fn finite(&self, variable: impl Display, derivative: f64, why: Option<Unfollowed>) -> Result<f64, Refusal> {
+        ensure(derivative.is_finite() || self.run.phase == Phase::Error, || no_derivative(variable, why))?;
         Ok(derivative)
     }
 
@@ -244,7 +247,7 @@ impl Instance {
                 Access::Instance(_, extra) => matches!(extra, Extra::Joined(..)),
                 _ => without_effect || variable.row.causality != Causality::Input || variable.row.rate_of().is_none(),
             };
-            ensure(known, || no_derivative(variable))?;
+            ensure(known, || no_derivative(variable, None))?;
             elements.extend((0..variable.len(balls)).map(|index| variable.element(index).of_fmi2(balls)));
         }
         Ok(elements)
@@ -269,11 +272,12 @@ fn value(of: Option<&Differential>, variable: &Variable) -> f64 {
     variable.row.derivative.zip(of).map_or(f64::NAN, |(get, of)| get(of, variable.index))
 }
 
-fn no_derivative(what: impl Display) -> Refusal {
-    Refusal::no_value(format_args!(
-        "{what} has no derivative here: it is not finite, what it depends on is too long to be followed, or rigid balls \
-         stay in contact in it"
-    ))
+/// For a reason, or because it is not finite.
+fn no_derivative(what: impl Display, why: Option<Unfollowed>) -> Refusal {
+    match why {
+        Some(why) => Refusal::no_value(format_args!("{what} has no derivative here: {why}")),
+        None => Refusal::no_value(format_args!("{what} has no derivative here: it is not finite")),
+    }
 }
 
 fn not_differentiable(what: impl Display, allowed: &str) -> Refusal {

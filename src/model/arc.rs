@@ -75,22 +75,22 @@ impl<S: Scalar> BallModel<S> {
 
 /// The direction from the centre of a ball to that of the next one, on arcs.
 #[derive(Clone, Copy, Debug)]
-struct Line<S = f64>([S; 2]);
+pub(crate) struct Line<S = f64>([S; 2]);
 
 impl<S: Scalar> Line<S> {
-    fn new(left: &Place<S>, right: &Place<S>, pivots: S) -> Self {
+    pub fn new(left: &Place<S>, right: &Place<S>, pivots: S) -> Self {
         let (width, height) = (pivots + (right.x - left.x), right.y - left.y);
         let distance = (width * width + height * height).sqrt();
         Self([width / distance, height / distance])
     }
 
     /// The part of its direction along the path at a place.
-    fn along(&self, place: &Place<S>) -> S {
+    pub fn along(&self, place: &Place<S>) -> S {
         self.0[0] * place.cos + self.0[1] * place.sin
     }
 
     /// The part away from the pivot of the ball at a place.
-    fn outward(&self, place: &Place<S>) -> S {
+    pub fn outward(&self, place: &Place<S>) -> S {
         self.0[0] * place.sin - self.0[1] * place.cos
     }
 }

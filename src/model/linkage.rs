@@ -1,9 +1,6 @@
 //! How the overlap of two neighbours and the direction of their contact change with what they depend on.
 
-use super::arc::Pair;
-use super::contact::ContactLaw;
-use super::cradle::BallModel;
-use crate::solver::dual::{Dual, Scalar};
+use super::arc::{Line, Pair, Place};
 
 /// How overlap and directions of a pair depend on its places and lengths.
 #[derive(Clone, Copy, Debug)]
@@ -25,19 +22,26 @@ impl Pair<'_> {
         if !self.balls[0].on_arc {
             return Linkage::STRAIGHT;
         }
-        let mut linkage = Linkage { along: self.parts_along(places), by: [[0.0; 5]; 3] };
-        for number in 0..5 {
-            let along = |k: usize, value: f64| Dual::with_tangent(value, if k == number { 1.0 } else { 0.0 });
-            let ball =
-                |k: usize| BallModel { length: along(2 + k, self.balls[k].length), ..self.balls[k].map(Dual::from) };
-            let law = ContactLaw { pivots: along(4, self.law.pivots), ..self.law.map(Dual::from) };
-            let (balls, places) = ([ball(0), ball(1)], [along(0, places[0]), along(1, places[1])]);
-            let pair = Pair { balls: [&balls[0], &balls[1]], law: &law };
-            let [left, right] = pair.parts_along(places);
-            for (by, of) in linkage.by.iter_mut().zip([pair.overlap(places), left, right]) {
-                by[number] = of.tangent();
-            }
+        let at = [0, 1].map(|k| self.balls[k].place(places[k]));
+        let [width, height] = self.distances(places);
+        let distance = (width * width + height * height).sqrt();
+        let (cos, sin, line) = (width / distance, height / distance, Line::new(&at[0], &at[1], self.law.pivots));
+        let (along, outward) = (at.each_ref().map(|place| line.along(place)), at.each_ref().map(|at| line.outward(at)));
+        let angles = [0, 1].map(|k| places[k] / self.balls[k].length);
+        // By its length a ball moves along the line and across it.
+        let [left, right] = [0, 1].map(|k| {
+            let Place { y, sin: s, cos: c, .. } = at[k];
+            let [x, y] = [s - angles[k] * c, y / self.balls[k].length - angles[k] * s];
+            [cos * x + sin * y, cos * y - sin * x]
+        });
+        let turned = [-outward[0], outward[1], -left[1], right[1], -sin].map(|across| across / distance);
+        let of_pivots = height * sin / (distance + width);
+        let mut by = [[along[0], -along[1], left[0], -right[0], of_pivots], [0.0; 5], [0.0; 5]];
+        for k in 0..2 {
+            by[1 + k] = turned.map(|turned| outward[k] * turned);
+            by[1 + k][k] -= outward[k] / self.balls[k].length;
+            by[1 + k][2 + k] += outward[k] * angles[k] / self.balls[k].length;
         }
-        linkage
+        Linkage { along, by }
     }
 }

@@ -325,6 +325,47 @@ macro_rules! differential {
                 }
             }
 
+            /// The weights of a `sum` of them.
+            pub(crate) fn weights(balls: usize, sum: impl Fn(&Self) -> f64) -> Self {
+                let (mut unit, mut weights) = (Self::all(balls, 0.0), Self::all(balls, 0.0));
+                let with = |number: fn(&mut Self, usize) -> &mut f64, i: usize, unit: &mut Self| {
+                    *number(unit, i) = 1.0;
+                    let found = sum(unit);
+                    *number(unit, i) = 0.0;
+                    found
+                };
+                $((0..balls).for_each(|i| weights.$ball[i] = with(|unit, i| &mut unit.$ball[i], i, &mut unit));)*
+                for j in 0..balls.saturating_sub(1) {
+                    $(weights.$contact[j] = with(|unit, j| &mut unit.$contact[j], j, &mut unit);)*
+                    $(weights.$other[j] = with(|unit, j| &mut unit.$other[j], j, &mut unit);)*
+                }
+                $(weights.$total = with(|unit, _| &mut unit.$total, 0, &mut unit);)*
+                $(weights.$number = with(|unit, _| &mut unit.$number, 0, &mut unit);)*
+                weights
+            }
+
+            /// The sum with these weights; what has none need not be a number.
+            pub(crate) fn dot(&self, weights: &Self) -> f64 {
+                let sum = |of: &[f64], by: &[f64]| {
+                    of.iter().zip(by).filter(|(_, by)| **by != 0.0).map(|(of, by)| of * by).sum::<f64>()
+                };
+                $(sum(&self.$ball, &weights.$ball) +)* $(sum(&self.$contact, &weights.$contact) +)*
+                $(sum(&self.$other, &weights.$other) +)* $(sum(&[self.$total], &[weights.$total]) +)*
+                $(sum(&[self.$number], &[weights.$number]) +)* 0.0
+            }
+
+            /// Those of these balls, of the contacts between them, and of the whole.
+            pub(crate) fn of_balls(&self, balls: std::ops::Range<usize>) -> Self {
+                let contacts = balls.start..balls.end - 1;
+                Self {
+                    $($ball: self.$ball[balls.clone()].to_vec(),)*
+                    $($contact: self.$contact[contacts.clone()].to_vec(),)*
+                    $($other: self.$other[contacts.clone()].to_vec(),)*
+                    $($total: self.$total,)*
+                    $($number: self.$number,)*
+                }
+            }
+
             /// Derivatives of these outputs by the state of `chain` and the inputs; 0 for the others.
             pub(crate) fn along(chain: &dyn Chain<Dual>) -> Self {
                 let [balls, contacts] = [chain.cradle().balls.len(), chain.cradle().contacts.len()];

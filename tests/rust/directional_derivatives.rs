@@ -127,7 +127,9 @@ fn refused(host: &Host, (unknown, known, change): (&str, &str, f64), words: &str
 /// it.
 #[test]
 fn rigid_balls_in_contact_are_refused() {
-    let refused = |host: &Host, input: &str| refused(host, ("v[3]", input, 1.0), "v[3] has no derivative here");
+    let refused = |host: &Host, input: &str| {
+        refused(host, ("v[3]", input, 1.0), "v[3] has no derivative here: rigid balls stay in contact in it")
+    };
     let host = Host::started_with("contact.model=rigid contact.deadBand=0 F_ext[3]=0.1");
     assert!(host.get("F[3]") > 0.0);
     assert_eq!(host.step(0.0, 0.1), fmi2OK);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::HeldInputs;
-use crate::engine::tape::Tape;
+use crate::engine::tape::{Tape, Unfollowed};
 use crate::model::{Parameters, Tunables};
 
 /// Most values in a history, 128 MiB: 25 minutes of a host that sets the inputs of five balls every millisecond.
@@ -58,7 +58,7 @@ pub struct History {
     of_step: Stretches,
     /// The tapes of the last step and of the run up to now, if they were needed.
     #[serde(skip)]
-    tapes: [OnceCell<Option<Arc<Tape>>>; 2],
+    tapes: [OnceCell<Result<Arc<Tape>, Unfollowed>>; 2],
 }
 
 impl History {
@@ -78,7 +78,11 @@ impl History {
     }
 
     /// The tape of the last step, or of the run so far, recorded on first use.
-    pub fn tape(&self, of_run: bool, record: impl FnOnce(&Self) -> Option<Tape>) -> Option<Arc<Tape>> {
+    pub fn tape(
+        &self,
+        of_run: bool,
+        record: impl FnOnce(&Self) -> Result<Tape, Unfollowed>,
+    ) -> Result<Arc<Tape>, Unfollowed> {
         self.tapes[usize::from(of_run)].get_or_init(|| record(self).map(Arc::new)).clone()
     }
 

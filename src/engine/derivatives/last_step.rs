@@ -6,8 +6,10 @@ use std::cell::Cell;
 use super::history::Stretch;
 use crate::engine::chain_state::ChainState;
 use crate::engine::flight::{Flight, integral_of};
-use crate::engine::tape::{Direction, End, Recorder, Sink, Tape, along_direction, change_of_start, cradle_along};
-use crate::engine::{HeldInputs, Unrecorded, run::Engine};
+use crate::engine::tape::{
+    Direction, End, Recorder, Sink, Tape, Unfollowed, along_direction, change_of_start, cradle_along,
+};
+use crate::engine::{EngineError, HeldInputs, Unrecorded, run::Engine};
 use crate::model::{Differential, Inputs, Parameters, Results, SolverMethod};
 use crate::solver::{Dual, Scalar};
 
@@ -86,33 +88,41 @@ impl<'a> LastStep<'a> {
     }
 
     /// Derivatives of the outputs at its end along `inputs`, which were held over it: they change by the same over all
-    /// its `stretches`. Before the first step nothing depends on them. `None` if the step cannot be followed.
-    pub(crate) fn along_inputs(&self, stretches: &[Stretch], inputs: &Inputs) -> Option<Differential> {
+    /// its `stretches`. Before the first step nothing depends on them. An error if the step cannot be
+    /// followed.
+    pub(crate) fn along_inputs(&self, stretches: &[Stretch], inputs: &Inputs) -> Result<Differential, Unfollowed> {
         if self.length == 0.0 {
-            return Some(Differential::all(self.balls(), 0.0));
+            return Ok(Differential::all(self.balls(), 0.0));
         }
         self.along((self.began, &self.start), stretches, (None, inputs))
     }
 
     /// The same along parameters and inputs of the run that began so, or in a step without changes of parameters. Both
     /// change by the same over all `stretches`.
-    pub(crate) fn along(&self, start: Start, stretches: &[Stretch], direction: Direction) -> Option<Differential> {
-        let change = change_of_start(self.parameters, direction);
-        let mut run = self.record(start, stretches, Sink::along(direction, change))?;
+    pub(crate) fn along(
+        &self,
+        start: Start,
+        stretches: &[Stretch],
+        direction: Direction,
+    ) -> Result<Differential, Unfollowed> {
         let cradle = cradle_along(self.parameters, direction);
-        let outputs = self.at_end(stretches).outputs(cradle, direction.1, run.recorder.as_ref()?.changes()?);
-        Some(Differential { next_onset: self.next_onset(&mut run), ..outputs })
+        let change = change_of_start(self.parameters, direction, &cradle);
+        let mut run = self.record(start, stretches, Sink::along(direction, change))?;
+        let changes = run.recorder.as_ref().and_then(|recorder| recorder.changes()).ok_or(Unfollowed::NoHistory)?;
+        let outputs = self.at_end(stretches).outputs(cradle, direction.1, changes);
+        Ok(Differential { next_onset: self.next_onset(&mut run), ..outputs })
     }
 
     /// The parts of the step.
-    pub(crate) fn tape_of_step(&self, stretches: &[Stretch]) -> Option<Tape> {
+    pub(crate) fn tape_of_step(&self, stretches: &[Stretch]) -> Result<Tape, Unfollowed> {
         self.tape((self.began, &self.start), stretches)
     }
 
-    /// The parts of the run that began so; `None` if it cannot be followed.
-    pub(crate) fn tape(&self, start: Start, stretches: &[Stretch]) -> Option<Tape> {
+    /// The parts of the run that began so; an error if it cannot be followed.
+    pub(crate) fn tape(&self, start: Start, stretches: &[Stretch]) -> Result<Tape, Unfollowed> {
         let mut run = self.record(start, stretches, Sink::default())?;
-        run.recorder.take()?.tape(self.at_end(stretches))
+        let tape = run.recorder.take().and_then(|recorder| recorder.tape(self.at_end(stretches)));
+        tape.ok_or(Unfollowed::NoHistory)
     }
 
     fn at_end(&self, stretches: &[Stretch]) -> End {
@@ -127,7 +137,8 @@ impl<'a> LastStep<'a> {
     }
 
     /// The run again, from this start on; it stands at its end.
-    fn record(&self, (mut since, start): Start, stretches: &[Stretch], sink: Sink) -> Option<Engine> {
+    fn record(&self, (mut since, start): Start, stretches: &[Stretch], sink: Sink) -> Result<Engine, Unfollowed> {
+        let another = |_: EngineError| Unfollowed::Another;
         let (mut acting, mut run): (Parameters, Option<Engine>) = (self.parameters.clone(), None);
         for stretch in stretches {
             acting.tune(stretch.tunables);
@@ -139,18 +150,22 @@ impl<'a> LastStep<'a> {
                     run.insert(begun)
                 }
                 Some(run) => {
-                    run.retune(&acting).and_then(|()| run.hold(&inputs.orders[0], &inputs.orders[1..])).ok()?;
+                    run.retune(&acting)
+                        .and_then(|()| run.hold(&inputs.orders[0], &inputs.orders[1..]))
+                        .map_err(another)?;
                     run
                 }
             };
-            engine.recorder.as_mut()?.under(&acting);
-            engine.advance(stretch.until, &mut Unrecorded).ok()?;
-            if engine.recorder.as_ref()?.has_failed() {
-                return None;
+            if let Some(recorder) = &mut engine.recorder {
+                recorder.under(&acting);
+            }
+            engine.advance(stretch.until, &mut Unrecorded).map_err(another)?;
+            if let Some(why) = engine.recorder.as_ref().and_then(|recorder| recorder.failure()) {
+                return Err(why);
             }
             since = stretch.until;
         }
-        let mut run = run?;
+        let mut run = run.ok_or(Unfollowed::NoHistory)?;
         run.interrupt();
         let end = run.state_of_all(run.time.into());
         let unit = run.cradle.balls[0].unit_of_time();
@@ -160,16 +175,19 @@ impl<'a> LastStep<'a> {
         let approximate = self.parameters.method != SolverMethod::EventDriven;
         let agree =
             approximate || end.flights.iter().zip(&self.end.flights).map(off).all(|off| off <= AGREEMENT * amplitude);
-        let recorder = run.recorder.as_mut()?;
+        if !agree {
+            return Err(Unfollowed::Another);
+        }
+        let recorder = run.recorder.as_mut().ok_or(Unfollowed::NoHistory)?;
         recorder.end(&run.cradle, |i| (end.flights[i].x, end.flights[i].v));
-        (agree && !recorder.has_failed()).then_some(run)
+        recorder.failure().map_or(Ok(run), Err)
     }
 
     /// Derivatives of the outputs at its end along `inputs` that act from then on: of the accelerations, the power and
     /// the next onset.
     pub fn at_end_along_inputs(&self, inputs: &Inputs) -> Differential {
         let cradle = self.run.cradle().map(Dual::from);
-        let change = change_of_start(self.parameters, (None, inputs));
+        let change = change_of_start(self.parameters, (None, inputs), &cradle);
         let outputs = Differential::along(&&along_direction(cradle, &self.end, &change, &self.inputs, inputs));
         let next_onset = self.next_onset_from_end((None, inputs), change);
         Differential { next_onset, ..outputs }
@@ -178,7 +196,8 @@ impl<'a> LastStep<'a> {
     /// Derivatives of the outputs at the start of a run along a direction of parameters and inputs.
     pub fn along_parameters(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let direction = (Some(tangent), inputs);
-        let (cradle, change) = (cradle_along(self.parameters, direction), change_of_start(self.parameters, direction));
+        let cradle = cradle_along(self.parameters, direction);
+        let change = change_of_start(self.parameters, direction, &cradle);
         let first = cradle.balls[0].omega2;
         let mut outputs = self.at_end(&[]).outputs(cradle, inputs, &change);
         if first.value() > 0.0 {
@@ -215,7 +234,7 @@ impl<'a> LastStep<'a> {
         let before = run.work().steps;
         let followed = run.advance(until, &mut Unrecorded);
         self.steps_to_onset.set(self.steps_to_onset.get() + run.work().steps - before);
-        let recorder = run.recorder.as_ref().filter(|recorder| !recorder.has_failed());
+        let recorder = run.recorder.as_ref().filter(|recorder| recorder.failure().is_none());
         let delay = recorder.and_then(|recorder| recorder.next_onset);
         delay.filter(|_| followed.is_ok()).unwrap_or(f64::NAN)
     }

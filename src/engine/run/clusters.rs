@@ -120,7 +120,7 @@ impl Engine {
             }
         }
         if let Some(recorder) = &mut self.recorder {
-            recorder.follow(cluster, tau, &self.cradle, &self.inputs);
+            recorder.follow(cluster, tau, t == cluster.end(), &self.cradle, &self.inputs);
         }
         for i in cluster.members.clone() {
             self.balls[i].integrals = cluster.integrals(i, &self.balls[i].integrals, &self.balls[i], tau);

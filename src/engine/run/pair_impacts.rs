@@ -10,6 +10,7 @@ use crate::engine::Observer;
 use crate::engine::cluster::{Cluster, Control, Method, StepHistory, Switch, WindowContact};
 use crate::engine::flight::RunningIntegrals;
 use crate::engine::pair_impact::{Interior, PairImpact};
+use crate::engine::tape::Unfollowed;
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -131,17 +132,20 @@ impl Engine {
         }
     }
 
-    /// Notes the segments of the impact in contact `i`, which is over at `t`.
+    /// Notes the impact in contact `i`, which is over at `t`: as a whole or in segments.
     fn record_impact(&mut self, i: usize, t: DoubleDouble) {
         let Some(mut recorder) = self.recorder.take() else { return };
-        if let Some(impact) = self.impact(i) {
+        let acting = (&self.cradle, &self.inputs);
+        if let Some(impact) = self.impact(i)
+            && !recorder.strike(impact, &self.balls, &self.impact_coefficients, acting)
+        {
             self.interior(impact, t);
             let segments = impact.interior.get().map_or(&[][..], Vec::as_slice);
             for Interior { segment, .. } in segments {
-                recorder.follow(segment, segment.length, &self.cradle, &self.inputs);
+                recorder.follow(segment, segment.length, true, &self.cradle, &self.inputs);
             }
             if !segments.last().is_some_and(|last| matches!(last.segment.switch, Some((_, Switch::Release)))) {
-                recorder.fail();
+                recorder.fail(Unfollowed::Unresolved);
             }
         }
         self.recorder = Some(recorder);
@@ -163,7 +167,7 @@ impl Engine {
         }
         self.before_move(i, t);
         if let Some(recorder) = &mut self.recorder {
-            recorder.fly(i, &self.balls[i], t, &self.cradle, &self.inputs);
+            recorder.fly(i, &self.balls, t, &self.cradle, &self.inputs);
         }
         self.look_for_faults(i..i + 1, t);
         let displacement = self.balls[i].reanchor(t);

@@ -8,6 +8,7 @@ use super::interaction::Interaction;
 use crate::engine::flight::{Forcing, Rounding, Separation, places, shifted, start_by_centre};
 use crate::engine::rigid::restitution::{self, Block, Impact, Row};
 use crate::engine::rigid::{Body, acceleration_rounding};
+use crate::engine::tape::Unfollowed;
 use crate::engine::{EngineError, Fault, Forecast, Observer, RAPID};
 use crate::model::Mode;
 use crate::solver::{DoubleDouble, Oscillator};
@@ -155,7 +156,7 @@ impl Engine {
         for i in balls.clone() {
             if self.is_in_body(i) {
                 if let Some(recorder) = &mut self.recorder {
-                    recorder.fail(); // The motion of a body is not followed.
+                    recorder.fail(Unfollowed::RigidBody);
                 }
                 self.look_for_faults(i..i + 1, t);
                 let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));

@@ -105,6 +105,23 @@ impl Coefficients {
         self.support() == 0.0 && self.of_ball(i)[..OF_BALL].iter().all(|change| *change == 0.0)
     }
 
+    /// Those of the motion of ball `i` on a line: decay rate, square of the frequency, and acceleration by the inputs.
+    pub fn of_motion(&self, i: usize, model: &BallModel) -> [f64; 3] {
+        let of = self.of_ball(i);
+        let frequency = (of[GRAVITY] - model.omega2 * of[LENGTH]) / model.length;
+        [of[GAMMA], frequency, of[FORCE] / model.mass - self.support()]
+    }
+
+    /// Adds derivatives by them.
+    pub fn add_of_motion(&mut self, i: usize, model: &BallModel, [gamma, frequency, forcing]: [f64; 3]) {
+        *self.support_mut() -= forcing;
+        let of = self.of_ball_mut(i);
+        of[GAMMA] += gamma;
+        of[GRAVITY] += frequency / model.length;
+        of[LENGTH] -= frequency * model.omega2 / model.length;
+        of[FORCE] += forcing / model.mass;
+    }
+
     pub fn support(&self) -> f64 {
         self.0[self.0.len() - 2]
     }

@@ -1,12 +1,14 @@
 //! The outputs at the end of a run, and their derivatives along a direction that changes the state there.
 
+use std::ops::Range;
+
 use super::coefficients::{BEFORE, IMPULSE, PEAK, STATE, V, X, numbers_of_state};
 use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::WindowContact;
 use crate::engine::equations::State;
 use crate::engine::flight::Flight;
-use crate::model::{Cradle, Differential, Inputs, Parameters};
+use crate::model::{Cradle, Differential, Inputs, Mode, Parameters};
 use crate::solver::{Dual, Scalar};
 
 /// A chain in this state, which changes by `changes`, under `held` inputs, which change by `inputs`.
@@ -77,6 +79,67 @@ impl End {
     }
 }
 
+impl End {
+    /// The derivatives of a sum of the outputs, with these weights, by the numbers of the state.
+    pub fn backward(&self, cradle: &Cradle, weights: &Differential) -> Vec<f64> {
+        let mut by_state = vec![0.0; numbers_of_state(cradle.balls.len())];
+        for i in 0..cradle.balls.len() {
+            let around = self.around(cradle, i);
+            let (part, along, weights) =
+                (self.of_balls(&around), of_balls(cradle, &around), weights.of_balls(around.clone()));
+            let (inputs, mut unit) = (Inputs::zero(around.len()), vec![0.0; numbers_of_state(around.len())]);
+            for number in [X, V] {
+                let place = (i - around.start) * STATE + number;
+                unit[place] = 1.0;
+                by_state[i * STATE + number] = part.outputs(along.clone(), &inputs, &unit).dot(&weights);
+                unit[place] = 0.0;
+            }
+        }
+        if self.length > 0.0 {
+            for (j, by) in by_state.chunks_mut(STATE).take(cradle.contacts.len()).enumerate() {
+                let by_mean = weights.force_mean[j] / self.length;
+                (by[IMPULSE], by[BEFORE], by[PEAK]) = (weights.impulse[j] + by_mean, -by_mean, weights.force_peak[j]);
+            }
+            if let Some(before) = by_state.last_mut() {
+                *before = weights.support_force_mean / self.length;
+            }
+        }
+        by_state
+    }
+
+    /// The balls whose outputs change with ball `i`: its neighbours and, where these are rigid, all in one body.
+    fn around(&self, cradle: &Cradle, i: usize) -> Range<usize> {
+        let (mut first, mut end) = (i.saturating_sub(1), (i + 2).min(cradle.balls.len()));
+        let joined = |j: usize| cradle.restitution.is_some() && self.state.contacts[j].mode != Mode::Open;
+        while first > 0 && joined(first - 1) {
+            first -= 1;
+        }
+        while end < cradle.balls.len() && joined(end - 1) {
+            end += 1;
+        }
+        first..end
+    }
+
+    /// The same of some balls.
+    fn of_balls(&self, balls: &Range<usize>) -> Self {
+        let state = ChainState {
+            flights: self.state.flights[balls.clone()].to_vec(),
+            contacts: self.state.contacts[balls.start..balls.end - 1].to_vec(),
+        };
+        let inputs = |inputs: &Inputs| Inputs { force: inputs.force[balls.clone()].to_vec(), ..*inputs };
+        let orders = self.inputs.orders.iter().map(inputs).collect();
+        Self { state, inputs: HeldInputs { orders, ..self.inputs }, ..*self }
+    }
+}
+
+fn of_balls(cradle: &Cradle, balls: &Range<usize>) -> Cradle<Dual> {
+    Cradle {
+        balls: cradle.balls[balls.clone()].iter().map(|ball| ball.map(Dual::from)).collect(),
+        contacts: cradle.contacts[balls.start..balls.end - 1].iter().map(|law| law.map(Dual::from)).collect(),
+        restitution: cradle.restitution.map(Dual::from),
+    }
+}
+
 /// A direction of the parameters, if they change, and of the inputs.
 pub(crate) type Direction<'a> = (Option<&'a Parameters>, &'a Inputs);
 
@@ -85,10 +148,10 @@ pub(crate) fn cradle_along(parameters: &Parameters, (tangent, _): Direction) -> 
     tangent.map_or_else(|| Cradle::new(parameters).map(Dual::from), |tangent| Cradle::along(parameters, tangent))
 }
 
-/// The change of the start state along it.
-pub(crate) fn change_of_start(parameters: &Parameters, direction: Direction) -> Vec<f64> {
+/// The change of the start state along it, with the coefficients `along` it.
+pub(crate) fn change_of_start(parameters: &Parameters, direction: Direction, along: &Cradle<Dual>) -> Vec<f64> {
     let mut change = vec![0.0; numbers_of_state(parameters.balls())];
-    let (Some(tangent), along) = (direction.0, cradle_along(parameters, direction)) else { return change };
+    let Some(tangent) = direction.0 else { return change };
     for (i, (ball, change)) in along.balls.iter().zip(change.chunks_mut(STATE)).enumerate() {
         let number = |field: fn(&Parameters) -> &[f64]| Dual::with_tangent(field(parameters)[i], field(tangent)[i]);
         let (x, v) = ball.along_path(number(|p| &p.x_start), number(|p| &p.v_start));

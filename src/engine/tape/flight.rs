@@ -1,55 +1,52 @@
 //! The flight of a ball on a line, linearised in closed form.
 
-use super::coefficients::{Coefficients, STATE, V, X};
-use super::nodes::BallNodes;
+use super::coefficients::{Coefficients, MASS, STATE, V, X};
 use super::part::Part;
-use crate::engine::flight::{Flight, Forcing, forcing_at};
+use crate::engine::flight::{Flight, Forcing};
 use crate::model::{BallModel, Cradle};
-use crate::solver::{NODES, Nodes, Oscillator, Stretching, weighted};
+use crate::solver::{BASIS, Oscillator};
 
 /// A part of the flight of one ball.
 #[derive(Debug)]
 pub(super) struct FlightPart {
     pub ball: usize,
-    /// Its start, and the external force (N) and the acceleration of the support (m/s2) from then on.
+    /// Its start, and the acceleration by the external force from then on, m/s2.
     pub start: Flight,
-    pub inputs: [Forcing; 2],
-    /// In s; at most [`Self::REACH`] over the pace of the pendulum.
+    pub push: Forcing,
+    /// In s; at most what [`Oscillator::longest`] allows.
     pub length: f64,
 }
 
+/// A position (m) and a velocity (m/s).
+type Motion = [f64; 2];
+
 impl FlightPart {
-    /// Longest part, times `omega + 2 gamma`, on which the nodes resolve the motion to rounding.
-    pub const REACH: f64 = 4.0;
-
-    fn oscillator(model: &BallModel) -> Oscillator {
-        Oscillator::new(model.omega2, model.gamma)
+    /// The changes of the motion at the end, beyond those at the start, by position and velocity then.
+    fn growth(model: &BallModel, [_, u1, u2]: [f64; 3]) -> [Motion; 2] {
+        let turn = model.omega2 * u2;
+        [[-turn, -model.omega2 * u1], [u1, -turn - 2.0 * model.gamma * u1]]
     }
 
-    /// The motion at the nodes.
-    fn nodes(&self, model: &BallModel) -> BallNodes {
-        let (o, times) = (Self::oscillator(model), &Stretching::None.table().times);
-        let moved: [(f64, f64); NODES] = times.map(|c| self.start.at(&o, (self.length * c).into()));
-        let inputs = self.inputs.map(|input| [times.map(|c| forcing_at(&input, self.length * c)), [0.0; NODES]]);
-        BallNodes::new(model, [moved.map(|(x, _)| self.start.x + x), moved.map(|(_, v)| v)], &[0.0; NODES], inputs)
+    /// Those by mass, decay rate, square of the frequency, and a constant acceleration.
+    fn responses(&self, model: &BallModel, o: &Oscillator, u: &[f64; BASIS]) -> [Motion; 4] {
+        let (Flight { x, v, forcing }, z) = (&self.start, o.sensitivities(self.length, u));
+        // With a response `of[k]` to what gives a velocity like `U_k`.
+        let sum = |of: &[f64]| {
+            let varying = forcing.iter().zip(&of[1..]).skip(1).map(|(forcing, of)| forcing * of);
+            v * of[0] + (forcing[0] - model.omega2 * x) * of[1] + varying.sum::<f64>()
+        };
+        let pushed = |k: usize| -self.push.iter().zip(&u[k..]).map(|(push, u)| push * u).sum::<f64>() / model.mass;
+        [
+            [pushed(2), pushed(1)],
+            [-2.0 * sum(&z[1..]), -2.0 * sum(&z)],
+            [-(x * u[2] + sum(&z[2..])), -(x * u[1] + sum(&z[1..]))],
+            [u[2], u[1]],
+        ]
     }
+}
 
-    /// The change of the position and of the velocity at the end by an acceleration at the nodes, with their weights.
-    fn responses(&self, model: &BallModel) -> [Nodes; 2] {
-        let (o, table) = (Self::oscillator(model), Stretching::None.table());
-        // Nodes are symmetric: the time left to the end is that of the mirrored node.
-        let left: [[f64; 3]; NODES] =
-            std::array::from_fn(|m| o.basis((self.length * table.times[NODES - 1 - m]).into()));
-        [1, 0].map(|k| std::array::from_fn(|m| self.length * table.of_rate[m] * left[m][k]))
-    }
-
-    /// The changes of position and velocity in the flight by those at its start: those of the position first.
-    fn growth(&self, model: &BallModel) -> [[f64; 2]; 2] {
-        let o = Self::oscillator(model);
-        let [_, u1, u2]: [f64; 3] = o.basis(self.length.into());
-        let turn = o.omega2() * u2;
-        [[-turn, u1], [-o.omega2() * u1, -turn - 2.0 * o.gamma() * u1]]
-    }
+fn dot([x, v]: Motion, [by_x, by_v]: Motion) -> f64 {
+    by_x * x + by_v * v
 }
 
 impl Part for FlightPart {
@@ -59,24 +56,31 @@ impl Part for FlightPart {
 
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
         let (model, state) = (&cradle.balls[self.ball], &mut state[self.ball * STATE..][..=V]);
-        let growth = self.growth(model).map(|by| by[0] * state[X] + by[1] * state[V]);
-        if !changes.leave(self.ball) {
-            let accelerations = self.nodes(model).accelerations(model, self.ball, changes);
-            let responses = self.responses(model);
-            for (sum, response) in state.iter_mut().zip(&responses) {
-                *sum += weighted(response, &accelerations);
-            }
+        let (o, mut change) = (Oscillator::new(model.omega2, model.gamma), [state[X], state[V]]);
+        let mut add = |by: Motion, of: f64| change.iter_mut().zip(by).for_each(|(sum, by)| *sum += by * of);
+        if changes.leave(self.ball) {
+            let [of_x, of_v] = Self::growth(model, o.basis(self.length.into()));
+            add(of_x, state[X]);
+            add(of_v, state[V]);
+        } else {
+            let u: [f64; BASIS] = o.basis(self.length.into());
+            let [of_x, of_v] = Self::growth(model, [u[0], u[1], u[2]]);
+            let causes = [changes.of_ball(self.ball)[MASS]].into_iter().chain(changes.of_motion(self.ball, model));
+            self.responses(model, &o, &u).into_iter().zip(causes).for_each(|(by, of)| add(by, of));
+            add(of_x, state[X]);
+            add(of_v, state[V]);
         }
-        (state[X], state[V]) = (state[X] + growth[0], state[V] + growth[1]);
+        (state[X], state[V]) = (change[X], change[V]);
     }
 
     fn backward(&self, cradle: &Cradle, by_changes: &mut Coefficients, by_state: &mut [f64]) {
         let (model, by_state) = (&cradle.balls[self.ball], &mut by_state[self.ball * STATE..][..=V]);
-        let ([of_x, of_v], [by_x, by_v]) = (self.responses(model), [by_state[X], by_state[V]]);
-        let by: Nodes = std::array::from_fn(|m| by_x * of_x[m] + by_v * of_v[m]);
-        self.nodes(model).add_derivatives(model, self.ball, &by, by_changes);
-        let [of_x, of_v] = self.growth(model);
-        (by_state[X], by_state[V]) =
-            (by_x + (of_x[0] * by_x + of_v[0] * by_v), by_v + (of_x[1] * by_x + of_v[1] * by_v));
+        let (o, by) = (Oscillator::new(model.omega2, model.gamma), [by_state[X], by_state[V]]);
+        let u: [f64; BASIS] = o.basis(self.length.into());
+        let [by_mass, by_motion @ ..] = self.responses(model, &o, &u).map(|response| dot(response, by));
+        by_changes.of_ball_mut(self.ball)[MASS] += by_mass;
+        by_changes.add_of_motion(self.ball, model, by_motion);
+        let [of_x, of_v] = Self::growth(model, [u[0], u[1], u[2]]);
+        (by_state[X], by_state[V]) = (by[X] + dot(of_x, by), by[V] + dot(of_v, by));
     }
 }

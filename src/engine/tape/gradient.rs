@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::coefficients::{Coefficients, numbers_of_state};
+use super::coefficients::Coefficients;
 use super::end::{Direction, End, change_of_start, cradle_along};
 use super::part::Part;
 use crate::model::{Cradle, Differential, Inputs, Parameters};
@@ -35,7 +35,8 @@ pub struct Tape {
 /// The derivatives of a sum of outputs by the start and the coefficients of a run.
 pub struct Gradient<'a> {
     tape: &'a Tape,
-    sum: Box<dyn Fn(&Differential) -> f64 + 'a>,
+    /// Of the outputs in the sum.
+    weights: Differential,
     by_start: Vec<f64>,
     /// For each tuning.
     by_coefficients: Vec<Coefficients>,
@@ -46,21 +47,23 @@ impl Tape {
         self.tunings[0].cradle.balls.len()
     }
 
-    /// Changes of the coefficients along a direction, for each tuning, and the cradle at the end.
-    fn changes(&self, direction: Direction) -> (Vec<Coefficients>, Cradle<Dual>) {
-        let mut last = Cradle::default();
-        let mut change = |tuning: &Tuning| {
-            last = cradle_along(&tuning.parameters, direction);
-            Coefficients::along(&last, direction.1)
-        };
-        let changes = self.tunings.iter().map(&mut change).collect();
-        (changes, last)
+    /// Along a direction, the changes of the start and those of the coefficients, for each tuning, and the cradle at the
+    /// end.
+    fn changes(&self, direction: Direction) -> (Vec<f64>, Vec<Coefficients>, Cradle<Dual>) {
+        let first = &self.tunings[0].parameters;
+        let mut cradle = cradle_along(first, direction);
+        let start = change_of_start(first, direction, &cradle);
+        let mut changes = vec![Coefficients::along(&cradle, direction.1)];
+        for tuning in &self.tunings[1..] {
+            cradle = cradle_along(&tuning.parameters, direction);
+            changes.push(Coefficients::along(&cradle, direction.1));
+        }
+        (start, changes, cradle)
     }
 
     /// Derivatives of the outputs at its end along a direction of parameters and inputs; not of the next onset.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
-        let (changes, last) = self.changes((Some(tangent), inputs));
-        let mut state = change_of_start(&self.tunings[0].parameters, (Some(tangent), inputs));
+        let (mut state, changes, last) = self.changes((Some(tangent), inputs));
         for (tuning, part) in &self.parts {
             part.forward(&self.tunings[*tuning].cradle, &changes[*tuning], &mut state);
         }
@@ -73,37 +76,23 @@ impl Tape {
     }
 
     /// The derivatives of a weighted `sum` of the outputs, without the next onset.
-    pub fn gradient<'a>(&'a self, sum: impl Fn(&Differential) -> f64 + 'a) -> Gradient<'a> {
+    pub fn gradient(&self, sum: impl Fn(&Differential) -> f64) -> Gradient<'_> {
         let balls = self.balls();
+        let weights = Differential::weights(balls, sum);
         let mut by_coefficients = vec![Coefficients::zero(balls); self.tunings.len()];
-        let mut by_state = vec![0.0; numbers_of_state(balls)];
-        if let Some(Tuning { cradle, .. }) = self.tunings.last() {
-            // Numbers of the state one by one.
-            let (along, inputs) = (cradle.map(Dual::from), Inputs::zero(balls));
-            let mut unit = by_state.clone();
-            let mut derivative = |number: usize| {
-                unit[number] = 1.0;
-                let found = sum(&self.end.outputs(along.clone(), &inputs, &unit));
-                unit[number] = 0.0;
-                found
-            };
-            for (number, by) in by_state.iter_mut().enumerate() {
-                *by = derivative(number);
-            }
-        }
+        let mut by_state = self.end.backward(&self.tunings[self.tunings.len() - 1].cradle, &weights);
         for (tuning, part) in self.parts.iter().rev() {
             part.backward(&self.tunings[*tuning].cradle, &mut by_coefficients[*tuning], &mut by_state);
         }
-        Gradient { tape: self, sum: Box::new(sum), by_start: by_state, by_coefficients }
+        Gradient { tape: self, weights, by_start: by_state, by_coefficients }
     }
 }
 
 impl Gradient<'_> {
     /// The derivative along a direction of parameters and inputs.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> f64 {
-        let (changes, last) = self.tape.changes((Some(tangent), inputs));
-        let by_end = (self.sum)(&self.tape.end.outputs(last, inputs, &vec![0.0; self.by_start.len()]));
-        let start = change_of_start(&self.tape.tunings[0].parameters, (Some(tangent), inputs));
+        let (start, changes, last) = self.tape.changes((Some(tangent), inputs));
+        let by_end = self.tape.end.outputs(last, inputs, &vec![0.0; self.by_start.len()]).dot(&self.weights);
         let by_start = self.by_start.iter().zip(&start).filter(|(_, change)| **change != 0.0);
         let by_start: f64 = by_start.map(|(by, change)| by * change).sum();
         let by_coefficients = self.by_coefficients.iter().zip(&changes).map(|(by, changes)| by.dot(changes));

@@ -7,10 +7,11 @@ use super::nodes::ContactNodes;
 use super::record::Recorder;
 use super::scene::Scene;
 use super::step::{Rule, Step};
+use super::unfollowed::Unfollowed;
 use crate::engine::cluster::power_of_stretching;
 use crate::engine::flight::Flight;
 use crate::model::Cradle;
-use crate::solver::{NODES, Power, Stretching, Table, weighted};
+use crate::solver::{NODES, Oscillator, Power, Stretching, Table, weighted};
 
 /// Longest explicit step, times the pace of the fastest change; and the time, times the fastest decay, after which
 /// nothing is left of oscillations that decay.
@@ -22,10 +23,13 @@ const PENDULUM: f64 = 2.0;
 
 /// Largest part of an overlap by which the two highest terms of the interpolation of its force may change it. The error
 /// at the end is far smaller.
-const TAIL: f64 = 1e-11;
+const TAIL: f64 = 1e-8;
 
 /// How often a part is halved.
 const HALVINGS: u32 = 40;
+
+/// Of a motion that has not been halved.
+const UNKNOWN: ([f64; 2], u32) = ([0.0; 2], 0);
 
 impl Step {
     /// The fastest change in it times its length: of oscillations, and of decays.
@@ -54,12 +58,12 @@ impl Step {
 
     /// Whether the nodes resolve the forces: what they do not changes the overlaps by less than a part of them.
     fn is_resolved(&self, cradle: &Cradle, table: &Table) -> bool {
-        let unresolved = |(j, contact): (usize, &ContactNodes)| {
+        let resolved = |(j, contact): (usize, &ContactNodes)| {
             let largest = contact.overlap.iter().fold(0.0, |most: f64, overlap| most.max(overlap.abs()));
             let force = table.tail.iter().map(|tail| weighted(tail, &contact.force).abs()).fold(0.0, f64::max);
-            self.length * self.length * force / (cradle.reduced_mass(self.first + j) * largest)
+            self.length * self.length * force <= TAIL * cradle.reduced_mass(self.first + j) * largest
         };
-        self.contacts.iter().enumerate().map(unresolved).all(|part| part <= TAIL)
+        self.contacts.iter().enumerate().all(resolved)
     }
 }
 
@@ -81,72 +85,77 @@ impl Recorder {
         // The derivative by the exponent goes with the logarithm of an overlap, which begins or ends at 0.
         let vanishes = |tau: f64| (balls.start..balls.end - 1).any(|j| scene.motion.overlap(j, tau).0 <= 0.0);
         let stretched = scene.motion.stretching();
-        let power = scene.cradle.contacts.first().and_then(power_of_stretching).unwrap_or(Power::Cube);
+        let power = scene.cradle.contacts.first().and_then(power_of_stretching).unwrap_or(Power::Square);
         let [start, end] = [Stretching::AtStart(power), Stretching::AtEnd(power)];
         match (stretched, vanishes(from), releases || vanishes(to)) {
-            (Stretching::None, true, false) => self.linearise(scene, balls, (from, [from, to]), start, HALVINGS),
-            (Stretching::None, false, true) => self.linearise(scene, balls, (from, [from, to]), end, HALVINGS),
+            (Stretching::None, true, false) => self.linearise(scene, balls, [from, to], start, UNKNOWN),
+            (Stretching::None, false, true) => self.linearise(scene, balls, [from, to], end, UNKNOWN),
             (_, true, true) => {
                 let middle = 0.5 * (from + to);
-                self.linearise(scene, balls.clone(), (from, [from, middle]), start, HALVINGS);
-                self.linearise(scene, balls, (from, [middle, to]), end, HALVINGS);
+                self.linearise(scene, balls.clone(), [from, middle], start, UNKNOWN);
+                self.linearise(scene, balls, [middle, to], end, UNKNOWN);
             }
-            (own, ..) => self.linearise(scene, balls, (from, [from, to]), own, HALVINGS),
+            (own, ..) => self.linearise(scene, balls, [from, to], own, UNKNOWN),
         }
     }
 
     /// Adds a flight on a line.
     fn fly_on_line(&mut self, scene: &Scene, ball: usize, [from, to]: [f64; 2]) {
         let (model, length) = (&scene.cradle.balls[ball], to - from);
-        let pace = model.omega2.sqrt() + 2.0 * model.gamma;
-        let parts = (pace * length / FlightPart::REACH).ceil().max(1.0);
+        let parts = (length / Oscillator::new(model.omega2, model.gamma).longest()).ceil().max(1.0);
         let mut k = 0.0;
-        while k < parts && !self.has_failed() {
+        while k < parts && self.failure().is_none() {
             let tau = from + length / parts * k;
-            let inputs = scene.inputs_of(ball, tau);
-            let ((x, v), [push, support]) = (scene.motion.state(ball, tau), inputs);
-            let forcing = std::array::from_fn(|k| push[k] / model.mass - support[k]);
-            let start = Flight { x, v, forcing };
-            self.enter(scene.cradle, FlightPart { ball, start, inputs, length: length / parts });
+            let ((x, v), [force, support]) = (scene.motion.state(ball, tau), scene.inputs_of(ball, tau));
+            let push = force.map(|force| force / model.mass);
+            let start = Flight { x, v, forcing: std::array::from_fn(|k| push[k] - support[k]) };
+            self.enter(scene.cradle, FlightPart { ball, start, push, length: length / parts });
             k += 1.0;
         }
     }
 
-    /// Adds the motion of `balls`, which began at `start`, from `from` to `to` (s), in as many parts as needed.
+    /// Adds the motion of `balls` from `from` to `to` (s) in as many parts as needed. A motion twice as long was found
+    /// to have these paces, and was halved so often.
     fn linearise(
         &mut self,
         scene: &Scene,
         balls: Range<usize>,
-        (start, [from, to]): (f64, [f64; 2]),
+        [from, to]: [f64; 2],
         stretching: Stretching,
-        halvings: u32,
+        (paces, halvings): ([f64; 2], u32),
     ) {
-        let table = stretching.table();
+        let (table, length, since) = (stretching.table(), to - from, self.undisturbed_for(scene, &balls, from));
         let step_by = |rule: Rule| {
             let (nodes, contacts) = scene.nodes(&balls, [from, to], rule.times());
-            Step { first: balls.start, length: to - from, rule, balls: nodes, contacts }
+            Step { first: balls.start, length, rule, balls: nodes, contacts }
         };
-        let step = step_by(Rule::Explicit(table));
-        let [swing, decay] = step.paces(scene.cradle);
-        if swing + decay <= EXPLICIT && step.is_resolved(scene.cradle, table) {
-            return self.enter(scene.cradle, step);
+        // Halves of halves are as long as the time before them in which nothing has happened. So what decays fast is
+        // over, and what decays slowly is resolved; oscillations, too, have to be one or the other.
+        let graded = since > 0.0 && length <= 1.01 * since;
+        let [swing, decay] = paces.map(|pace| 0.5 * pace);
+        let mut halves = [swing, decay];
+        if swing + decay <= 2.0 * EXPLICIT || graded && 2.0 * decay > EXPLICIT {
+            let step = step_by(Rule::Explicit(table));
+            let [swing, decay] = step.paces(scene.cradle);
+            if swing + decay <= EXPLICIT && step.is_resolved(scene.cradle, table) {
+                return self.enter(scene.cradle, step);
+            }
+            let settled = swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * length;
+            if graded && decay > EXPLICIT && settled && length * step.fastest_pendulum() <= PENDULUM {
+                return self.enter(scene.cradle, step_by(Rule::Implicit));
+            }
+            halves = [swing, decay];
         }
-        // Halves of halves are as long as the time since the start. So what decays fast is over, and what decays slowly
-        // is resolved; oscillations, too, have to be one or the other.
-        let since = from - start;
-        let settled = swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * step.length;
-        let is_damped = decay > EXPLICIT && settled && step.length * step.fastest_pendulum() <= PENDULUM;
-        if since > 0.0 && step.length <= 1.01 * since && is_damped {
-            return self.enter(scene.cradle, step_by(Rule::Implicit));
+        if halvings == HALVINGS || self.failure().is_some() {
+            return self.fail(Unfollowed::Unresolved);
         }
-        let Some(halvings) = halvings.checked_sub(1).filter(|_| !self.has_failed()) else { return self.fail() };
         let (first, second) = match stretching {
             Stretching::None => (Stretching::None, Stretching::None),
             Stretching::AtStart(_) => (stretching, Stretching::None),
             Stretching::AtEnd(_) => (Stretching::None, stretching),
         };
-        let middle = 0.5 * (from + to);
-        self.linearise(scene, balls.clone(), (start, [from, middle]), first, halvings);
-        self.linearise(scene, balls, (start, [middle, to]), second, halvings);
+        let (middle, known) = (0.5 * (from + to), (halves, halvings + 1));
+        self.linearise(scene, balls.clone(), [from, middle], first, known);
+        self.linearise(scene, balls, [middle, to], second, known);
     }
 }

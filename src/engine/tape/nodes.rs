@@ -140,6 +140,11 @@ impl ContactNodes {
         Self { overlap, rate, force, by_overlap, by_rate, links }
     }
 
+    /// About how many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        5 * NODES + self.links.as_ref().map_or(0, |links| size_of_val(&**links) / size_of::<f64>())
+    }
+
     fn link(&self, m: usize) -> (&Linkage, Both) {
         self.links.as_ref().map_or((&Linkage::STRAIGHT, [0.0; 2]), |links| (&links.nodes[m].0, links.nodes[m].1))
     }

@@ -7,14 +7,15 @@ use super::coefficients::{Coefficients, numbers_of_state};
 use super::end::{Direction, End, cradle_along};
 use super::events::{Closing, Jump, Overlap, StepStart, Time, TimeShift};
 use super::gradient::{Tape, TapedPart, Tuning};
+use super::impact::ImpactPart;
 use super::part::Part;
-use super::rigid::{RigidImpact, Struck};
-use super::scene::{Moment, Scene, acceleration};
+use super::scene::{Moment, Scene};
+use super::unfollowed::Unfollowed;
 use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::{Cluster, Switch};
 use crate::engine::flight::Ball;
-use crate::engine::rigid::restitution::{Row, collide_at_once};
+use crate::engine::pair_impact::{ImpactCoefficients, PairImpact};
 use crate::model::{Cradle, Inputs, Mode, Parameters};
 use crate::solver::DoubleDouble;
 
@@ -31,9 +32,6 @@ const COMMON: u64 = 0;
 /// Smallest rate of an overlap over the velocities of its balls by which their time is changed: slow balls meet much
 /// later for a small change, in which fast ones move far.
 const SLOW: f64 = 1e-3;
-
-/// Rate of the overlap of rigid balls over their velocities up to which rounding decides when they meet.
-const AT_REST: f64 = 1e-8;
 
 /// What becomes of the parts.
 #[derive(Clone, Debug)]
@@ -83,10 +81,13 @@ pub(crate) struct Recorder {
     shifts: u64,
     /// Which contacts have pressed so far in their last pulse.
     pressing: Vec<bool>,
+    /// For the first of balls that press on each other, the end of their range, and since when nothing has happened to
+    /// them.
+    undisturbed: Vec<(usize, DoubleDouble)>,
     /// Along a direction, the derivative of the time of the first onset since this was forgotten, s.
     pub next_onset: Option<f64>,
-    /// Whether a part is missing.
-    failed: bool,
+    /// Why a part is missing.
+    failed: Option<Unfollowed>,
 }
 
 impl Recorder {
@@ -102,9 +103,10 @@ impl Recorder {
             peaks: vec![0.0; contacts],
             times: vec![COMMON; balls],
             pressing: vec![false; contacts],
+            undisturbed: vec![(0, DoubleDouble::ZERO); balls],
             shifts: COMMON,
             next_onset: None,
-            failed: false,
+            failed: None,
         }
     }
 
@@ -135,20 +137,28 @@ impl Recorder {
         if let Sink::Direction(along) = &self.sink { Some(&along.state) } else { None }
     }
 
-    pub fn has_failed(&self) -> bool {
+    /// Why a part is missing, if one is.
+    pub fn failure(&self) -> Option<Unfollowed> {
         self.failed
+    }
+
+    /// For how long at the time `tau` (s) nothing has happened to `balls`, s.
+    pub(super) fn undisturbed_for(&self, scene: &Scene, balls: &Range<usize>, tau: f64) -> f64 {
+        (scene.start + tau - self.undisturbed[balls.start].1).value()
     }
 
     /// Counts more numbers that a tape holds.
     fn hold(&mut self, numbers: usize) {
         self.numbers = self.numbers.saturating_add(numbers);
         let most = if let Sink::Tape(_) = self.sink { MOST_NUMBERS } else { MOST_FOLLOWED };
-        self.failed |= self.numbers > most;
+        if self.numbers > most {
+            self.fail(Unfollowed::TooLong);
+        }
     }
 
     pub(super) fn enter(&mut self, cradle: &Cradle, part: impl Part + 'static) {
         self.hold(part.numbers());
-        if self.failed {
+        if self.failed.is_some() {
             return;
         }
         match &mut self.sink {
@@ -185,16 +195,48 @@ impl Recorder {
         }
     }
 
-    /// Ball `i` has flown from its anchor to the time `t`.
-    pub fn fly(&mut self, i: usize, ball: &Ball, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
-        let scene = Scene { motion: ball, start: ball.anchor, cradle, inputs };
+    /// Ball `i` of `balls` has flown from its anchor to the time `t`.
+    pub fn fly(&mut self, i: usize, balls: &[Ball], t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
+        let scene = Scene { motion: &balls, start: balls[i].anchor, cradle, inputs };
         let beside = i.saturating_sub(1)..(i + 1).min(self.pressing.len());
         self.pressing[beside].fill(false);
-        self.press(&scene, i..i + 1, [0.0, (t - ball.anchor).value()], false);
+        self.press(&scene, i..i + 1, [0.0, (t - balls[i].anchor).value()], false);
     }
 
-    /// The members of a cluster have moved from its start on for `length` (s).
-    pub fn follow(&mut self, cluster: &Cluster, length: f64, cradle: &Cradle, inputs: &HeldInputs) {
+    /// This `impact` of two of `balls`, anchored at its start, is over. Returns whether it is linearised in closed form.
+    pub fn strike(
+        &mut self,
+        impact: &PairImpact,
+        balls: &[Ball],
+        coefficients: &ImpactCoefficients,
+        (cradle, inputs): (&Cradle, &HeldInputs),
+    ) -> bool {
+        let scene = Scene { motion: &balls, start: impact.start, cradle, inputs };
+        let j = impact.contact;
+        let (pair, length, begins) = (cradle.pair(j), impact.outcome.duration, self.step_start - impact.start);
+        if cradle.on_arcs() || 0.0 < begins.value() && begins.value() < length {
+            return false;
+        }
+        let start = [j, j + 1].map(|i| (balls[i].flight.x, balls[i].flight.v));
+        let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
+        let Some((shape, reach)) = ImpactPart::shape(&pair, start, forcing, coefficients) else { return false };
+        for i in j..j + 2 {
+            self.begin_step(&scene, i..i + 1, [0.0, length]);
+            self.use_common_time(&scene, &(i..i + 1), 0.0);
+        }
+        let peak = impact.outcome.peak;
+        let largest = (self.begun[j] && peak > self.peaks[j]).then(|| pair.law.static_overlap(peak));
+        if largest.is_some() {
+            self.peaks[j] = peak;
+        }
+        self.pressing[j] = false;
+        let push = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
+        self.enter(cradle, ImpactPart { contact: j, start, forcing, push, shape, reach, largest });
+        true
+    }
+
+    /// The members of a cluster have moved from its start on for `length` (s), which is all of its segment if that `ends`.
+    pub fn follow(&mut self, cluster: &Cluster, length: f64, ends: bool, cradle: &Cradle, inputs: &HeldInputs) {
         let scene = Scene { motion: cluster, start: cluster.start, cradle, inputs };
         let mut first = cluster.members.start;
         for end in cluster.members.clone() {
@@ -203,9 +245,7 @@ impl Recorder {
                 if let Some(pressing) = self.pressing.get_mut(end) {
                     *pressing = false;
                 }
-                let releases = cluster
-                    .switch
-                    .filter(|(_, switch)| *switch == Switch::Release && length >= cluster.length * (1.0 - 1e-12));
+                let releases = cluster.switch.filter(|(_, switch)| *switch == Switch::Release && ends);
                 let released = releases.map(|(j, _)| j).filter(|j| (first..end).contains(j));
                 self.press(&scene, first..end + 1, [0.0, length], released.is_some());
                 if let Some(j) = released {
@@ -271,6 +311,7 @@ impl Recorder {
 
     /// The motion is interrupted in this state at the time `t`: all states hold at the common time again.
     pub fn interrupt(&mut self, state: &ChainState, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
+        self.undisturbed.fill((0, t));
         let moment = Moment { state, cradle };
         let scene = Scene { motion: &moment, start: t, cradle, inputs };
         let mut first = 0;
@@ -278,46 +319,6 @@ impl Recorder {
             if state.contacts.get(end).is_none_or(|contact| contact.mode != Mode::Pressing) {
                 self.use_common_time(&scene, &(first..end + 1), 0.0);
                 first = end + 1;
-            }
-        }
-    }
-
-    /// Rigid balls from number `first` on at these places (m) collide at the time `t` with these velocities (m/s),
-    /// which are then those afterwards, group by group.
-    pub fn collide(
-        &mut self,
-        (cradle, inputs): (&Cradle, &HeldInputs),
-        (first, t): (usize, DoubleDouble),
-        (places, v): (&[f64], &mut [f64]),
-        groups: &[(Range<usize>, bool)],
-    ) {
-        for (group, parts) in groups {
-            // Balls that come to rest by a restitution of 0 would part by more.
-            let parts = *parts || cradle.restitution == Some(0.0);
-            if parts && group.len() > 2 {
-                return self.fail(); // Another order of impacts has another outcome.
-            }
-            let e = if parts { cradle.restitution.unwrap_or_default() } else { 0.0 };
-            let balls = first + group.start..first + group.end;
-            let Ok(row) = Row::new(cradle, balls.clone(), |i| places[i - first]) else { return self.fail() };
-            let before = v[group.clone()].to_vec();
-            collide_at_once(&row, &mut v[group.clone()], e);
-            let struck = group.clone().map(|k| {
-                let velocities = [before[k - group.start], v[k]];
-                let a = velocities.map(|v| acceleration((cradle, inputs), first + k, t, (places[k], v)));
-                Struck { x: places[k], v: velocities, a }
-            });
-            let struck: Vec<Struck> = struck.collect();
-            let contacts = (balls.start..balls.end - 1).map(|j| {
-                let states = [j, j + 1].map(|i| (struck[i - balls.start].x, struck[i - balls.start].v[0]));
-                Overlap::new(cradle, j, states)
-            });
-            let fastest = before.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-            if let Some(overlap) = contacts.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
-                if overlap.rate() <= AT_REST * fastest {
-                    return self.fail();
-                }
-                self.enter(cradle, RigidImpact { first: balls.start, balls: struck, overlap, parts });
             }
         }
     }
@@ -331,8 +332,8 @@ impl Recorder {
     }
 
     /// Something is not followed.
-    pub fn fail(&mut self) {
-        self.failed = true;
+    pub fn fail(&mut self, why: Unfollowed) {
+        self.failed = self.failed.or(Some(why));
     }
 
     /// Adds the motion of balls that press on each other, or of one alone; at its end a contact may be released.
@@ -343,6 +344,10 @@ impl Recorder {
         if let Some(middle) = self.begin_step(scene, balls.clone(), [from, to]) {
             self.press(scene, balls.clone(), [from, middle], false);
             return self.press(scene, balls, [middle, to], releases);
+        }
+        let closes = (balls.start..balls.end - 1).any(|j| !self.pressing[j]);
+        if closes || balls.len() == 1 || self.undisturbed[balls.start].0 != balls.end {
+            self.undisturbed[balls.start] = (balls.end, scene.start + from);
         }
         self.use_own_time(scene, &balls, from);
         for j in balls.start..balls.end - 1 {

@@ -5,9 +5,16 @@ use std::ops::Range;
 use super::coefficients::{Coefficients, IMPULSE, LENGTH, MASS, STATE, V, X};
 use super::events::Overlap;
 use super::part::Part;
+use super::record::Recorder;
+use super::scene::acceleration;
+use super::unfollowed::Unfollowed;
+use crate::engine::HeldInputs;
 use crate::engine::rigid::restitution::{Row, collide_at_once};
 use crate::model::Cradle;
-use crate::solver::{Dual, Scalar};
+use crate::solver::{DoubleDouble, Dual, Scalar};
+
+/// Rate of the overlap of rigid balls over their velocities up to which rounding decides when they meet.
+const AT_REST: f64 = 1e-8;
 
 /// A ball in an impact: its position along the path, m, and velocities (m/s) and accelerations (m/s2) before and after.
 #[derive(Clone, Copy, Debug)]
@@ -109,8 +116,8 @@ impl Part for RigidImpact {
 
     fn backward(&self, cradle: &Cradle, by_changes: &mut Coefficients, by_state: &mut [f64]) {
         // What follows is linear in each of the changes.
-        let after = by_state.to_vec();
-        let of = |i: usize, number: usize| after[i * STATE + number];
+        let after = by_state[self.first * STATE..self.range().end * STATE].to_vec();
+        let of = |i: usize, number: usize| after[(i - self.first) * STATE + number];
         let sum = |changes: &Changes| {
             let (velocities, impulses) = self.respond(cradle, changes);
             let of_velocities = self.range().zip(&velocities).map(|(i, v)| of(i, V) * v).sum::<f64>();
@@ -137,5 +144,49 @@ impl Part for RigidImpact {
         unit.restitution = 1.0;
         *by_changes.restitution_mut() += sum(&unit);
         self.overlap.back(self.delay() * by_later, by_changes, by_state);
+    }
+}
+
+impl Recorder {
+    /// Rigid balls from number `first` on at these places (m) collide at the time `t` with these velocities (m/s),
+    /// which are then those afterwards, group by group.
+    pub fn collide(
+        &mut self,
+        (cradle, inputs): (&Cradle, &HeldInputs),
+        (first, t): (usize, DoubleDouble),
+        (places, v): (&[f64], &mut [f64]),
+        groups: &[(Range<usize>, bool)],
+    ) {
+        for (group, parts) in groups {
+            // Balls that come to rest by a restitution of 0 would part by more.
+            let parts = *parts || cradle.restitution == Some(0.0);
+            if parts && group.len() > 2 {
+                return self.fail(Unfollowed::JointImpact);
+            }
+            let e = if parts { cradle.restitution.unwrap_or_default() } else { 0.0 };
+            let balls = first + group.start..first + group.end;
+            let Ok(row) = Row::new(cradle, balls.clone(), |i| places[i - first]) else {
+                return self.fail(Unfollowed::JointImpact);
+            };
+            let before = v[group.clone()].to_vec();
+            collide_at_once(&row, &mut v[group.clone()], e);
+            let struck = group.clone().map(|k| {
+                let velocities = [before[k - group.start], v[k]];
+                let a = velocities.map(|v| acceleration((cradle, inputs), first + k, t, (places[k], v)));
+                Struck { x: places[k], v: velocities, a }
+            });
+            let struck: Vec<Struck> = struck.collect();
+            let contacts = (balls.start..balls.end - 1).map(|j| {
+                let states = [j, j + 1].map(|i| (struck[i - balls.start].x, struck[i - balls.start].v[0]));
+                Overlap::new(cradle, j, states)
+            });
+            let fastest = before.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            if let Some(overlap) = contacts.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
+                if overlap.rate() <= AT_REST * fastest {
+                    return self.fail(Unfollowed::Grazing);
+                }
+                self.enter(cradle, RigidImpact { first: balls.start, balls: struck, overlap, parts });
+            }
+        }
     }
 }

@@ -86,11 +86,11 @@ impl Motion for Cluster {
     }
 }
 
-/// The flight of one ball.
-impl Motion for Ball {
-    fn state(&self, _: usize, tau: f64) -> (f64, f64) {
-        let (displacement, v) = self.moved(self.anchor + tau);
-        (self.flight.x + displacement, v)
+/// Flights of balls from their anchors on.
+impl Motion for &[Ball] {
+    fn state(&self, i: usize, tau: f64) -> (f64, f64) {
+        let (displacement, v) = self[i].moved(self[i].anchor + tau);
+        (self[i].flight.x + displacement, v)
     }
 
     fn overlap(&self, _: usize, _: f64) -> (f64, f64) {
@@ -145,7 +145,11 @@ impl Scene<'_> {
         let mut motions = vec![[[0.0; NODES]; 2]; balls.len()];
         let mut overlaps = vec![[[0.0; NODES]; 2]; balls.len() - 1];
         // Node by node: what is known of one time serves all.
-        for m in 0..if from == to { 1 } else { NODES } {
+        for m in 0..NODES {
+            if m > 0 && (from == to || times[m] == times[m - 1]) {
+                motions.iter_mut().chain(&mut overlaps).flatten().for_each(|nodes| nodes[m] = nodes[m - 1]);
+                continue;
+            }
             let tau = from + (to - from) * times[m];
             for (k, [x, v]) in motions.iter_mut().enumerate() {
                 (x[m], v[m]) = self.motion.state(balls.start + k, tau);
@@ -153,9 +157,6 @@ impl Scene<'_> {
             for (k, [overlap, rate]) in overlaps.iter_mut().enumerate() {
                 (overlap[m], rate[m]) = self.motion.overlap(balls.start + k, tau);
             }
-        }
-        if from == to {
-            motions.iter_mut().chain(&mut overlaps).flatten().for_each(|nodes| *nodes = [nodes[0]; NODES]);
         }
         let contact = |(k, overlaps): (usize, &[Nodes; 2])| {
             let (j, [left, right]) = (balls.start + k, [0, 1].map(|side| motions[k + side].each_ref()));

@@ -15,9 +15,8 @@ use crate::model::Cradle;
 use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
 use crate::solver::{NODES, Nodes, Table, combine, weighted};
 
-/// Terms of the series at most, and negligible ones, over their sum.
+/// Terms of the series at most.
 const TERMS: usize = 60;
-const NEGLIGIBLE: f64 = 1e-18;
 
 /// A part of the motion of neighbours between which all contacts press.
 #[derive(Debug)]
@@ -69,14 +68,6 @@ impl Rule {
         match self {
             Self::Explicit(table) => &table.times,
             Self::Implicit => &IMPLICIT.times,
-        }
-    }
-
-    /// `Q1` and `Q2`, one column per node.
-    fn matrices(self) -> [&'static [Nodes; NODES]; 2] {
-        match self {
-            Self::Explicit(table) => [&table.rates, &table.positions],
-            Self::Implicit => [&IMPLICIT.rates, &IMPLICIT.positions],
         }
     }
 
@@ -136,15 +127,35 @@ impl Step {
 
     /// The motion by accelerations, and the transposed.
     fn integrate(&self, accelerations: &[Nodes]) -> Vec<Motion> {
-        let ([once, twice], h) = (self.rule.matrices(), self.length);
-        let of_ball = |g: &Nodes| [combine(twice, g).map(|x| h * h * x), combine(once, g).map(|v| h * v)];
+        let h = self.length;
+        let of_ball = |g: &Nodes| {
+            let [once, twice] = match self.rule {
+                Rule::Explicit(table) => table.integrate_both(g),
+                Rule::Implicit => [combine(&IMPLICIT.rates, g), combine(&IMPLICIT.positions, g)],
+            };
+            [twice.map(|x| h * h * x), once.map(|v| h * v)]
+        };
         accelerations.iter().map(of_ball).collect()
     }
 
     fn integrate_back(&self, motion: &[Motion]) -> Vec<Nodes> {
-        let ([once, twice], h) = (self.rule.matrices(), self.length);
+        let h = self.length;
         let of_ball = |[x, v]: &Motion| -> Nodes {
-            std::array::from_fn(|l| h * (h * weighted(&twice[l], x) + weighted(&once[l], v)))
+            match self.rule {
+                Rule::Explicit(table) => {
+                    let of_x = table.integrate_back(x);
+                    table.integrate_back(&std::array::from_fn(|m| h * (h * of_x[m] + v[m])))
+                }
+                Rule::Implicit => {
+                    let mut found = [0.0; NODES];
+                    for (l, found) in found[..STAGES].iter_mut().enumerate() {
+                        let sum =
+                            |by: &Nodes, of: &Nodes| by[..STAGES].iter().zip(of).map(|(by, of)| by * of).sum::<f64>();
+                        *found = h * (h * sum(&IMPLICIT.positions[l], x) + sum(&IMPLICIT.rates[l], v));
+                    }
+                    found
+                }
+            }
         };
         motion.iter().map(of_ball).collect()
     }
@@ -159,7 +170,7 @@ impl Step {
         for _ in 0..TERMS {
             term = map(&term);
             sum.iter_mut().flatten().zip(term.iter().flatten()).for_each(|(sum, term)| *sum += term);
-            if size(&term) <= NEGLIGIBLE * size(&sum) {
+            if size(&term) <= f64::EPSILON * size(&sum) {
                 break;
             }
         }
@@ -204,7 +215,7 @@ fn moves(motion: &[Motion], j: usize, m: usize) -> [[f64; 2]; 2] {
 
 impl Part for Step {
     fn numbers(&self) -> usize {
-        5 * NODES * (self.balls.len() + self.contacts.len())
+        5 * NODES * self.balls.len() + self.contacts.iter().map(ContactNodes::numbers).sum::<usize>()
     }
 
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {

@@ -129,8 +129,8 @@ pub struct Table {
     pub times: Nodes,
     /// `phi'` there.
     pub paces: Nodes,
-    /// `Q1`, one column per node.
-    pub rates: [Nodes; NODES],
+    /// `Q1`, one row per node.
+    pub up_to_node: [Nodes; NODES],
     /// `Q2`, one column per node.
     pub positions: [Nodes; NODES],
     /// Whether time is stretched.
@@ -161,9 +161,9 @@ impl Table {
         Self {
             times,
             paces,
+            up_to_node: std::array::from_fn(|m| std::array::from_fn(|l| rates[l][m])),
             // Within a step, sums of rounded products are exact enough.
             positions: rates.map(|column| rule.integrate(&std::array::from_fn(|m| paces[m] * column[m]))),
-            rates,
             of_rate: of_rate.map(DoubleDouble::value),
             of_position: std::array::from_fn(|l| (of_rate[l] * (one - along[l].0)).value()),
             tail: [1, 2].map(|k| std::array::from_fn(|l| rule.lagrange[NODES - k][l] * paces[l])),
@@ -186,6 +186,13 @@ impl Table {
     pub fn integrate_both(&self, values: &Nodes) -> [Nodes; 2] {
         let once = self.integrate(values);
         [once, self.integrate(&once)]
+    }
+
+    /// The transposed, `sum_m Q1_ml values_m`.
+    #[inline(always)]
+    pub fn integrate_back(&self, values: &Nodes) -> Nodes {
+        let sums = RULE.integrate_back(values);
+        std::array::from_fn(|l| self.paces[l] * sums[l])
     }
 
     /// `sum_l Q2_ml values_l` at the nodes.

@@ -125,6 +125,18 @@ impl Rule {
         mirrored(|m| [even[m] + odd[m], (total - even[m]) + odd[m]])
     }
 
+    /// The transposed: what each value adds to the sum of these integrals times `weights`.
+    #[inline(always)]
+    pub(super) fn integrate_back(&self, weights: &Nodes) -> Nodes {
+        let [sums, differences] = parts(weights);
+        let of_second: f64 = weights[PAIRS..].iter().sum();
+        mirrored(|l| {
+            let even = weighted(&self.once[0][l], &differences) + of_second * self.of_pairs[l];
+            let odd = weighted(&self.once[1][l], &sums);
+            [even + odd, even - odd]
+        })
+    }
+
     /// The same of these integrals.
     #[inline(always)]
     pub(super) fn integrate_twice(&self, values: &Nodes) -> Nodes {

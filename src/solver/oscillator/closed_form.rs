@@ -175,7 +175,7 @@ impl Oscillator {
     }
 
     /// Whether the motion is a sum of two decays whose rates differ at least by a factor of 4; not that of a free body.
-    fn is_overdamped(&self) -> bool {
+    pub(super) fn is_overdamped(&self) -> bool {
         self.gamma > 0.0 && self.gamma >= 1.25 * self.omega.value()
     }
 
@@ -195,7 +195,7 @@ impl Oscillator {
     }
 
     /// Rates of the two decays of an overdamped oscillator, fast and slow, 1/s.
-    fn decay_rates(&self) -> (f64, f64) {
+    pub(super) fn decay_rates(&self) -> (f64, f64) {
         let ratio = self.omega.value() / self.gamma;
         let fast = self.gamma * (1.0 + (1.0 - ratio * ratio).sqrt());
         (fast, self.omega2 / fast)
@@ -283,7 +283,7 @@ pub(super) fn power(rate: f64, k: i32) -> f64 {
 }
 
 /// The first `count` of `exp(-rate t)` and its repeated integrals from 0; the others are 0.
-fn decay_integrals(rate: f64, t: f64, count: usize) -> [f64; BASIS] {
+pub(super) fn decay_integrals(rate: f64, t: f64, count: usize) -> [f64; BASIS] {
     let mut h = [0.0; BASIS];
     let reach = rate * t;
     if reach > 1.0 {

@@ -3,6 +3,7 @@
 
 mod closed_form;
 mod response;
+mod sensitivity;
 mod steady;
 
 pub use closed_form::{BASIS, MAX_FORCE_ORDER, Oscillator};

@@ -102,9 +102,12 @@ impl GaussStep {
     /// The weights of the integral from the start to `tau` (s), s, of the double one, s2, and of the triple one, s3.
     fn weights(&self, tau: f64) -> [Nodes; 3] {
         let (table, length) = (self.stretching.table(), self.length);
-        let (mut once, paces) = match tau == length {
-            true => (table.of_rate, &[1.0; NODES]),
-            false => (RULE.integrals(self.stretching.inverse(tau / length)), &table.paces),
+        let (mut once, paces) = if tau == length {
+            (table.of_rate, &[1.0; NODES])
+        } else if let Some(node) = table.times.iter().position(|time| length * time == tau) {
+            (table.up_to_node[node], &[1.0; NODES])
+        } else {
+            (RULE.integrals(self.stretching.inverse(tau / length)), &table.paces)
         };
         let (mut twice, mut thrice) = ([0.0; NODES], [0.0; NODES]);
         for m in 0..NODES {
