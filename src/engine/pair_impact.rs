@@ -211,7 +211,7 @@ impl PairImpact {
         coefficients: &ImpactCoefficients,
     ) -> Option<Self> {
         if left.model.on_arc {
-            return Self::on_arcs(contact, [left, right], law, coefficients);
+            return Self::along_arcs(contact, [left, right], law, coefficients);
         }
         let (l, r, o) = (&left.flight, &right.flight, &left.oscillator);
         let simple = law.is_elastic() && o.gamma() == 0.0 && left.oscillator == right.oscillator;
@@ -260,7 +260,12 @@ impl PairImpact {
     }
 
     #[inline(never)] // for the same reason as `Ball::piece`
-    fn on_arcs(contact: usize, balls: [&Ball; 2], law: &ContactLaw, coefficients: &ImpactCoefficients) -> Option<Self> {
+    fn along_arcs(
+        contact: usize,
+        balls: [&Ball; 2],
+        law: &ContactLaw,
+        coefficients: &ImpactCoefficients,
+    ) -> Option<Self> {
         let (models, flights) = (balls.map(|ball| ball.model), balls.map(|ball| &ball.flight));
         let steady = |k: usize| models[k].gamma == 0.0 && degree(&flights[k].forcing) == 0;
         if !(law.is_elastic() && law.exponent <= Shape::HIGHEST && steady(0) && steady(1)) {

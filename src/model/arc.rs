@@ -143,10 +143,10 @@ impl<S: Scalar> Pair<'_, S> {
     /// The parts along the two paths of the direction from the left to the right one.
     #[inline]
     pub fn parts_along(&self, places: [S; 2]) -> [S; 2] {
-        if self.balls[0].on_arc { self.parts_on_arcs(places) } else { [S::from(1.0); 2] }
+        if self.balls[0].on_arc { self.parts_along_arcs(places) } else { [S::from(1.0); 2] }
     }
 
-    fn parts_on_arcs(&self, [l, r]: [S; 2]) -> [S; 2] {
+    fn parts_along_arcs(&self, [l, r]: [S; 2]) -> [S; 2] {
         let [left, right] = [self.balls[0].place(l), self.balls[1].place(r)];
         let line = Line::new(&left, &right, self.law.pivots);
         [line.along(&left), line.along(&right)]
@@ -254,10 +254,10 @@ impl Pair<'_> {
     /// Change of the overlap (m) by these `moves` (m) from `places`, with their relative accuracy.
     #[inline]
     pub fn change_of_overlap(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
-        if self.balls[0].on_arc { self.change_on_arcs(places, moves) } else { moves[0] - moves[1] }
+        if self.balls[0].on_arc { self.change_along_arcs(places, moves) } else { moves[0] - moves[1] }
     }
 
-    fn change_on_arcs(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
+    fn change_along_arcs(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
         let [left, right] = [0, 1].map(|k| {
             let length = self.balls[k].length;
             let half = 0.5 * moves[k] / length;
@@ -274,7 +274,7 @@ impl Pair<'_> {
             return relative;
         }
         if ball.length != self.balls[1].length {
-            return self.change_on_arcs(places, moves);
+            return self.change_along_arcs(places, moves);
         }
         // The chord from one place to the other becomes longer and turns.
         let half_turn = 0.25 * (moves[0] + moves[1]) / ball.length;

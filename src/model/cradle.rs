@@ -153,8 +153,8 @@ impl<S: Scalar> Cradle<S> {
             let mass = one(|p| p.mass) * mass_ratio;
             let length = one(|p| p.length) * length_ratio;
             let gamma = S::from(0.5) * one(|p| p.drag) / mass;
-            let on_arc = p.pendulum == PendulumModel::Circular;
             let gravity = one(|p| p.gravity);
+            let on_arc = p.pendulum == PendulumModel::Circular;
             BallModel { mass, omega2: gravity / length, gamma, length, gravity, on_arc }
         };
         let (stiffness, overlap_ref, exponent) = match p.contact_model {

@@ -84,7 +84,7 @@ impl Body {
     pub fn join(first: usize, balls: &mut [Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
         let contact = first;
         let first = &balls[0];
-        let (o, v) = (&first.oscillator, first.flight.v);
+        let (o, v, on_line) = (&first.oscillator, first.flight.v, !first.model.on_arc);
         // Differences to the first ball, exactly 0 where balls are equal, with the acceleration by inputs and gravity.
         let mut pull = 0.0;
         let differences = balls.iter().enumerate().map(|(i, ball)| {
@@ -92,7 +92,7 @@ impl Body {
                 pull -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
             }
             let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
-            if !ball.model.on_arc {
+            if on_line {
                 forcing[0] = pull;
             }
             Coefficients {
@@ -111,7 +111,7 @@ impl Body {
         let oscillator = Oscillator::new(omega2, (o.gamma() + mean.gamma).max(0.0));
         let mut forcing: Forcing = std::array::from_fn(|k| first.flight.forcing[k] + mean.forcing[k]);
         // On arcs, gravity pulls them all alike.
-        let shift = if first.model.on_arc { 0.0 } else { 1.0 };
+        let shift = if on_line { 1.0 } else { 0.0 };
         forcing[0] -= shift * o.omega2() * first.flight.x;
         let flight = Flight { x: 0.0, v, forcing };
         let (mut force, mut mass) = (Coefficients::default(), 0.0);

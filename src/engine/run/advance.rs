@@ -116,8 +116,7 @@ impl Engine {
 
     /// What the event of the queue entry `key` is about.
     fn busy_with(&self, key: usize) -> Busy {
-        let renews =
-            self.cradle.on_arcs() && matches!(self.contacts[key].role, ContactRole::Open(_, Forecast::NotBefore(_)));
+        let renews = matches!(self.contacts[key].role, ContactRole::Open(_, Forecast::NotBefore(_)));
         if renews { Busy::Flight(key) } else { Busy::Contact(self.switching(key)) }
     }
 }

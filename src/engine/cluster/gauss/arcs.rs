@@ -21,9 +21,9 @@ pub(crate) struct BallOnArc<const N: usize> {
 impl BallOnArc<1> {
     pub fn at_start((ball, flight): (&BallModel, &Flight)) -> Self {
         let (start, none) = (libm::sincos(flight.x / ball.length), [0.0]);
-        let mut ball_on_arc = Self { start, changes: [none; 2], sin: none, cos: none, u: none, free: none };
-        ball_on_arc.follow(ball, flight, &[none, [flight.v]], &none);
-        ball_on_arc
+        let mut at_start = Self { start, changes: [none; 2], sin: none, cos: none, u: none, free: none };
+        at_start.follow(ball, flight, &[none, [flight.v]], &none);
+        at_start
     }
 
     /// The same all the time.

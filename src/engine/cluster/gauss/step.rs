@@ -113,14 +113,14 @@ impl GaussStep {
         let closed = self.contacts.iter().filter(|contact| contact.mode == Mode::Pressing).count() as u64;
         self.begin(table);
         let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, Some(0.0), false, false);
-        let mut turns = Turns::default();
+        let mut turns = self.on_arcs().then(Turns::default);
         let exponent = self.contacts[0].law.exponent; // contacts have one
         let sensitivity = SENSITIVITY * exponent * exponent;
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
             self.push();
-            if self.on_arcs() && last_change < turns.next() {
-                self.turn_on(turns.count > 0, &mut turns);
+            if let Some(turns) = turns.as_mut().filter(|turns| last_change < turns.next()) {
+                self.turn_on(turns.count > 0, turns);
                 self.push();
             }
             if !looked && last_change < ROUGH * self.evenness().min(1.0) {
@@ -152,7 +152,7 @@ impl GaussStep {
                 }
             }
             let [change, of_rate] = self.update(table, later);
-            turns.note(change);
+            turns.iter_mut().for_each(|turns| turns.note(change));
             if count >= LEAST {
                 if !measured {
                     let still = change * STILL_CHANGING;
@@ -175,11 +175,11 @@ impl GaussStep {
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed {
-                    if self.on_arcs() && !self.stands(&turns) {
-                        self.turn_on(true, &mut turns);
+                    if let Some(turns) = turns.as_mut().filter(|turns| !self.stands(turns)) {
+                        self.turn_on(true, turns);
                     }
                     // Otherwise what that has changed takes another iteration.
-                    if !self.on_arcs() || self.stands(&turns) {
+                    if turns.as_ref().is_none_or(|turns| self.stands(turns)) {
                         return self.conclude(table, tolerance);
                     }
                 }

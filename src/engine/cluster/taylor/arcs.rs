@@ -56,18 +56,18 @@ impl ArcSeries {
 
     /// Enters the state at the start.
     pub(super) fn begin(&mut self, window: &Window<'_>, stride: usize, displacements: &[f64], overlaps: &mut [f64]) {
-        let n = window.models.len();
+        let (n, on_arcs) = (window.models.len(), window.models[0].on_arc);
         self.stride = stride;
         let of_balls = [&mut self.angles, &mut self.sin, &mut self.cos];
         let of_contacts = [&mut self.width, &mut self.height, &mut self.distance];
         let rows = of_balls.into_iter().chain(of_contacts);
         for rows in rows.chain(&mut self.direction).chain(&mut self.along) {
             rows.clear();
-            rows.resize(if window.models[0].on_arc { n * stride } else { 0 }, 0.0);
+            rows.resize(if on_arcs { n * stride } else { 0 }, 0.0);
         }
         self.lengths.clear();
         self.touch.clear();
-        if !window.models[0].on_arc {
+        if !on_arcs {
             return;
         }
         let open = |j: usize| {
