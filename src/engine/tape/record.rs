@@ -29,10 +29,6 @@ const NUMBERS_OF_TUNING: usize = 20;
 /// The number of the common time.
 const COMMON: u64 = 0;
 
-/// Smallest rate of an overlap over the velocities of its balls by which their time is changed: slow balls meet much
-/// later for a small change, in which fast ones move far.
-const SLOW: f64 = 1e-3;
-
 /// What becomes of the parts.
 #[derive(Clone, Debug)]
 pub(crate) enum Sink {
@@ -271,8 +267,8 @@ impl Recorder {
         self.enter(scene.cradle, TimeShift { first: balls.start, balls: motions, to });
     }
 
-    /// Gives `balls`, whose motion begins at `tau` (s), one time: that at which some of them met, if they did so fast
-    /// enough that it hardly depends on their common motion.
+    /// Gives `balls`, whose motion begins at `tau` (s), one time: that at which some of them met, if they did so at a
+    /// speed.
     fn use_own_time(&mut self, scene: &Scene, balls: &Range<usize>, tau: f64) {
         if balls.len() == 1 {
             return self.use_common_time(scene, balls, tau);
@@ -286,9 +282,8 @@ impl Recorder {
             }
             Some(_) => {}
             None => {
-                let fastest = balls.clone().map(|i| scene.motion.state(i, tau).1.abs()).fold(0.0, f64::max);
                 let onsets = (first..balls.end - 1).filter(|j| scene.motion.overlap(*j, tau).0 == 0.0);
-                let onsets = onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > SLOW * fastest);
+                let onsets = onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > 0.0);
                 if let Some(onset) = onsets.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
                     self.shifts += 1;
                     let contact = onset.contact;

@@ -13,9 +13,6 @@ use crate::engine::rigid::restitution::{Row, collide_at_once};
 use crate::model::Cradle;
 use crate::solver::{DoubleDouble, Dual, Scalar};
 
-/// Rate of the overlap of rigid balls over their velocities up to which rounding decides when they meet.
-const AT_REST: f64 = 1e-8;
-
 /// A ball in an impact: its position along the path, m, and velocities (m/s) and accelerations (m/s2) before and after.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Struck {
@@ -180,9 +177,8 @@ impl Recorder {
                 let states = [j, j + 1].map(|i| (struck[i - balls.start].x, struck[i - balls.start].v[0]));
                 Overlap::new(cradle, j, states)
             });
-            let fastest = before.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
             if let Some(overlap) = contacts.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
-                if overlap.rate() <= AT_REST * fastest {
+                if overlap.rate() <= 0.0 {
                     return self.fail(Unfollowed::Grazing);
                 }
                 self.enter(cradle, RigidImpact { first: balls.start, balls: struck, overlap, parts });

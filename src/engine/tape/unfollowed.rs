@@ -17,7 +17,7 @@ pub enum Unfollowed {
     RigidBody,
     /// More than two rigid balls collide at once: another order of impacts has another outcome.
     JointImpact,
-    /// Rigid balls meet at a speed within the rounding: it decides when.
+    /// Rigid balls meet without speed: rounding decides when.
     Grazing,
 }
 

@@ -94,13 +94,13 @@ mod tests {
                 }
                 let z = o.sensitivities(t, &u);
                 for k in 0..COUNT - 1 {
-                    let h = 1e-4 * (1.0 + gamma);
+                    let h = 1e-5 * (1.0 + gamma);
                     let difference = (at(omega2, gamma + h)[k] - at(omega2, gamma)[k]) / h;
                     let second = (at(omega2, gamma + 2.0 * h)[k] - at(omega2, gamma)[k]) / (2.0 * h);
                     let by_gamma = 2.0 * difference - second;
                     let size = u[k].abs() * t + by_gamma.abs();
                     assert!(
-                        (by_gamma + 2.0 * z[k]).abs() <= 1e-6 * size,
+                        (by_gamma + 2.0 * z[k]).abs() <= 1e-5 * size,
                         "{omega2} {gamma} {t} {k}: {by_gamma} {}",
                         z[k]
                     );
