@@ -151,8 +151,8 @@ impl Simulation {
         last_step.along_parameters(tangent, inputs)
     }
 
-    /// Derivatives of the outputs along inputs that were held over the last step; an error if it cannot be followed. That
-    /// of the next onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
+    /// Derivatives of the outputs along inputs that were held over the last step; an error if it cannot be followed.
+    /// That of the next onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_step(
         &self,
         history: &History,

@@ -26,8 +26,8 @@ const GROWTH_OF_TIGHT: f64 = 8.0;
 /// down.
 ///
 /// `g(from)` should not be positive; of a value that is, only what exceeds it counts. If it is 0, the derivatives
-/// decide: rising, the result is `from`; falling, the search continues after it. A maximum that touches 0 within rounding is no crossing.
-/// Where `g` is NaN, the result is the time NaN, which the caller notices.
+/// decide: rising, the result is `from`; falling, the search continues after it. A maximum that touches 0 within
+/// rounding is no crossing. Where `g` is NaN, the result is the time NaN, which the caller notices.
 pub fn search_within<G: Smooth>(g: &G, from: f64, until: f64, allowed: &mut u32) -> Forecast {
     let mut t = from;
     let mut window = (until - from).min(g.time_scale());

@@ -47,8 +47,8 @@ impl Tape {
         self.tunings[0].cradle.balls.len()
     }
 
-    /// Along a direction, the changes of the start and those of the coefficients, for each tuning, and the cradle at the
-    /// end.
+    /// Along a direction, the changes of the start and those of the coefficients, for each tuning, and the cradle at
+    /// the end.
     fn changes(&self, direction: Direction) -> (Vec<f64>, Vec<Coefficients>, Cradle<Dual>) {
         let first = &self.tunings[0].parameters;
         let mut cradle = cradle_along(first, direction);

@@ -17,9 +17,9 @@ use crate::solver::{NODES, Oscillator, Power, Stretching, Table, weighted};
 /// less, there are more steps (half of it: a tenth more time).
 const EXPLICIT: f64 = 6.0;
 
-/// The time, times the fastest decay over that in a step, after which nothing is left of oscillations that decay. Without
-/// it the derivatives of rows that are pressed together and ring are wrong; with ten times as much, their tapes take
-/// three times the time.
+/// The time, times the fastest decay over that in a step, after which nothing is left of oscillations that decay.
+/// Without it the derivatives of rows that are pressed together and ring are wrong; with ten times as much, their tapes
+/// take three times the time.
 const SETTLED: f64 = 400.0;
 
 /// Longest implicit step, times the pace of a pendulum, which does not decay: the error is the sixth power of it over
@@ -27,8 +27,8 @@ const SETTLED: f64 = 400.0;
 const PENDULUM: f64 = 0.1;
 
 /// Largest part of an overlap by which the two highest terms of the interpolation of its force may change it. The error
-/// at the end is far smaller: 1e-10 of the derivatives, for viscoelastic contacts 4e-7. With 1e-11 tapes take up to twice
-/// the time.
+/// at the end is far smaller: 1e-10 of the derivatives, for viscoelastic contacts 4e-7. With 1e-11 tapes take up to
+/// twice the time.
 const TAIL: f64 = 1e-8;
 
 /// How often a part is halved.

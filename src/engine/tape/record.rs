@@ -199,7 +199,8 @@ impl Recorder {
         self.press(&scene, i..i + 1, [0.0, (t - balls[i].anchor).value()], false);
     }
 
-    /// This `impact` of two of `balls`, anchored at its start, is over. Returns whether it is linearised in closed form.
+    /// This `impact` of two of `balls`, anchored at its start, is over. Returns whether it is linearised in closed
+    /// form.
     pub fn strike(
         &mut self,
         impact: &PairImpact,
@@ -231,7 +232,8 @@ impl Recorder {
         true
     }
 
-    /// The members of a cluster have moved from its start on for `length` (s), which is all of its segment if that `ends`.
+    /// The members of a cluster have moved from its start on for `length` (s), which is all of its segment if that
+    /// `ends`.
     pub fn follow(&mut self, cluster: &Cluster, length: f64, ends: bool, cradle: &Cradle, inputs: &HeldInputs) {
         let scene = Scene { motion: cluster, start: cluster.start, cradle, inputs };
         let mut first = cluster.members.start;

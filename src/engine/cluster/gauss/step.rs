@@ -38,9 +38,9 @@ const ROUGH: f64 = 0.1;
 const FIRST_TURN: f64 = 1e-2;
 const STANDS: f64 = 1e-15;
 
-/// Factor on the error where the state at the end has fewer digits than the coefficients promise: of a step that is left
-/// where a force changes its sign, or where the branch point of a second contact follows that at the end. Guarded by
-/// `balls_that_rattle`.
+/// Factor on the error where the state at the end has fewer digits than the coefficients promise: of a step that is
+/// left where a force changes its sign, or where the branch point of a second contact follows that at the end. Guarded
+/// by `balls_that_rattle`.
 const FEWER_DIGITS: f64 = 100.0;
 
 /// Largest factor by which the end of the step may move within the iteration.
