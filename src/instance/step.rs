@@ -109,12 +109,12 @@ impl Instance {
         self.run.history.forget_tapes();
         let (end, purpose) = (step.end, self.run.purpose);
         let stops = interruptible || self.may_end_early();
-        let mut recorder = StepLogger::new(&self.log, &mut self.run.clocks, purpose, end, stops);
+        let mut logger = StepLogger::new(&self.log, &mut self.run.clocks, purpose, end, stops);
         let moved = match &mut self.run.simulation {
-            Some(simulation) => simulation.continue_step(end, &mut recorder),
+            Some(simulation) => simulation.continue_step(end, &mut logger),
             None => return Err(Refusal::new("nothing is calculated yet")),
         };
-        let interrupted = interruptible && recorder.stopped.is_some_and(|stopped| stopped <= end);
+        let interrupted = interruptible && logger.stopped.is_some_and(|stopped| stopped <= end);
         moved.map_err(|error| self.fail(error))?;
         if !interrupted {
             return Ok(self.end_step(step));

@@ -93,7 +93,7 @@ impl<S: Scalar> ContactLaw<S> {
         Some((secant * d, by_rate))
     }
 
-    /// Force at the overlap `d` (m) and its rate (m/s), not clipped, N; 0 for `d <= 0`.
+    /// Force at the overlap `d` (m) and its rate (m/s), not clipped, N; not continued: 0 for `d <= 0`.
     pub fn unclipped_force(&self, d: S, rate: S) -> S {
         let parts = if d.value() <= 0.0 { None } else { self.parts(d) };
         parts.map_or(S::default(), |(elastic, by_rate)| elastic + by_rate * rate)

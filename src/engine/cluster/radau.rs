@@ -1,5 +1,5 @@
 //! The motion of a window by implicit collocation, for contacts that stay closed while the motion is slow. See
-//! "Collocation" in docs/theory.md for the equations with the response `W` of a pendulum.
+//! "Implicit collocation" in docs/theory.md for the equations with the response `W` of a pendulum.
 
 use std::ops::Range;
 

@@ -101,7 +101,7 @@ impl Cluster {
         match self.method {
             Method::Modes => &self.modes,
             Method::Gauss => self.gauss.as_ref(),
-            _ => &self.series,
+            Method::Series | Method::Radau | Method::PairImpact => &self.series,
         }
     }
 

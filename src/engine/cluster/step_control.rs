@@ -20,7 +20,7 @@ const PATIENCE: u32 = 24;
 /// The methods for motions in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Method {
-    /// The closed form of the impact of two balls, without a window.
+    /// The closed form of the impact of two balls, which is never that of a window.
     PairImpact,
     /// Natural modes of linear contacts.
     Modes,

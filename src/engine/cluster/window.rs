@@ -120,7 +120,8 @@ pub(crate) fn sign_after_clip(mode: Mode) -> f64 {
 }
 
 /// The motion of a window on a segment: what every method must provide. Balls and contacts are counted within the
-/// window, times (s) from the start of the segment. Forces are those of the law without clipping.
+/// window, times (s) from the start of the segment. Forces are those of the law without clipping, continued to overlaps
+/// below 0 ([`ContactLaw::continued`]), where the last step of a pulse may have nodes.
 pub(crate) trait DenseOutput {
     /// Displacement of ball `i` (m) and the change of its velocity (m/s) till `tau`. At the start, where many
     /// switchings may come at once, the change must be exactly 0.

@@ -9,6 +9,8 @@ mod contact;
 mod engine;
 mod events;
 mod interaction;
+#[cfg(test)]
+mod methods;
 mod pair_impacts;
 mod rigid_contacts;
 mod segments;

@@ -186,12 +186,12 @@ impl Part for Jump {
 
 /// The last step begins, for one ball in this state (m, m/s) and the contact at its right.
 #[derive(Debug)]
-pub(super) struct StepStart {
+pub(super) struct LastStepBegins {
     pub ball: usize,
     pub state: (f64, f64),
 }
 
-impl StepStart {
+impl LastStepBegins {
     /// The derivatives of the ball's momentum by position, velocity, mass and length.
     fn of_momentum(&self, cradle: &Cradle) -> [f64; 4] {
         let (model, (x, v)) = (&cradle.balls[self.ball], self.state);
@@ -201,7 +201,7 @@ impl StepStart {
     }
 }
 
-impl Part for StepStart {
+impl Part for LastStepBegins {
     fn numbers(&self) -> usize {
         3
     }

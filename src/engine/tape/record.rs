@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::coefficients::{Coefficients, numbers_of_state};
 use super::end::{Direction, End, cradle_along};
-use super::events::{Closing, Jump, Overlap, StepStart, Time, TimeShift};
+use super::events::{Closing, Jump, LastStepBegins, Overlap, Time, TimeShift};
 use super::gradient::{Tape, TapedPart, Tuning};
 use super::impact::ImpactPart;
 use super::part::Part;
@@ -176,7 +176,7 @@ impl Recorder {
         self.use_common_time(scene, &balls, from);
         for i in balls {
             if !std::mem::replace(&mut self.begun[i], true) {
-                self.enter(scene.cradle, StepStart { ball: i, state: scene.motion.state(i, from) });
+                self.enter(scene.cradle, LastStepBegins { ball: i, state: scene.motion.state(i, from) });
             }
         }
         None
@@ -186,7 +186,7 @@ impl Recorder {
     pub fn end(&mut self, cradle: &Cradle, state: impl Fn(usize) -> (f64, f64)) {
         for i in 0..self.begun.len() {
             if !std::mem::replace(&mut self.begun[i], true) {
-                self.enter(cradle, StepStart { ball: i, state: state(i) });
+                self.enter(cradle, LastStepBegins { ball: i, state: state(i) });
             }
         }
     }
