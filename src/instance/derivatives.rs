@@ -128,10 +128,12 @@ impl Instance {
     /// them, else by following the run.
     fn derivatives_along(&mut self, unknowns: &[Element], along: &Direction, taped: bool) -> Result<Vec<f64>, Refusal> {
         let Settings { parameters: tangent, inputs, .. } = &along.settings;
-        let (derived, tape) = (self.derived(), self.tape()?);
-        // A direction may be followed for longer than a tape is kept; what else a tape lacks a direction lacks, too.
+        let derived = self.derived();
+        let tape = if derived == Derived::Run { self.tape()? } else { None };
+        // A direction may be followed for longer than a tape is kept, and at the start, where there is none; what else a
+        // tape lacks a direction lacks, too.
         let mut why = tape.as_ref().and_then(|tape| tape.as_ref().err().copied());
-        let follows = why.is_none_or(|why| why == Unfollowed::TooLong);
+        let follows = why.is_none_or(|why| matches!(why, Unfollowed::TooLong | Unfollowed::NoHistory));
         let mut found_or = |found: Result<Differential, Unfollowed>| found.map_err(|refused| why = Some(refused)).ok();
         let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
         // The motion is followed beyond now only for who asks.

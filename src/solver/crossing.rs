@@ -76,7 +76,6 @@ struct Above<'a> {
 impl Above<'_> {
     fn first_positive(&self, until: f64) -> Option<f64> {
         let &Self { c, sign, level } = self;
-        let mut from = 0.0;
         // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
         if sign * (c[0] - level) >= 0.0 && [c[1], c[2]] == [0.0; 2] {
             let lead = c[3..].iter().position(|&c| c != 0.0).map(|more| 3 + more)?;
@@ -88,8 +87,12 @@ impl Above<'_> {
             if rest * until <= half {
                 return None;
             }
-            from = half / rest;
+            return Self { level: c[0], ..*self }.search(half / rest, until);
         }
+        self.search(0.0, until)
+    }
+
+    fn search(&self, from: f64, until: f64) -> Option<f64> {
         let mut allowed = EVALUATIONS;
         search_within(self, from, until, &mut allowed).found()
     }
@@ -125,6 +128,15 @@ mod tests {
             [s, c, -s, -c][k % 4] * term + if k == 0 { offset } else { 0.0 }
         };
         (0..40).map(of).collect()
+    }
+
+    /// From a start above 0 that falls, only what exceeds it is a crossing.
+    #[test]
+    fn a_crossing_exceeds_the_start() {
+        for c in [[1e-3, 0.0, 0.0, -1.0, 2.0], [1e-3, 0.0, -1.0, 2.0, 0.0], [0.0, 0.0, 0.0, -1.0, 2.0]] {
+            let found = first_positive(&c, 1.0, 0.0, 1.0);
+            assert!(found.is_some_and(|t| (t - 0.5).abs() < 1e-9), "{c:?}: {found:?}");
+        }
     }
 
     /// Of a series with one coefficient that is none nothing is known, and the search ends.

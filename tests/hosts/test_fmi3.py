@@ -204,6 +204,10 @@ def test_derivatives_of_the_run(make3):
         sides = [run({name: start + sign * 1e-7}) for sign in (1, -1)]
         change = [np.array([*side.get("x"), side.get("E_total")]) for side in sides]
         assert weights @ (change[0] - change[1]) / 2e-7 == pytest.approx(sensitivity[place], rel=1e-6)
+    # Before the first step they are those at the start.
+    at_start, first = make3({"derivatives.of": 3}), [1.0, 0.0, 0.0, 0.0, 0.0]
+    for kind in ("Directional", "Adjoint"):
+        assert at_start.derivative(kind, ["x"], ["x_start"], first, 5) == pytest.approx(first)
     # The inputs have changed, and nobody kept them.
     late = run({}, derivatives=2)
     late.set("derivatives.of", 3)

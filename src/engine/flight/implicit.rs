@@ -1,5 +1,6 @@
 //! The motion of a ball on a step of implicit collocation, and its flight on an arc by such steps where strong drag
-//! leaves the power series of the time only a small part of it. See "Implicit collocation" in docs/theory.md for the equations.
+//! leaves the power series of the time only a small part of it. See "Implicit collocation" in docs/theory.md for the
+//! equations.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -72,8 +72,9 @@ impl Engine {
             {}
             copy.seek_onset(self.onsets, self.time, limit, LOOK_AHEAD)
         });
-        // A copy that has left the range of doubles is no state to save.
-        copy.take_if(|copy| copy.queue.first().is_some_and(|(t, _)| !t.value().is_finite()));
+        // A copy that has left the range of doubles, or whose balls cannot go on, is no state to save.
+        let is_lost = |copy: &Self| copy.queue.first().is_some_and(|(t, _)| !t.value().is_finite());
+        copy.take_if(|copy| copy.fault.is_some() || is_lost(copy));
         match found {
             Forecast::At((t, _)) => Forecast::At(t.value_up()),
             Forecast::NotBefore((t, _)) => Forecast::not_before(t.value_down(), self.time),
@@ -106,7 +107,8 @@ impl Engine {
             }
             let Some((t, key)) = self.queue.first() else { return Forecast::Never };
             // An event that fails here fails in the run, too, which reports it.
-            if self.effort >= enough || self.process(t, key, &mut Unrecorded).is_err() {
+            let goes_on = self.effort < enough && self.process(t, key, &mut Unrecorded).is_ok();
+            if !goes_on || self.fault.is_some() {
                 return Forecast::NotBefore((t, None));
             }
         }

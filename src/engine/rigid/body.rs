@@ -95,15 +95,15 @@ impl Body {
             if on_line {
                 forcing[0] = pull;
             }
-            Coefficients {
+            Differences {
                 omega2: ball.oscillator.omega2() - o.omega2(),
                 gamma: ball.oscillator.gamma() - o.gamma(),
                 forcing,
             }
         });
-        let differences: Vec<Coefficients> = differences.collect();
+        let differences: Vec<Differences> = differences.collect();
         let total: f64 = balls.iter().map(|ball| ball.model.mass).sum();
-        let mut mean = Coefficients::default();
+        let mut mean = Differences::default();
         for (ball, difference) in balls.iter().zip(&differences) {
             mean.add(ball.model.mass / total, difference);
         }
@@ -114,8 +114,8 @@ impl Body {
         let shift = if on_line { 1.0 } else { 0.0 };
         forcing[0] -= shift * o.omega2() * first.flight.x;
         let flight = Flight { x: 0.0, v, forcing };
-        let (mut force, mut mass) = (Coefficients::default(), 0.0);
-        let of_contact = |(ball, difference): (&Ball, &Coefficients)| {
+        let (mut force, mut mass) = (Differences::default(), 0.0);
+        let of_contact = |(ball, difference): (&Ball, &Differences)| {
             mass += ball.model.mass;
             force.add(ball.model.mass, difference);
             force.add(-ball.model.mass, &mean);
@@ -142,13 +142,13 @@ impl Body {
 
 /// Differences between the motions of balls.
 #[derive(Clone, Copy, Default)]
-struct Coefficients {
+struct Differences {
     omega2: f64,
     gamma: f64,
     forcing: Forcing,
 }
 
-impl Coefficients {
+impl Differences {
     fn add(&mut self, factor: f64, other: &Self) {
         self.omega2 += factor * other.omega2;
         self.gamma += factor * other.gamma;

@@ -114,9 +114,11 @@ impl Engine {
         Ok(())
     }
 
-    /// What the event of the queue entry `key` is about.
+    /// What the event of the queue entry `key` is about: on arcs, the series of two flights may have to be renewed.
     fn busy_with(&self, key: usize) -> Busy {
-        let renews = matches!(self.contacts[key].role, ContactRole::Open(_, Forecast::NotBefore(_)));
-        if renews { Busy::Flight(key) } else { Busy::Contact(self.switching(key)) }
+        match self.contacts[key].role {
+            ContactRole::Open(_, Forecast::NotBefore(_)) if self.cradle.on_arcs() => Busy::Flight(key),
+            _ => Busy::Contact(self.switching(key)),
+        }
     }
 }

@@ -52,7 +52,7 @@ impl Engine {
             Some((i, Switch::Release)) => {
                 let range = cluster.window_contacts();
                 self.release_members(cluster, t);
-                self.contacts[i].anchor(0.0, Mode::Open);
+                self.contacts[i].set_anchored(0.0, Mode::Open);
                 self.end_pulse(i, t, observer);
                 self.form(range, t);
             }

@@ -56,7 +56,7 @@ impl Contact {
     }
 
     /// Gives it this overlap (m) between the anchors of its balls.
-    pub fn anchor(&mut self, overlap: f64, mode: Mode) {
+    pub fn set_anchored(&mut self, overlap: f64, mode: Mode) {
         self.role = ContactRole::Anchored(WindowContact { overlap, mode });
     }
 

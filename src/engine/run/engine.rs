@@ -170,7 +170,7 @@ impl Engine {
             (ball.flight.x, ball.flight.v) = (flight.x, flight.v);
         }
         for (j, contact) in state.contacts.iter().enumerate() {
-            engine.contacts[j].anchor(contact.overlap, contact.mode);
+            engine.contacts[j].set_anchored(contact.overlap, contact.mode);
             if engine.is_rigid() && contact.mode != Mode::Open {
                 engine.balls[j + 1].flight.v = engine.balls[j].flight.v;
             }

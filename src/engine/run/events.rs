@@ -66,7 +66,6 @@ impl Engine {
                 balls.filter(|ball| ball.anchor == t).for_each(|ball| ball.starts_long = true);
                 for j in contacts {
                     let noise = self.contacts[j].separation().map_or(0.0, |separation| separation.noise);
-                    self.stop_separation(j, t);
                     self.open_contact(j, t, noise);
                 }
             }
@@ -117,14 +116,14 @@ impl Engine {
     pub(crate) fn set_pressing(&mut self, i: usize, overlap: f64, t: DoubleDouble) {
         let rate = self.cradle.pair(i).overlap_rate([i, i + 1].map(|ball| self.state_at(ball, t)));
         let mode = self.cradle.contacts[i].mode_when_closed(overlap, rate);
-        self.contacts[i].anchor(overlap, mode);
+        self.contacts[i].set_anchored(overlap, mode);
     }
 
     /// Closes the contacts that overlap at the start.
     pub(crate) fn close_where_overlapping(&mut self, start: DoubleDouble) {
         for i in 0..self.contacts.len() {
             let overlap = self.cradle.pair(i).overlap(self.anchors(i));
-            self.contacts[i].anchor(overlap, Mode::Open);
+            self.contacts[i].set_anchored(overlap, Mode::Open);
             if overlap > 0.0 {
                 self.set_pressing(i, overlap, start);
                 self.begin_pulse(i, start, &mut Unrecorded);
@@ -167,7 +166,7 @@ impl Engine {
     pub(crate) fn stop_separation(&mut self, i: usize, t: DoubleDouble) {
         if let Some(separation) = self.contacts[i].separation() {
             let overlap = separation.at_time(t).0;
-            self.contacts[i].anchor(overlap, Mode::Open);
+            self.contacts[i].set_anchored(overlap, Mode::Open);
             self.queue.remove(i);
         }
     }

@@ -26,7 +26,7 @@ impl Engine {
             return false;
         }
         self.reanchor_free(neighbours, t);
-        self.contacts[i].anchor(0.0, Mode::Open);
+        self.contacts[i].set_anchored(0.0, Mode::Open);
         self.queue.remove(i);
         beside.clone().for_each(|j| self.stop_separation(j, t));
         if beside.into_iter().any(|j| self.are_in_flight(j) && self.contacts[j].at_anchors().overlap >= 0.0) {
@@ -121,7 +121,7 @@ impl Engine {
             ball.starts_long = false;
         }
         (0..2).for_each(|side| self.shift_contacts(i + side, displacements[side]));
-        self.contacts[i].anchor(0.0, Mode::Open);
+        self.contacts[i].set_anchored(0.0, Mode::Open);
         self.end_pulse(i, t, observer);
         let neighbours = i.saturating_sub(1)..(i + 3).min(self.balls.len());
         self.reanchor_free(neighbours.clone(), t);
@@ -211,7 +211,7 @@ impl Engine {
             cluster.expand(&self.balls, &self.cradle, &control);
         }
         moved.into_iter().enumerate().for_each(|(side, moved)| self.shift_contacts(i + side, moved));
-        self.contacts[i].anchor(cluster.contacts[0].overlap, Mode::Pressing);
+        self.contacts[i].set_anchored(cluster.contacts[0].overlap, Mode::Pressing);
     }
 
     /// Takes the interaction of contact `i` away from its balls.

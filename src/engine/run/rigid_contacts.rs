@@ -41,7 +41,7 @@ impl Engine {
                      x_start[{right}] up to contact.gap[{left}] + contact.deadBand"
                 )));
             }
-            self.contacts[i].anchor(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
+            self.contacts[i].set_anchored(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
         }
         Ok(())
     }
@@ -121,7 +121,7 @@ impl Engine {
             ball.flight.x = x;
         }
         for contact in &mut self.contacts[group] {
-            contact.anchor(0.0, contact.at_anchors().mode);
+            contact.set_anchored(0.0, contact.at_anchors().mode);
         }
     }
 
@@ -138,7 +138,7 @@ impl Engine {
         if contact.is_closed() == closed {
             return;
         }
-        contact.anchor(contact.at_anchors().overlap, if closed { Mode::Pressing } else { Mode::Open });
+        contact.set_anchored(contact.at_anchors().overlap, if closed { Mode::Pressing } else { Mode::Open });
         if closed { self.begin_pulse(i, t, observer) } else { self.end_pulse(i, t, observer) }
     }
 
@@ -182,7 +182,7 @@ impl Engine {
             self.begin_ledger(j, t);
             self.queue.remove(j);
             self.contacts[j].ledger.add(impulse, peak, in_step);
-            self.contacts[j].anchor(0.0, Mode::Pressing);
+            self.contacts[j].set_anchored(0.0, Mode::Pressing);
             // Members differ by rounding only.
             self.balls[j + 1].flight.v = self.balls[j].flight.v;
         }

@@ -114,6 +114,8 @@ impl Engine {
         };
         let taken = self.balls[members.clone()].iter().any(|ball| ball.interaction.is_some());
         require(!taken, "a ball is in two interactions")?;
+        let fits = self.is_rigid() == matches!(interaction, Interaction::Body(_));
+        require(failed || fits, "an interaction is not of the kind of the contacts")?;
         match interaction {
             Interaction::Cluster(cluster) => self.restore_cluster(id, cluster)?,
             Interaction::Impact(impact) => {
@@ -123,7 +125,6 @@ impl Engine {
                 self.enter_impact(id, impact);
             }
             Interaction::Body(body) => {
-                require(failed || self.is_rigid(), "a constraint holds balls that are not rigid")?;
                 if let Some(oscillator) = body.oscillator() {
                     self.balls[members.clone()].iter_mut().for_each(|ball| ball.oscillator = oscillator);
                 }

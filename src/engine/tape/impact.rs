@@ -2,8 +2,8 @@
 //!
 //! To first order, a force that is odd in time about the middle of the impact takes energy, half of it before the
 //! middle: the duration is that of an impact with the energy left there. One that is even adds to the load. Forces that
-//! vary with the common motion are taken as linear in time: what is left out is `(omega T)^2 / 24` of the effect that
-//! different pendulums or drags have within the time T of the impact.
+//! vary with the common motion are taken as linear in time: what is left out is of the order of `(omega T)^2` of the
+//! effect that different pendulums or drags have within the time T of the impact ([`SHORT`]).
 
 use super::coefficients::{CLEARANCE, Coefficients, IMPULSE, MASS, PEAK, STATE, V, X};
 use super::part::Part;
@@ -52,8 +52,12 @@ struct Values {
     z: [f64; MAX_FORCE_ORDER + 4],
 }
 
+/// Largest square of the part of a swing that an impact takes: what is left out of changes that differ between the two
+/// balls is up to 70 times that.
+const SHORT: f64 = 1e-8;
+
 impl ImpactPart {
-    /// The shape and the reach of an impact of balls in these states; `None` where too much varies.
+    /// The shape and the reach of an impact of balls in these states; `None` where it lasts too long.
     pub fn shape(
         pair: &Pair,
         [left, right]: [(f64, f64); 2],
@@ -64,7 +68,11 @@ impl ImpactPart {
         let (rate, reduced) = (left.1 - right.1, ball.mass * other.mass / (ball.mass + other.mass));
         let (reach, load) = (law.largest_overlap(reduced, rate), ball.omega2 * law.clearance - forcing[0] + forcing[1]);
         let part = reach / rate;
-        let shape = coefficients.pulse(law.exponent, ball.omega2 * part * part, 2.0 * load * part / rate)?;
+        let swing = ball.omega2 * part * part;
+        if swing > SHORT {
+            return None;
+        }
+        let shape = coefficients.pulse(law.exponent, swing, 2.0 * load * part / rate)?;
         Some((shape, reach))
     }
 

@@ -29,6 +29,10 @@ const NUMBERS_OF_TUNING: usize = 20;
 /// The number of the common time.
 const COMMON: u64 = 0;
 
+/// Smallest rate of an overlap at an onset over the velocities of its balls by which they get a time of their own: a
+/// shift by `d(overlap) / rate` and back loses their ratio, the common time up to 1e5.
+const SLOW: f64 = 1e-6;
+
 /// What becomes of the parts.
 #[derive(Clone, Debug)]
 pub(crate) enum Sink {
@@ -214,7 +218,10 @@ impl Recorder {
         if cradle.on_arcs() || 0.0 < begins.value() && begins.value() < length {
             return false;
         }
-        let start = [j, j + 1].map(|i| (balls[i].flight.x, balls[i].flight.v));
+        let start @ [(_, left), (_, right)] = [j, j + 1].map(|i| (balls[i].flight.x, balls[i].flight.v));
+        if left - right <= SLOW * left.abs().max(right.abs()) {
+            return false;
+        }
         let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
         let Some((shape, reach)) = ImpactPart::shape(&pair, start, forcing, coefficients) else { return false };
         for i in j..j + 2 {
@@ -269,8 +276,8 @@ impl Recorder {
         self.enter(scene.cradle, TimeShift { first: balls.start, balls: motions, to });
     }
 
-    /// Gives `balls`, whose motion begins at `tau` (s), one time: that at which some of them met, if they did so at a
-    /// speed.
+    /// Gives `balls`, whose motion begins at `tau` (s), one time: that at which some of them met, if they did not do so
+    /// slowly.
     fn use_own_time(&mut self, scene: &Scene, balls: &Range<usize>, tau: f64) {
         if balls.len() == 1 {
             return self.use_common_time(scene, balls, tau);
@@ -284,8 +291,9 @@ impl Recorder {
             }
             Some(_) => {}
             None => {
+                let fastest = balls.clone().map(|i| scene.motion.state(i, tau).1.abs()).fold(0.0, f64::max);
                 let onsets = (first..balls.end - 1).filter(|j| scene.motion.overlap(*j, tau).0 == 0.0);
-                let onsets = onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > 0.0);
+                let onsets = onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > SLOW * fastest);
                 if let Some(onset) = onsets.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
                     self.shifts += 1;
                     let contact = onset.contact;

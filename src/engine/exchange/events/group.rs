@@ -67,10 +67,10 @@ impl Exchange {
         let is_closed = |j: usize| closed.binary_search(&(contacts.start + j)).is_ok();
         for (j, contact) in contacts.clone().zip(&mut engine.contacts) {
             match closed.binary_search(&j).is_ok() {
-                true if self.is_rigid() => contact.anchor(0.0, Mode::Pressing),
-                true => contact.anchor(self.state.overlaps[j], Mode::Pressing),
+                true if self.is_rigid() => contact.set_anchored(0.0, Mode::Pressing),
+                true => contact.set_anchored(self.state.overlaps[j], Mode::Pressing),
                 false => {
-                    contact.anchor(self.separation(balls, j, onset).at_time(onset.into()).0.min(0.0), Mode::Open);
+                    contact.set_anchored(self.separation(balls, j, onset).at_time(onset.into()).0.min(0.0), Mode::Open);
                 }
             }
         }
