@@ -240,6 +240,7 @@ def sweep(
         raise InvalidValue(f"client: a client of dask is needed, not {shown(client)}")
     opened = fmu if isinstance(fmu, Fmu) else Fmu(fmu)
     try:
+        opened.check_open()
         # What is wrong for all cases is told here.
         points = [0.0, *(equal_steps(stop, step) if times is None else rising(times))]
         run = measure or partial(simulated, times=points, record=opened.to_record(record))
@@ -248,7 +249,7 @@ def sweep(
         if client is not None:
             outcomes = by_dask(client, opened.path, run, listed)
         elif (count := min(workers or os.cpu_count() or 1, len(listed))) == 1:
-            outcomes = ((i, outcome(opened, run, case)) for i, case in enumerate(listed))
+            outcomes = ((i, outcome(opened, run, dict(case))) for i, case in enumerate(listed))
         else:
             outcomes = by_processes(count, opened.path, run, listed)
         found: dict[int, Outcome] = {}
