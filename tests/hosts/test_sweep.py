@@ -11,6 +11,7 @@ import tempfile
 import time
 import warnings
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 import newtons_cradle as nc
@@ -312,9 +313,18 @@ def test_copies_of_results_are_whole(fmu):
     result = fmu.simulate(stop=1.0)
     for made in (copy.copy(result), copy.deepcopy(result)):
         assert made == result and made.model is fmu and made.given == result.given and made.units == result.units
-    made.samples["x[1]"] = 0.0
+    made.units["x[1]"] = made.dims["x"] = "none"
+    assert result.units["x[1]"] == "m" and result.dims["x"] == "ball"
+    made.samples["x[1]"] = np.nan
+    assert made == copy.deepcopy(made)
+    odd = [nc.sweep([{}], lambda fmu, case: {"a": np.nan, "b": [np.nan]}, fmu=fmu, workers=1) for _ in range(2)]
+    assert odd[0] == odd[1]
     made.pulses["peak"] = 0.0
     assert result["x[1]"][0] == -0.1 and made != result and result.pulses["peak"].min() > 0.0
+    if find_spec("pandas"):
+        few = fmu.simulate(stop=0.1, record=["x[1]"])
+        units = few.to_dataframe().attrs["units"]
+        assert set(units) - {"time"} == {"x[1]"} and units is not few.units
     for workers in (1, 2):
         found = nc.sweep([{}, {"gravity": 1.0}], fmu=fmu, stop=1.0, workers=workers)
         assert found.results[0] == result and found.results[0].model is fmu
@@ -340,6 +350,42 @@ def test_a_data_set_has_named_dimensions(fmu, cradle, fmu_path):
     listed = nc.sweep([{"ball.mass": 1.0}, {"ball.mass": 2.0}], fmu=fmu, workers=1, **SHORT).to_xarray()
     assert listed.x.dims == ("case", "time", "ball") and listed["ball.mass"].values.tolist() == [1.0, 2.0]
     assert cradle(balls=2, binaries=fmu_path).simulate(stop=0.1).to_xarray().F.dims == ("time", "contact")
+
+
+def recorded(fmu, case):
+    """A run of what the case says."""
+    return fmu.simulate(stop=case.get("stop", 0.1), record=case["record"])
+
+
+def test_what_only_some_cases_have_is_kept_and_nothing_is_taken_for_another(fmu):
+    """Other variables, elements or times in each case."""
+    some = nc.sweep([{"record": ["x"]}, {"record": ["v", "x"]}, {"record": ["z"]}], recorded, fmu=fmu, workers=1)
+    assert list(some.errors) == [2] and "v" in some and "x[2]" in some and "F" not in some and 5 not in some
+    elements = nc.sweep([{"record": ["x[2]"]}, {"record": ["x[4]"]}], recorded, fmu=fmu, workers=1)
+    for read in (lambda: elements["x"], elements.to_xarray):
+        with pytest.raises(nc.InvalidValue, match=r"x has other elements in case 1 than in case 0; `results` has each"):
+            read()
+    assert elements["x[4]"][1, 0] == 0.0 and np.isnan(elements["x[4]"][0]).all()
+    times = nc.sweep([{"record": ["x"], "stop": stop} for stop in (0.1, 0.2)], recorded, fmu=fmu, workers=1)
+    for read in (lambda: times.time, times.to_xarray):
+        with pytest.raises(nc.InvalidValue, match="the times of case 1 are others than those of case 0"):
+            read()
+    pytest.importorskip("xarray")
+    data = some.to_xarray()
+    assert data.v.dims == ("case", "time", "ball") and np.isnan(data.v[0]).all() and (data.v[1] == some["v"][1]).all()
+    pair = nc.sweep([{"record": ["x[2]", "v"]}], recorded, fmu=fmu, workers=1).to_xarray()
+    assert pair.x.sel(ball=2)[0, 0] == 0.0 and np.isnan(pair.x.sel(ball=1)).all() and pair.v.shape == (1, 11, 5)
+
+
+def failing(fmu, case):
+    raise RuntimeError("boom")
+
+
+def test_a_sweep_without_success_says_why(fmu):
+    failed = nc.sweep([{}, {}], failing, fmu=fmu, workers=1)
+    for read, kind in ((lambda: failed["peak"], nc.UnknownName), (lambda: failed.time, nc.InvalidValue)):
+        with pytest.raises(kind, match="no case has succeeded; case 0: RuntimeError: boom"):
+            read()
 
 
 def test_empty_cells_of_a_data_frame_are_not_set(fmu):
