@@ -20,11 +20,12 @@ import numpy as np
 from .errors import InvalidValue, UnknownName, did_you_mean, needed, optional, plain, shown, whole
 from .fmu import A_FUNCTION, Fmu, equal_steps, rising
 from .markup import html_table
+from .processes import by_processes
 from .pulses import Array
 from .run import Result
 from .run.model import with_unit
 from .run.result import equal
-from .workers import Case, Measure, Outcome, by_dask, by_processes, outcome
+from .workers import Case, Measure, Outcome, by_dask, outcome
 
 if TYPE_CHECKING:
     import pandas as pd

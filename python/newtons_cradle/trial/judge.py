@@ -69,8 +69,8 @@ def judge(folder: str | Path, result: Any = None) -> list[str]:
     """Verdicts on a result in the case of this folder, which `write_cases` has written, one a line.
 
     `result`: a CSV file with columns named as tools name them, or columns by name: a dict, a NumPy structured array,
-    a `Result`; if None, the file result.csv in the folder. Raises FileMissing, InvalidValue, and FmuError if the folder's
-    FMU is not that of the case.
+    a `Result`; if None, the file result.csv in the folder. Raises FileMissing, InvalidValue, and
+    FmuError if the folder's FMU is not that of the case.
     """
     needed("folder", folder, str | Path, "the path of a case's folder")
     name = Path(folder).resolve().name
