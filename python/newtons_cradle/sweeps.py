@@ -261,8 +261,8 @@ def sweep(
     `cases`: a dict of axes, whose product they are, a list of dicts, or a data frame with a row for each. A case has
     start values by name, as `simulate` takes them with `stop` (10 s if None), `step` (0.01 s), `times` and `record`; or
     whatever `measure(fmu, case)` understands, which runs the FMU itself, for as long and with what it likes, and
-    returns a result, or a dict of numbers. `workers`: processes, as many as there are cores if None; with 1 everything runs in
-    this one. `client`: of dask, whose workers run the cases; they
+    returns a result, or a dict of numbers. `workers`: processes, as many as there are cores if None; with 1 everything
+    runs in this one. `client`: of dask, whose workers run the cases; they
     need this package. `progress(fraction)`: such as `nc.Progress("Sweep")`. Raises InvalidValue, FileMissing, FmuError.
     """
     axes, listed = listed_cases(cases)
