@@ -22,7 +22,8 @@ from .views import from_fmu
 
 LONGEST = 3600.0  # s, of a run that nobody insists on
 OTHER_PYTHON = "`cradle-fmu ... --python PROGRAM` selects the Python that answers."
-EPILOG = {"judge": "Exit codes: 0 right; 1 wrong; 2 not judged, such as a result without a needed column. "}
+CODES = "Exit codes: 0 right; 1 wrong, or standard output takes no verdict; 2 not judged, such as a missing column. "
+EPILOG = {"judge": CODES}
 
 
 class Parser(argparse.ArgumentParser):

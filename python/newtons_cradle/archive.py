@@ -14,6 +14,7 @@ from .errors import FmuError, InvalidValue
 from .files import regular
 
 PREFIX = "cradle-"  # of temporary folders
+_within: Path | None = None  # those of this process; if None, where temporary files are
 
 
 class Archive:
@@ -61,8 +62,15 @@ class Archive:
                 raise FmuError(f"{self.path} cannot be unpacked: {problem} (in the folder {folder})") from problem
 
 
+def keep_within(folder: Path) -> None:
+    """From now on, temporary folders of this process are in this one, which somebody else removes."""
+    global _within
+    _within = folder
+
+
 def temporary(within: Path | None = None) -> Path:
     """A new folder within this one, or where temporary files are. Raises FmuError."""
+    within = within or _within
     try:
         return Path(tempfile.mkdtemp(prefix=PREFIX, dir=within)).absolute()
     except OSError as problem:
@@ -77,7 +85,8 @@ def emptied(folder: Path, names: Iterable[str]) -> Callable[[], None]:
             raise InvalidValue(f"folder: {folder} has files in it; allowed: a new folder, or an empty one")
     except OSError as problem:
         raise FmuError(f"folder: {folder} cannot be read: {problem}") from problem
-    return partial(take_out, folder, tuple(names), folder.exists(), os.getpid())
+    new = [each for each in (folder, *folder.parents) if not each.exists()]
+    return partial(take_out, folder, tuple(names), new, os.getpid())
 
 
 def remove(folder: Path, owner: int) -> None:
@@ -86,15 +95,15 @@ def remove(folder: Path, owner: int) -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def take_out(folder: Path, names: Iterable[str], keep: bool, owner: int) -> None:
-    """Removes files of these names, and folders that are empty then, but not what others have put there; the folder
-    itself unless it is to be kept. See `remove`."""
+def take_out(folder: Path, names: Iterable[str], new: Iterable[Path], owner: int) -> None:
+    """Removes files of these names and the folders they were in, and those that are `new`, where they are empty then;
+    not what others have put there. See `remove`."""
     if os.getpid() != owner:
         return
     for name in names:
         with suppress(OSError):  # of a folder, or what is not there
             (folder / name).unlink()
-    inside = {folder / parent for name in names for parent in PurePosixPath(name, "_").parents}
-    for each in sorted(inside - ({folder} if keep else set()), key=lambda path: len(path.parts), reverse=True):
+    inside = {folder / parent for name in names for parent in PurePosixPath(name, "_").parents} - {folder}
+    for each in sorted({*inside, *new}, key=lambda path: len(path.parts), reverse=True):
         with suppress(OSError):  # of what is not empty
             each.rmdir()

@@ -59,12 +59,20 @@ def tracked(fmu: Fmu, track: Any) -> tuple[list[float], list[str], Array]:
         raise InvalidValue("track: its times (s) must rise, from 0 on, one for each row")
     columns = []
     for name in measured:
+        check_real(fmu, "track", name, "record what was measured, such as ['x']")
         values, many = numbers(name, track[name]), len(fmu.names([name]))
         shape = (len(times), many) if name in fmu.arrays else (len(times),)
         if values.shape != shape:
             raise InvalidValue(f"track: {name} has the shape {values.shape}; needed: {shape}, a row for each time")
         columns.append(values)
     return times.tolist(), measured, np.column_stack(columns)
+
+
+def check_real(fmu: Fmu, what: str, name: str, cure: str) -> None:
+    """Raises InvalidValue if this variable or array has no derivatives, because it is no real number; UnknownName."""
+    needed(what, name, str, "the name of a variable")
+    if any(fmu.variable(one).type != "Real" for one in fmu.names([name])[:1]):
+        raise InvalidValue(f"{what}: {name} is no real number; {cure}")
 
 
 def numbers(name: str, values: Any) -> Array:
@@ -101,12 +109,17 @@ def fit(
     needed("fmu", fmu, Fmu, "an FMU as `nc.build(fmi=3)` makes it")
     if fmu.fmi2:
         raise FmuError(f"{fmu.path} is of FMI 2.0; a fit needs FMI 3.0, as `nc.build(fmi=3)` makes it")
-    given = fmu.settings(values or {})
-    if isinstance(by, Mapping):
-        guesses = fmu.settings(by)
-    else:
-        wanted = fmu.names([by] if isinstance(by, str) else by)
-        guesses = {name: given.get(name, fmu.built_with(name)) for name in wanted}
+    needed(
+        "by", by, str | Sequence | Mapping, "names of parameters, such as ['contact.damping'], or a dict of guesses,"
+    )
+    given, listed = fmu.settings(values or {}), [by] if isinstance(by, str) else [*by]
+    for name in listed:
+        check_real(fmu, "by", name, "such as contact.damping")
+    guesses = fmu.settings(by) if isinstance(by, Mapping) else {}
+    for name in fmu.names(listed) if not guesses else ():
+        if name in guesses:
+            raise InvalidValue(f"by: {name} is named twice")
+        guesses[name] = given.get(name, fmu.built_with(name))
     names, guess = list(guesses), np.array(list(guesses.values()), dtype=float)
     if not names or (guess == 0.0).any():
         raise InvalidValue("by: at least one parameter is needed, each with a guess that is not 0")

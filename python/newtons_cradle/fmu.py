@@ -19,6 +19,7 @@ import numpy as np
 from . import archive, files
 from .archive import Archive
 from .errors import MOST_STEPS, FmuError, InvalidValue, needed, number
+from .interrupts import Held
 from .run import Model, Result, Run
 from .run.calls import FMI2, FMI3
 from .run.description import Description
@@ -60,14 +61,15 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         self._idle: list[Any] = []
         self._columns: dict[tuple[str, ...], tuple[Any, dict[str, str], dict[str, str]]] = {}
         self._held: list[Callable[[], None]] = []  # frees the library
-        self._folder = archive.temporary() if folder is None else Path(folder).absolute()
-        remove: Callable[[], None] = partial(archive.remove, self._folder, os.getpid())
-        if folder is not None:
-            remove = archive.emptied(self._folder, self._archive.names)
-        self._remove = weakref.finalize(self, _end, remove, self._idle, self._held)
+        with Held():  # no folder without something that removes it
+            self._folder = archive.temporary() if folder is None else Path(folder).absolute()
+            remove: Callable[[], None] = partial(archive.remove, self._folder, os.getpid())
+            if folder is not None:
+                remove = archive.emptied(self._folder, self._archive.names)
+            self._remove = weakref.finalize(self, _end, remove, self._idle, self._held)
         try:
             self._archive.unpack(self._folder, self._runs_here if folder is None else lambda _: True)
-        except FmuError:
+        except BaseException:
             self._remove()
             raise
 
@@ -112,10 +114,14 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         """Removes the unpacked files."""
         self._remove()
 
-    def taken(self, options: dict[str, Any]) -> Any:
-        """An instance for a run, new or reset. Raises FmuError."""
+    def check_open(self) -> None:
+        """Raises FmuError if it is closed."""
         if not self._remove.alive:
             raise FmuError(f"{self.path.name} is closed: its `with` block has ended, or `close` was called")
+
+    def taken(self, options: dict[str, Any]) -> Any:
+        """An instance for a run, new or reset. Raises FmuError."""
+        self.check_open()
         if not options:
             with suppress(IndexError):
                 return self._idle.pop()
@@ -259,11 +265,12 @@ def returned(function: str, values: Values | None) -> Values:
 
 def _end(remove: Callable[[], None], idle: list[Any], held: list[Callable[[], None]]) -> None:
     """Frees what waits, and removes the unpacked files."""
-    while idle:
-        free(idle.pop())
-    while held:
-        held.pop()()
-    remove()
+    with Held():
+        while idle:
+            free(idle.pop())
+        while held:
+            held.pop()()
+        remove()
 
 
 def equal_steps(stop: float, step: float) -> list[float]:

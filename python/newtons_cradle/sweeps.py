@@ -20,10 +20,12 @@ import numpy as np
 from .errors import InvalidValue, UnknownName, did_you_mean, needed, optional, plain, shown, whole
 from .fmu import A_FUNCTION, Fmu, equal_steps, rising
 from .markup import html_table
+from .processes import by_processes
 from .pulses import Array
 from .run import Result
 from .run.model import with_unit
-from .workers import Case, Measure, Outcome, by_dask, by_processes, outcome
+from .run.result import equal
+from .workers import Case, Measure, Outcome, by_dask, outcome
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,10 +62,22 @@ class Sweep(Mapping[str, Array]):
 
     @cached_property
     def time(self) -> Array:
-        """The time of the samples, s. Raises InvalidValue where no runs were recorded."""
-        if not isinstance(self._first, Result):
-            raise InvalidValue("there are no samples: no case has succeeded, or `measure` has returned none")
-        return self._first.time
+        """The time of the samples, s. Raises InvalidValue where no runs were recorded, or at other times each."""
+        runs = {i: found for i, found in enumerate(self.results) if isinstance(found, Result)}
+        if not runs:
+            raise InvalidValue(f"there are no samples: {self._failure or '`measure` has returned none'}")
+        (first, like), *others = runs.items()
+        for i, found in others:
+            if not np.array_equal(found.time, like.time):
+                raise InvalidValue(f"the times of case {i} are others than those of case {first}; `results` has each")
+        return like.time
+
+    @property
+    def _failure(self) -> str:
+        """In words, that no case has succeeded, if none has."""
+        if not self.outcomes or len(self.errors) < len(self.outcomes):
+            return ""
+        return f"no case has succeeded; case 0: {self.errors[0]}"
 
     @cached_property
     def _first(self) -> Any:
@@ -81,17 +95,25 @@ class Sweep(Mapping[str, Array]):
         values = self._values(name)
         known = {i: value for i, value in enumerate(values) if value is not None}
         if not known:
+            if self._failure:
+                raise UnknownName(f"{name}: {self._failure}")
             raise UnknownName(f"{name} was not recorded{did_you_mean(name, self)} (recorded: {', '.join(self)})")
         (first, like), *others = known.items()
         for i, value in others:
             if value.shape != like.shape:
                 shapes = f"{like.shape} in case {first} and {value.shape} in case {i}"
                 raise InvalidValue(f"{name} has the shapes {shapes}, which make no array; `results` has each alone")
+            if columns_of(self.results[i], name) != columns_of(self.results[first], name):
+                raise InvalidValue(f"{name} has other elements in case {i} than in case {first}; `results` has each")
         missing = np.full(like.shape, np.nan if like.dtype.kind in "biufc" else None)
         return np.array([missing if value is None else value for value in values])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether any case has it."""
+        return isinstance(name, str) and any(found is not None and name in found for found in self.results)
 
     def __len__(self) -> int:
         return len(self._names)
@@ -100,6 +122,15 @@ class Sweep(Mapping[str, Array]):
     def _names(self) -> dict[str, None]:
         """What any case has."""
         return dict.fromkeys(name for found in self.results if found is not None for name in found)
+
+    @cached_property
+    def _vectors(self) -> dict[str, Any]:
+        """What any case has, arrays by their names, with what the first that has it has found."""
+        having: dict[str, Any] = {}
+        for found in self.results:
+            for name in found.vectors() if isinstance(found, Result) else found or ():
+                having.setdefault(name, found)
+        return having
 
     @cached_property
     def _keys(self) -> dict[str, None]:
@@ -157,21 +188,20 @@ class Sweep(Mapping[str, Array]):
         front = {"case": len(self.cases)}
         if self.axes is not None:
             front = {name: len(values) for name, values in self.axes.items()}
-        described: dict[str, tuple[Any, Any]] = {}
-        coordinates: dict[str, Any] = {}
-        if isinstance(self._first, Result):
-            like = self._first.to_xarray()
-            described = {str(name): (one.dims, one.attrs) for name, one in like.items()}
-            coordinates = {str(name): coordinate for name, coordinate in like.coords.items()}
-        else:
-            described = {name: ([f"{name}_{k}" for k in range(1, self[name].ndim)], {}) for name in self}
-        if same := [name for name in self._keys if name in coordinates]:
-            raise InvalidValue(f"cases: {same[0]} is also a dimension of the results; call it by another name")
-        arrays = {}
-        for name, (dims, about) in described.items():
+        of_runs = any(isinstance(found, Result) for found in self.results)
+        coordinates: dict[str, Any] = {"time": ("time", self.time, {"units": "s"})} if of_runs else {}
+        arrays: dict[str, Any] = {}
+        for name, first in self._vectors.items():
             values = self[name]
+            if isinstance(first, Result):
+                dims, coords, about = first.labels(name)
+            else:
+                dims, coords, about = [f"{name}_{k}" for k in range(1, values.ndim)], {}, {}
+            if same := [dim for dim in dims if dim in self._keys]:
+                raise InvalidValue(f"cases: {same[0]} is also a dimension of the results; call it by another name")
             shaped = values.reshape([*front.values(), *values.shape[1:]])
-            arrays[apart(name, [*self._keys, "error", "case"])] = ([*front, *dims], shaped, about)
+            called = apart(name, [*self._keys, "error", "case"])
+            arrays[called] = xarray.DataArray(shaped, coords=coords, dims=[*front, *dims], attrs=about)
         errors = np.array([outcome.error for outcome in self.outcomes]).reshape([*front.values()])
         arrays[apart("error", self._keys)] = (list(front), errors, {})
         for name in self._keys:
@@ -181,6 +211,11 @@ class Sweep(Mapping[str, Array]):
                 coordinates[name] = ([dim], along, {"units": unit} if unit else {})
         found: xr.Dataset = xarray.Dataset(arrays, coords=coordinates)
         return found
+
+
+def columns_of(found: Any, name: str) -> list[str]:
+    """The recorded variables that a name stands for, if this is the result of a run."""
+    return found.columns(name) if isinstance(found, Result) else []
 
 
 def apart(name: str, others: Iterable[str]) -> str:
@@ -204,8 +239,8 @@ def alike(one: Any, other: Any) -> bool:
     if isinstance(one, list | tuple) and isinstance(other, list | tuple):
         return len(one) == len(other) and all(map(alike, one, other))
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return np.array_equal(one, other)
-    return bool(one == other)
+        return equal(np.asarray(one), np.asarray(other))
+    return bool(one == other or (one != one and other != other))  # NaN is alike
 
 
 def sweep(
@@ -213,8 +248,8 @@ def sweep(
     measure: Measure | None = None,
     *,
     fmu: Fmu | str | Path | None = None,
-    stop: float = 10.0,
-    step: float = 0.01,
+    stop: float | None = None,
+    step: float | None = None,
     times: Sequence[float] | None = None,
     record: Sequence[str] | None = None,
     workers: int | None = None,
@@ -224,9 +259,10 @@ def sweep(
     """Runs all cases, each with an FMU of one's own in each process; a case that fails does not stop the others.
 
     `cases`: a dict of axes, whose product they are, a list of dicts, or a data frame with a row for each. A case has
-    start values by name, as `simulate` takes them with `stop`, `step`, `times` and `record`; or whatever
-    `measure(fmu, case)` understands, which runs the FMU itself and returns a result, or a dict of numbers. `workers`: processes, as many as
-    there are cores if None; with 1 everything runs in this one. `client`: of dask, whose workers run the cases; they
+    start values by name, as `simulate` takes them with `stop` (10 s if None), `step` (0.01 s), `times` and `record`; or
+    whatever `measure(fmu, case)` understands, which runs the FMU itself, for as long and with what it likes, and
+    returns a result, or a dict of numbers. `workers`: processes, as many as there are cores if None; with 1 everything
+    runs in this one. `client`: of dask, whose workers run the cases; they
     need this package. `progress(fraction)`: such as `nc.Progress("Sweep")`. Raises InvalidValue, FileMissing, FmuError.
     """
     axes, listed = listed_cases(cases)
@@ -234,21 +270,24 @@ def sweep(
         whole("workers", workers, 1, 1000)
     needed("measure", measure, Callable | None, "a function `measure(fmu, case)`")
     needed("progress", progress, Callable | None, A_FUNCTION)
-    if measure is not None and (record is not None or times is not None):
-        raise InvalidValue("record, times: they act without `measure` only, which runs the FMU itself")
+    own = {"stop": stop, "step": step, "times": times, "record": record}
+    if measure is not None and (names := [name for name, value in own.items() if value is not None]):
+        raise InvalidValue(f"{', '.join(names)}: they act without `measure` only, which runs the FMU itself")
     if client is not None and not hasattr(client, "upload_file"):
         raise InvalidValue(f"client: a client of dask is needed, not {shown(client)}")
     opened = fmu if isinstance(fmu, Fmu) else Fmu(fmu)
     try:
+        opened.check_open()
         # What is wrong for all cases is told here.
-        points = [0.0, *(equal_steps(stop, step) if times is None else rising(times))]
+        steps = equal_steps(10.0 if stop is None else stop, 0.01 if step is None else step)
+        points = [0.0, *(steps if times is None else rising(times))]
         run = measure or partial(simulated, times=points, record=opened.to_record(record))
         if not listed:
             return Sweep([], axes, [])
         if client is not None:
             outcomes = by_dask(client, opened.path, run, listed)
         elif (count := min(workers or os.cpu_count() or 1, len(listed))) == 1:
-            outcomes = ((i, outcome(opened, run, case)) for i, case in enumerate(listed))
+            outcomes = ((i, outcome(opened, run, dict(case))) for i, case in enumerate(listed))
         else:
             outcomes = by_processes(count, opened.path, run, listed)
         found: dict[int, Outcome] = {}

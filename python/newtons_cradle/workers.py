@@ -1,28 +1,24 @@
-"""Who runs the cases of a sweep: this process, others of this machine, or the workers of a dask client.
+"""Who runs the cases of a sweep: this process, others of this machine (see `processes`), or the workers of a dask
+client.
 
 Cases, what is measured and outcomes travel as bytes that are pickled one by one, so that one that cannot be pickled
 costs the others nothing.
 """
 
 import hashlib
-import multiprocessing
 import pickle
 import shutil
-import signal
 import time as clock
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
-from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
 from . import archive
-from .errors import CradleError, FmuError, InvalidValue, needed, optional
+from .errors import InvalidValue, needed, optional
 from .fmu import Fmu
 from .run import Result
 
@@ -59,7 +55,7 @@ def outcome(fmu: Fmu, run: Measure, case: Case) -> Outcome:
         found = run(fmu, case)
         needed("measure", found, Mapping, 'a returned result, or a dict of numbers such as {"peak": 5.0},')
         return Outcome(found if isinstance(found, Result) else dict(found), "", clock.perf_counter() - begin)
-    except Exception as problem:  # whatever it is: one case does not stop the others
+    except (Exception, SystemExit) as problem:  # whatever it is: one case does not stop the others
         return Outcome(None, said(problem), clock.perf_counter() - begin)
 
 
@@ -102,100 +98,6 @@ def unpacked(answer: list[Numbered]) -> Iterator[Numbered]:
             yield number, pickle.loads(made)
         except Exception as problem:  # whatever an object raises
             yield number, Outcome(None, f"what was measured cannot be read here ({said(problem)}); {PLAIN}", 0.0)
-
-
-class Worker:
-    """Another process of this machine, with an FMU of its own. It ends when this is closed."""
-
-    def __init__(self, path: Path, folder: Path, run: bytes):
-        self.connection, theirs = multiprocessing.Pipe()
-        self.process = multiprocessing.Process(target=work, args=(theirs, path, folder, run))
-        self.process.start()
-        theirs.close()
-
-    def check(self) -> None:
-        """Waits until it is ready. Raises InvalidValue, FmuError."""
-        try:
-            problem = self.connection.recv()
-        except (EOFError, OSError):
-            cure = "in a script, call `nc.sweep` below `if __name__ == '__main__':`, or take `workers=1`"
-            raise FmuError(f"the processes of a sweep cannot start; {cure}") from None
-        if problem is not None:
-            raise problem
-
-    def close(self) -> None:
-        self.process.kill()  # what it was at is not wanted any more
-        self.process.join()
-        self.connection.close()
-
-
-def work(connection: Connection, path: Path, folder: Path, run: bytes) -> None:
-    """What a worker does until nobody wants its answers any more."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends Ctrl-C to all; the first process ends the others
-    try:
-        measure = pickle.loads(run)
-        fmu = Fmu(path, archive.temporary(folder))  # this process may be killed; the first one removes the folder
-    except CradleError as problem:
-        connection.send(problem)
-        return
-    except Exception as problem:  # whatever is missing here
-        connection.send(InvalidValue(f"measure: it cannot be read in another process ({said(problem)}); {TOP_LEVEL}"))
-        return
-    connection.send(None)
-    while True:
-        try:
-            connection.send(answers(fmu, measure, connection.recv()))
-        except (EOFError, OSError):
-            return
-
-
-def by_processes(workers: int, path: Path, run: Measure, cases: list[Case]) -> Generator[Numbered, None, None]:
-    """The outcomes, as they come from processes of this machine. Where one dies, its parcel is done again, case by
-    case. Raises InvalidValue, FmuError."""
-    try:
-        packed_run = pickle.dumps(run)
-    except Exception as problem:  # whatever an object raises
-        words = f"measure: it cannot be sent to other processes ({said(problem)}); {TOP_LEVEL}"
-        raise InvalidValue(words) from None
-    waiting, failed = parcels(cases, workers)
-    yield from failed
-    import_module(".run.slaves", __package__)  # with FMPy: once, before the processes part
-    folder = archive.temporary()
-    staff: list[Worker] = []
-    busy: dict[Any, tuple[Worker, list[Numbered]]] = {}
-
-    def hire(count: int) -> list[Worker]:
-        for _ in range(count):
-            staff.append(Worker(path, folder, packed_run))
-        for worker in staff[-count:]:
-            worker.check()
-        return staff[-count:]
-
-    try:
-        idle = hire(min(workers, len(waiting))) if waiting else []
-        while waiting or busy:
-            while waiting and idle:
-                worker, parcel = idle.pop(), waiting.popleft()
-                busy[worker.connection] = worker, parcel
-                with suppress(OSError):  # of one that has died; so says its answer
-                    worker.connection.send(parcel)
-            for connection in wait(list(busy)):
-                worker, parcel = busy.pop(connection)
-                try:
-                    answer = worker.connection.recv()
-                except (EOFError, OSError):
-                    worker.close()
-                    (worker,), answer = hire(1), []
-                    if len(parcel) > 1:
-                        waiting.extendleft([one] for one in reversed(parcel))
-                    else:
-                        yield parcel[0][0], Outcome(None, "its process has died", 0.0)
-                idle.append(worker)
-                yield from unpacked(answer)
-    finally:
-        for worker in staff:
-            worker.close()
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 _opened: dict[str, Fmu] = {}  # of this worker of dask, by the name of the file, which has its checksum

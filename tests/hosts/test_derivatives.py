@@ -118,6 +118,14 @@ def test_a_fit_says_what_it_needs(fmu, fmu3):
         (lambda: nc.fit(track | {"x": np.zeros((2, 3))}, by=["ball.mass"], fmu=fmu3), r"\(2, 3\); needed: \(2, 5\)"),
         (lambda: nc.fit(track | {"x": "here"}, by=["ball.mass"], fmu=fmu3), "x needs a list of numbers, not 'here'"),
         (lambda: nc.fit(track | {"y[9]": [0, 1]}, by=["ball.mass"], fmu=fmu3), r"y\[1\] to y\[5\] are in"),
+        (
+            lambda: nc.fit(track | {"pulses": 0}, by=["ball.mass"], fmu=fmu3),
+            "track: pulses is no real number; record what",
+        ),
+        (lambda: nc.fit(track, by={"contact.model": "hertz"}, fmu=fmu3), "by: contact.model is no real number"),
+        (lambda: nc.fit(track, by=5, fmu=fmu3), "by: names of parameters, such as .* is needed, not 5"),
+        (lambda: nc.fit(track, by=[5], fmu=fmu3), "by: the name of a variable is needed, not 5"),
+        (lambda: nc.fit(track, by=["ball.mass", "ball.mass"], fmu=fmu3), "by: ball.mass is named twice"),
         (lambda: nc.fit(track, by=["mass"], fmu=fmu3), "did you mean ball.mass"),
     ):
         with pytest.raises(nc.CradleError, match=complaint):

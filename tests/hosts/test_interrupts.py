@@ -59,8 +59,8 @@ def test_a_signal_at_any_time_ends_a_run(either):
     try:
         for _ in range(10):
             with either.start() as run:
-                signal.setitimer(signal.ITIMER_REAL, moments.uniform(0.02, 0.2))
                 with pytest.raises(AlarmError):
+                    signal.setitimer(signal.ITIMER_REAL, moments.uniform(0.02, 0.2))
                     going_on(run)
                 assert complete(either, run)
     finally:

@@ -126,9 +126,9 @@ SAYS = [
     ),
     ('nc.sweep({"ball.mass": [1.0]}, fmu=fmu, client=5)', nc.InvalidValue, "a client of dask is needed, not 5"),
     (
-        'nc.sweep({"a": [1]}, lambda fmu, case: case, fmu=fmu, record=["x"])',
+        'nc.sweep({"a": [1]}, lambda fmu, case: case, fmu=fmu, stop=1.0, record=["x"])',
         nc.InvalidValue,
-        "act without `measure` only",
+        "stop, record: they act without `measure` only",
     ),
     ('result.pulses["force"]', nc.UnknownName, "allowed: contact, onset, release, peak, impulse"),
     ('result.plot("x", ax=5)', nc.InvalidValue, "ax: axes of matplotlib are needed, not 5"),

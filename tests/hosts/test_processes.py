@@ -232,6 +232,10 @@ def test_a_folder_of_ones_own_keeps_what_is_ones_own(fmu_path, tmp_path, monkeyp
         with nc.Fmu(fmu_path, folder):
             assert folder.is_dir()
         assert not folder.exists()
+    (tmp_path / "mine").mkdir()
+    with nc.Fmu(fmu_path, "mine/new/deep") as fmu:
+        assert fmu.folder.is_dir()
+    assert list((tmp_path / "mine").iterdir()) == []
 
 
 def test_the_current_folder_may_change(fmu_path, tmp_path, monkeypatch):

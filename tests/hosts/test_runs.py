@@ -6,6 +6,7 @@ The laws themselves are checked in tests/rust, without a host.
 
 import gc
 from concurrent.futures import ThreadPoolExecutor
+from decimal import Decimal
 from functools import partial
 
 import fmpy
@@ -75,6 +76,26 @@ def test_a_saved_state_has_what_belongs_to_the_last_step(fmu, fmu3):
                 for target in (run, other):
                     target.load(saved)
                     assert all(np.array_equal(target[name], value) for name, value in zip(names, wanted, strict=True))
+
+
+@pytest.mark.parametrize("driven", [{"der(F_ext[1])": 0.1}, {"solver.method": "adams"}])
+def test_another_run_continues_a_saved_one_to_the_last_bit(fmu3, driven):
+    """Also where its steps must not be made in parts."""
+    with fmu3.start(driven) as run, fmu3.start() as other:
+        run.step(0.5)
+        other.load(run.save())
+        for each in (run, other):
+            each.step(5.0)
+        assert run["x"].tolist() == other["x"].tolist()
+
+
+def test_until_takes_numbers_of_any_kind(fmu):
+    for t, step in ((Decimal(1), Decimal("0.25")), (np.float32(1.0), np.float32(0.25)), (1, 0.25)):
+        with fmu.start() as run:
+            assert [*run.until(t, step), run.time] == [0.0, 0.25, 0.5, 0.75, 1.0] and type(run.time) is float
+    with fmu.start() as run:
+        step = np.float32(0.01)
+        assert [*run.until(1.0, step)] == [k * float(step) for k in range(101)]
 
 
 def test_a_log_that_was_cleared_tells_errors(fmu, fmu3):

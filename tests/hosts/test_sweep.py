@@ -1,11 +1,18 @@
 """Many runs side by side: cases, results with the cases in front, errors by case."""
 
 import copy
+import multiprocessing
 import os
+import random
 import signal
+import subprocess
 import sys
 import tempfile
 import time
+import warnings
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
 
 import newtons_cradle as nc
 import numpy as np
@@ -14,6 +21,16 @@ from conftest import ended
 
 AXES = {"contact.exponent": [1.0, 1.5, 20.0], "contact.deadBand": [0.0, 2.6e-6]}
 SHORT = {"stop": 1.0, "record": ["x", "E_total"]}
+PATIENCE = 60.0  # s, after which a process has not begun, or not ended
+
+
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    """An empty folder for temporary files."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    return folder
 
 
 def measured(fmu, case):
@@ -72,21 +89,53 @@ def test_cases_are_dicts_or_rows(fmu, fmu_path):
 
 def test_a_process_that_dies_costs_its_case_only(fmu):
     found = nc.sweep({"mass": [0.5, -1.0, 1.0, 2.0]}, measured, fmu=fmu, workers=2)
-    assert found.errors == {1: "its process has died"}
+    assert found.errors == {1: "its process has died (exit code 1)"}
     assert np.isnan(found["peak"][1]) and (np.diff(found["peak"][[0, 2, 3]]) > 0).all()
     assert found.results[0] == measured(fmu, {"mass": 0.5})
 
 
-def test_only_the_cases_of_a_dead_process_run_again(fmu, tmp_path):
+def test_only_the_cases_of_a_dead_process_run_again(fmu, tmp_path, temporary):
     """Of 400 in parcels of 25, most run once; nothing stays behind in the folder for temporary files."""
-    before = sorted(os.listdir(tempfile.gettempdir()))
     cases = [{"number": number, "log": str(tmp_path / "log")} for number in range(400)]
     found = nc.sweep(cases, logged, fmu=fmu, workers=2)
-    assert found.errors == {30: "its process has died"}
+    assert found.errors == {30: "its process has died (exit code 1)"}
     assert found["number"].tolist()[:30] == list(range(30)) and np.isnan(found["number"][30])
     runs = (tmp_path / "log").read_text().split()
     assert set(map(int, runs)) == set(range(400)) and len(runs) <= 400 + 25
-    assert sorted(os.listdir(tempfile.gettempdir())) == before
+    assert os.listdir(temporary) == []
+
+
+def ending(fmu, case):
+    """Changes its case, doubts it, and ends as it says."""
+    case["number"] += 1
+    fmu.start({"x_start[1]": 0.001 * case["number"]}).close()
+    if case["number"] == 2:
+        sys.exit("two")
+    return {"number": case["number"]}
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_case_does_the_same_in_any_process(fmu, workers):
+    """What it changes in its case stays its own, an exit is its error, and doubts come to who has asked for it."""
+    with pytest.warns(nc.DoubtfulStart) as told:
+        found = nc.sweep({"number": [0, 1, 2]}, ending, fmu=fmu, workers=workers)
+    assert [case["number"] for case in found.cases] == [0, 1, 2]
+    assert found.errors == {1: "SystemExit: two"} and found["number"][[0, 2]].tolist() == [1, 3]
+    assert len({str(warning.message) for warning in told}) == 3
+    with pytest.warns(nc.DoubtfulStart) as told:
+        nc.sweep({"x_start[1]": [0.001, 0.002]}, fmu=fmu, workers=workers, stop=0.1)
+    assert {warning.filename for warning in told} == {__file__}
+    with warnings.catch_warnings(action="error"):
+        found = nc.sweep({"x_start[1]": [0.001, -0.1]}, fmu=fmu, workers=workers, stop=0.1)
+    assert list(found.errors) == [0] and found.errors[0].startswith("DoubtfulStart: ")
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_closed_fmu_is_told_once(fmu, workers):
+    with nc.Fmu(fmu.path) as closed:
+        pass
+    with pytest.raises(nc.FmuError, match=r"NewtonsCradle.fmu is closed: its `with` block has ended"):
+        nc.sweep({"gravity": [1.0, 9.81]}, fmu=closed, workers=workers)
 
 
 def logged(fmu, case):
@@ -99,21 +148,85 @@ def logged(fmu, case):
 
 
 def slow(fmu, case):
-    time.sleep(60.0)
+    """Or a sweep of slow ones."""
+    Path(case["folder"], f"began {os.getpid()}").touch()
+    if case.get("outer"):
+        nc.sweep([{"folder": case["folder"]}] * 2, slow, fmu=fmu, workers=2)
+    time.sleep(600.0)
+
+
+def waited(done) -> bool:
+    """Whether this has become true."""
+    begin = time.monotonic()
+    while not done() and time.monotonic() - begin < PATIENCE:
+        time.sleep(0.01)
+    return done()
+
+
+def gone(process: int) -> bool:
+    """Whether this process has ended, and is no zombie of a parent that has not looked after it."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+def began(folder: Path) -> list[int]:
+    """The processes that run slow cases."""
+    return [int(path.name.split()[1]) for path in folder.glob("began *")]
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers that send signals")
-def test_a_signal_ends_a_sweep_at_once(fmu):
-    """With its processes and their files."""
-    before, begin = sorted(os.listdir(tempfile.gettempdir())), time.monotonic()
+def test_a_signal_at_any_time_ends_a_sweep(fmu, temporary):
+    """While its processes start, work or end; with them and their files. Some ring again while it ends."""
+    moments, again = random.Random(7), 0
     handler = signal.signal(signal.SIGALRM, signal.default_int_handler)
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.5)
-        with pytest.raises(KeyboardInterrupt):
-            nc.sweep({"number": [1, 2]}, slow, fmu=fmu, workers=2)
+        for _ in range(40):
+            with suppress(KeyboardInterrupt):
+                try:
+                    signal.setitimer(signal.ITIMER_REAL, moments.uniform(1e-4, 0.1), moments.choice([0.0, 1e-3]))
+                    nc.sweep({"number": [1, 2, 3]}, numbered, fmu=fmu, workers=2)
+                    again += 1
+                finally:
+                    signal.setitimer(signal.ITIMER_REAL, 0.0)
+            assert multiprocessing.active_children() == [] and os.listdir(temporary) == []
+            assert signal.getsignal(signal.SIGALRM) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGALRM, handler)
-    assert time.monotonic() - begin < 20.0 and sorted(os.listdir(tempfile.gettempdir())) == before
+    assert nc.sweep({"number": [1, 2]}, numbered, fmu=fmu, workers=2)["number"].tolist() == [1, 2]
+
+
+def numbered(fmu, case):
+    return case
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are not told")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_no_process_outlives_its_sweep(fmu, tmp_path, number, method):
+    """However that has ended, and those of a sweep within a case as little."""
+    folder, script = tmp_path / "temporary", tmp_path / "script.py"
+    folder.mkdir()
+    script.write_text(f"""
+import multiprocessing, sys
+import newtons_cradle as nc
+from test_sweep import slow
+
+if __name__ == "__main__":
+    multiprocessing.set_start_method("{method}")
+    case = {{"folder": sys.argv[2], "outer": True}}
+    nc.sweep([case, case], slow, fmu=sys.argv[1], workers=2)
+""")
+    known = {"PYTHONPATH": os.pathsep.join(sys.path), "TMPDIR": str(folder)}
+    command = [sys.executable, script, fmu.path, tmp_path]
+    with subprocess.Popen(command, env=os.environ | known, stderr=subprocess.PIPE, text=True) as program:
+        assert waited(lambda: len(began(tmp_path)) == 6)
+        program.send_signal(number)
+        said = program.communicate()[1]
+    assert program.returncode == -number and said.count("Traceback") == (number == signal.SIGINT)
+    assert waited(lambda: all(map(gone, began(tmp_path))))
+    assert [path for path in folder.glob("cradle-*") if number == signal.SIGINT] == []
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -200,9 +313,18 @@ def test_copies_of_results_are_whole(fmu):
     result = fmu.simulate(stop=1.0)
     for made in (copy.copy(result), copy.deepcopy(result)):
         assert made == result and made.model is fmu and made.given == result.given and made.units == result.units
-    made.samples["x[1]"] = 0.0
+    made.units["x[1]"] = made.dims["x"] = "none"
+    assert result.units["x[1]"] == "m" and result.dims["x"] == "ball"
+    made.samples["x[1]"] = np.nan
+    assert made == copy.deepcopy(made)
+    odd = [nc.sweep([{}], lambda fmu, case: {"a": np.nan, "b": [np.nan]}, fmu=fmu, workers=1) for _ in range(2)]
+    assert odd[0] == odd[1]
     made.pulses["peak"] = 0.0
     assert result["x[1]"][0] == -0.1 and made != result and result.pulses["peak"].min() > 0.0
+    if find_spec("pandas"):
+        few = fmu.simulate(stop=0.1, record=["x[1]"])
+        units = few.to_dataframe().attrs["units"]
+        assert set(units) - {"time"} == {"x[1]"} and units is not few.units
     for workers in (1, 2):
         found = nc.sweep([{}, {"gravity": 1.0}], fmu=fmu, stop=1.0, workers=workers)
         assert found.results[0] == result and found.results[0].model is fmu
@@ -228,6 +350,42 @@ def test_a_data_set_has_named_dimensions(fmu, cradle, fmu_path):
     listed = nc.sweep([{"ball.mass": 1.0}, {"ball.mass": 2.0}], fmu=fmu, workers=1, **SHORT).to_xarray()
     assert listed.x.dims == ("case", "time", "ball") and listed["ball.mass"].values.tolist() == [1.0, 2.0]
     assert cradle(balls=2, binaries=fmu_path).simulate(stop=0.1).to_xarray().F.dims == ("time", "contact")
+
+
+def recorded(fmu, case):
+    """A run of what the case says."""
+    return fmu.simulate(stop=case.get("stop", 0.1), record=case["record"])
+
+
+def test_what_only_some_cases_have_is_kept_and_nothing_is_taken_for_another(fmu):
+    """Other variables, elements or times in each case."""
+    some = nc.sweep([{"record": ["x"]}, {"record": ["v", "x"]}, {"record": ["z"]}], recorded, fmu=fmu, workers=1)
+    assert list(some.errors) == [2] and "v" in some and "x[2]" in some and "F" not in some and 5 not in some
+    elements = nc.sweep([{"record": ["x[2]"]}, {"record": ["x[4]"]}], recorded, fmu=fmu, workers=1)
+    for read in (lambda: elements["x"], elements.to_xarray):
+        with pytest.raises(nc.InvalidValue, match=r"x has other elements in case 1 than in case 0; `results` has each"):
+            read()
+    assert elements["x[4]"][1, 0] == 0.0 and np.isnan(elements["x[4]"][0]).all()
+    times = nc.sweep([{"record": ["x"], "stop": stop} for stop in (0.1, 0.2)], recorded, fmu=fmu, workers=1)
+    for read in (lambda: times.time, times.to_xarray):
+        with pytest.raises(nc.InvalidValue, match="the times of case 1 are others than those of case 0"):
+            read()
+    pytest.importorskip("xarray")
+    data = some.to_xarray()
+    assert data.v.dims == ("case", "time", "ball") and np.isnan(data.v[0]).all() and (data.v[1] == some["v"][1]).all()
+    pair = nc.sweep([{"record": ["x[2]", "v"]}], recorded, fmu=fmu, workers=1).to_xarray()
+    assert pair.x.sel(ball=2)[0, 0] == -0.1 and np.isnan(pair.x.sel(ball=1)).all() and pair.v.shape == (1, 11, 5)
+
+
+def failing(fmu, case):
+    raise RuntimeError("boom")
+
+
+def test_a_sweep_without_success_says_why(fmu):
+    failed = nc.sweep([{}, {}], failing, fmu=fmu, workers=1)
+    for read, kind in ((lambda: failed["peak"], nc.UnknownName), (lambda: failed.time, nc.InvalidValue)):
+        with pytest.raises(kind, match="no case has succeeded; case 0: RuntimeError: boom"):
+            read()
 
 
 def test_empty_cells_of_a_data_frame_are_not_set(fmu):

@@ -1,6 +1,7 @@
 """The cases: the right result is found right, each known mistake is named, and other results are described."""
 
 import re
+import shutil
 import sys
 from dataclasses import replace
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import ended, table
 from importer import Importer
-from newtons_cradle import Fmu, InvalidValue
+from newtons_cradle import Fmu, FmuError, InvalidValue
 from newtons_cradle.trial import CASES, judge
 from newtons_cradle.trial.master import run
 from trial import HOSTS, short, verdict
@@ -144,6 +145,12 @@ def test_what_cannot_be_judged_is_refused(folders, tmp_path):
     (tmp_path / "empty.csv").write_text("\n\n")
     with pytest.raises(InvalidValue, match="the file is empty; needed: a line of names, and rows of numbers"):
         judge(folders["grid"], tmp_path / "empty.csv")
+    for name in ("inputs", next(name for name, case in CASES.items() if case.start)):
+        other = tmp_path / name
+        other.mkdir()
+        shutil.copy(folders["grid"] / "cradle.fmu", other)
+        with pytest.raises(FmuError, match=r"cradle\.fmu is another FMU than that of the case; write the cases anew"):
+            judge(other, folders[name] / "expected.csv")
 
 
 def test_the_program_hands_over(producer, folders, tmp_path):

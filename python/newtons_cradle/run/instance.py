@@ -17,7 +17,7 @@ from . import derivatives
 from .calls import WARNING, Access, Failure
 from .log import Log
 from .model import Value, Values, meant
-from .parts import NOTHING, PROMPT, Parts, length
+from .parts import NONE, NOTHING, PROMPT, Parts, length
 from .recorder import Recorder
 from .result import Result
 
@@ -36,10 +36,12 @@ def free(instance: Any) -> None:
 
 @dataclass(frozen=True)
 class Saved:
-    """A saved state: the time it was saved at (s), the bytes, and the means over a last step that was made in parts."""
+    """A saved state: the time it was saved at (s), the bytes, whether its steps are made as `whole` ones, and the means
+    over a last step that was made in parts."""
 
     time: float
     data: bytes = field(repr=False)
+    whole: bool = field(default=False, repr=False, compare=False)
     means: Mapping[str, float] = field(default_factory=dict, repr=False, compare=False)
 
 
@@ -258,8 +260,7 @@ class Run(AbstractContextManager["Run"]):
 
         `for time in run.until(20.0, 0.01): run["F_ext[1]"] = -0.5 * run["v[1]"]`
         """
-        number("t", t, "s", least=self.time)
-        number("step", step, "s", positive=True)
+        t, step = number("t", t, "s", least=self.time), number("step", step, "s", positive=True)
         if t / step > MOST_STEPS:
             many = f"up to {t} s that makes {t / step:.2g} steps"
             raise InvalidValue(f"step = {step} is refused: {many}; allowed: {MOST_STEPS}")
@@ -321,7 +322,8 @@ class Run(AbstractContextManager["Run"]):
 
     def save(self) -> Saved:
         """The state of the instance, from which any run of the same FMU can continue, even in another process."""
-        return Saved(self.time, self._call(self._instance.to_bytes), self._parts.means)
+        parts = self._parts
+        return Saved(self.time, self._call(self._instance.to_bytes), parts.longest == NONE, parts.means)
 
     def load(self, saved: Saved) -> None:
         """Restores a saved state; the run continues bit-for-bit identically. The log is kept. Raises InvalidValue,
@@ -330,6 +332,8 @@ class Run(AbstractContextManager["Run"]):
         self._call(self._instance.go_to, saved.data)
         self._time, self._initialized, self._in_step = saved.time, True, False
         self._parts.means = saved.means
+        if saved.whole:
+            self._parts.end()
 
     def recorder(self, record: Iterable[str]) -> Recorder:
         """Records the named variables of this run, all elements where an array is named. Raises UnknownName."""

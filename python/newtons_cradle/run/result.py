@@ -66,6 +66,7 @@ class Result(Mapping[str, Array]):
         """With arrays of its own; the model is the same."""
         made = copy(self)
         made.samples, made.pulses, made.given = self.samples.copy(), self.pulses.copy(), dict(self.given)
+        made.units, made.dims = dict(self.units), dict(self.dims)
         return made
 
     def __getstate__(self) -> dict[str, Any]:
@@ -76,20 +77,20 @@ class Result(Mapping[str, Array]):
         return f"Result({self._summary()})"
 
     def _summary(self) -> str:
-        time, vectors = self.time, ", ".join(self._vectors())
+        time, vectors = self.time, ", ".join(self.vectors())
         span = f" from {time[0]:.9g} s to {time[-1]:.9g} s" if len(time) else ""
         return f"{len(time)} samples{span} of {vectors}; {len(self.pulses)} pulses"
 
     def _repr_html_(self) -> str:
         rows = []
-        for name in self._vectors():
-            values, columns = self[name], self._columns(name)
+        for name in self.vectors():
+            values, columns = self[name], self.columns(name)
             ends = [f"{end:.6g}" for end in (values.min(), values.max())] if values.size else ["", ""]
             shown = name if columns == [name] else f"{columns[0]} to [{columns[-1].rpartition('[')[2]}"
             rows.append([shown, self.units.get(columns[0], ""), *ends])
         return html_table(["name", "unit", "smallest", "largest"], *rows, below=self._summary())
 
-    def _vectors(self) -> list[str]:
+    def vectors(self) -> list[str]:
         """What was recorded, arrays by their names."""
         return list(dict.fromkeys(name.partition("[")[0] for name in self._names[1:]))
 
@@ -98,7 +99,7 @@ class Result(Mapping[str, Array]):
             return NotImplemented
         same_names = self._names == other._names and self.units == other.units
         tables = (self.samples, other.samples), (self.pulses, other.pulses)
-        return same_names and all(np.array_equal(mine, others) for mine, others in tables)
+        return same_names and all(equal(mine, others) for mine, others in tables)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -115,7 +116,7 @@ class Result(Mapping[str, Array]):
         return len(self._names)
 
     def _ipython_key_completions_(self) -> list[str]:
-        return list(dict.fromkeys([*self._vectors(), *self._names]))
+        return list(dict.fromkeys([*self.vectors(), *self._names]))
 
     @property
     def time(self) -> Array:
@@ -129,16 +130,16 @@ class Result(Mapping[str, Array]):
 
     def __getitem__(self, name: str) -> Array:
         """One variable, shape (samples,), or all elements of an array, (samples, elements). Raises UnknownName."""
-        columns = self._columns(name)
+        columns = self.columns(name)
         one: Array = self.samples[columns[0]]
         return one if columns == [name] else np.column_stack([self.samples[column] for column in columns])
 
-    def _columns(self, name: str) -> list[str]:
+    def columns(self, name: str) -> list[str]:
         """The recorded variables that a name stands for: itself, or the elements of a vector."""
         needed("name", name, str, "a variable's, such as 'x[1]',")
         found = [column for column in self._names if column == name or column.startswith(f"{name}[")]
         if not found:
-            vectors = ["time", *self._vectors()]
+            vectors = ["time", *self.vectors()]
             hint = did_you_mean(name, [*vectors, *self._names])
             recorded = f"recorded: {', '.join(vectors)}; others by `record=[...]`"
             raise UnknownName(f"{name} was not recorded{hint} ({recorded})")
@@ -151,27 +152,29 @@ class Result(Mapping[str, Array]):
         """
         pandas = optional("pandas", "data")
         frame = pandas.DataFrame({name: self.samples[name] for name in self._names}).set_index("time")
-        frame.attrs["units"] = self.units
+        frame.attrs["units"] = {name: self.units[name] for name in self._names if name in self.units}
         return frame
 
     def to_xarray(self) -> "xr.Dataset":
         """The samples as an xarray data set: `x(time, ball)`, `F(time, contact)`, balls and contacts from 1, `units` in
         the attributes of each. Raises PackageMissing without xarray."""
         xarray = optional("xarray", "data")
-        time = ("time", self.time, {"units": "s"})
+        time = {"time": ("time", self.time, {"units": "s"})}
         arrays = {}
-        for name in self._vectors():
-            columns = self._columns(name)
-            about = {"units": self.units.get(columns[0], "")}
-            if columns == [name]:
-                arrays[name] = xarray.DataArray(self[name], coords={"time": time}, dims=["time"], attrs=about)
-                continue
-            dim = self.dims.get(name, f"{name}_element")
-            numbers = [int(column.rpartition("[")[2].rstrip("]")) for column in columns]
-            coords = {"time": time, dim: numbers}
-            arrays[name] = xarray.DataArray(self[name], coords=coords, dims=["time", dim], attrs=about)
-        found: xr.Dataset = xarray.Dataset(arrays, coords={"time": time})
+        for name in self.vectors():
+            dims, coords, about = self.labels(name)
+            arrays[name] = xarray.DataArray(self[name], coords=time | coords, dims=dims, attrs=about)
+        found: xr.Dataset = xarray.Dataset(arrays, coords=time)
         return found
+
+    def labels(self, name: str) -> tuple[list[str], dict[str, Any], dict[str, str]]:
+        """The dimensions of an array or a variable in a data set, the coordinates besides time, and what is known."""
+        columns = self.columns(name)
+        about = {"units": self.units.get(columns[0], "")}
+        if columns == [name]:
+            return ["time"], {}, about
+        dim = self.dims.get(name, f"{name}_element")
+        return ["time", dim], {dim: [int(column.rpartition("[")[2].rstrip("]")) for column in columns]}, about
 
     def to_parquet(self, path: str | Path) -> None:
         """Writes the data frame as a Parquet file, which pandas reads with units. Raises PackageMissing
@@ -194,9 +197,9 @@ class Result(Mapping[str, Array]):
         from matplotlib import pyplot
         from matplotlib.ticker import EngFormatter
 
-        vectors = self._vectors()
+        vectors = self.vectors()
         shown = signals or (vectors if vectors and "x" not in vectors else ["x"])
-        columns = [self._columns(signal) for signal in shown]  # before there is a figure
+        columns = [self.columns(signal) for signal in shown]  # before there is a figure
         time = self.time
         if origin is None:
             origin = float(time[0]) if len(time) and time[-1] - time[0] < NARROW * time[0] else 0.0
@@ -245,3 +248,11 @@ class Result(Mapping[str, Array]):
 
         columns = {name: self.samples[name] for name in self._names}
         return save_page(path, from_result(columns, self.pulses, self.model, self.given))
+
+
+def equal(one: Array, other: Array) -> bool:
+    """Whether these arrays are the same, NaN with NaN."""
+    if one.dtype.names:
+        names = one.dtype.names
+        return names == other.dtype.names and all(equal(one[name], other[name]) for name in names)
+    return np.array_equal(one, other, equal_nan="f" == one.dtype.kind == other.dtype.kind)

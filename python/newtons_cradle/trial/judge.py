@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..building import build
-from ..errors import CradleError, InvalidValue, did_you_mean, needed
+from ..errors import CradleError, FmuError, InvalidValue, did_you_mean, needed
 from ..files import FMU, in_folder, newest
 from ..fmu import Fmu
 from ..tables import as_number, by_name, digits, read_csv
@@ -69,7 +69,8 @@ def judge(folder: str | Path, result: Any = None) -> list[str]:
     """Verdicts on a result in the case of this folder, which `write_cases` has written, one a line.
 
     `result`: a CSV file with columns named as tools name them, or columns by name: a dict, a NumPy structured array,
-    a `Result`; if None, the file result.csv in the folder. Raises FileMissing, InvalidValue.
+    a `Result`; if None, the file result.csv in the folder. Raises FileMissing, InvalidValue, and
+    FmuError if the folder's FMU is not that of the case.
     """
     needed("folder", folder, str | Path, "the path of a case's folder")
     name = Path(folder).resolve().name
@@ -79,8 +80,17 @@ def judge(folder: str | Path, result: Any = None) -> list[str]:
     case, given = CASES[name], own_columns(Path(folder, RESULT) if result is None else result)
     table = columns(given, case)
     with Fmu(Path(folder, "cradle.fmu")) as fmu:
+        check_own(fmu, case)
         runs = {wrong: run(fmu, case, wrong) for wrong in (None, *case.other, *case.wrong)}
     return verdicts(case, table, runs, min(SIX_DIGITS, 5 * 10.0 ** -digits(given)))
+
+
+def check_own(fmu: Fmu, case: Case) -> None:
+    """Raises FmuError unless this FMU is the one of the case."""
+    starts = fmu.settings(case.start) if fmu.is_cradle and fmu.balls == case.balls else {}
+    own = fmu.balls == case.balls and fmu.fmi2 == (case.fmi == 2)
+    if not own or any(fmu.built_with(name) != value for name, value in starts.items()):
+        raise FmuError(f"{fmu.path} is another FMU than that of the case; write the cases anew")
 
 
 def judge_all(folder: str | Path, results: str | Path | None = None) -> Iterator[tuple[str, list[str]]]:
