@@ -308,7 +308,8 @@ def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
         result.to_parquet(tmp_path / "run.parquet")
     with pytest.raises(ImportError, match=r"newtons-cradle\[plot\]"):
         result.plot()
-    monkeypatch.setitem(sys.modules, "scipy", None)
+    for package in ("scipy", "scipy.optimize"):
+        monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(ImportError, match=r"scipy is needed but missing: `.*\[fit\]'`, or `pip install scipy`"):
         optional("scipy.optimize", "fit")
     assert optional("json", "data") and optional("xml.etree", "data")
