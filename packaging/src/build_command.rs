@@ -21,7 +21,7 @@ impl Build {
         let description = self.description(&start)?;
         // A preset alone gives no warnings.
         if !self.set.is_empty() || !self.parameters.is_empty() {
-            start.warnings().iter().for_each(|warning| tell(format_args!("warning: {warning}")));
+            start.warnings(None).iter().for_each(|warning| tell(format_args!("warning: {warning}")));
         }
         // An empty name is the current folder.
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.is_dir();

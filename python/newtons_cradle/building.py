@@ -14,7 +14,7 @@ from .archive import Archive
 from .errors import MOST_BALLS, CradleError, FmuError, InvalidValue, needed, warn, whole
 from .fmu import Fmu, described
 from .run import Model
-from .run.model import meant, split
+from .run.model import concerns, given, split
 from .setups import preset as of_preset
 
 
@@ -61,8 +61,9 @@ def build(
         if done.returncode:
             raise refused(done.stderr)
         said = [line.removeprefix("warning: ") for line in done.stderr.splitlines() if line.startswith("warning: ")]
-        for line in said if not meant(set or {}) else ():
-            warn(line)
+        for line in said:
+            if concerns(line, given(set or {})):
+                warn(line)
         fmu = Fmu(path)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)

@@ -11,7 +11,6 @@ by then, fall as exp(-delta t) with delta = b/(2 m), which gives the drag b.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +18,7 @@ import numpy as np
 
 from .errors import MOST_BALLS, InvalidValue, number, whole
 from .fmu import Fmu
+from .losses import damping, runge_kutta
 from .pulses import Array
 from .run.model import Values
 
@@ -41,6 +41,12 @@ class Calibration:
         law = {"contact.model": "rigid", "contact.restitution": self.restitution}
         return law | {"pendulum.model": "circular", "pendulum.drag": self.drag}
 
+    def pairs(self, fmu: Fmu, values: Values, law: str = "huntCrossley") -> dict[str, Any]:
+        """Start values of a damping law by which two balls of this cradle, free and alone, part with this restitution
+        after closing at the speed of the first click: for balls that hang apart. Raises InvalidValue."""
+        lossy = damping(law, values, restitution=self.restitution, speed=self.speed, fmu=fmu)
+        return {"pendulum.model": "circular", "pendulum.drag": self.drag, **lossy}
+
     def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
         """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts.
 
@@ -50,7 +56,9 @@ class Calibration:
         """
         law = {"pendulum.model": "circular", "contact.dampingLaw": "huntCrossley"}
         base = {**values, **law, "pendulum.drag": self.drag}
-        low, high = 0.0, 3.0 / self.speed  # s/m; the law passes on hardly anything at the upper end
+        # Below the factor of a pair that loses four fifths of its speed.
+        most = damping("huntCrossley", values, restitution=0.2, speed=self.speed, fmu=fmu)["contact.huntCrossley"]
+        low, high = 0.0, most  # s/m
         undamped = _rise(fmu, base | {"contact.huntCrossley": low})
         if undamped < self.height:
             raise InvalidValue(
@@ -70,14 +78,6 @@ def _rise(fmu: Fmu, values: Values) -> float:
         period = run["pendulum.period"]  # of small swings
         times = np.concatenate([[0.0], np.linspace(0.4, 0.7, SAMPLES) * period])
     return float(fmu.simulate(values, times=times, record=[last])[last].max())
-
-
-def runge_kutta(f: Callable[[float, Any], Any], time: float, x: Any, h: float) -> Any:
-    """A step of length h (s) of the classical method of order 4."""
-    k1 = f(time, x)
-    k2 = f(time + h / 2, x + h / 2 * k1)
-    k3 = f(time + h / 2, x + h / 2 * k2)
-    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(time + h, x + h * k3))
 
 
 def _arrival(angle: float, delta: float, rate: float) -> float:

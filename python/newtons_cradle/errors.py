@@ -41,7 +41,7 @@ class PackageMissing(CradleError, ImportError):
 
 class DoubtfulStart(UserWarning):
     """Start values that the FMU accepts, but that are hardly ever meant: balls pressed into each other by a wrong sign,
-    or swings too wide for linear pendulums."""
+    swings too wide for linear pendulums, or parameters that have no effect with the others."""
 
 
 def warn(text: str) -> None:

@@ -9,7 +9,7 @@ use super::legality::{Call, Kind, PHASES, Phase, Purpose};
 use super::log::{Log, Severity};
 use crate::engine::{EngineError, Exchange, History, InvalidState, MAX_INPUT_DERIVATIVE, Results, Simulation, require};
 use crate::model::{Inputs, Parameters, SolverMethod};
-use crate::variables::{DerivativesOf, LogCategory, Number, Refusal, Settings, Variable, ensure, variables};
+use crate::variables::{DerivativesOf, LogCategory, Number, Refusal, Settings, ensure};
 
 const MIN_TOLERANCE: f64 = 1e-14;
 
@@ -160,6 +160,8 @@ pub struct Instance {
     pub(super) start: Start,
     pub(super) run: InstanceState,
     pub log: Log,
+    /// Parameters of this run of which it has been logged that they have no effect.
+    without_effect: Vec<&'static str>,
 }
 
 impl Instance {
@@ -168,7 +170,7 @@ impl Instance {
             start.settings.derivatives_of = DerivativesOf::LastStep;
         }
         let run = InstanceState::new(start.purpose, &start.settings);
-        Self { start, run, log }
+        Self { start, run, log, without_effect: Vec::new() }
     }
 
     #[inline]
@@ -255,10 +257,11 @@ impl Instance {
             }
         }
         // Status OK: several hosts end a run at a warning.
-        for warning in self.run.settings.warnings() {
+        for warning in self.run.settings.doubtful() {
             self.log.write(Severity::Ok, LogCategory::Warning, format_args!("{warning}"));
         }
-        self.log_ignored_parameters();
+        self.without_effect.clear();
+        self.log_without_effect();
         Ok(())
     }
 
@@ -305,24 +308,15 @@ impl Instance {
         Ok(simulation)
     }
 
-    /// Logs parameters that are not the default and have no effect because another law or method is selected.
-    pub(super) fn log_ignored_parameters(&self) {
-        let settings = &self.run.settings;
-        if !self.log.wants(LogCategory::Solver) {
+    /// Logs parameters that have no effect in an instance of this kind, each once in a run.
+    pub(super) fn log_without_effect(&mut self) {
+        if !self.log.wants(LogCategory::Warning) {
             return;
         }
-        let defaults = Settings::default_for(settings.balls());
-        // Parameters that only the other kind of instance uses.
-        let other = match self.run.purpose.kind {
-            Kind::CoSimulation => "exchange.contacts",
-            Kind::ModelExchange => "solver.method",
-        };
-        let unused = |variable: &Variable| variable.row.name == other || !(variable.row.used)(&settings.parameters);
-        for variable in variables(settings.balls()).filter(unused) {
-            let (value, default) = (variable.text(settings), variable.text(&defaults));
-            if let Some(value) = value.filter(|value| Some(value) != default.as_ref()) {
-                let value = variable.row.quantified(value);
-                self.log.solver(format_args!("{variable} = {value} has no effect: its law or method is not selected"));
+        for (row, warning) in self.run.settings.without_effect(Some(self.run.purpose.kind)) {
+            if !self.without_effect.contains(&row.name) {
+                self.without_effect.push(row.name);
+                self.log.write(Severity::Ok, LogCategory::Warning, format_args!("{warning}"));
             }
         }
     }

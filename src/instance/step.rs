@@ -198,7 +198,7 @@ impl Instance {
             updated = simulation.retune(tunables);
         }
         if retuned {
-            self.log_ignored_parameters();
+            self.log_without_effect();
         }
         updated.map_err(|error| self.fail(error))
     }

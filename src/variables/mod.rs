@@ -15,10 +15,10 @@ mod warnings;
 
 pub use description::{Description, LogCategory, MODEL_IDENTIFIER, START_TIME, STEP_SIZE, STOP_TIME, padding};
 pub use recipe::{FILE_NAME, Recipe, StartValue};
-pub use settings::{DEFAULT_BALLS, DerivativesOf, MAX_BALLS, MIN_BALLS, Settings};
+pub use settings::{DEFAULT_BALLS, DerivativesOf, Kind, MAX_BALLS, MIN_BALLS, Settings};
 pub use table::TABLE;
 pub use table::extra::MAX_LOG;
-pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Range, Row, Shape, Type, Variability};
+pub use table::row::{Access, Causality, Edge, Extra, Get, Groups, Need, Range, Row, Shape, Type, Variability};
 pub use table::types::{Enumeration, QUANTITIES, Quantity};
 #[cfg(feature = "engine")]
 pub(crate) use text::Fault;

@@ -11,6 +11,25 @@ pub const MAX_BALLS: usize = 10_000;
 /// Number of balls without resources.
 pub const DEFAULT_BALLS: usize = 5;
 
+/// What an instance does for its host.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Kind {
+    /// It solves the equations.
+    #[default]
+    CoSimulation,
+    /// The host solves them.
+    ModelExchange,
+}
+
+impl std::fmt::Display for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::CoSimulation => "co-simulation",
+            Self::ModelExchange => "model exchange",
+        })
+    }
+}
+
 /// Everything a host can set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {

@@ -1,6 +1,9 @@
-//! Start values that are allowed, but hardly ever meant.
+//! Start values that are allowed, but hardly ever meant, and those that have no effect.
 
-use super::settings::Settings;
+use super::settings::{Kind, Settings};
+use super::table::TABLE;
+use super::table::row::{Causality, Row};
+use super::variable::Variable;
 use crate::model::PendulumModel;
 use crate::number::Number;
 
@@ -11,8 +14,33 @@ const AMPLITUDE: f64 = 0.25;
 
 impl Settings {
     /// Warnings about start values that are allowed, but hardly ever meant: the deepest overlap and the widest swing,
-    /// each with the likely cure.
-    pub fn warnings(&self) -> Vec<String> {
+    /// each with the likely cure, and parameters [without effect](Self::without_effect).
+    pub fn warnings(&self, kind: Option<Kind>) -> Vec<String> {
+        self.doubtful().chain(self.without_effect(kind).map(|(_, warning)| warning)).collect()
+    }
+
+    /// Rows of parameters that are not the default, but have no effect with the others in an instance of this `kind`,
+    /// with a warning that says what would use them. For a file, whose host may create either, no kind is given.
+    pub fn without_effect(&self, kind: Option<Kind>) -> impl Iterator<Item = (&'static Row, String)> {
+        let (balls, defaults) = (self.balls(), Self::default_for(self.balls()));
+        TABLE.iter().enumerate().filter_map(move |(position, row)| {
+            let missing = row.needs.iter().filter(|need| !(need.is_met)(&self.parameters, kind));
+            let missing: Vec<&str> = missing.map(|need| need.choice).collect();
+            if missing.is_empty() || row.causality != Causality::Parameter {
+                return None;
+            }
+            let scalars = (0..row.shape.len(balls)).map(|index| Variable { row, position, index, whole: false });
+            let mut changed = scalars.filter(|variable| variable.value(self) != variable.value(&defaults));
+            let first = changed.next()?;
+            let value = row.quantified(first.text(self)?);
+            let (others, choices) = (changed.count(), missing.join(" and "));
+            let more = if others > 0 { format!(" (and {others} more)") } else { String::new() };
+            Some((row, format!("{first} = {value}{more} has no effect: it needs {choices}")))
+        })
+    }
+
+    /// Warnings about positions and velocities.
+    pub fn doubtful(&self) -> impl Iterator<Item = String> {
         let p = &self.parameters;
         let (x, v) = (&p.x_start, &p.v_start);
         let overlap = |i: usize| x[i] - x[i + 1] - p.gap[i] - p.dead_band;
@@ -39,7 +67,7 @@ impl Settings {
                  there: set pendulum.model to circular (2), lift it less, or set a larger pendulum.length"
             )
         });
-        pressed.into_iter().chain(wide).collect()
+        pressed.into_iter().chain(wide)
     }
 }
 
@@ -58,7 +86,7 @@ mod tests {
         let warnings = |change: &dyn Fn(&mut Parameters)| {
             let mut settings = Settings::default_for(5);
             change(&mut settings.parameters);
-            settings.warnings()
+            settings.warnings(None)
         };
         assert_eq!(warnings(&|_| {}), [""; 0]);
         assert_eq!(warnings(&|p| p.x_start = vec![0.0, 0.0, 0.0, 0.0, 0.49]), [""; 0]);

@@ -86,6 +86,12 @@ def fmu3(cradle, fmu_path, producer) -> nc.Fmu:
     return cradle(fmi=3, binaries=fmu_path)
 
 
+@pytest.fixture(params=["fmu", "fmu3"])
+def either(request) -> nc.Fmu:
+    """The FMU of either standard."""
+    return request.getfixturevalue(request.param)
+
+
 @pytest.fixture
 def make3(fmu3):
     """Makes instances of the FMU of FMI 3.0; see `Cradle`."""

@@ -3,7 +3,6 @@
 import re
 import sys
 import tempfile
-import warnings
 from pathlib import Path
 from textwrap import dedent
 
@@ -13,12 +12,6 @@ import numpy as np
 import pytest
 from conftest import ROOT, ended
 from newtons_cradle.errors import optional
-
-
-@pytest.fixture(params=["fmu", "fmu3"])
-def either(request) -> nc.Fmu:
-    """The FMU of either standard."""
-    return request.getfixturevalue(request.param)
 
 
 def film(amplitudes=(0.006, 0.003), **wrong) -> nc.Calibration:
@@ -116,26 +109,6 @@ def test_wrong_input_is_refused_in_words(either, call, complaint):
     assert isinstance(caught.value, (KeyError, ValueError, RuntimeError, FileNotFoundError))
     assert complaint in str(caught.value)
     assert "failed with status" not in str(caught.value)
-
-
-def test_a_wrong_sign_is_told(either):
-    """In the FMU's words; what a preset has is meant."""
-    pressed = r"x_start\[3\] = 0.1 m and x_start\[4\] = 0 m press balls 3 and 4"
-    with warnings.catch_warnings(action="error"):
-        with pytest.raises(nc.DoubtfulStart, match=pressed):
-            either.start({"x_start[3]": 0.1})
-        either.start(nc.figure5() | {"contact.damping": 1.0}).close()
-        either.start(nc.lifted(2)).close()
-        with nc.build(preset="figure3", binaries=either.path) as wide:
-            wide.simulate({"contact.damping": 1.0}, stop=0.01)
-        with pytest.raises(nc.DoubtfulStart, match="ball 1 swings farther than a quarter of its pendulum"):
-            either.start(nc.figure5() | {"pendulum.length": 1.0})
-        with pytest.raises(nc.DoubtfulStart, match=pressed):
-            nc.build(set={"x_start[3]": 0.1}, binaries=either.path)
-    for call in (either.start, either.simulate):
-        with pytest.warns(nc.DoubtfulStart) as told:
-            call({"x_start[3]": 0.1})
-        assert told[0].filename == __file__
 
 
 def test_what_is_printed_is_short(fmu):

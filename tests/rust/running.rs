@@ -2,8 +2,9 @@
 
 use std::ptr::null;
 
-use cradle_host::{Host, fmi2Error, fmi2OK, scenes};
+use cradle_host::{Host, Instantiate, Line, fmi2Error, fmi2OK, scenes};
 use newtons_cradle::fmi2::*;
+use newtons_cradle::variables::{Access, Row, TABLE};
 
 #[test]
 fn initialization_mode_shows_the_values_that_are_set() {
@@ -136,10 +137,10 @@ fn what_has_no_effect_is_told() {
         ("", ""),
         ("solver.method=rk4 solver.tolerance=1e-6 solver.fixedStep=1e-5", "solver.tolerance = 1e-6"),
         (
-            "contact.model=rigid contact.dampingLaw=kelvinVoigtNoPull contact.stiffness=2 \
-             contact.stiffnessRatio[3]=2 contact.overlapRef=2 contact.damping=2",
-            "contact.stiffness = 2 N/m, contact.stiffnessRatio[3] = 2, contact.overlapRef = 2 m, \
-             contact.dampingLaw = kelvinVoigtNoPull, contact.damping = 2 N.s/m",
+            "contact.model=rigid contact.dampingLaw=kelvinVoigtNoPull contact.stiffness=2 contact.damping=2 \
+             contact.stiffnessRatio[2]=2 contact.stiffnessRatio[3]=3 contact.overlapRef=2 exchange.contacts=resolved",
+            "contact.stiffness = 2 N/m, contact.stiffnessRatio[2] = 2 (and 1 more), contact.overlapRef = 2 m, \
+             contact.dampingLaw = kelvinVoigtNoPull, contact.damping = 2 N.s/m, exchange.contacts = resolved",
         ),
         ("contact.restitution=0.5", "contact.restitution = 0.5"),
     ] {
@@ -149,6 +150,74 @@ fn what_has_no_effect_is_told() {
         assert_eq!(told.collect::<Vec<_>>().join(", "), expected);
         assert_eq!(host.reset(), fmi2OK);
     }
+    // Tuned, each once in a run.
+    host.start();
+    for (step, expected) in [(0.0, 1), (0.1, 0)] {
+        host.give(&format!("contact.restitution={step} contact.damping={step}"));
+        assert_eq!(host.step(step, 0.1), fmi2OK);
+        let told: Vec<Line> = host.log().into_iter().filter(|line| line.category == "logStatusWarning").collect();
+        assert_eq!(told.len(), expected, "{told:?}");
+    }
+    let exchange = Instantiate { kind: fmi2ModelExchange, logging: true, ..Default::default() }.host().unwrap();
+    exchange.give("exchange.contacts=resolved solver.method=rk4 solver.tolerance=1e-9 solver.fixedStep=1e-5");
+    exchange.start();
+    let told: Vec<String> = exchange.log().into_iter().map(|line| line.text).collect();
+    let expected = [
+        "solver.method = rk4 has no effect: it needs co-simulation",
+        "solver.fixedStep = 1e-5 s has no effect: it needs co-simulation",
+    ];
+    assert_eq!(told, expected);
+}
+
+/// Every parameter that needs something, changed under all laws and methods: it is told once that this has no effect
+/// where the run keeps its bits, and not where it changes.
+#[test]
+fn what_is_told_to_have_no_effect_has_none() {
+    const STRUCK: &str = "gravity=0 contact.exponent=1.5 contact.deadBand=0 contact.damping=50 \
+        contact.huntCrossley=0.3 contact.relaxationTime=1e-6 contact.restitution=0.8 x_start=0 \
+        v_start=1,0,0,0,0 contact.gap=0,1,1,1";
+    let host = Host::logging();
+    let run = |settings: &str, changed: &str| {
+        assert_eq!(host.reset(), fmi2OK);
+        [STRUCK, settings, changed].into_iter().for_each(|given| host.give(given));
+        host.start();
+        let told = host.log();
+        // Into the first impact.
+        assert_eq!(host.step(0.0, 1e-5), fmi2OK, "{settings} {changed}: {:?}", host.log());
+        let results = ["x", "v", "F", "impulse"].map(|name| host.each(name)).concat();
+        (told, results.into_iter().map(f64::to_bits).collect::<Vec<_>>())
+    };
+    let items = |model, law| {
+        ["eventDriven", "rk4"]
+            .map(|method| format!("contact.model={model} contact.dampingLaw={law} solver.method={method}"))
+    };
+    let models = ["powerLaw", "hertz", "rigid"].into_iter();
+    let laws = ["kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic"];
+    let choices: Vec<String> =
+        models.flat_map(|model| laws.into_iter().flat_map(move |law| items(model, law))).collect();
+    let mut seen = [0, 0];
+    for settings in choices.iter().filter(|choice| !choice.contains("rigid") || !choice.contains("rk4")) {
+        let (_, before) = run(settings, "");
+        // Rigid contacts are refused by the other methods.
+        let is_allowed = |row: &&Row| !(settings.contains("rigid") && row.name == "solver.method");
+        for row in TABLE.iter().filter(|row| !row.needs.is_empty()).filter(is_allowed) {
+            let (name, now) = (row.name_of(1), host.get(&row.name_of(1)));
+            let other = match row.access {
+                Access::Enumeration(of) => {
+                    of.items.iter().rev().map(|item| item.value.into()).find(|item| *item != now)
+                }
+                _ => [1.5 * now, 0.5 * now].into_iter().find(|value| row.range.contains(*value)),
+            };
+            let changed = format!("{name}={}", other.unwrap());
+            let (told, after) = run(settings, &changed);
+            let told: Vec<_> = told.iter().filter(|line| line.text.starts_with(&format!("{name} = "))).collect();
+            // What the tolerance changes may be less than a digit.
+            let same = after == before && (name != "solver.tolerance" || !told.is_empty());
+            assert_eq!(told.len(), usize::from(same), "{settings} {changed}: {told:?}");
+            seen[told.len()] += 1;
+        }
+    }
+    assert!(seen[0] > 50 && seen[1] > 50, "{seen:?}");
 }
 
 #[test]

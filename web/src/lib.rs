@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use newtons_cradle::engine::{Chain, Engine, Pulse, Results};
 use newtons_cradle::forecast::Forecast;
 use newtons_cradle::model::SolverMethod;
-use newtons_cradle::variables::Recipe;
+use newtons_cradle::variables::{Kind, Recipe};
 
 thread_local! {
     static RUNS: RefCell<BTreeMap<i32, Engine>> = RefCell::default();
@@ -79,7 +79,7 @@ fn started() -> Result<i32, String> {
         return Err("solver.method is refused; allowed: eventDriven".into());
     }
     let engine = Engine::new(&settings.parameters, &settings.inputs, 0.0).map_err(|error| error.to_string())?;
-    say(&settings.warnings().join(". "));
+    say(&settings.warnings(Some(Kind::CoSimulation)).join(". "));
     Ok(keep(engine))
 }
 

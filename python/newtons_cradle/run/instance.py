@@ -16,7 +16,7 @@ from ..pulses import Array
 from . import derivatives
 from .calls import WARNING, Access, Failure
 from .log import Log
-from .model import Value, Values, meant
+from .model import Value, Values, concerns, given
 from .parts import NONE, NOTHING, PROMPT, Parts, length
 from .recorder import Recorder
 from .result import Result
@@ -59,7 +59,7 @@ class Run(AbstractContextManager["Run"]):
     def __init__(self, fmu: "Fmu", values: Values | None = None, *, initialize: bool = True, **options: Any):
         self.fmu, self._time = fmu, 0.0
         self._closed = self._initialized = self._failed = self._lent = False
-        self._meant = True
+        self._given: frozenset[str] = frozenset()  # the names of start values, without those of presets
         self._in_step = False  # it may have been interrupted before the time was noted
         self._names: dict[str, tuple[str, ...]] = {}  # that were read by one name
         self._inputs: dict[tuple[str, ...], Access] = {}  # what controllers set in each step, checked before
@@ -87,9 +87,9 @@ class Run(AbstractContextManager["Run"]):
         self._call(self._instance.enterInitializationMode, startTime=start_time)
         self._call(self._instance.exitInitializationMode)
         self._time, self._initialized = start_time, True
-        if not self._meant and self.log.mark() > begin:
+        if self._given and self.log.mark() > begin:
             for line in self.log.since(begin):
-                if line.category == "logStatusWarning":
+                if line.category == "logStatusWarning" and concerns(line.text, self._given):
                     warn(line.text)
 
     def __repr__(self) -> str:
@@ -164,7 +164,8 @@ class Run(AbstractContextManager["Run"]):
         numbers = self.fmu.settings(values)
         if not numbers:
             return
-        self._meant = self._meant and meant(values)
+        if not self._initialized:
+            self._given |= given(values)
         self._parts.note(values)
         access = self._calls.access(tuple(numbers))
         self._done(access.write(list(numbers.values())), InvalidValue)

@@ -97,16 +97,30 @@ def general(text: str, index: int | None) -> str:
 
 
 class Preset(dict[str, Any]):
-    """Start values of a preset, which are meant; `preset | others` places the balls as `others` do, if they do."""
+    """Start values of a preset, which are meant. `preset | others` knows the names of the `others`."""
+
+    others: frozenset[str] = frozenset()
 
     def __or__(self, others: dict[str, Any]) -> dict[str, Any]:  # type: ignore[override]
         merged = super().__or__(others)
-        return Preset(merged) if isinstance(others, dict) and meant(others) else merged
+        if isinstance(others, dict):
+            merged = Preset(merged)
+            merged.others = self.others | given(others)
+        return merged
 
 
-def meant(values: Values) -> bool:
-    """Whether nothing is doubtful in these values: the balls stay where a preset, or the FMU's maker, placed them."""
-    return isinstance(values, Preset) or not any(name.startswith(PLACING) for name in values)
+def given(values: Values) -> frozenset[str]:
+    """The names of the values that somebody has chosen himself, not with a preset."""
+    return values.others if isinstance(values, Preset) else frozenset(values)
+
+
+def concerns(warning: str, names: Iterable[str]) -> bool:
+    """Whether a warning of the FMU may be due to the values of these names: one about a parameter without effect if it
+    is among them, any other one if they place the balls."""
+    about, no_effect = warning.partition(" = ")[0], " has no effect" in warning
+    if no_effect:
+        return split(about)[0] in {split(name)[0] for name in names}
+    return any(name.startswith(PLACING) for name in names)
 
 
 class Model:

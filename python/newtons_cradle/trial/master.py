@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from ..calibration import runge_kutta
 from ..errors import FmuError
 from ..fmu import Fmu
+from ..losses import runge_kutta
 from ..run import Run
 from .cases import Case, Points
 

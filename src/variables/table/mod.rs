@@ -8,11 +8,12 @@ pub(super) mod types;
 
 use std::slice::{from_mut, from_ref};
 
+use super::settings::Kind;
 use crate::forecast::NEVER;
 use crate::model::{ContactModel, DampingLaw, ExchangedContacts, Parameters, PendulumModel, SolverMethod};
 use row::Causality::{CalculatedParameter, Input, Local, Output};
 use row::Shape::{Balls, Contacts, Scalar};
-use row::{ANY, Access, NOT_NEGATIVE, POSITIVE, Row};
+use row::{ANY, Access, NOT_NEGATIVE, Need, POSITIVE, Row};
 use row::{between, count, enumeration, parameter, real, row};
 use types::{
     ACCELERATION, ANGLE_DEG, DAMPING, DRAG, ELASTIC_MODULUS_GPA, ENERGY, FORCE, FORCE_KN, IMPULSE, LENGTH, LENGTH_MM,
@@ -33,16 +34,28 @@ macro_rules! each {
     };
 }
 
-/// Whether a parameter of some law or model is in use.
-type Used = fn(&Parameters) -> bool;
-const POWER_LAW: Used = |p| p.contact_model == ContactModel::PowerLaw;
-const HERTZ: Used = |p| p.contact_model == ContactModel::Hertz;
-const RIGID: Used = |p| p.contact_model == ContactModel::Rigid;
-const COMPLIANT: Used = |p| !RIGID(p);
-const HUNT_CROSSLEY: Used = |p| COMPLIANT(p) && p.damping_law == DampingLaw::HuntCrossley;
-const VISCOELASTIC: Used = |p| COMPLIANT(p) && p.damping_law == DampingLaw::Viscoelastic;
-const KELVIN_VOIGT: Used =
-    |p| COMPLIANT(p) && matches!(p.damping_law, DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull);
+const POWER_LAW: Need =
+    Need { choice: "contact.model = powerLaw", is_met: |p, _| p.contact_model == ContactModel::PowerLaw };
+const HERTZ: Need = Need { choice: "contact.model = hertz", is_met: |p, _| p.contact_model == ContactModel::Hertz };
+const RIGID: Need = Need { choice: "contact.model = rigid", is_met: |p, _| p.contact_model == ContactModel::Rigid };
+const COMPLIANT: Need =
+    Need { choice: "contact.model = powerLaw or hertz", is_met: |p, _| p.contact_model != ContactModel::Rigid };
+const KELVIN_VOIGT: Need = Need {
+    choice: "contact.dampingLaw = kelvinVoigt or kelvinVoigtNoPull",
+    is_met: |p, _| matches!(p.damping_law, DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull),
+};
+const HUNT_CROSSLEY: Need =
+    Need { choice: "contact.dampingLaw = huntCrossley", is_met: |p, _| p.damping_law == DampingLaw::HuntCrossley };
+const VISCOELASTIC: Need =
+    Need { choice: "contact.dampingLaw = viscoelastic", is_met: |p, _| p.damping_law == DampingLaw::Viscoelastic };
+const RK4: Need = Need { choice: "solver.method = rk4", is_met: |p, _| p.method == SolverMethod::Rk4 };
+// In model exchange there is no method to select.
+const TOLERANT: Need = Need {
+    choice: "solver.method = eventDriven, bdf or adams",
+    is_met: |p, kind| p.method != SolverMethod::Rk4 || kind == Some(Kind::ModelExchange),
+};
+const CO_SIMULATION: Need = Need { choice: "co-simulation", is_met: |_, kind| kind != Some(Kind::ModelExchange) };
+const MODEL_EXCHANGE: Need = Need { choice: "model exchange", is_met: |_, kind| kind != Some(Kind::CoSimulation) };
 
 /// Period of ball 1, s; `NEVER` without gravity.
 fn period(parameters: &Parameters) -> f64 {
@@ -84,9 +97,9 @@ pub static TABLE: &[Row] = &[
     parameter("ball.radius", Scalar, &LENGTH_MM, POSITIVE, one!(radius),
         "Radius of the balls, for hertz contacts, circular pendulums and animations").nominal(0.01),
     parameter("ball.youngModulus", Scalar, &ELASTIC_MODULUS_GPA, POSITIVE, one!(young_modulus),
-        "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(HERTZ),
+        "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(&[HERTZ]),
     parameter("ball.poissonRatio", Scalar, &RATIO, between(0.0, 0.5), one!(poisson_ratio),
-        "Poisson's ratio of the balls, for hertz contacts").used_if(HERTZ),
+        "Poisson's ratio of the balls, for hertz contacts").used_if(&[HERTZ]),
     parameter("pendulum.length", Scalar, &LENGTH, POSITIVE, one!(length),
         "Length L of a pendulum with length ratio 1"),
     parameter("pendulum.lengthRatio", Balls, &RATIO, POSITIVE, each!(length_ratio),
@@ -96,40 +109,43 @@ pub static TABLE: &[Row] = &[
     enumeration("contact.model", item!(parameters.contact_model: ContactModel),
         "Force law of the contacts"),
     parameter("contact.stiffness", Scalar, &STIFFNESS_N_UM, POSITIVE, one!(stiffness),
-        "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10).used_if(POWER_LAW),
+        "Secant stiffness k at the overlap contact.overlapRef, for powerLaw contacts").nominal(1e10)
+        .used_if(&[POWER_LAW]),
     parameter("contact.stiffnessRatio", Contacts, &RATIO, POSITIVE, each!(stiffness_ratio),
-        "Stiffness ratio r of the contact between balls {i} and {j}: a factor on its elastic force").used_if(COMPLIANT),
+        "Stiffness ratio r of the contact between balls {i} and {j}: a factor on its elastic force")
+        .used_if(&[COMPLIANT]),
     parameter("contact.overlapRef", Scalar, &LENGTH_UM, POSITIVE, one!(overlap_ref),
-        "Overlap d_ref at which the secant stiffness is contact.stiffness").nominal(1e-6).used_if(POWER_LAW),
+        "Overlap d_ref at which the secant stiffness is contact.stiffness").nominal(1e-6).used_if(&[POWER_LAW]),
     parameter("contact.exponent", Scalar, &RATIO, between(1.0, 10.0), one!(exponent),
-        "Exponent p of the powerLaw contacts").used_if(POWER_LAW),
+        "Exponent p of the powerLaw contacts").used_if(&[POWER_LAW]),
     parameter("contact.deadBand", Scalar, &LENGTH_UM, NOT_NEGATIVE, one!(dead_band),
         "Distance that neighbours travel beyond the gap before their contact acts").nominal(1e-6),
     parameter("contact.gap", Contacts, &LENGTH_UM, ANY, each!(gap),
         "Gap between balls {i} and {j} at rest; negative if they are pre-compressed").nominal(1e-6),
     enumeration("contact.dampingLaw", item!(parameters.damping_law: DampingLaw),
-        "Damping law of the contacts").used_if(COMPLIANT),
+        "Damping law of the contacts").used_if(&[COMPLIANT]),
     parameter("contact.damping", Scalar, &DAMPING, NOT_NEGATIVE, one!(damping),
-        "Damping c of the kelvinVoigt laws").tunable().used_if(KELVIN_VOIGT),
+        "Damping c of the kelvinVoigt laws").tunable().used_if(&[COMPLIANT, KELVIN_VOIGT]),
     parameter("contact.huntCrossley", Scalar, &SLOWNESS, NOT_NEGATIVE, one!(hunt_crossley),
-        "Damping factor alpha of the huntCrossley law").tunable().used_if(HUNT_CROSSLEY),
+        "Damping factor alpha of the huntCrossley law").tunable().used_if(&[COMPLIANT, HUNT_CROSSLEY]),
     parameter("contact.relaxationTime", Scalar, &TIME_US, NOT_NEGATIVE, one!(relaxation_time),
-        "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable().used_if(VISCOELASTIC),
+        "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable().used_if(&[COMPLIANT, VISCOELASTIC]),
     parameter("contact.restitution", Scalar, &RATIO, between(0.0, 1.0), one!(restitution),
-        "Coefficient of restitution of rigid contacts").tunable().used_if(RIGID),
+        "Coefficient of restitution of rigid contacts").tunable().used_if(&[RIGID]),
     parameter("x_start", Balls, &LENGTH, ANY, each!(x_start),
         "Position x[{i}] of ball {i} at the start time; for circular pendulums less than the length"),
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
         "Velocity v[{i}] of ball {i} at the start time"),
     enumeration("solver.method", item!(parameters.method: SolverMethod),
-        "Solution method"),
+        "Solution method").used_if(&[CO_SIMULATION]),
     parameter("solver.tolerance", Scalar, &RATIO, between(1e-14, 1e-3), one!(tolerance),
         "Relative tolerance of all methods except rk4; a host's own tolerance can only tighten it").nominal(1e-12)
-        .used_if(|p| p.method != SolverMethod::Rk4),
+        .used_if(&[TOLERANT]),
     parameter("solver.fixedStep", Scalar, &TIME_US, POSITIVE, one!(fixed_step),
-        "Step of the rk4 method").nominal(1e-6).used_if(|p| p.method == SolverMethod::Rk4),
+        "Step of the rk4 method").nominal(1e-6).used_if(&[CO_SIMULATION, RK4]),
     enumeration("exchange.contacts", item!(parameters.exchange_contacts: ExchangedContacts),
-        "Who follows the contacts in model exchange; resolved needs a tolerance of 1e-10 for contacts in touch"),
+        "Who follows the contacts in model exchange; resolved needs a tolerance of 1e-10 for contacts in touch")
+        .used_if(&[MODEL_EXCHANGE]),
     row("pendulum.period", Scalar, CalculatedParameter, Access::Calculated(period),
         "Period of ball 1 for small angles; 1e30 without gravity").of(&TIME)
         .initially(&[&["gravity", "pendulum.length", "pendulum.lengthRatio[1]"]])

@@ -3,7 +3,7 @@
 use super::types::{Enumeration, Quantity};
 use crate::model::{Differential, Parameters, Results};
 use crate::number::Number;
-use crate::variables::settings::Settings;
+use crate::variables::settings::{Kind, Settings};
 
 /// How many variables a row stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -223,6 +223,15 @@ impl std::fmt::Display for Range {
 /// the states that the position follows from.
 pub type Groups = &'static [&'static [&'static str]];
 
+/// A choice without which a parameter has no effect.
+#[derive(Clone, Copy)]
+pub struct Need {
+    /// The choice, as a message names it: a setting and its values, or a kind of instance.
+    pub choice: &'static str,
+    /// Whether it is made; of an instance of either kind if none is given.
+    pub is_met: fn(&Parameters, Option<Kind>) -> bool,
+}
+
 /// A family of variables.
 pub struct Row {
     /// Name without index.
@@ -241,8 +250,8 @@ pub struct Row {
     pub nominal: Option<f64>,
     /// Where the value is.
     pub access: Access,
-    /// Whether the selected laws use it; otherwise a parameter is ignored.
-    pub used: fn(&Parameters) -> bool,
+    /// What a parameter needs to have an effect.
+    pub needs: &'static [Need],
     /// Derivative of a real result, for ball or contact `i`; outputs and calculated parameters have one.
     pub derivative: Option<fn(&Differential, usize) -> f64>,
     /// Dependencies of a calculated value at initialization; everything if none are given.
@@ -307,7 +316,7 @@ pub const fn row(name: Text, shape: Shape, causality: Causality, access: Access,
         range: ANY,
         nominal: None,
         access,
-        used: |_| true,
+        needs: &[],
         derivative: None,
         initially: None,
         follows: &[],
@@ -366,8 +375,8 @@ builders! {
     discrete() variability = Variability::Discrete;
     /// Changes at any time.
     continuous() variability = Variability::Continuous;
-    /// Has an effect only where `used` holds.
-    used_if(used: fn(&Parameters) -> bool) used = used;
+    /// Has an effect only where all of these are met.
+    used_if(needs: &'static [Need]) needs = needs;
     /// Has this derivative, by time or along a direction.
     derivative(derivative: fn(&Differential, usize) -> f64) derivative = Some(derivative);
     /// Depends on these states and inputs.

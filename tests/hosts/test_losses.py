@@ -1,0 +1,55 @@
+"""Damping from a coefficient of restitution, against the FMU."""
+
+import newtons_cradle as nc
+import pytest
+from newtons_cradle.losses import COEFFICIENTS
+
+#: Contacts, and the masses of the two balls.
+CRADLES = {
+    "linear": ({"contact.exponent": 1.0, "contact.stiffness": 1e6}, (1.0, 1.0)),
+    "hertz": ({"contact.model": "hertz", "ball.youngModulus": 1e11, "ball.radius": 0.01}, (1e-2, 10.0)),
+    "quadratic": ({"contact.exponent": 2.0, "contact.stiffnessRatio[2]": 3.0}, (30.0, 0.5)),
+    "steep": ({"contact.exponent": 7.3, "contact.overlapRef": 1e-4, "contact.stiffness": 1e5}, (1.0, 2.0)),
+}
+
+
+@pytest.mark.parametrize("law", COEFFICIENTS)
+@pytest.mark.parametrize("cradle", CRADLES)
+@pytest.mark.parametrize(("e", "speed"), [(0.999, 1e-3), (0.9, 1.0), (0.5, 0.1), (0.05, 5.0)])
+def test_two_free_balls_part_as_asked(fmu, cradle, law, e, speed):
+    """Balls 2 and 3, far from the others, by any law: e to 1e-9."""
+    contacts, (left, right) = CRADLES[cradle]
+    values = contacts | {
+        "gravity": 0.0,
+        "contact.deadBand": 0.0,
+        "ball.massRatio[2]": left,
+        "ball.massRatio[3]": right,
+        "contact.gap": [10.0, 1e-6 * speed, 10.0, 10.0],
+        "x_start": [0.0] * 5,
+        "v_start": [0.0, speed, 0.0, 0.0, 0.0],
+    }
+    lossy = nc.damping(law, values, restitution=e, speed=speed, contact=2, fmu=fmu)
+    assert set(lossy) == {"contact.dampingLaw", COEFFICIENTS[law]}
+    run = fmu.simulate(values | lossy, stop=0.9, step=0.9, record=["v"])
+    assert len(run.pulses) == 1
+    v = run["v"][-1]
+    assert (v[2] - v[1]) / speed == pytest.approx(e, abs=1e-9)
+
+
+def test_damping_is_refused_in_words(fmu):
+    def damp(law="viscoelastic", values=None, restitution=0.9, speed=1.0, **options):
+        return nc.damping(law, values, restitution=restitution, speed=speed, fmu=fmu, **options)
+
+    for wrong, complaint in [
+        ({"law": "plastic"}, "law = 'plastic' is refused; allowed: kelvinVoigt, "),
+        ({"restitution": 1.2}, "restitution = 1.2 is refused; allowed: a positive number, at most 1"),
+        ({"restitution": 0.0}, "restitution = 0.0 is refused"),
+        ({"speed": -1.0}, "speed = -1.0 is refused; allowed: a positive number \\(m/s\\)"),
+        ({"contact": 5}, "contact = 5 is refused; allowed: a whole number from 1 to 4"),
+        ({"values": {"contact.model": "rigid"}}, "its coefficient is contact.restitution"),
+    ]:
+        with pytest.raises(nc.InvalidValue, match=complaint):
+            damp(**wrong)
+    assert damp(restitution=1.0) == {"contact.dampingLaw": "viscoelastic", "contact.relaxationTime": 0.0}
+    calibrated = [nc.Calibration(e, 0.001, 0.25, 0.003).pairs(fmu, nc.preset("desk")) for e in (0.9, 0.95)]
+    assert calibrated[0]["contact.huntCrossley"] > 1.9 * calibrated[1]["contact.huntCrossley"]

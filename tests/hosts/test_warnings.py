@@ -1,0 +1,133 @@
+"""Start values that are accepted but hardly ever meant, and parameters without effect: what the log, `cradle-fmu build`
+and Python say."""
+
+import warnings
+
+import newtons_cradle as nc
+import pytest
+from conftest import ended
+
+RIGID, HERTZ = {"contact.model": "rigid"}, {"contact.model": "hertz"}
+HUNT_CROSSLEY, VISCOELASTIC = ({"contact.dampingLaw": law} for law in ("huntCrossley", "viscoelastic"))
+RK4 = {"solver.method": "rk4"}
+
+#: Parameters that need something: a value that is not the default, settings with which it has no effect, others with
+#: which it has one, and what the warning says that it needs.
+NEEDY = {
+    "ball.youngModulus": (1e11, {}, HERTZ, "contact.model = hertz"),
+    "ball.poissonRatio": (0.2, RIGID, HERTZ, "contact.model = hertz"),
+    "contact.stiffness": (1e9, HERTZ, {}, "contact.model = powerLaw"),
+    "contact.stiffnessRatio[2]": (2.0, RIGID, HERTZ, "contact.model = powerLaw or hertz"),
+    "contact.overlapRef": (1e-5, HERTZ, {}, "contact.model = powerLaw"),
+    "contact.exponent": (2.0, RIGID, {}, "contact.model = powerLaw"),
+    "contact.dampingLaw": ("huntCrossley", RIGID, {}, "contact.model = powerLaw or hertz"),
+    "contact.damping": (5.0, HUNT_CROSSLEY, HERTZ, "contact.dampingLaw = kelvinVoigt or kelvinVoigtNoPull"),
+    "contact.huntCrossley": (
+        0.3,
+        RIGID,
+        HUNT_CROSSLEY,
+        "contact.model = powerLaw or hertz and contact.dampingLaw = huntCrossley",
+    ),
+    "contact.relaxationTime": (1e-6, HUNT_CROSSLEY, VISCOELASTIC, "contact.dampingLaw = viscoelastic"),
+    "contact.restitution": (0.5, {}, RIGID, "contact.model = rigid"),
+    "solver.tolerance": (1e-9, RK4, {}, "solver.method = eventDriven, bdf or adams"),
+    "solver.fixedStep": (1e-5, {}, RK4, "solver.method = rk4"),
+}
+#: Those that need an instance of one kind; `build` and Python do not know which a file will be used for.
+OF_ONE_KIND = {"exchange.contacts": ("resolved", "model exchange"), "solver.method": ("rk4", "co-simulation")}
+
+
+def told(values: dict, about: str, *calls) -> list[list[str]]:
+    """What each call with these values warns of about this parameter."""
+    found = []
+    for call in calls:
+        with warnings.catch_warnings(record=True, action="always") as caught:
+            call(values)
+        assert all(one.filename == __file__ for one in caught)
+        found.append(
+            [
+                text
+                for text in (str(one.message) for one in caught)
+                if text.startswith(f"{about} = ") and " has no effect" in text
+            ]
+        )
+    return found
+
+
+def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tmp_path):
+    """Over the whole table, in the same words; none where it has an effect."""
+
+    def build(values: dict) -> None:
+        nc.build(set=values, binaries=fmu.path).close()
+
+    def program(values: dict) -> list[str]:
+        given = [part for name, value in values.items() for part in ("--set", f"{name}={value}")]
+        said = ended(producer, "build", "--from", fmu.path, "--out", tmp_path / "x.fmu", *given).stderr.splitlines()
+        return [line.removeprefix("warning: ") for line in said]
+
+    def logged(values: dict, **options) -> list[str]:
+        with warnings.catch_warnings(action="ignore"), fmu.start(values, **options) as run:
+            return [line.text for line in run.log if line.category == "logStatusWarning"]
+
+    for name, (value, without, with_effect, needs) in NEEDY.items():
+        wasted, used = without | {name: value}, with_effect | {name: value}
+        python, built = told(wasted, name, fmu.start, build)
+        assert len(python) == 1 and python == built, (name, python, built)
+        assert python[0].endswith(f" has no effect: it needs {needs}")
+        for said in (program(wasted), logged(wasted)):
+            assert [line for line in said if line.startswith(f"{name} = ")] == python
+        assert told(used, name, fmu.start, build) == [[], []], name
+        assert not [line for line in program(used) + logged(used) if line.startswith(f"{name} = ")]
+    for name, (value, needs) in OF_ONE_KIND.items():
+        of_kind = {
+            "co-simulation": logged({name: value}),
+            "model exchange": logged({name: value}, exchange=True),
+        }
+        assert {kind for kind, said in of_kind.items() if not said} == {needs}
+        assert told({name: value}, name, build) == [[]]
+    others = {name for name in fmu.parameters if "[" not in name or name.endswith("[1]")} - {*NEEDY, *OF_ONE_KIND}
+    items = {"contact.model": "hertz", "pendulum.model": "circular", "pendulum.length": 1.5}
+    values = {name: items.get(name, 0.015) for name in others - {"contact.stiffnessRatio[1]"}}
+    for name, value in values.items():
+        one = {name: value}
+        said = told(one, name, fmu.start)[0] + [line for line in logged(one) if " has no effect" in line]
+        assert not said, said
+    on_lines = values | {"pendulum.model": "linear"}
+    assert not [line for line in program(on_lines) if " has no effect" in line]
+
+
+def test_what_comes_from_a_preset_is_meant(either):
+    """Only what somebody has set himself is told in Python, and again after a merge."""
+    desk = nc.preset("desk")
+    with warnings.catch_warnings(action="error"):
+        either.start(desk | {"contact.model": "rigid"}).close()
+        either.start(desk | {"x_start[1]": -0.02} | {"contact.model": "rigid"}).close()
+        for values in (desk | {"contact.restitution": 0.5}, desk | {"contact.restitution": 0.5} | {"gravity": 9.8}):
+            with pytest.raises(
+                nc.DoubtfulStart, match=r"restitution = 0.5 has no effect: it needs contact.model = rigid"
+            ):
+                either.start(values)
+            with pytest.raises(nc.DoubtfulStart, match=r"restitution = 0.5 has no effect"):
+                nc.build(set=values, binaries=either.path)
+        with pytest.raises(nc.DoubtfulStart, match=r"stiffnessRatio\[1\] = 1.5 \(and 3 more\) has no effect"):
+            either.start({"contact.model": "rigid", "contact.stiffnessRatio": [1.5] * 4})
+
+
+def test_a_wrong_sign_is_told(either):
+    """In the FMU's words; what a preset has is meant."""
+    pressed = r"x_start\[3\] = 0.1 m and x_start\[4\] = 0 m press balls 3 and 4"
+    with warnings.catch_warnings(action="error"):
+        with pytest.raises(nc.DoubtfulStart, match=pressed):
+            either.start({"x_start[3]": 0.1})
+        either.start(nc.figure5() | {"contact.damping": 1.0}).close()
+        either.start(nc.lifted(2)).close()
+        with nc.build(preset="figure3", binaries=either.path) as wide:
+            wide.simulate({"contact.damping": 1.0}, stop=0.01)
+        with pytest.raises(nc.DoubtfulStart, match="ball 1 swings farther than a quarter of its pendulum"):
+            either.start(nc.figure5() | {"pendulum.length": 1.0})
+        with pytest.raises(nc.DoubtfulStart, match=pressed):
+            nc.build(set={"x_start[3]": 0.1}, binaries=either.path)
+    for call in (either.start, either.simulate):
+        with pytest.warns(nc.DoubtfulStart) as told:
+            call({"x_start[3]": 0.1})
+        assert told[0].filename == __file__
