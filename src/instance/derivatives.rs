@@ -130,8 +130,8 @@ impl Instance {
         let Settings { parameters: tangent, inputs, .. } = &along.settings;
         let derived = self.derived();
         let tape = if derived == Derived::Run { self.tape()? } else { None };
-        // A direction may be followed for longer than a tape is kept, and at the start, where there is none; what else a
-        // tape lacks a direction lacks, too.
+        // A direction may be followed for longer than a tape is kept, and at the start, where there is none; what else
+        // a tape lacks a direction lacks, too.
         let mut why = tape.as_ref().and_then(|tape| tape.as_ref().err().copied());
         let follows = why.is_none_or(|why| matches!(why, Unfollowed::TooLong | Unfollowed::NoHistory));
         let mut found_or = |found: Result<Differential, Unfollowed>| found.map_err(|refused| why = Some(refused)).ok();

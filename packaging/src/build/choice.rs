@@ -253,7 +253,7 @@ fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(St
 
 #[cfg(test)]
 mod tests {
-    use newtons_cradle::variables::{Causality, TABLE};
+    use newtons_cradle::variables::{Causality, Row, TABLE};
 
     use super::*;
 
@@ -271,7 +271,8 @@ mod tests {
             let stated = |name: &str| recipe.start.contains_key(name);
             // The solver is not part of a cradle.
             let of_solving = |name: &str| name.starts_with("solver.") || name.starts_with("exchange.");
-            for row in TABLE.iter().filter(|row| row.causality == Causality::Parameter && (row.used)(&parameters)) {
+            let used = |row: &&Row| row.needs.iter().all(|need| (need.is_met)(&parameters, None));
+            for row in TABLE.iter().filter(|row| row.causality == Causality::Parameter).filter(used) {
                 let (preset, name) = (preset.name, row.name);
                 match row.shape {
                     Shape::Scalar => assert!(stated(name) || of_solving(name), "{preset}: {name}"),
