@@ -166,7 +166,13 @@ def test_names_beyond_the_locale_are_escaped(producer, results):
 
 def test_help_is_of_the_command(producer):
     for command, says in (
-        ("judge", ["usage: cradle-fmu judge [-h] CASE [RESULT.csv]", "Exit codes: 0 right; 1 wrong; 2 not judged"]),
+        (
+            "judge",
+            [
+                "usage: cradle-fmu judge [-h] CASE [RESULT.csv]",
+                "Exit codes: 0 right; 1 wrong, or standard output takes no verdict; 2 not judged",
+            ],
+        ),
         ("page", ["usage: cradle-fmu page [-h]", "--pulses FILE.csv"]),
         ("cases", ["usage: cradle-fmu cases [-h] -o FOLDER", "--from FILE.fmu"]),
         ("live", ["usage: cradle-fmu live [-h]", "--site FOLDER"]),
