@@ -359,6 +359,7 @@ def recorded(fmu, case):
 
 def test_what_only_some_cases_have_is_kept_and_nothing_is_taken_for_another(fmu):
     """Other variables, elements or times in each case."""
+    pytest.importorskip("xarray")
     some = nc.sweep([{"record": ["x"]}, {"record": ["v", "x"]}, {"record": ["z"]}], recorded, fmu=fmu, workers=1)
     assert list(some.errors) == [2] and "v" in some and "x[2]" in some and "F" not in some and 5 not in some
     elements = nc.sweep([{"record": ["x[2]"]}, {"record": ["x[4]"]}], recorded, fmu=fmu, workers=1)
@@ -370,7 +371,6 @@ def test_what_only_some_cases_have_is_kept_and_nothing_is_taken_for_another(fmu)
     for read in (lambda: times.time, times.to_xarray):
         with pytest.raises(nc.InvalidValue, match="the times of case 1 are others than those of case 0"):
             read()
-    pytest.importorskip("xarray")
     data = some.to_xarray()
     assert data.v.dims == ("case", "time", "ball") and np.isnan(data.v[0]).all() and (data.v[1] == some["v"][1]).all()
     pair = nc.sweep([{"record": ["x[2]", "v"]}], recorded, fmu=fmu, workers=1).to_xarray()
