@@ -52,9 +52,10 @@ struct Values {
     z: [f64; MAX_FORCE_ORDER + 4],
 }
 
-/// Largest square of the part of a swing that an impact takes: what is left out of changes that differ between the two
-/// balls is up to 70 times that.
-const SHORT: f64 = 1e-8;
+/// Largest square of the part of a swing that an impact takes. What is left out of changes of drag and pendulum that
+/// differ between the two balls is up to 70 times that of what these do within the impact, a small part of what they do
+/// in a swing. With a tenth of it, the tapes of long runs of Hertz contacts take twice the time.
+const SHORT: f64 = 1e-7;
 
 impl ImpactPart {
     /// The shape and the reach of an impact of balls in these states; `None` where it lasts too long.
