@@ -28,8 +28,8 @@ pub struct Program {
 }
 
 impl Program {
-    /// From the command line. clap takes a `--` directly behind a command for its own; for commands that are handed over
-    /// it says where this program's options end, so there it stands twice.
+    /// From the command line. clap takes a `--` directly behind a command for its own; for commands that are handed
+    /// over it says where this program's options end, so there it stands twice.
     pub fn of_command_line() -> Result<Self, clap::Error> {
         let mut given: Vec<OsString> = std::env::args_os().collect();
         let handed_over = |pair: &[OsString]| HANDED_OVER.iter().any(|name| pair[0] == *name) && pair[1] == "--";

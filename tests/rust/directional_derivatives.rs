@@ -123,8 +123,8 @@ fn refused(host: &Host, (unknown, known, change): (&str, &str, f64), words: &str
     assert_eq!(value, 7.0);
 }
 
-/// Derivatives are refused for a step in which rigid balls stay in contact; one that ends with an impact has those after
-/// it.
+/// Derivatives are refused for a step in which rigid balls stay in contact; one that ends with an impact has those
+/// after it.
 #[test]
 fn rigid_balls_in_contact_are_refused() {
     let refused = |host: &Host, input: &str| {

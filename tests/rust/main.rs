@@ -12,6 +12,7 @@ mod directional_derivatives;
 mod exchange;
 mod ffi;
 mod fmi3;
+mod hopeless;
 mod methods;
 mod properties;
 mod reference;

@@ -92,7 +92,8 @@ fn spread(seed: usize) -> impl Iterator<Item = f64> {
     (1000 * seed..).map(|k| (k as f64 * 0.618_033_988_749_895).fract() * 2.0 - 1.0)
 }
 
-/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses, and their ends, s.
+/// Runs of three balls that end between and in contacts, with gaps that keep the order of the pulses, and their ends,
+/// s.
 const RUNS: [(&str, f64); 20] = [
     ("", 2.7),
     ("pendulum.lengthRatio[2]=1.02", 2.7),
