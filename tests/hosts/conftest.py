@@ -4,6 +4,7 @@ The tests run against target/fmu/NewtonsCradle.fmu; another FMU is chosen by `py
 """
 
 import re
+import signal
 import subprocess
 import sys
 from contextlib import ExitStack
@@ -20,6 +21,8 @@ from newtons_cradle.views import from_fmu
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs
 cradle = testing.cradle  # a fixture
+# Where a shell has started the tests in the background, Ctrl-C is ignored, and by programs that they start as well.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def ended(*command, code: int = 0, **options) -> subprocess.CompletedProcess:
