@@ -198,7 +198,7 @@ for fmi in (2, 3):
         assert said.count("Result(101 samples from 0 s to 1 s of x") == 2 and "3 balls, FMI 3.0" in said
 
 
-def test_what_is_imported_is_what_is_used():
+def test_what_is_imported_is_what_is_used(fmu_path):
     """NumPy and FMPy take a while; the plugin for pytest is loaded in every session."""
     code = (
         "import sys, {}; print(sorted(name for name in ('numpy', 'fmpy', 'pandas', 'difflib') if name in sys.modules))"
@@ -206,7 +206,7 @@ def test_what_is_imported_is_what_is_used():
     for module in ("newtons_cradle", "newtons_cradle.testing"):
         assert script(code.format(module)) == "[]\n"
     code = "import newtons_cradle as nc, sys; nc.Fmu(sys.argv[1]).parameters; print('fmpy' in sys.modules)"
-    assert script(code, ROOT / "target/fmu/NewtonsCradle.fmu") == "False\n"
+    assert script(code, fmu_path) == "False\n"
 
 
 def test_a_folder_of_ones_own_keeps_what_is_ones_own(fmu_path, tmp_path, monkeypatch):
