@@ -37,7 +37,7 @@ impl<S: Scalar> State<S> {
     /// With these flags, positions and velocities along the paths, overlaps, and accelerations by the inputs.
     pub fn at(cradle: Cradle<S>, modes: Vec<Mode>, [x, v, overlaps]: [Vec<S>; 3], forcings: Vec<S>) -> Self {
         let mut state = Self { cradle, modes, beyond: Vec::new(), x, v, overlaps, forcings, forces: Vec::new() };
-        state.forces = if state.cradle.restitution.is_some() {
+        state.forces = if state.cradle.rigid {
             state.constraint_forces()
         } else {
             (0..state.modes.len()).map(|j| state.contact_force(j)).collect()

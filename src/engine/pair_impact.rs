@@ -31,11 +31,12 @@ pub(crate) struct ImpactCoefficients {
     shape: OnceCell<Box<Shape>>,
 }
 
-/// The derivatives of these by the exponent, and those of the integrals of `q^g sqrt(...) dq` for g = 0, p and p - 1.
+/// The derivatives of these by the exponent, and those of the integrals of `q^g sqrt(...) dq` for g = 0 and for the exponent
+/// s of the damping.
 #[derive(Clone, Debug)]
 struct PulseCoefficients {
     by_exponent: [Expansion; 2],
-    works: [Expansion; 3],
+    works: [Expansion; 2],
 }
 
 /// An impact in numbers without unit.
@@ -43,8 +44,8 @@ struct PulseCoefficients {
 pub(crate) struct PulseShape {
     /// The integrals of `dq / sqrt(...)` and of `q dq / sqrt(...)`, and their derivatives by alpha, beta and p.
     pub integrals: [[f64; 4]; 2],
-    /// The integrals of `q^g sqrt(...) dq` for g = 0, p and p - 1.
-    pub works: [f64; 3],
+    /// The integrals of `q^g sqrt(...) dq` for g = 0 and for the exponent s of the damping.
+    pub works: [f64; 2],
 }
 
 impl ImpactCoefficients {
@@ -54,8 +55,9 @@ impl ImpactCoefficients {
         Self { time, overlap, derivatives: OnceCell::new(), shape: OnceCell::new() }
     }
 
-    /// The shape of an impact with the exponent `p`; `None` where its expansion does not hold.
-    pub fn pulse(&self, p: f64, alpha: f64, beta: f64) -> Option<PulseShape> {
+    /// The shape of an impact by this law; `None` where its expansion does not hold.
+    pub fn pulse(&self, law: &ContactLaw, alpha: f64, beta: f64) -> Option<PulseShape> {
+        let (p, damping) = (law.exponent, law.damping_exponent());
         let expands = alpha + beta.abs() < SMALL;
         if !expands {
             return None; // Also where they are no numbers.
@@ -65,7 +67,7 @@ impl ImpactCoefficients {
                 let along: Expansion<Dual> = coefficients(Dual::with_tangent(p, 1.0), g.into(), -0.5);
                 along.map(|row| row.map(Dual::tangent))
             };
-            let works = [0.0, p, p - 1.0].map(|g| coefficients(p, g, 0.5));
+            let works = [0.0, damping].map(|g| coefficients(p, g, 0.5));
             Box::new(PulseCoefficients { by_exponent: [0.0, 1.0].map(by_exponent), works })
         });
         let number = Dual::with_tangent;

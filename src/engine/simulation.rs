@@ -104,7 +104,7 @@ impl Simulation {
     }
 
     /// From now on these are the tunable parameters; see [`Engine::retune`].
-    pub fn retune(&mut self, tunables: Tunables) -> Result<(), EngineError> {
+    pub fn retune(&mut self, tunables: &Tunables) -> Result<(), EngineError> {
         let mut tuned = self.parameters.clone();
         tuned.tune(tunables);
         let retuned = match &mut self.run {
@@ -129,7 +129,7 @@ impl Simulation {
     fn stretches_and_start(&self, history: &History) -> Option<(Vec<Stretch>, ChainState)> {
         let stretches = history.of_run(self.stretch())?;
         let (first, mut at_start) = (stretches.first()?, self.parameters.clone());
-        at_start.tune(first.tunables);
+        at_start.tune(&first.tunables);
         let begun = Self::new(&at_start, &first.inputs.values(self.start), self.start).ok()?;
         let start = begun.last_step().end;
         Some((stretches, start))
@@ -238,7 +238,7 @@ impl Simulation {
         failed: bool,
         allowed: impl Fn(&Parameters) -> bool,
     ) -> Result<Self, InvalidState> {
-        parameters.tune(snapshot.tunables);
+        parameters.tune(&snapshot.tunables);
         require(allowed(&parameters), "a tunable parameter is out of range")?;
         let run = match (parameters.method == SolverMethod::EventDriven, snapshot.run) {
             (true, ByMethod::EventDriven(snapshot)) => {

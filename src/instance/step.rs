@@ -185,8 +185,7 @@ impl Instance {
         let run = &mut self.run;
         let over_run = run.derives_over_run();
         let Some(simulation) = &mut run.simulation else { return Ok(()) };
-        let tunables = run.settings.parameters.tunables();
-        let retuned = simulation.parameters().tunables() != tunables;
+        let retuned = !simulation.parameters().is_tuned_as(&run.settings.parameters);
         if run.purpose.fmi3 && (run.inputs_changed || retuned) {
             simulation.keep_history(over_run, &mut run.history);
         }
@@ -195,7 +194,7 @@ impl Instance {
             updated = simulation.hold(&run.settings.inputs, &run.input_derivatives);
         }
         if retuned && updated.is_ok() {
-            updated = simulation.retune(tunables);
+            updated = simulation.retune(&run.settings.parameters.tunables());
         }
         if retuned {
             self.log_without_effect();

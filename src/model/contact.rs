@@ -1,10 +1,10 @@
 //! The force law of one contact, by which the engine uses damping laws: all code that depends on these.
 
-use super::damping::{Damping, SignOfForce};
+use super::damping::{Damping, Growth};
 use crate::solver::dual::{Dual, Scalar};
-use crate::solver::series::{power_term, product_term};
+use crate::solver::power::power;
+use crate::solver::series::PowerSeries;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Whether and how a contact acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,20 +33,57 @@ pub struct ContactLaw<S = f64> {
     pub pivots: S,
     /// Damping law.
     pub damping: Damping<S>,
+    /// Coefficient of restitution, if it is rigid.
+    pub restitution: S,
+}
+
+/// `(d / d_ref)^w + b r` has the sign of a force for every overlap d (m) above 0 and rate r (m/s).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SignOfForce {
+    /// Reference overlap d_ref, m.
+    overlap_ref: f64,
+    /// The exponent w.
+    exponent: f64,
+    /// The factor b, s/m.
+    pub by_rate: f64,
+}
+
+impl SignOfForce {
+    /// At the overlap `d` (m) and its rate (m/s).
+    pub fn at(&self, d: f64, rate: f64) -> f64 {
+        let ratio = d / self.overlap_ref;
+        let by_overlap = match self.exponent {
+            0.0 => 1.0,
+            1.0 => ratio,
+            exponent => power(ratio.max(0.0), exponent),
+        };
+        by_overlap + self.by_rate * rate
+    }
+
+    /// A bound, 0 or more, of what it is without its rate at any overlap.
+    pub fn least(&self) -> f64 {
+        if self.exponent == 0.0 { 1.0 } else { 0.0 }
+    }
+
+    /// By how much it may be wrong at the overlap `d` (m) if that is known to within `position` (m), and its rate to
+    /// within `velocity` (m/s).
+    pub fn noise(&self, d: f64, position: f64, velocity: f64) -> f64 {
+        let of_overlap = match self.exponent {
+            0.0 => 0.0,
+            1.0 => position / self.overlap_ref,
+            _ => self.at(d + position, 0.0) - self.at(d, 0.0),
+        };
+        of_overlap + self.by_rate * velocity
+    }
+
+    /// As a power series of the time, from those of the overlap (m) and of its rate (m/s), which may be shorter.
+    pub fn series(&self, overlap: &[f64], rate: &[f64]) -> Vec<f64> {
+        let mut powers = PowerSeries::new(self.exponent, 1.0 / self.overlap_ref);
+        rate.iter().enumerate().map(|(k, rate)| powers.term(overlap, k) + self.by_rate * rate).collect()
+    }
 }
 
 impl<S: Scalar> ContactLaw<S> {
-    /// The law in its simplest form: a viscoelastic contact whose exponent is and stays 1 is one of Kelvin and Voigt.
-    pub fn simplified(self) -> Self {
-        match self.damping {
-            Damping::Viscoelastic { relaxation } if self.whole_exponent() == Some(1) => {
-                let c = relaxation * self.stiffness;
-                Self { damping: Damping::KelvinVoigt { c, pull: false }, ..self }
-            }
-            _ => self,
-        }
-    }
-
     /// The same law in other numbers.
     pub fn map<T>(&self, number: impl Fn(S) -> T) -> ContactLaw<T> {
         ContactLaw {
@@ -55,7 +92,8 @@ impl<S: Scalar> ContactLaw<S> {
             exponent: number(self.exponent),
             clearance: number(self.clearance),
             pivots: number(self.pivots),
-            damping: self.damping.map(number),
+            damping: self.damping.map(&number),
+            restitution: number(self.restitution),
         }
     }
 
@@ -83,14 +121,23 @@ impl<S: Scalar> ContactLaw<S> {
 
     /// Elastic force at the overlap `d` (m), N, and factor of its rate in the law, N.s/m; continued as [`Self::power`].
     fn parts(&self, d: S) -> Option<(S, S)> {
-        let secant = self.stiffness * self.power(d)?;
-        let by_rate = match self.damping {
-            Damping::None => S::default(),
-            Damping::KelvinVoigt { c, .. } => c,
-            Damping::HuntCrossley { alpha } => alpha * secant * d,
-            Damping::Viscoelastic { relaxation } => self.exponent * relaxation * secant,
+        let power = self.power(d)?;
+        let grown = match self.damping.growth {
+            Growth::Constant => S::from(1.0),
+            Growth::Force => power * d / self.overlap_ref,
+            Growth::Stiffness => power,
+            Growth::RootOfStiffness => match self.whole_exponent() {
+                Some(p) if p % 2 == 1 => (0..p / 2).fold(S::from(1.0), |root, _| root * (d / self.overlap_ref)),
+                _ if d.value() <= 0.0 => return None,
+                _ => power.sqrt(),
+            },
         };
-        Some((secant * d, by_rate))
+        Some((self.stiffness * power * d, self.damping.coefficient * grown))
+    }
+
+    /// Exponent s of the overlap in its damping.
+    pub fn damping_exponent(&self) -> S {
+        self.damping.growth.exponent(self.exponent)
     }
 
     /// Force at the overlap `d` (m) and its rate (m/s), not clipped, N; not continued: 0 for `d <= 0`.
@@ -107,32 +154,42 @@ impl<S: Scalar> ContactLaw<S> {
 }
 
 impl ContactLaw {
-    /// A simple expression with the sign of the force, if there is one.
+    /// A simple expression with the sign of the force, if that is not as simple: the force over that of its two parts
+    /// which grows less with the overlap.
     pub fn sign_of_force(&self) -> Option<SignOfForce> {
-        match self.damping {
-            Damping::HuntCrossley { alpha } => Some(SignOfForce { constant: 1.0, by_overlap: 0.0, by_rate: alpha }),
-            // The force is `F_el (d + p A r) / d`.
-            Damping::Viscoelastic { relaxation } => {
-                Some(SignOfForce { constant: 0.0, by_overlap: 1.0, by_rate: self.exponent * relaxation })
-            }
-            Damping::None | Damping::KelvinVoigt { .. } => None,
-        }
+        let by_rate = self.damping.coefficient / (self.stiffness * self.overlap_ref);
+        let exponent = self.exponent - self.damping_exponent();
+        (by_rate != 0.0 && !self.has_dashpot()).then_some(SignOfForce {
+            overlap_ref: self.overlap_ref,
+            exponent,
+            by_rate,
+        })
     }
 
     /// Whether the law clips its force at zero.
     pub fn clips(&self) -> bool {
-        match self.damping {
-            Damping::None | Damping::KelvinVoigt { pull: true, .. } => false,
-            Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => true,
-        }
+        self.damping.clipped && !self.is_elastic()
     }
 
-    /// Coefficient c of Kelvin and Voigt's laws, `F = F_el + c r`, N.s/m; 0 for the others.
+    /// Whether its damping is that of a dashpot, `F = F_el + c r`.
+    fn has_dashpot(&self) -> bool {
+        self.damping_exponent() == 0.0
+    }
+
+    /// Coefficient c of the dashpot, N.s/m; 0 if it has none.
     pub fn damping_coefficient(&self) -> f64 {
-        match self.damping {
-            Damping::KelvinVoigt { c, .. } => c,
-            Damping::None | Damping::HuntCrossley { .. } | Damping::Viscoelastic { .. } => 0.0,
-        }
+        if self.has_dashpot() { self.damping.coefficient } else { 0.0 }
+    }
+
+    /// The exponents of the overlap in its force that are not whole numbers: the force has a branch point at 0.
+    pub fn branch_exponents(&self) -> impl Iterator<Item = f64> + Clone {
+        let of_damping = if self.is_elastic() { 0.0 } else { self.damping_exponent() };
+        [self.exponent, of_damping].into_iter().filter(|exponent| exponent.fract() != 0.0)
+    }
+
+    /// Whether its force is a smooth function of overlap and rate where the overlap vanishes.
+    pub fn is_smooth(&self) -> bool {
+        self.branch_exponents().next().is_none()
     }
 
     /// The mode of a closed contact at this overlap (m) and rate (m/s).
@@ -145,61 +202,16 @@ impl ContactLaw {
         if clipped { Mode::Clipped } else { Mode::Pressing }
     }
 
-    /// Coefficient `k` of the power series of the elastic force, from the first `k + 1` of the overlap; `powers` keeps
-    /// the intermediate series. Where the overlap vanishes, a fractional power has no series: zero.
-    pub fn elastic_coefficient(&self, overlap: &[f64], powers: &mut Vec<f64>, k: usize) -> f64 {
-        let (scale, stride) = (1.0 / self.overlap_ref, overlap.len());
-        let power = match self.whole_exponent() {
-            Some(1) => return self.stiffness * overlap[k],
-            Some(p) => {
-                // The lower powers, one after the other.
-                powers.resize(p * stride, 0.0);
-                powers[k] = overlap[k] * scale;
-                for q in 1..p {
-                    let (base, lower) = (&powers[..stride], &powers[(q - 1) * stride..q * stride]);
-                    powers[q * stride + k] = product_term(base, lower, k);
-                }
-                powers[(p - 1) * stride + k]
-            }
-            None => {
-                powers.resize(stride, 0.0);
-                powers[k] = if overlap[0] <= 0.0 {
-                    0.0
-                } else if k == 0 {
-                    self.elastic_force(overlap[0]) / (self.stiffness * self.overlap_ref)
-                } else {
-                    power_term(overlap, powers, self.exponent, k)
-                };
-                powers[k]
-            }
-        };
-        self.stiffness * self.overlap_ref * power
-    }
-
-    /// One coefficient of the power series of the unclipped force, from those of the elastic force, of the overlap's
-    /// rate and, where the law needs it, of the `product` of the two or of `elastic_rate`, the time derivative (N/s).
-    pub fn force_coefficient(
-        &self,
-        elastic: f64,
-        rate: f64,
-        product: impl FnOnce() -> f64,
-        elastic_rate: impl FnOnce() -> f64,
-    ) -> f64 {
-        match self.damping {
-            Damping::None => elastic,
-            Damping::KelvinVoigt { c, .. } => elastic + c * rate,
-            Damping::HuntCrossley { alpha } => elastic + alpha * product(),
-            Damping::Viscoelastic { relaxation } => elastic + relaxation * elastic_rate(),
-        }
-    }
-
-    /// The coefficients of the elastic force to be computed next for [`Self::force_coefficient`] number `k`: that one
-    /// and, for the time derivative, the next.
-    pub fn elastic_terms_due(&self, k: usize) -> Range<usize> {
-        match self.damping {
-            Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => k..k + 1,
-            Damping::Viscoelastic { .. } => k + usize::from(k > 0)..k + 2,
-        }
+    /// What the power series of its force consist of, as factors and powers: the elastic force `k d_ref (d / d_ref)^p`,
+    /// and the impulse of the damping, `C d_ref / (s+1) (d / d_ref)^(s+1)`, whose rate is the damping force. Of an
+    /// overlap that is `negligible` only a dashpot's.
+    pub fn force_series(&self, negligible: bool) -> [Option<(f64, PowerSeries)>; 2] {
+        let scale = 1.0 / self.overlap_ref;
+        let grown = self.damping_exponent() + 1.0;
+        let elastic = (self.stiffness * self.overlap_ref, PowerSeries::new(self.exponent, scale));
+        let damping = (self.damping.coefficient * self.overlap_ref / grown, PowerSeries::new(grown, scale));
+        let damps = !self.is_elastic() && (!negligible || self.has_dashpot());
+        [(!negligible).then_some(elastic), damps.then_some(damping)]
     }
 
     /// Force at the overlap `d` (m) and its rate (m/s), N.
@@ -218,12 +230,12 @@ impl ContactLaw {
 
     /// Whether it dissipates nothing.
     pub fn is_elastic(&self) -> bool {
-        self.damping == Damping::None
+        self.damping.coefficient == 0.0
     }
 
     /// Whether the force is a linear function of the overlap and its rate while the contact presses.
     pub fn is_linear(&self) -> bool {
-        self.exponent == 1.0 && matches!(self.damping, Damping::None | Damping::KelvinVoigt { .. })
+        self.exponent == 1.0 && (self.is_elastic() || self.has_dashpot())
     }
 
     /// Mechanical impedance of a linear contact hit by a reduced mass `m` (kg), N.s/m: an upper bound of its largest
@@ -242,8 +254,14 @@ impl ContactLaw {
         self.power(d).map(|power| (self.stiffness * power * d, self.exponent * self.stiffness * power))
     }
 
+    /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), continued as [`Self::elastic_continued`] unless its
+    /// damping has a branch point at 0.
+    pub fn force_continued(&self, d: f64, rate: f64) -> Option<f64> {
+        self.parts(d).map(|(elastic, by_rate)| elastic + by_rate * rate)
+    }
+
     /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), with derivatives (N/m, N.s/m), continued as
-    /// [`Self::elastic_continued`].
+    /// [`Self::force_continued`].
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
         let (elastic, slope) = self.elastic_continued(d)?;
         if self.is_elastic() {

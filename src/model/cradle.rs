@@ -1,7 +1,7 @@
 //! The coefficients of the equations, derived from the parameters: masses, oscillators and contact laws.
 
 use super::contact::ContactLaw;
-use super::damping::Damping;
+use super::damping::{Damping, Elastic, Growth};
 use super::parameters::{ContactModel, Parameters, PendulumModel};
 use crate::solver::dual::Scalar;
 
@@ -51,10 +51,10 @@ impl<S: Scalar> BallModel<S> {
 pub struct Cradle<S = f64> {
     /// From left to right.
     pub balls: Vec<BallModel<S>>,
-    /// Contact `i` lies between ball `i` and ball `i + 1`. Rigid contacts have no stiffness, only a clearance.
+    /// Contact `i` lies between ball `i` and ball `i + 1`. Rigid contacts have no stiffness.
     pub contacts: Vec<ContactLaw<S>>,
-    /// Coefficient of restitution, if the contacts are rigid.
-    pub restitution: Option<S>,
+    /// Whether the contacts are rigid.
+    pub rigid: bool,
 }
 
 impl BallModel {
@@ -90,7 +90,14 @@ impl Cradle {
         }
         for (i, law) in (1..).zip(&self.contacts) {
             finite(format_args!("the stiffness times contact.stiffnessRatio[{i}]"), law.stiffness)?;
-            finite(format_args!("the damping of contact {i}"), law.damping_coefficient())?;
+            let damping = law.damping.coefficient;
+            if law.damping.growth == Growth::RootOfStiffness && !damping.is_finite() {
+                return Err(format!(
+                    "contact.restitution ^ contact.lossRatio[{i}] is too small for contact.dampingLaw = \
+                     constantRestitution; allowed: above 0, at least about 1e-300"
+                ));
+            }
+            finite(format_args!("the damping of contact {i}"), damping)?;
             finite(format_args!("contact.gap[{i}] + contact.deadBand"), law.clearance)?;
             let pivots = if self.on_arcs() { law.pivots } else { 0.0 };
             finite(format_args!("2 * ball.radius + contact.gap[{i}]"), pivots)?;
@@ -138,7 +145,7 @@ impl<S: Scalar> Cradle<S> {
         Cradle {
             balls: self.balls.iter().map(|ball| ball.map(number)).collect(),
             contacts: self.contacts.iter().map(|law| law.map(number)).collect(),
-            restitution: self.restitution.map(number),
+            rigid: self.rigid,
         }
     }
 
@@ -166,19 +173,25 @@ impl<S: Scalar> Cradle<S> {
             ContactModel::Rigid => (S::default(), S::from(1.0), S::from(1.0)),
         };
         let rigid = p.contact_model == ContactModel::Rigid;
-        let damping = if rigid { Damping::None } else { Damping::selected(p, one) };
-        let contact = |(ratio, gap): (S, S)| {
-            let clearance = gap + one(|p| p.dead_band);
-            let pivots = S::from(2.0) * one(|p| p.radius) + gap;
-            ContactLaw { stiffness: stiffness * ratio, overlap_ref, exponent, clearance, pivots, damping }.simplified()
+        let balls: Vec<BallModel<S>> =
+            each(|p| &p.mass_ratio).into_iter().zip(each(|p| &p.length_ratio)).map(ball).collect();
+        let (ratios, gaps, losses) = (each(|p| &p.stiffness_ratio), each(|p| &p.gap), each(|p| &p.loss_ratio));
+        let contact = |j: usize| {
+            let [left, right] = [balls[j].mass, balls[j + 1].mass];
+            let reduced_mass = left * (right / (left + right));
+            let elastic = Elastic { stiffness: stiffness * ratios[j], overlap_ref, exponent, reduced_mass };
+            ContactLaw {
+                stiffness: elastic.stiffness,
+                overlap_ref,
+                exponent,
+                clearance: gaps[j] + one(|p| p.dead_band),
+                pivots: S::from(2.0) * one(|p| p.radius) + gaps[j],
+                damping: if rigid { Damping::default() } else { Damping::selected(p, one, &elastic, losses[j]) },
+                restitution: if rigid { one(|p| p.restitution).pow(losses[j]) } else { S::default() },
+            }
         };
-        let balls = each(|p| &p.mass_ratio).into_iter().zip(each(|p| &p.length_ratio));
-        let contacts = each(|p| &p.stiffness_ratio).into_iter().zip(each(|p| &p.gap));
-        Self {
-            balls: balls.map(ball).collect(),
-            contacts: contacts.map(contact).collect(),
-            restitution: rigid.then(|| one(|p| p.restitution)),
-        }
+        let contacts = (0..gaps.len()).map(contact).collect();
+        Self { balls, contacts, rigid }
     }
 }
 

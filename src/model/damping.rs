@@ -1,79 +1,182 @@
-//! The damping laws of contacts, with their coefficients. [`contact`](super::contact) computes the forces.
+//! The damping laws of contacts. All of them add `C (d / d_ref)^s r` to the elastic force `k d (d / d_ref)^(p-1)`, for
+//! an overlap d > 0 and its rate r. [`contact`](super::contact) computes the forces.
 
 use super::parameters::{DampingLaw, Parameters};
 use crate::solver::dual::Scalar;
 
-/// Damping of a contact, with its coefficient.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Damping<S = f64> {
-    /// Elastic contact.
-    None,
-    /// Adds `c` times the rate of the overlap.
-    KelvinVoigt {
-        /// Damping, N.s/m, >= 0.
-        c: S,
-        /// Whether the total may be negative.
-        pull: bool,
-    },
-    /// Multiplies the elastic force by `1 + alpha` times the rate of the overlap; never negative.
-    HuntCrossley {
-        /// Factor, s/m, >= 0.
-        alpha: S,
-    },
-    /// Adds A times the rate of the elastic force, `A dF_el/dt`; never negative.
-    Viscoelastic {
-        /// Relaxation time A, s, >= 0.
-        relaxation: S,
-    },
+/// Damping of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Damping<S = f64> {
+    /// Factor C of the rate at the overlap d_ref, N.s/m, >= 0; 0 if the contact is elastic.
+    pub coefficient: S,
+    /// The exponent s.
+    pub growth: Growth,
+    /// Whether the total force is clipped at 0.
+    pub clipped: bool,
 }
 
-/// `constant + by_overlap d + by_rate r` has the sign of a force for every overlap d (m) above 0 and rate r (m/s).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SignOfForce {
-    /// Without a unit.
-    pub constant: f64,
-    /// 1/m.
-    pub by_overlap: f64,
-    /// s/m.
-    pub by_rate: f64,
+/// How damping grows with the overlap: the exponent s, for a contact with the exponent p.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Growth {
+    /// `s = 0`.
+    #[default]
+    Constant,
+    /// As the elastic force: `s = p`.
+    Force,
+    /// As the stiffness of the contact: `s = p - 1`.
+    Stiffness,
+    /// As the root of the stiffness: `s = (p - 1) / 2`.
+    RootOfStiffness,
 }
 
-impl SignOfForce {
-    /// At the overlap `d` (m) and its rate (m/s).
-    pub fn at(&self, d: f64, rate: f64) -> f64 {
-        self.constant + self.by_overlap * d + self.by_rate * rate
+impl Growth {
+    /// The exponent s for the exponent `p`.
+    pub fn exponent<S: Scalar>(self, p: S) -> S {
+        match self {
+            Self::Constant => S::default(),
+            Self::Force => p,
+            Self::Stiffness => p - S::from(1.0),
+            Self::RootOfStiffness => S::from(0.5) * (p - S::from(1.0)),
+        }
     }
 
-    /// As a power series of the time, from those of the overlap (m) and of its rate (m/s), which may be shorter.
-    pub fn series(&self, overlap: &[f64], rate: &[f64]) -> Vec<f64> {
-        let terms = overlap.iter().zip(rate).map(|(d, rate)| self.by_overlap * *d + self.by_rate * *rate);
-        let mut series: Vec<f64> = terms.collect();
-        series[0] += self.constant;
-        series
+    /// Its derivative by p.
+    pub fn by_exponent(self) -> f64 {
+        match self {
+            Self::Constant => 0.0,
+            Self::Force | Self::Stiffness => 1.0,
+            Self::RootOfStiffness => 0.5,
+        }
     }
+}
+
+/// What a damping law may depend on besides its own parameter: the elastic law of a contact and the balls.
+pub struct Elastic<S> {
+    /// Secant stiffness k at the overlap `overlap_ref`, N/m.
+    pub stiffness: S,
+    /// Reference overlap d_ref, m.
+    pub overlap_ref: S,
+    /// Exponent p.
+    pub exponent: S,
+    /// Reduced mass of the two balls, kg.
+    pub reduced_mass: S,
 }
 
 impl<S: Scalar> Damping<S> {
-    /// The law that `p` selects, with coefficients by `number`. A coefficient that is and stays 0 means no damping.
-    pub fn selected(p: &Parameters, number: impl Fn(fn(&Parameters) -> f64) -> S) -> Self {
-        let (c, alpha, relaxation) =
-            (number(|p| p.damping), number(|p| p.hunt_crossley), number(|p| p.relaxation_time));
-        let (coefficient, law) = match p.damping_law {
-            DampingLaw::KelvinVoigt => (c, Self::KelvinVoigt { c, pull: true }),
-            DampingLaw::KelvinVoigtNoPull => (c, Self::KelvinVoigt { c, pull: false }),
-            DampingLaw::HuntCrossley => (alpha, Self::HuntCrossley { alpha }),
-            DampingLaw::Viscoelastic => (relaxation, Self::Viscoelastic { relaxation }),
+    /// The law that `p` selects, for a contact whose losses are `loss_ratio` times those of its parameter, which
+    /// `number` gives.
+    pub fn selected(
+        p: &Parameters,
+        number: impl Fn(fn(&Parameters) -> f64) -> S,
+        elastic: &Elastic<S>,
+        loss_ratio: S,
+    ) -> Self {
+        let Elastic { stiffness, overlap_ref, exponent, reduced_mass } = *elastic;
+        let (coefficient, growth) = match p.damping_law {
+            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull => {
+                (loss_ratio * number(|p| p.damping), Growth::Constant)
+            }
+            DampingLaw::HuntCrossley => {
+                (loss_ratio * number(|p| p.hunt_crossley) * stiffness * overlap_ref, Growth::Force)
+            }
+            DampingLaw::Viscoelastic => {
+                (loss_ratio * number(|p| p.relaxation_time) * exponent * stiffness, Growth::Stiffness)
+            }
+            DampingLaw::ConstantRestitution => {
+                let ratio = damping_ratio(half_decrement(number(|p| p.restitution), loss_ratio));
+                let critical = (S::from(2.0) * (exponent + S::from(1.0)) * stiffness * reduced_mass).sqrt();
+                (ratio * critical, Growth::RootOfStiffness)
+            }
         };
-        if coefficient.value() > 0.0 || coefficient.tangent() != 0.0 { law } else { Self::None }
+        Self { coefficient, growth, clipped: p.damping_law != DampingLaw::KelvinVoigt }
     }
 
     /// The same law in other numbers.
     pub fn map<T>(&self, number: impl Fn(S) -> T) -> Damping<T> {
-        match *self {
-            Self::None => Damping::None,
-            Self::KelvinVoigt { c, pull } => Damping::KelvinVoigt { c: number(c), pull },
-            Self::HuntCrossley { alpha } => Damping::HuntCrossley { alpha: number(alpha) },
-            Self::Viscoelastic { relaxation } => Damping::Viscoelastic { relaxation: number(relaxation) },
+        Damping { coefficient: number(self.coefficient), growth: self.growth, clipped: self.clipped }
+    }
+}
+
+/// Half the logarithmic decrement of an impact, `-log(e^q) / 2`, for a coefficient of restitution e from 0 to 1 and a
+/// loss ratio q; 0 for q = 0.
+fn half_decrement<S: Scalar>(restitution: S, loss_ratio: S) -> S {
+    let (e, q) = (restitution.value(), loss_ratio.value());
+    let product = |a: f64, b: f64| if a == 0.0 { 0.0 } else { a * b };
+    let log = libm::log(e);
+    let change = product(loss_ratio.tangent(), log) + product(restitution.tangent(), q / e);
+    S::with_tangent(-0.5 * product(q, log), -0.5 * change)
+}
+
+/// The damping ratio zeta of a contact with [`Growth::RootOfStiffness`], for which two balls alone collide with the
+/// coefficient of restitution `exp(-2 h)`, h >= 0.
+///
+/// With `z = d^((p+1)/2)` and `d tau = d^((p-1)/2) dt` the overlap is a damped linear oscillator. It is released where
+/// its force vanishes: `zeta = cos(beta)` with `beta cot(beta) = h`, or `zeta = cosh(b)` with `b coth(b) = h` beyond
+/// `h = 1` (for p = 1: Schwager and Poeschel, Granular Matter 9, 2007, 465).
+fn damping_ratio<S: Scalar>(h: S) -> S {
+    let (h, tangent) = (h.value(), h.tangent());
+    if h == f64::INFINITY {
+        return S::with_tangent(h, tangent);
+    }
+    // `y` is `beta^2` or `-b^2`.
+    let (zeta, slope, y) = if h < 1.0 {
+        // With the cotangent t of beta.
+        let beta_at = |t: f64| libm::atan2(1.0, t);
+        let slope_at = |t: f64| beta_at(t) - t / (1.0 + t * t);
+        let t = monotonically(0.0, |t| (h - t * beta_at(t)) / slope_at(t));
+        let inverse_sine = (1.0 + t * t).sqrt();
+        (t / inverse_sine, 1.0 / (inverse_sine * inverse_sine * inverse_sine * slope_at(t)), beta_at(t) * beta_at(t))
+    } else {
+        let slope_at = |b: f64| 1.0 / libm::tanh(b) - b / (libm::sinh(b) * libm::sinh(b));
+        let b = monotonically(h, |b| (h - b / libm::tanh(b)) / slope_at(b));
+        (libm::cosh(b), libm::sinh(b) / slope_at(b), -b * b)
+    };
+    // Near critical damping, by the series of both in y.
+    let slope = if y.abs() < 0.01 {
+        let of_zeta = 0.5 - y * (1.0 / 12.0 - y * (1.0 / 240.0 - y / 10080.0));
+        of_zeta / (1.0 / 3.0 + y * (2.0 / 45.0 + y * (2.0 / 315.0 + y * (4.0 / 4725.0 + y * 2.0 / 18711.0))))
+    } else {
+        slope
+    };
+    S::with_tangent(zeta, if tangent == 0.0 { 0.0 } else { slope * tangent })
+}
+
+/// A root by Newton's method, from a side from which steps never pass it: until one goes back, or none is left.
+fn monotonically(start: f64, step: impl Fn(f64) -> f64) -> f64 {
+    let (mut at, first) = (start, step(start));
+    let mut change = first;
+    while change * first > 0.0 && at + change != at {
+        at += change;
+        change = step(at);
+    }
+    at
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::Dual;
+
+    /// Against the equations that it solves, and its derivative against differences.
+    #[test]
+    fn damping_ratios_give_their_restitution() {
+        for h in [0.0, 1e-12, 5e-4, 0.05, 0.3, 0.9, 0.999, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.01, 2.0, 30.0, 300.0] {
+            let found = damping_ratio(Dual::with_tangent(h, 1.0));
+            let zeta = found.value();
+            let root = ((zeta - 1.0).abs() * (zeta + 1.0)).sqrt();
+            let angle = if zeta < 1.0 { libm::atan2(root, zeta) } else { libm::log1p(zeta - 1.0 + root) };
+            let back = if root > 0.0 { zeta * angle / root } else { 1.0 };
+            assert!((back - h).abs() <= 1e-15 * (1.0 + h), "h = {h}: {zeta}, {back}");
+            let step = 1e-5 * (h + 1.0).min(1.0);
+            let around = [h + step, (h - step).max(0.0)];
+            let [more, less] = around.map(|h| damping_ratio(h));
+            let difference = (more - less) / (around[0] - around[1]);
+            if h > 1e-3 {
+                assert!((found.tangent() / difference - 1.0).abs() < 1e-8, "h = {h}: {found:?}, {difference}");
+            }
         }
+        assert_eq!(damping_ratio(half_decrement(1.0, 1.0)), 0.0);
+        assert_eq!(damping_ratio(half_decrement(0.0, 0.0)), 0.0);
+        assert_eq!(damping_ratio(half_decrement(0.0, 1.0)), f64::INFINITY);
     }
 }

@@ -1,71 +1,56 @@
 //! Forces of a contact at many overlaps at once: the formulas of `contact`, in loops that compilers vectorise.
 
-use std::array;
-
 use super::contact::ContactLaw;
-use super::damping::Damping;
+use super::damping::Growth;
 use crate::solver::power::powers;
 
 impl ContactLaw {
-    /// Whether the exponent is a whole number and a half: the force is then smooth in the root of the overlap.
-    pub fn has_root(&self) -> bool {
-        let twice = 2.0 * self.exponent;
-        twice as usize as f64 == twice && twice as usize % 2 == 1
-    }
-
-    /// The secant stiffness `k (d / d_ref)^(p-1)` at several overlaps (m), none < 0, times the `distances` (m):
-    /// products, and one factor for the fractional part of the exponent.
+    /// `(d / d_ref)` and `(d / d_ref)^(p-1)` at several overlaps (m), none < 0: products, and one factor for the
+    /// fractional part of the exponent.
     #[inline(always)]
-    fn secant_forces<const N: usize>(&self, overlaps: &[f64; N], distances: &[f64; N]) -> [f64; N] {
+    fn ratios_and_powers<const N: usize>(&self, overlaps: &[f64; N]) -> [[f64; N]; 2] {
         let scale = 1.0 / self.overlap_ref;
         let ratios = overlaps.map(|overlap| overlap * scale);
-        let mut forces = distances.map(|distance| self.stiffness * distance);
-        let mut times =
-            |factors: &[f64; N]| forces.iter_mut().zip(factors).for_each(|(force, factor)| *force *= factor);
         // Finite differences in tests go below an exponent of 1.
         let whole = (self.exponent as usize).max(1);
-        match self.exponent - whole as f64 {
-            0.0 => {}
-            0.5 => times(&ratios.map(f64::sqrt)),
-            part => times(&powers(&ratios, part)),
+        let mut powers = match self.exponent - whole as f64 {
+            0.0 => [1.0; N],
+            0.5 => ratios.map(f64::sqrt),
+            part => powers(&ratios, part),
+        };
+        (1..whole).for_each(|_| powers.iter_mut().zip(&ratios).for_each(|(power, ratio)| *power *= ratio));
+        [ratios, powers]
+    }
+
+    /// Factors of the rates (N.s/m) for these `ratios` and `powers`.
+    #[inline(always)]
+    fn damping_factors<const N: usize>(&self, [ratios, powers]: &[[f64; N]; 2]) -> [f64; N] {
+        let c = self.damping.coefficient;
+        match self.damping.growth {
+            Growth::Constant => [c; N],
+            Growth::Force => std::array::from_fn(|m| c * (powers[m] * ratios[m])),
+            Growth::Stiffness => powers.map(|power| c * power),
+            Growth::RootOfStiffness => powers.map(|power| c * power.sqrt()),
         }
-        (1..whole).for_each(|_| times(&ratios));
-        forces
     }
 
     /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. At overlaps <= 0 only `c r` is left.
     #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         let overlaps = overlaps.map(positive);
-        let distances = match self.damping {
-            Damping::None | Damping::KelvinVoigt { .. } => overlaps,
-            Damping::HuntCrossley { alpha } => array::from_fn(|m| overlaps[m] * (1.0 + alpha * rates[m])),
-            // The elastic force with `d + p A r` in place of `d`, without a division by `d`.
-            Damping::Viscoelastic { relaxation } => {
-                let relaxation = self.exponent * relaxation;
-                array::from_fn(|m| overlaps[m] + relaxation * rates[m])
-            }
-        };
-        let mut forces = self.secant_forces(&overlaps, &distances);
-        if let Damping::KelvinVoigt { c, .. } = self.damping {
-            forces.iter_mut().zip(rates).for_each(|(force, rate)| *force += c * rate);
+        let powers = self.ratios_and_powers(&overlaps);
+        let mut forces = std::array::from_fn(|m| self.stiffness * overlaps[m] * powers[1][m]);
+        if !self.is_elastic() {
+            let factors = self.damping_factors(&powers);
+            (0..N).for_each(|m| forces[m] += factors[m] * rates[m]);
         }
         forces
     }
 
     /// Damping parts of the forces, N; as a difference they would lose digits where damping is weak.
     pub fn damping_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
-        let overlaps = overlaps.map(positive);
-        let distances = match self.damping {
-            Damping::None => return [0.0; N],
-            Damping::KelvinVoigt { c, .. } => return rates.map(|rate| c * rate),
-            Damping::HuntCrossley { alpha } => array::from_fn(|m| overlaps[m] * (alpha * rates[m])),
-            Damping::Viscoelastic { relaxation } => {
-                let relaxation = self.exponent * relaxation;
-                rates.map(|rate| relaxation * rate)
-            }
-        };
-        self.secant_forces(&overlaps, &distances)
+        let factors = self.damping_factors(&self.ratios_and_powers(&overlaps.map(positive)));
+        std::array::from_fn(|m| factors[m] * rates[m])
     }
 }
 
@@ -82,10 +67,20 @@ mod tests {
     /// Overlaps without force, and NaN.
     #[test]
     fn open_contacts_have_none_and_nan_stays() {
-        let dampings =
-            [Damping::None, Damping::HuntCrossley { alpha: 0.4 }, Damping::Viscoelastic { relaxation: 1e-6 }];
-        for (damping, exponent) in dampings.into_iter().flat_map(|damping| [1.0, 1.5, 2.3].map(|p| (damping, p))) {
-            let law = ContactLaw { stiffness: 1e10, overlap_ref: 1e-6, exponent, clearance: 0.0, pivots: 0.0, damping };
+        let grown = [Growth::Force, Growth::Stiffness, Growth::RootOfStiffness];
+        let dampings = grown.map(|growth| Damping { coefficient: 1e3, growth, clipped: true });
+        for (damping, exponent) in
+            dampings.into_iter().chain([Damping::default()]).flat_map(|damping| [1.5, 2.3].map(|p| (damping, p)))
+        {
+            let law = ContactLaw {
+                stiffness: 1e10,
+                overlap_ref: 1e-6,
+                exponent,
+                clearance: 0.0,
+                pivots: 0.0,
+                damping,
+                restitution: 0.0,
+            };
             assert_eq!(law.unclipped_forces(&[0.0, -1e-6], &[0.0; 2]), [0.0; 2], "{law:?}");
             assert!(law.unclipped_forces(&[f64::NAN], &[0.1])[0].is_nan(), "{law:?}");
         }

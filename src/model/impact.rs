@@ -1,7 +1,6 @@
 //! Scales of an impact of two balls, by which the methods of the engine choose their steps.
 
 use super::contact::ContactLaw;
-use super::damping::Damping;
 
 /// Duration of an elastic impact times closing rate over largest overlap: pi if linear, 2 for very large exponents.
 const DURATION: f64 = 2.9;
@@ -16,11 +15,19 @@ impl ContactLaw {
         let by_rate = libm::pow(unit * rate.abs() / self.overlap_ref, 1.0 / (p + 1.0));
         let by_time = if duration > 0.0 { libm::pow(unit / duration, 1.0 / p) } else { f64::INFINITY };
         let elastic = self.overlap_ref * by_rate.max(by_time);
-        match self.damping {
-            // The impulse of `A dF_el/dt` is `A F_el`.
-            Damping::Viscoelastic { relaxation } => elastic.min(self.static_overlap(m * dv / relaxation)),
-            Damping::None | Damping::KelvinVoigt { .. } | Damping::HuntCrossley { .. } => elastic,
+        if self.damping_coefficient() != 0.0 || self.is_elastic() {
+            elastic
+        } else {
+            elastic.min(self.stopped_at(m * dv))
         }
+    }
+
+    /// Overlap (m) at which the impulse of its damping is this `momentum` (N.s); infinite without damping.
+    fn stopped_at(&self, momentum: f64) -> f64 {
+        // The impulse is C d_ref (d / d_ref)^(s+1) / (s+1).
+        let grown = self.damping_exponent() + 1.0;
+        let unit = self.damping.coefficient * self.overlap_ref / grown;
+        self.overlap_ref * libm::pow(momentum / unit, 1.0 / grown)
     }
 
     /// Duration (s) of an elastic impact of the reduced mass `m` (kg) at `rate` (m/s), to a few percent: a time scale.
@@ -36,33 +43,25 @@ impl ContactLaw {
     /// Time (s) in which damping alone reduces the rate to 1/e, at the largest overlap of the impact; infinite
     /// without damping.
     pub fn relaxation_time(&self, m: f64, rate: f64) -> f64 {
-        match self.damping {
-            Damping::None => f64::INFINITY,
-            Damping::KelvinVoigt { c, .. } => m / c,
-            Damping::HuntCrossley { alpha } => m / (alpha * self.elastic_force(self.largest_overlap(m, rate))),
-            Damping::Viscoelastic { relaxation } => {
-                // Strong damping stops the mass where its impulse `A F_el` equals the momentum.
-                let (d, stopping) = (self.largest_overlap(m, rate), m * rate / relaxation);
-                let force = self.elastic_force(d);
-                let (d, force) = if force > stopping { (self.static_overlap(stopping), stopping) } else { (d, force) };
-                m * d / (relaxation * self.exponent * force)
-            }
+        if self.is_elastic() {
+            return f64::INFINITY;
         }
+        let ratio = self.largest_overlap(m, rate).min(self.stopped_at(m * rate)) / self.overlap_ref;
+        m / (self.damping.coefficient * libm::pow(ratio, self.damping_exponent()))
     }
 
-    /// Whether that is shorter than this `part` of the time scale. Weak damping is told without powers: at the largest
-    /// overlap, force times overlap is p + 1 times the energy.
+    /// Whether that is shorter than this `part` of the time scale. Weak damping is told by the work that it would do
+    /// on the way to the largest overlap, where force times overlap is p + 1 times the energy.
     pub fn relaxes_within(&self, part: f64, m: f64, rate: f64) -> bool {
-        let (p, energy) = (self.exponent, 0.5 * m * rate * rate);
-        let is_weak = match self.damping {
-            Damping::None => true,
-            Damping::KelvinVoigt { .. } => false,
-            Damping::HuntCrossley { alpha } => alpha * DURATION * part * (p + 1.0) * energy <= m * rate,
-            Damping::Viscoelastic { relaxation } => {
-                let reached = 0.5 * (p + 1.0) * relaxation * rate * (DURATION * part * p).max(1.0);
-                self.elastic_energy(reached) <= energy
-            }
+        let (p, unit) = (self.exponent, self.overlap_ref);
+        // (d / d_ref)^(p+1) at the largest overlap d.
+        let energies = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * unit * unit);
+        let power = match (self.damping_exponent() + 1.0) / (p + 1.0) {
+            1.0 => energies,
+            0.5 => energies.sqrt(),
+            exponent => libm::pow(energies, exponent),
         };
+        let is_weak = DURATION * part * self.damping.coefficient * unit * power <= m * rate;
         !is_weak && self.relaxation_time(m, rate) < part * self.time_scale(m, rate)
     }
 

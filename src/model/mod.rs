@@ -13,9 +13,9 @@ mod results;
 mod start;
 
 pub(crate) use arc::{Pair, overlap_of_approach};
-pub use contact::{ContactLaw, Mode};
+pub use contact::{ContactLaw, Mode, SignOfForce};
 pub use cradle::{BallModel, Cradle, hertz_stiffness};
-pub use damping::{Damping, SignOfForce};
+pub use damping::{Damping, Growth};
 pub use enumeration::Item;
 pub(crate) use enumeration::enumerations;
 pub(crate) use linkage::Linkage;

@@ -13,12 +13,14 @@ enumerations! {
     }
 
     /// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive. The third is by
-    /// Hunt and Crossley (1975), the last by Kuwabara and Kono (1987) and Brilliantov et al. (1996).
+    /// Hunt and Crossley (1975), the fourth by Kuwabara and Kono (1987) and Brilliantov et al. (1996), the last, for
+    /// Hertz contacts, by Tsuji et al. (1992).
     DampingLaw {
         KelvinVoigt = 1 "kelvinVoigt" "adds c times the overlap rate; may pull just before the balls part",
         KelvinVoigtNoPull "kelvinVoigtNoPull" "as kelvinVoigt, with the total force clipped at 0",
         HuntCrossley "huntCrossley" "multiplies the elastic force by 1 + alpha times the overlap rate, clipped at 0",
         Viscoelastic "viscoelastic" "adds A times the rate of the elastic force, clipped at 0",
+        ConstantRestitution "constantRestitution" "two balls alone part at contact.restitution times the speed of approach",
     }
 
     /// How balls hang, `pendulum.model`.
@@ -105,8 +107,10 @@ parameters! {
     hunt_crossley: f64 = 0.0,
     /// Relaxation time A of the viscoelastic law, s, >= 0.
     relaxation_time: f64 = 0.0,
-    /// Coefficient of restitution of rigid contacts, 1, 0 to 1.
+    /// Coefficient of restitution of rigid contacts and of the constantRestitution law, 1, 0 to 1.
     restitution: f64 = 1.0,
+    /// Losses of each contact over those of its law's parameter, 1, >= 0; the exponent of a restitution.
+    loss_ratio: Vec<f64> = vec![1.0; n.saturating_sub(1)],
     /// Horizontal position of each ball at the start time, m.
     x_start: Vec<f64> = lifted(n),
     /// Its rate at the start time, m/s.
@@ -133,14 +137,37 @@ impl Parameters {
         self.mass_ratio.len()
     }
 
-    /// The parameters that may change during a run.
-    pub fn tunables(&self) -> Tunables {
+    fn tunable_numbers(&self) -> [f64; 5] {
         [self.drag, self.damping, self.hunt_crossley, self.relaxation_time, self.restitution]
     }
 
+    /// The parameters that may change during a run.
+    pub fn tunables(&self) -> Tunables {
+        Tunables { numbers: self.tunable_numbers(), loss_ratio: self.loss_ratio.clone() }
+    }
+
+    /// Whether they are those of `other`.
+    pub fn is_tuned_as(&self, other: &Self) -> bool {
+        self.tunable_numbers() == other.tunable_numbers() && self.loss_ratio == other.loss_ratio
+    }
+
     /// Sets them.
-    pub fn tune(&mut self, tunables: Tunables) {
-        [self.drag, self.damping, self.hunt_crossley, self.relaxation_time, self.restitution] = tunables;
+    pub fn tune(&mut self, tunables: &Tunables) {
+        [self.drag, self.damping, self.hunt_crossley, self.relaxation_time, self.restitution] = tunables.numbers;
+        self.loss_ratio.clone_from(&tunables.loss_ratio);
+    }
+
+    /// Whether contacts dissipate energy, unless their loss ratio is 0.
+    pub fn contacts_lose(&self) -> bool {
+        if self.contact_model == ContactModel::Rigid {
+            return self.restitution < 1.0;
+        }
+        match self.damping_law {
+            DampingLaw::KelvinVoigt | DampingLaw::KelvinVoigtNoPull => self.damping > 0.0,
+            DampingLaw::HuntCrossley => self.hunt_crossley > 0.0,
+            DampingLaw::Viscoelastic => self.relaxation_time > 0.0,
+            DampingLaw::ConstantRestitution => self.restitution < 1.0,
+        }
     }
 
     /// Number of contacts, n - 1.
@@ -149,9 +176,21 @@ impl Parameters {
     }
 }
 
-/// The parameters that may change during a run: drag, damping, Hunt and Crossley's factor, the relaxation time, and the
-/// coefficient of restitution, in the units of [`Parameters`].
-pub type Tunables = [f64; 5];
+/// The parameters that may change during a run, in the units of [`Parameters`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tunables {
+    /// Drag, damping, Hunt and Crossley's factor, the relaxation time, and the coefficient of restitution.
+    numbers: [f64; 5],
+    loss_ratio: Vec<f64>,
+}
+
+impl Tunables {
+    /// How many numbers they are.
+    #[expect(clippy::len_without_is_empty, reason = "there are always some")]
+    pub fn len(&self) -> usize {
+        self.numbers.len() + self.loss_ratio.len()
+    }
+}
 
 /// The inputs of the cradle at one time, or their derivatives by time of one order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

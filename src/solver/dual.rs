@@ -29,7 +29,7 @@ pub trait Scalar:
         0.0
     }
     fn sqrt(self) -> Self;
-    /// Its power with a real exponent, for a value above 0.
+    /// Its power with a real exponent, for a value of 0 or more.
     fn pow(self, exponent: Self) -> Self;
     /// Its sine and cosine.
     fn sin_cos(self) -> (Self, Self);
@@ -84,9 +84,14 @@ impl Scalar for Dual {
 
     fn pow(self, exponent: Self) -> Self {
         let value = libm::pow(self.value, exponent.value);
-        let of_base = exponent.value * self.tangent / self.value;
-        let of_exponent = if exponent.tangent == 0.0 { 0.0 } else { exponent.tangent * libm::log(self.value) };
-        Self { value, tangent: value * (of_base + of_exponent) }
+        let of_base = match (self.tangent, self.value) {
+            (0.0, _) => 0.0,
+            (tangent, 0.0) => exponent.value * tangent * libm::pow(0.0, exponent.value - 1.0),
+            (tangent, base) => value * (exponent.value * tangent / base),
+        };
+        let grows = exponent.tangent != 0.0 && value != 0.0;
+        let of_exponent = if grows { value * (exponent.tangent * libm::log(self.value)) } else { 0.0 };
+        Self { value, tangent: of_base + of_exponent }
     }
 
     fn sin_cos(self) -> (Self, Self) {

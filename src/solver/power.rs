@@ -40,6 +40,15 @@ const TO_INTEGER: f64 = 1.5 * (1_u64 << MANTISSA) as f64;
 /// Added to any k, it gives a positive number.
 const BIAS: u64 = 2048;
 
+/// A number, 0 or more, to an `exponent`, 0 or more: half of an odd number by a root.
+pub fn power(value: f64, exponent: f64) -> f64 {
+    let whole = exponent as usize;
+    match exponent - whole as f64 {
+        0.5 => (0..whole).fold(value.sqrt(), |power, _| power * value),
+        _ => libm::pow(value, exponent),
+    }
+}
+
 /// Numbers as `2^k m`: the k and `log m` of each. Processors overlap two short loops better than a long one.
 #[inline(always)]
 fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {

@@ -1,5 +1,7 @@
 //! Truncated power series: slices of coefficients `c[k]` of `t^k`.
 
+use super::power::power;
+
 /// Number of sums computed side by side where that pays.
 pub const LANES: usize = 4;
 
@@ -88,6 +90,48 @@ pub fn power_term(c: &[f64], power: &[f64], p: f64, k: usize) -> f64 {
     let factor = |j: usize| (p + 1.0) * j as f64 - k as f64;
     let sum: f64 = (1..=k).map(|j| factor(j) * c[j] * power[k - j]).sum();
     sum / (k as f64 * c[0])
+}
+
+/// The series of `(c scale)^exponent` for a series c, term by term. Where c begins with 0, a fractional power has none:
+/// zero.
+pub struct PowerSeries {
+    exponent: f64,
+    scale: f64,
+    /// One row after the other: of a whole exponent the lower powers, too.
+    rows: Vec<f64>,
+}
+
+impl PowerSeries {
+    /// For an exponent of 0 or more.
+    pub fn new(exponent: f64, scale: f64) -> Self {
+        Self { exponent, scale, rows: Vec::new() }
+    }
+
+    /// Coefficient `k`, from the first `k + 1` of `c`, after those before. Every call has the same length of `c`.
+    pub fn term(&mut self, c: &[f64], k: usize) -> f64 {
+        let (stride, whole) = (c.len(), self.exponent as usize);
+        if whole as f64 != self.exponent {
+            self.rows.resize(stride, 0.0);
+            self.rows[k] = if c[0] <= 0.0 {
+                0.0
+            } else if k == 0 {
+                power(c[0] * self.scale, self.exponent)
+            } else {
+                power_term(c, &self.rows, self.exponent, k)
+            };
+            return self.rows[k];
+        }
+        if whole == 0 {
+            return if k == 0 { 1.0 } else { 0.0 };
+        }
+        self.rows.resize(whole * stride, 0.0);
+        self.rows[k] = c[k] * self.scale;
+        for q in 1..whole {
+            let (base, lower) = (&self.rows[..stride], &self.rows[(q - 1) * stride..q * stride]);
+            self.rows[q * stride + k] = product_term(base, lower, k);
+        }
+        self.rows[(whole - 1) * stride + k]
+    }
 }
 
 /// Most coefficients of a series that is summed by lanes.

@@ -97,7 +97,7 @@ fn compare(p: &Parameters) {
                 20 => run.hold(&Inputs::zero(4), &[]).unwrap(),
                 25 => run.hold(&inputs(), &[Inputs { force: vec![5.0; 4], support_acceleration: 3.0 }]).unwrap(),
                 26 => run.hold(&inputs(), &[]).unwrap(),
-                35 => run.retune(tuned.tunables()).unwrap(),
+                35 => run.retune(&tuned.tunables()).unwrap(),
                 _ => {}
             }
             run.advance(*time, &mut pulses).unwrap();

@@ -36,7 +36,7 @@ impl Course {
         parameters.drag += 0.01;
         parameters.damping += 0.01;
         parameters.hunt_crossley += 0.01;
-        simulation.retune(parameters.tunables()).unwrap();
+        simulation.retune(&parameters.tunables()).unwrap();
         simulation.advance(1.5, &mut Unrecorded).unwrap();
         simulation.advance(end, &mut Unrecorded).unwrap();
         Self { simulation, history, parameters }
@@ -266,7 +266,7 @@ fn cut_step(p: &Parameters, change: f64) -> (Simulation, History) {
     }
     simulation.keep_history(false, &mut history);
     p.drag += 0.3;
-    simulation.retune(p.tunables()).unwrap();
+    simulation.retune(&p.tunables()).unwrap();
     (simulation, history)
 }
 
@@ -306,7 +306,7 @@ fn parameters_that_change_all_the_time() {
             simulation.advance(START + 1e-3 * f64::from(k), &mut Unrecorded).unwrap();
             simulation.keep_history(true, &mut history);
             p.drag = 0.01 * f64::from(k % 3);
-            simulation.retune(p.tunables()).unwrap();
+            simulation.retune(&p.tunables()).unwrap();
         }
         simulation.advance(START + 1.1, &mut Unrecorded).unwrap();
         let tape = simulation.tape(&history).unwrap();

@@ -108,10 +108,11 @@ impl History {
 
     /// Whether it fits a run of these parameters, of which only tunable ones may have changed.
     pub fn is_sound(&self, parameters: &Parameters, allowed: impl Fn(&Parameters) -> bool) -> bool {
-        let (mut then, mut known) = (parameters.clone(), None);
+        let (mut then, mut known) = (parameters.clone(), None::<Tunables>);
         let mut stretch = |Stretch { until, inputs, tunables }: &Stretch| {
-            let tuned = known.replace(*tunables) == Some(*tunables) || {
-                then.tune(*tunables);
+            let tuned = known.as_ref() == Some(tunables) || {
+                known = Some(tunables.clone());
+                then.tune(tunables);
                 allowed(&then)
             };
             let finite = inputs.are_finite() && inputs.since.is_finite() && until.is_finite();

@@ -141,7 +141,7 @@ impl<'a> LastStep<'a> {
         let another = |_: EngineError| Unfollowed::Another;
         let (mut acting, mut run): (Parameters, Option<Engine>) = (self.parameters.clone(), None);
         for stretch in stretches {
-            acting.tune(stretch.tunables);
+            acting.tune(&stretch.tunables);
             let inputs = stretch.inputs.at(since);
             let engine = match &mut run {
                 None => {

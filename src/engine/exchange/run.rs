@@ -51,7 +51,7 @@ impl Exchange {
         y.extend_from_slice(&parameters.v_start);
         y.resize(state_count(n), 0.0);
         // Rigid contacts close in the first event.
-        let modes = (0..m).map(|j| if cradle.restitution.is_some() { Mode::Open } else { start(j).1 }).collect();
+        let modes = (0..m).map(|j| if cradle.rigid { Mode::Open } else { start(j).1 }).collect();
         let mut run = Self {
             parameters: parameters.clone(),
             inputs: inputs.clone(),
@@ -113,7 +113,7 @@ impl Exchange {
     }
 
     pub(super) fn is_rigid(&self) -> bool {
-        self.cradle.restitution.is_some()
+        self.cradle.rigid
     }
 
     /// Whether events follow contacts to their end.
@@ -174,8 +174,8 @@ impl Exchange {
             self.contacts.iter_mut().for_each(|contact| contact.followed_until = None);
             self.inputs.clone_from(inputs);
         }
-        if parameters.tunables() != self.parameters.tunables() {
-            self.parameters.tune(parameters.tunables());
+        if !parameters.is_tuned_as(&self.parameters) {
+            self.parameters.tune(&parameters.tunables());
             self.state.cradle = Cradle::new(&self.parameters);
             for (mode, law) in self.state.modes.iter_mut().zip(&self.state.cradle.contacts) {
                 if *mode == Mode::Clipped && !law.clips() {

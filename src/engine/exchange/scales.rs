@@ -43,7 +43,7 @@ impl Scales {
         let speed = bounded(if fastest > 0.0 { fastest.max(LEAST_SPEED) } else { SPEED_AT_REST });
         let unit = balls[0].unit_of_time();
         let heaviest = balls.iter().fold(0.0_f64, |most, ball| most.max(ball.mass));
-        let rigid = cradle.restitution.is_some();
+        let rigid = cradle.rigid;
         let compression = |(j, law): (usize, &ContactLaw)| {
             bounded(if rigid { SHIFT * speed * unit } else { law.largest_overlap(cradle.reduced_mass(j), speed) })
         };

@@ -14,6 +14,8 @@ pub(crate) struct Row<S> {
     factors: Vec<S>,
     /// For each contact the speed of approach over the difference of those velocities.
     parts: Vec<S>,
+    /// For each contact the coefficient of restitution.
+    restitution: Vec<S>,
 }
 
 impl<S: Scalar> Row<S> {
@@ -31,8 +33,15 @@ impl<S: Scalar> Row<S> {
                 return Err(j);
             }
         }
+        let restitution = cradle.contacts[balls.start..balls.end - 1].iter().map(|law| law.restitution).collect();
         let masses = cradle.balls[balls].iter().zip(&factors).map(|(ball, factor)| ball.mass / (*factor * *factor));
-        Ok(Self { masses: masses.collect(), factors, parts })
+        Ok(Self { masses: masses.collect(), factors, parts, restitution })
+    }
+
+    /// The same, with contacts that do not rebound.
+    pub fn without_rebound(mut self) -> Self {
+        self.restitution.fill(S::default());
+        self
     }
 
     /// How fast the balls of contact `j` of the row approach each other, m/s, for velocities along the paths.
@@ -84,21 +93,21 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
     blocks
 }
 
-/// The impacts of a row of touching balls with these velocities along their paths (m/s), which it updates, for the
-/// coefficient of restitution `e`. Approach speeds up to `unresolved` (m/s) come to rest; those that differ by up to
-/// `rounding` (m/s) count as equal.
-pub(crate) fn collide(row: &Row<f64>, v: &mut [f64], e: f64, unresolved: f64, rounding: f64) -> Collisions<f64> {
+/// The impacts of a row of touching balls with these velocities along their paths (m/s), which it updates. Approach
+/// speeds up to `unresolved` (m/s) come to rest; those that differ by up to `rounding` (m/s) count as equal.
+pub(crate) fn collide(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: f64) -> Collisions<f64> {
     let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: 0.0 };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v *= *factor);
-    if e > 0.0 {
-        sequence(row, v, e, unresolved, rounding, &mut outcome);
+    if row.restitution.iter().any(|e| *e > 0.0) {
+        sequence(row, v, unresolved, rounding, &mut outcome);
     }
     // Balls that still approach come to rest against each other.
     for block in pool(&row.masses, v, |j, difference| row.parts[j] * difference > 0.0) {
         if block.members.len() > 1 {
             outcome.groups.push((block.members.clone(), false));
         }
-        joint_impact(&row.masses, v, 0.0, block.members, block.mean, &mut outcome);
+        let e = vec![0.0; block.members.len() - 1];
+        joint_impact(&row.masses, v, &e, block.members, block.mean, &mut outcome);
     }
     finish(row, v, &mut outcome);
     outcome
@@ -113,31 +122,32 @@ fn finish<S: Scalar>(row: &Row<S>, v: &mut [S], outcome: &mut Collisions<S>) {
 }
 
 /// One impact of all balls of a row at these velocities along their paths (m/s), which it updates.
-pub(crate) fn collide_at_once<S: Scalar>(row: &Row<S>, v: &mut [S], e: S) -> Collisions<S> {
+pub(crate) fn collide_at_once<S: Scalar>(row: &Row<S>, v: &mut [S]) -> Collisions<S> {
     let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: S::default() };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
     match v.len() {
-        2 => impact_of_two(row, v, e, 0, &mut outcome),
+        2 => impact_of_two(row, v, 0, &mut outcome),
         balls => {
             let centre = pool(&row.masses, v, |_, _| true)[0].mean;
-            joint_impact(&row.masses, v, e, 0..balls, centre, &mut outcome);
+            joint_impact(&row.masses, v, &row.restitution, 0..balls, centre, &mut outcome);
         }
     }
     finish(row, v, &mut outcome);
     outcome
 }
 
-/// Impacts per ball with `e < 1`, far beyond what everyday mass ratios need; fewer end inelastic collapse sooner.
+/// Impacts per ball if some lose energy, far beyond what everyday mass ratios need; fewer end inelastic collapse sooner.
 const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
 /// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
-fn sequence(row: &Row<f64>, v: &mut [f64], e: f64, unresolved: f64, rounding: f64, outcome: &mut Collisions<f64>) {
+fn sequence(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: f64, outcome: &mut Collisions<f64>) {
     let masses = &row.masses[..];
     let (balls, contacts) = (masses.len(), masses.len() - 1);
     // Impacts after which approaching balls stick. Elastic sequences end (Galperin, On systems of locally interacting
     // and repelling particles, 1981), but mass ratios can put the end far off.
-    let most = if e < 1.0 { INELASTIC_IMPACTS * balls } else { ELASTIC_IMPACTS + balls * balls };
+    let loses = row.restitution.iter().any(|e| *e < 1.0);
+    let most = if loses { INELASTIC_IMPACTS * balls } else { ELASTIC_IMPACTS + balls * balls };
     // The fastest approach is the earliest entry.
     let mut queue = EventQueue::new(contacts);
     let enter = |queue: &mut EventQueue, v: &[f64], j: usize| {
@@ -161,13 +171,13 @@ fn sequence(row: &Row<f64>, v: &mut [f64], e: f64, unresolved: f64, rounding: f6
             match *run {
                 [j] => {
                     outcome.groups.push((j..j + 2, true));
-                    impact_of_two(row, v, e, j, outcome);
+                    impact_of_two(row, v, j, outcome);
                 }
                 [first, .., last] => {
                     let balls = first..last + 2;
                     outcome.groups.push((balls.clone(), true));
                     let centre = pool(&masses[balls.clone()], &v[balls.clone()], |_, _| true)[0].mean;
-                    joint_impact(masses, v, e, balls, centre, outcome);
+                    joint_impact(masses, v, &row.restitution[first..=last], balls, centre, outcome);
                 }
                 [] => {}
             }
@@ -178,9 +188,10 @@ fn sequence(row: &Row<f64>, v: &mut [f64], e: f64, unresolved: f64, rounding: f6
     }
 }
 
-/// The impact of the balls of contact `j` alone. Equal balls exchange their velocities to the last digit if `e = 1`.
-fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: &mut Collisions<S>) {
-    let masses = &row.masses;
+/// The impact of the balls of contact `j` alone. Equal balls exchange their velocities to the last digit if it loses
+/// nothing.
+fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], j: usize, outcome: &mut Collisions<S>) {
+    let (masses, e) = (&row.masses, row.restitution[j]);
     let total = masses[j] + masses[j + 1];
     let (left_share, right_share) = (masses[j] / total, masses[j + 1] / total);
     let (one, approach) = (S::from(1.0), v[j] - v[j + 1]);
@@ -197,21 +208,31 @@ fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], e: S, j: usize, outcome: 
     outcome.impacts.push(Impact { contact: j, impulse });
 }
 
-/// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`.
+/// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`: each contact parts at its
+/// coefficient of restitution `e` times the speed of approach.
 fn joint_impact<S: Scalar>(
     masses: &[S],
     v: &mut [S],
-    e: S,
+    e: &[S],
     balls: Range<usize>,
     centre: S,
     outcome: &mut Collisions<S>,
 ) {
-    let before = v[balls.clone()].to_vec();
-    v[balls.clone()].iter_mut().for_each(|v| *v = centre - e * (*v - centre));
-    let (half_loss, mut impulse) = (S::from(0.5) * (S::from(1.0) - e), S::default());
-    for (contact, before) in balls.zip(before.windows(2)) {
-        impulse += masses[contact] * (before[0] - v[contact]);
-        outcome.loss += half_loss * impulse * (before[0] - before[1]);
-        outcome.impacts.push(Impact { contact, impulse });
+    let (before, first) = (v[balls.clone()].to_vec(), balls.start);
+    // Velocities up to a common one; as sums from both sides, for mirrored results from mirrored starts.
+    let parting = |j: usize| e[j] * (before[j] - before[j + 1]);
+    let half = S::from(0.5);
+    let relative: Vec<S> = (0..before.len())
+        .map(|k| half * ((0..k).map(parting).sum::<S>() - (k..e.len()).rev().map(parting).sum::<S>()))
+        .collect();
+    let mean = pool(&masses[balls.clone()], &relative, |_, _| true)[0].mean;
+    for (v, relative) in v[balls.clone()].iter_mut().zip(relative) {
+        *v = centre + (relative - mean);
+    }
+    let mut impulse = S::default();
+    for (k, pair) in before.windows(2).enumerate() {
+        impulse += masses[first + k] * (before[k] - v[first + k]);
+        outcome.loss += half * (S::from(1.0) - e[k]) * impulse * (pair[0] - pair[1]);
+        outcome.impacts.push(Impact { contact: first + k, impulse });
     }
 }

@@ -25,7 +25,7 @@ const MANY: u64 = 1 << 16;
 
 impl Engine {
     pub(crate) fn is_rigid(&self) -> bool {
-        self.cradle.restitution.is_some()
+        self.cradle.rigid
     }
 
     /// Refuses a start with overlapping rigid balls; an overlap by rounding counts as touching.
@@ -48,7 +48,7 @@ impl Engine {
 
     pub(crate) fn rigid_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let clock_stands = self.totals.standstill > self.most_without_progress() / 2;
-        let e = if clock_stands { 0.0 } else { self.cradle.restitution.unwrap_or_default() };
+        let e = if clock_stands { 0.0 } else { self.cradle.contacts[i].restitution };
         let Some(separation) = self.contacts[i].separation() else { return };
         let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
         let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise);
@@ -62,7 +62,13 @@ impl Engine {
         self.separate(group.clone(), t);
         self.align(group.clone());
         let row = match Row::new(&self.cradle, balls.clone(), |ball| self.balls[ball].flight.x) {
-            Ok(row) => row,
+            Ok(row) => {
+                if clock_stands {
+                    row.without_rebound()
+                } else {
+                    row
+                }
+            }
             Err(left) => return self.note(left, Some((t, Fault::Across))),
         };
         let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();
@@ -70,7 +76,7 @@ impl Engine {
         let approach = row.approach(&v, i - first);
         let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
         let before = self.recorder.is_some().then(|| v.clone());
-        let mut outcome = restitution::collide(&row, &mut v, e, unresolved, rounding);
+        let mut outcome = restitution::collide(&row, &mut v, unresolved, rounding);
         if let (Some(mut v), Some(recorder)) = (before, &mut self.recorder) {
             let state = |ball: usize| (self.balls[ball].flight.x, v[ball - first]);
             recorder.onset(i, [i, i + 1].map(state), &self.cradle);

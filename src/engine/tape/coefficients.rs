@@ -1,6 +1,7 @@
 //! The order of the numbers of a state and of the coefficients.
 
-use crate::model::{BallModel, ContactLaw, Cradle, Damping, Inputs};
+use crate::model::{BallModel, ContactLaw, Cradle, Inputs};
+use crate::solver::power::power;
 use crate::solver::{Dual, Scalar};
 
 /// Numbers of the state of a ball and of the contact at its right: position (m) and velocity (m/s) along the path;
@@ -28,19 +29,20 @@ pub(super) const LENGTH: usize = 2;
 pub(super) const GRAVITY: usize = 3;
 pub(super) const FORCE: usize = 4;
 const OF_BALL: usize = 5;
-pub(super) const OF_LAW: usize = 6;
+pub(super) const OF_LAW: usize = 4;
 pub(super) const CLEARANCE: usize = OF_BALL + OF_LAW;
 const PIVOTS: usize = CLEARANCE + 1;
-const COEFFICIENTS: usize = PIVOTS + 1;
+pub(super) const RESTITUTION: usize = PIVOTS + 1;
+const COEFFICIENTS: usize = RESTITUTION + 1;
 
-/// Changes of the coefficients, of each ball in turn, then of the acceleration of the support and of the restitution;
-/// or the derivatives of a number by them.
+/// Changes of the coefficients, of each ball in turn, then of the acceleration of the support; or the derivatives of a
+/// number by them.
 #[derive(Clone, Debug)]
 pub(crate) struct Coefficients(Vec<f64>);
 
 impl Coefficients {
     pub fn zero(balls: usize) -> Self {
-        Self(vec![0.0; balls * COEFFICIENTS + 2])
+        Self(vec![0.0; balls * COEFFICIENTS + 1])
     }
 
     /// The changes along a direction in which the inputs change by `inputs`.
@@ -51,20 +53,11 @@ impl Coefficients {
             changes.of_ball_mut(i)[..FORCE].copy_from_slice(&[mass, gamma, length, gravity].map(Dual::tangent));
             changes.of_ball_mut(i)[FORCE] = inputs.force[i];
             let Some(law) = cradle.contacts.get(i) else { continue };
-            let (zero, ContactLaw { stiffness, overlap_ref, exponent, clearance, pivots, .. }) =
-                (Dual::default(), *law);
-            let losses = match law.damping {
-                Damping::None => [zero; 3],
-                Damping::KelvinVoigt { c, .. } => [c, zero, zero],
-                Damping::HuntCrossley { alpha } => [zero, alpha, zero],
-                Damping::Viscoelastic { relaxation } => [zero, zero, relaxation],
-            };
-            let [c, alpha, relaxation] = losses;
-            let numbers = [stiffness, overlap_ref, exponent, c, alpha, relaxation, clearance, pivots];
+            let ContactLaw { stiffness, overlap_ref, exponent, clearance, pivots, damping, restitution } = *law;
+            let numbers = [stiffness, overlap_ref, exponent, damping.coefficient, clearance, pivots, restitution];
             changes.of_ball_mut(i)[OF_BALL..].copy_from_slice(&numbers.map(Dual::tangent));
         }
         *changes.support_mut() = inputs.support_acceleration;
-        *changes.restitution_mut() = cradle.restitution.map_or(0.0, Dual::tangent);
         changes
     }
 
@@ -78,12 +71,12 @@ impl Coefficients {
     }
 
     /// Those of the law of contact `j`, in the order of [`law_derivatives`].
-    pub fn of_law(&self, j: usize) -> &[f64] {
-        &self.of_ball(j)[OF_BALL..CLEARANCE]
+    pub fn of_law(&self, j: usize) -> &[f64; OF_LAW] {
+        self.of_ball(j)[OF_BALL..].first_chunk().expect("a ball has more coefficients")
     }
 
-    pub fn of_law_mut(&mut self, j: usize) -> &mut [f64] {
-        &mut self.of_ball_mut(j)[OF_BALL..CLEARANCE]
+    pub fn of_law_mut(&mut self, j: usize) -> &mut [f64; OF_LAW] {
+        self.of_ball_mut(j)[OF_BALL..].first_chunk_mut().expect("a ball has more coefficients")
     }
 
     /// What the linkage of contact `j` depends on: nothing for the two places, the two lengths, and the pivots.
@@ -123,19 +116,10 @@ impl Coefficients {
     }
 
     pub fn support(&self) -> f64 {
-        self.0[self.0.len() - 2]
-    }
-
-    pub fn support_mut(&mut self) -> &mut f64 {
-        let end = self.0.len();
-        &mut self.0[end - 2]
-    }
-
-    pub fn restitution(&self) -> f64 {
         self.0[self.0.len() - 1]
     }
 
-    pub fn restitution_mut(&mut self) -> &mut f64 {
+    pub fn support_mut(&mut self) -> &mut f64 {
         let end = self.0.len();
         &mut self.0[end - 1]
     }
@@ -151,17 +135,10 @@ impl Coefficients {
 pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64) -> [f64; OF_LAW] {
     // Where it has just closed a dashpot acts already.
     let overlap = overlap.max(f64::MIN_POSITIVE);
-    let Some((elastic, slope)) = law.elastic_continued(overlap) else { return [0.0; OF_LAW] };
-    // All but a dashpot is proportional to the stiffness; a viscoelastic force has the exponent as a factor, too.
-    let (proportional, by_factor) = match law.damping {
-        Damping::None | Damping::KelvinVoigt { .. } => (elastic, 0.0),
-        Damping::HuntCrossley { alpha } => (elastic + alpha * elastic * rate, 0.0),
-        Damping::Viscoelastic { relaxation } => {
-            let lost = relaxation * slope * rate;
-            (elastic + lost, lost / law.exponent)
-        }
-    };
-    let by_exponent = proportional * libm::log(overlap / law.overlap_ref) + by_factor;
-    let by_reference = (1.0 - law.exponent) * proportional / law.overlap_ref;
-    [proportional / law.stiffness, by_reference, by_exponent, rate, elastic * rate, slope * rate]
+    let (elastic, s) = (law.elastic_force(overlap), law.damping_exponent());
+    let grown = power(overlap / law.overlap_ref, s) * rate;
+    let damping = law.damping.coefficient * grown;
+    let by_exponent = (elastic + law.damping.growth.by_exponent() * damping) * libm::log(overlap / law.overlap_ref);
+    let by_reference = ((1.0 - law.exponent) * elastic - s * damping) / law.overlap_ref;
+    [elastic / law.stiffness, by_reference, by_exponent, grown]
 }

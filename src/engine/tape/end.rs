@@ -57,7 +57,7 @@ impl End {
             changes.chunks(STATE).take(contacts.len()).map(value).collect()
         };
         if self.length == 0.0 {
-            if at.cradle.restitution.is_some() {
+            if at.cradle.rigid {
                 // Rigid contacts transmit nothing yet.
                 outputs.force.fill(0.0);
             }
@@ -110,7 +110,7 @@ impl End {
     /// The balls whose outputs change with ball `i`: its neighbours and, where these are rigid, all in one body.
     fn around(&self, cradle: &Cradle, i: usize) -> Range<usize> {
         let (mut first, mut end) = (i.saturating_sub(1), (i + 2).min(cradle.balls.len()));
-        let joined = |j: usize| cradle.restitution.is_some() && self.state.contacts[j].mode != Mode::Open;
+        let joined = |j: usize| cradle.rigid && self.state.contacts[j].mode != Mode::Open;
         while first > 0 && joined(first - 1) {
             first -= 1;
         }
@@ -136,7 +136,7 @@ fn of_balls(cradle: &Cradle, balls: &Range<usize>) -> Cradle<Dual> {
     Cradle {
         balls: cradle.balls[balls.clone()].iter().map(|ball| ball.map(Dual::from)).collect(),
         contacts: cradle.contacts[balls.start..balls.end - 1].iter().map(|law| law.map(Dual::from)).collect(),
-        restitution: cradle.restitution.map(Dual::from),
+        rigid: cradle.rigid,
     }
 }
 

@@ -9,6 +9,7 @@ use super::coefficients::{CLEARANCE, Coefficients, IMPULSE, MASS, PEAK, STATE, V
 use super::part::Part;
 use crate::engine::pair_impact::{ImpactCoefficients, PulseShape};
 use crate::model::{BallModel, Cradle, Pair};
+use crate::solver::power::power;
 use crate::solver::{BASIS, MAX_FORCE_ORDER, Oscillator};
 
 /// What an impact depends on: of the left and of the right ball position, velocity, mass, decay rate, square of the
@@ -73,17 +74,16 @@ impl ImpactPart {
         if swing > SHORT {
             return None;
         }
-        let shape = coefficients.pulse(law.exponent, swing, 2.0 * load * part / rate)?;
+        let shape = coefficients.pulse(law, swing, 2.0 * load * part / rate)?;
         Some((shape, reach))
     }
 
-    /// The energy that an impact loses over the reduced mass (m2/s2), by each of the coefficients of losses.
-    fn losses(&self, pair: &Pair) -> [f64; 3] {
+    /// The energy that an impact loses over the reduced mass (m2/s2), by the coefficient of its damping.
+    fn loss(&self, pair: &Pair) -> f64 {
         let Pair { balls: [left, right], law } = pair;
         let (rate, reduced) = (self.start[0].1 - self.start[1].1, left.mass * right.mass / (left.mass + right.mass));
-        let (force, [of_rate, of_force, of_slope]) = (law.elastic_force(self.reach), self.shape.works);
-        let works = [self.reach * of_rate, force * self.reach * of_force, law.exponent * force * of_slope];
-        works.map(|work| 2.0 * rate * work / reduced)
+        let grown = power(self.reach / law.overlap_ref, law.damping_exponent());
+        2.0 * rate * self.reach * grown * self.shape.works[1] / reduced
     }
 
     /// What its map consists of.
@@ -204,10 +204,10 @@ impl Part for ImpactPart {
             let own = [state[i * STATE + X], state[i * STATE + V], mass, gamma, frequency, forcing];
             own.iter().enumerate().for_each(|(k, change)| causes[2 * k + side] = *change);
         }
-        let (law, losses) = changes.of_law(j).split_at(3);
+        let [law @ .., damping] = changes.of_law(j);
         causes[12..15].copy_from_slice(law);
         causes[15] = changes.of_ball(j)[CLEARANCE];
-        causes[16] = self.losses(&pair).iter().zip(losses).map(|(by, change)| by * change).sum();
+        causes[16] = self.loss(&pair) * damping;
         let effects = self.effects(&pair, &values, &causes);
         for side in 0..2 {
             let state = &mut state[(j + side) * STATE..];
@@ -241,8 +241,8 @@ impl Part for ImpactPart {
             by_changes.add_of_motion(i, model, motion);
         }
         by_changes.of_ball_mut(j)[CLEARANCE] += by[15];
-        let (law, losses) = by_changes.of_law_mut(j).split_at_mut(3);
+        let [law @ .., damping] = by_changes.of_law_mut(j);
         law.iter_mut().zip(&by[12..15]).for_each(|(sum, by)| *sum += by);
-        losses.iter_mut().zip(self.losses(&pair)).for_each(|(sum, loss)| *sum += loss * by[16]);
+        *damping += self.loss(&pair) * by[16];
     }
 }

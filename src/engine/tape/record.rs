@@ -118,7 +118,7 @@ impl Recorder {
                 along.coefficients = Coefficients::along(&cradle_along(parameters, direction), &along.inputs);
             }
             Sink::Tape(_) => {
-                if self.tunings.last().is_none_or(|last| last.parameters.tunables() != parameters.tunables()) {
+                if self.tunings.last().is_none_or(|last| !last.parameters.is_tuned_as(parameters)) {
                     self.tunings.push(Tuning::new(parameters));
                     self.hold(NUMBERS_OF_TUNING * numbers_of_state(parameters.balls()));
                 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::coefficients::{Coefficients, IMPULSE, LENGTH, MASS, STATE, V, X};
+use super::coefficients::{Coefficients, IMPULSE, LENGTH, MASS, RESTITUTION, STATE, V, X};
 use super::events::Overlap;
 use super::part::Part;
 use super::record::Recorder;
@@ -32,12 +32,9 @@ pub(super) struct RigidImpact {
     pub parts: bool,
 }
 
-/// Changes of the impact itself: of each ball position, velocity, mass, length and the distance to the next pivot; and
-/// of the restitution.
-struct Changes {
-    balls: Vec<[f64; 5]>,
-    restitution: f64,
-}
+/// Changes of the impact itself: of each ball position, velocity, mass, length, and of its contact at the right the
+/// distance of the pivots and the restitution.
+type Changes = Vec<[f64; 6]>;
 
 const OF_BALL: [usize; 2] = [X, V];
 
@@ -47,7 +44,7 @@ impl RigidImpact {
     }
 
     fn none(&self) -> Changes {
-        Changes { balls: vec![[0.0; 5]; self.balls.len()], restitution: 0.0 }
+        vec![[0.0; 6]; self.balls.len()]
     }
 
     /// Changes of the velocities (m/s) and of the impulses of the contacts (N.s).
@@ -56,26 +53,23 @@ impl RigidImpact {
         let mut along = Cradle {
             balls: cradle.balls[balls.clone()].iter().map(|ball| ball.map(Dual::from)).collect(),
             contacts: cradle.contacts[balls.start..balls.end - 1].iter().map(|law| law.map(Dual::from)).collect(),
-            restitution: None,
+            rigid: true,
         };
         let number = Dual::with_tangent;
-        for (k, [_, _, mass, length, pivots]) in changes.balls.iter().enumerate() {
+        for (k, [_, _, mass, length, pivots, restitution]) in changes.iter().enumerate() {
             let ball = &mut along.balls[k];
             (ball.mass, ball.length) = (number(ball.mass.value(), *mass), number(ball.length.value(), *length));
             if let Some(law) = along.contacts.get_mut(k) {
                 law.pivots = number(law.pivots.value(), *pivots);
+                law.restitution = number(law.restitution.value(), *restitution);
             }
         }
-        let of = |k: usize, which: usize, value: f64| number(value, changes.balls[k][which]);
+        let of = |k: usize, which: usize, value: f64| number(value, changes[k][which]);
         let (mut v, mut impulses) = (Vec::new(), vec![0.0; self.balls.len() - 1]);
         v.extend(self.balls.iter().enumerate().map(|(k, ball)| of(k, 1, ball.v[0])));
-        let e = if self.parts {
-            number(cradle.restitution.unwrap_or_default(), changes.restitution)
-        } else {
-            Dual::default()
-        };
         if let Ok(row) = Row::new(&along, 0..self.balls.len(), |k| of(k, 0, self.balls[k].x)) {
-            for impact in collide_at_once(&row, &mut v, e).impacts {
+            let row = if self.parts { row } else { row.without_rebound() };
+            for impact in collide_at_once(&row, &mut v).impacts {
                 impulses[impact.contact] += impact.impulse.tangent();
             }
         }
@@ -100,9 +94,9 @@ impl Part for RigidImpact {
         for (k, (i, ball)) in self.range().zip(&self.balls).enumerate() {
             let ([x, v], of) = (OF_BALL.map(|number| state[i * STATE + number]), changes.of_ball(i));
             let pivots = changes.of_linkage(i.min(cradle.contacts.len() - 1))[4];
-            impact.balls[k] = [x + ball.v[0] * later, v + ball.a[0] * later, of[MASS], of[LENGTH], pivots];
+            let place = [x + ball.v[0] * later, v + ball.a[0] * later];
+            impact[k] = [place[0], place[1], of[MASS], of[LENGTH], pivots, of[RESTITUTION]];
         }
-        impact.restitution = changes.restitution();
         let (velocities, impulses) = self.respond(cradle, &impact);
         for (k, (i, ball)) in self.range().zip(&self.balls).enumerate() {
             state[i * STATE + X] += (ball.v[0] - ball.v[1]) * later;
@@ -122,13 +116,13 @@ impl Part for RigidImpact {
         };
         let (mut unit, mut by_later) = (self.none(), 0.0);
         for (k, (i, ball)) in self.range().zip(&self.balls).enumerate() {
-            let by: [f64; 5] = std::array::from_fn(|number| {
-                unit.balls[k][number] = 1.0;
+            let by: [f64; 6] = std::array::from_fn(|number| {
+                unit[k][number] = 1.0;
                 let found = sum(&unit);
-                unit.balls[k][number] = 0.0;
+                unit[k][number] = 0.0;
                 found
             });
-            let [by_x, by_v, by_mass, by_length, by_pivots] = by;
+            let [by_x, by_v, by_mass, by_length, by_pivots, by_restitution] = by;
             (by_state[i * STATE + X], by_state[i * STATE + V]) = (by_x + of(i, X), by_v);
             by_later += by_x * ball.v[0] + of(i, X) * (ball.v[0] - ball.v[1]);
             by_later += by_v * ball.a[0] - of(i, V) * ball.a[1];
@@ -136,10 +130,9 @@ impl Part for RigidImpact {
             by_changes.of_ball_mut(i)[LENGTH] += by_length;
             if k + 1 < self.balls.len() {
                 by_changes.add_of_linkage(i, &[0.0, 0.0, 0.0, 0.0, by_pivots]);
+                by_changes.of_ball_mut(i)[RESTITUTION] += by_restitution;
             }
         }
-        unit.restitution = 1.0;
-        *by_changes.restitution_mut() += sum(&unit);
         self.overlap.back(self.delay() * by_later, by_changes, by_state);
     }
 }
@@ -156,17 +149,18 @@ impl Recorder {
     ) {
         for (group, parts) in groups {
             // Balls that come to rest by a restitution of 0 would part by more.
-            let parts = *parts || cradle.restitution == Some(0.0);
+            let contacts = first + group.start..first + group.end - 1;
+            let parts = *parts || cradle.contacts[contacts].iter().any(|law| law.restitution == 0.0);
             if parts && group.len() > 2 {
                 return self.fail(Unfollowed::JointImpact);
             }
-            let e = if parts { cradle.restitution.unwrap_or_default() } else { 0.0 };
             let balls = first + group.start..first + group.end;
             let Ok(row) = Row::new(cradle, balls.clone(), |i| places[i - first]) else {
                 return self.fail(Unfollowed::JointImpact);
             };
+            let row = if parts { row } else { row.without_rebound() };
             let before = v[group.clone()].to_vec();
-            collide_at_once(&row, &mut v[group.clone()], e);
+            collide_at_once(&row, &mut v[group.clone()]);
             let struck = group.clone().map(|k| {
                 let velocities = [before[k - group.start], v[k]];
                 let a = velocities.map(|v| acceleration((cradle, inputs), first + k, t, (places[k], v)));

@@ -19,6 +19,7 @@ pub use rule::{NODES, Nodes, RULE, combine, weighted};
 pub enum Power {
     Square,
     Cube,
+    Fourth,
 }
 
 /// How the time runs within a step.
@@ -35,13 +36,18 @@ pub enum Stretching {
 
 impl Stretching {
     /// All of them, as [`Self::table`] counts them.
-    const ALL: [Self; 5] = [
-        Self::None,
-        Self::AtStart(Power::Square),
-        Self::AtStart(Power::Cube),
-        Self::AtEnd(Power::Square),
-        Self::AtEnd(Power::Cube),
-    ];
+    const ALL: [Self; 7] = {
+        let [square, cube, fourth] = Power::ALL;
+        [
+            Self::None,
+            Self::AtStart(square),
+            Self::AtStart(cube),
+            Self::AtStart(fourth),
+            Self::AtEnd(square),
+            Self::AtEnd(cube),
+            Self::AtEnd(fourth),
+        ]
+    };
 
     /// Computes all tables, once in a process, so that no step waits for them.
     pub fn compute_tables() {
@@ -53,7 +59,7 @@ impl Stretching {
         let k = match self {
             Self::None => 0,
             Self::AtStart(power) => 1 + power as usize,
-            Self::AtEnd(power) => 3 + power as usize,
+            Self::AtEnd(power) => 4 + power as usize,
         };
         &TABLES[k]
     }
@@ -97,6 +103,7 @@ impl Stretching {
                 match power {
                     Power::Square => part / (1.0 + rest),
                     Power::Cube => part / (1.0 + rest * (1.0 + rest)),
+                    Power::Fourth => part / ((1.0 + rest) * (1.0 + rest * rest)),
                 }
             }
         }
@@ -104,11 +111,21 @@ impl Stretching {
 }
 
 impl Power {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Square, Self::Cube, Self::Fourth];
+
+    /// Whether functions that go with these powers of the time are smooth in c.
+    pub fn resolves(self, mut exponents: impl Iterator<Item = f64>) -> bool {
+        let q = 2.0 + f64::from(self as u8);
+        exponents.all(|exponent| (q * exponent).fract() == 0.0)
+    }
+
     /// `c^q` and its derivative.
     fn of(self, c: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
         match self {
             Self::Square => (c * c, c * DoubleDouble::from(2.0)),
             Self::Cube => (c * c * c, c * c * DoubleDouble::from(3.0)),
+            Self::Fourth => (c * c * (c * c), c * c * c * DoubleDouble::from(4.0)),
         }
     }
 
@@ -117,6 +134,7 @@ impl Power {
         match self {
             Self::Square => power.sqrt(),
             Self::Cube => libm::cbrt(power),
+            Self::Fourth => power.sqrt().sqrt(),
         }
     }
 }
@@ -143,7 +161,7 @@ pub struct Table {
     pub tail: [Nodes; 2],
 }
 
-static TABLES: LazyLock<[Table; 5]> = LazyLock::new(|| Stretching::ALL.map(Table::new));
+static TABLES: LazyLock<[Table; 7]> = LazyLock::new(|| Stretching::ALL.map(Table::new));
 
 impl Table {
     fn new(stretching: Stretching) -> Self {

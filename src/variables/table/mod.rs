@@ -37,7 +37,14 @@ macro_rules! each {
 const POWER_LAW: Need =
     Need { choice: "contact.model = powerLaw", is_met: |p, _| p.contact_model == ContactModel::PowerLaw };
 const HERTZ: Need = Need { choice: "contact.model = hertz", is_met: |p, _| p.contact_model == ContactModel::Hertz };
-const RIGID: Need = Need { choice: "contact.model = rigid", is_met: |p, _| p.contact_model == ContactModel::Rigid };
+const RESTITUTION: Need = Need {
+    choice: "contact.model = rigid or contact.dampingLaw = constantRestitution",
+    is_met: |p, _| p.contact_model == ContactModel::Rigid || p.damping_law == DampingLaw::ConstantRestitution,
+};
+const LOSSES: Need = Need {
+    choice: "contacts with losses (contact.restitution below 1, or a coefficient of contact.dampingLaw above 0)",
+    is_met: |p, _| p.contacts_lose(),
+};
 const COMPLIANT: Need =
     Need { choice: "contact.model = powerLaw or hertz", is_met: |p, _| p.contact_model != ContactModel::Rigid };
 const KELVIN_VOIGT: Need = Need {
@@ -81,8 +88,15 @@ const ELASTIC: &[&str] = &[
     "contact.overlapRef",
     "contact.exponent",
 ];
-const DAMPED: &[&str] = &["contact.dampingLaw", "contact.damping", "contact.huntCrossley", "contact.relaxationTime"];
-const FORCE_AT_START: &[&[&str]] = &[OVERLAP, ELASTIC, DAMPED, &["v_start"]];
+const DAMPED: &[&str] = &[
+    "contact.dampingLaw",
+    "contact.damping",
+    "contact.huntCrossley",
+    "contact.relaxationTime",
+    "contact.restitution",
+    "contact.lossRatio",
+];
+const FORCE_AT_START: &[&[&str]] = &[OVERLAP, ELASTIC, DAMPED, MASSES, &["v_start"]];
 const SUPPORT: &[&str] = &["pendulum.drag", "x_start", "v_start"];
 
 /// Every variable of the FMU. The position of a row is part of its variables' value references.
@@ -131,7 +145,8 @@ pub static TABLE: &[Row] = &[
     parameter("contact.relaxationTime", Scalar, &TIME_US, NOT_NEGATIVE, one!(relaxation_time),
         "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable().used_if(&[COMPLIANT, VISCOELASTIC]),
     parameter("contact.restitution", Scalar, &RATIO, between(0.0, 1.0), one!(restitution),
-        "Coefficient of restitution of rigid contacts").tunable().used_if(&[RIGID]),
+        "Coefficient of restitution of rigid contacts and of the constantRestitution law, which refuses 0").tunable()
+        .used_if(&[RESTITUTION]),
     parameter("x_start", Balls, &LENGTH, ANY, each!(x_start),
         "Position x[{i}] of ball {i} at the start time; for circular pendulums less than the length"),
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
@@ -243,7 +258,7 @@ pub static TABLE: &[Row] = &[
         "Rate of overlap[{i}], with linear pendulums v[{i}] - v[{j}]").initially(&[&["v_start", "pendulum.model"]])
         .follows(&[&["v"]]).derivative(|d, i| d.overlap_rate[i]),
     real("der(E_dissipated)", Scalar, Local, &POWER, |s, _| s.dissipation(),
-        "Power dissipated by drag and contacts").initially(&[OVERLAP, ELASTIC, DAMPED, &["v_start", "pendulum.drag"]])
+        "Power dissipated by drag and contacts").initially(&[OVERLAP, ELASTIC, DAMPED, MASSES, &["v_start", "pendulum.drag"]])
         .follows(&[&["overlap", "v"]]).derivative(|d, _| d.dissipation),
     real("der(W_external)", Scalar, Local, &POWER, |s, _| s.external_power(),
         "Power of the external forces and the moving support")
@@ -267,4 +282,8 @@ pub static TABLE: &[Row] = &[
          and always with pendulum.model = linear")
         .initially(&[MASSES, &["gravity", "pendulum.model"]])
         .derivative(|d, _| d.support_force_vertical),
+
+    parameter("contact.lossRatio", Contacts, &RATIO, NOT_NEGATIVE, each!(loss_ratio),
+        "Losses of the contact between balls {i} and {j}: a factor on its damping, the exponent of its restitution")
+        .tunable().used_if(&[LOSSES]),
 ];

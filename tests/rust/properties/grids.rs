@@ -31,7 +31,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<Vec<Pulse>, Te
                 bits(&*fine, n);
                 fine.next_onset();
                 fine.hold(&case.inputs, &[]).map_err(ended_early)?;
-                fine.retune(case.p.tunables()).map_err(ended_early)?;
+                fine.retune(&case.p.tunables()).map_err(ended_early)?;
                 let restored = Simulation::restore(case.p.clone(), 0.0, fine.snapshot(), false, |_| true);
                 fine = restored.map_err(|InvalidState(reason)| TestCaseError::fail(reason))?;
             }

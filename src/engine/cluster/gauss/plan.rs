@@ -8,7 +8,7 @@ use super::switching::fall;
 use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Rounding};
-use crate::model::{BallModel, ContactLaw, Damping, Mode};
+use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::{NODES, Power, Stretching, Table};
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
@@ -175,11 +175,11 @@ impl GaussStep {
     /// of all a damping force that starts with a power below 1.
     fn smoothness(&self) -> f64 {
         let law = &self.contacts[0].law; // contacts have one exponent and one law of damping
-        let is_smooth = self.stretching_power().is_none() || law.has_root();
-        match law.damping {
-            _ if is_smooth => 1.0,
-            Damping::Viscoelastic { .. } if law.exponent < 2.0 => ROUGH,
-            _ => FRACTIONAL,
+        match power_of_stretching(law) {
+            Some(power) if !power.resolves(law.branch_exponents()) => {
+                if law.branch_exponents().any(|exponent| exponent < 1.0) { ROUGH } else { FRACTIONAL }
+            }
+            _ => 1.0,
         }
     }
 
@@ -263,15 +263,14 @@ fn to_branch_point(contact: &StepContact, overlap: f64, rate: f64, rounding: &Ro
     (is_near && power_of_stretching(&contact.law).is_some()).then_some(overlap / rate)
 }
 
-/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, the force times the
-/// pace of the time goes with `c^(q p + q - 1)`: a polynomial if that is whole, nearly one if it is large. Higher
-/// powers than necessary shorten the steps; a whole exponent needs none.
+/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, a force that goes
+/// with `d^e` goes, times the pace of the time, with `c^(q e + q - 1)`: a polynomial if that is whole, nearly one if it
+/// is large. Higher powers than necessary shorten the steps; whole exponents need none.
 pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
-    match law.whole_exponent() {
-        Some(_) => None,
-        None if law.has_root() || law.exponent > 2.0 => Some(Power::Square),
-        None => Some(Power::Cube),
-    }
+    let exponents = law.branch_exponents();
+    let least = exponents.clone().reduce(f64::min)?;
+    let otherwise = if least > 2.0 { Power::Square } else { Power::Cube };
+    Some(Power::ALL.into_iter().find(|power| power.resolves(exponents.clone())).unwrap_or(otherwise))
 }
 
 /// The step that ends where contact `j` opens, in about this `time` (s).

@@ -162,7 +162,7 @@ impl GaussStep {
             let rate_at_end = self.rate_at_end(j, table);
             let within = std::array::from_fn(|m| sign.at(self.at_nodes.overlaps[j][m], self.at_nodes.rates[j][m]));
             let ends = [sign.at(contact.overlap, contact.rate), sign.at(overlap_at_end, rate_at_end)];
-            let noise = sign.by_overlap * self.noise(tolerance) + sign.by_rate * noise_of_rate;
+            let noise = sign.noise(overlap_at_end.max(0.0), self.noise(tolerance), noise_of_rate);
             match first_excess(side, ends, &within, noise) {
                 Excess::Never if side * ends[1] <= noise => {}
                 Excess::Near(m) => unclear = unclear.min(self.time_of(m, table)),

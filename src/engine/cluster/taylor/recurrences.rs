@@ -5,7 +5,7 @@ use crate::engine::cluster::step_control::{Control, Problem};
 use crate::engine::cluster::window::Window;
 use crate::engine::flight::{degree, forcing_at};
 use crate::model::{BallModel, ContactLaw, Mode};
-use crate::solver::series::{INVERSES, NUMBERS, product_term, value_by_lanes};
+use crate::solver::series::{INVERSES, NUMBERS, PowerSeries, product_term, value_by_lanes};
 use crate::solver::{MAX_FORCE_ORDER, crossing};
 
 /// Allowed difference between the forces by the series and by the law: its effect on the velocities over their scale.
@@ -25,11 +25,10 @@ const TERMS_AT_LEAST: usize = 3;
 /// `tests/rust/reference.rs`).
 const HIGHER: f64 = 1.5;
 
-/// A closed contact: its law and, if it has an elastic force, the powers of its overlap so far.
-struct Force<'a> {
+/// A closed contact: what the series of its force consist of, and the coefficient before in that of its damping.
+struct Force {
     contact: usize,
-    law: &'a ContactLaw,
-    powers: Option<Vec<f64>>,
+    parts: [Option<(f64, PowerSeries)>; 2],
 }
 
 /// What the coefficients of a ball's displacement on a line depend on: the unit of time over its mass (s/kg; the square
@@ -55,7 +54,7 @@ impl Series {
     /// elastic force; overlaps that are `given` stay as they are, and the forces follow from them.
     pub fn fill(&mut self, window: &Window<'_>, negligible: &dyn Fn(usize) -> bool, given: &dyn Fn(usize) -> bool) {
         let closed = (0..window.laws.len()).filter(|j| window.contacts[*j].mode != Mode::Open);
-        let force = |j| Force { contact: j, law: &window.laws[j], powers: (!negligible(j)).then(Vec::new) };
+        let force = |j| Force { contact: j, parts: window.laws[j].force_series(negligible(j)) };
         let mut forces: Vec<Force> = closed.map(force).collect();
         let pendulums: Vec<Pendulum> = window.models.iter().map(|ball| Pendulum::new(ball, self.unit)).collect();
         for k in 0..self.order {
@@ -69,18 +68,18 @@ impl Series {
     }
 
     /// Coefficient `k` of the forces of a contact.
-    fn expand_force(&mut self, Force { contact, law, powers }: &mut Force, k: usize) {
+    fn expand_force(&mut self, Force { contact, parts: [elastic, damping] }: &mut Force, k: usize) {
         let at = *contact * self.stride;
         let overlap = &self.overlaps[at..at + self.stride];
-        if let Some(powers) = powers {
-            for k in law.elastic_terms_due(k) {
-                self.elastic[at + k] = law.elastic_coefficient(overlap, powers, k);
+        let elastic = elastic.as_mut().map_or(0.0, |(factor, powers)| *factor * powers.term(overlap, k));
+        let damping = damping.as_mut().map_or(0.0, |(factor, powers)| {
+            if k == 0 {
+                powers.term(overlap, 0);
             }
-        }
-        let elastic = &self.elastic[at..at + self.stride];
-        let rate = |c: &[f64], k: usize| NUMBERS[k + 1] * c[k + 1] / self.unit;
-        let product = || (0..=k).map(|i| elastic[i] * rate(overlap, k - i)).sum();
-        self.forces[at + k] = law.force_coefficient(elastic[k], rate(overlap, k), product, || rate(elastic, k));
+            *factor * powers.term(overlap, k + 1) * NUMBERS[k + 1] / self.unit
+        });
+        self.elastic[at + k] = elastic;
+        self.forces[at + k] = elastic + damping;
     }
 
     /// Coefficient `k` of the accelerations, hence `k + 2` of the displacements and of the overlaps that are not given.
@@ -195,15 +194,15 @@ impl Series {
         }
     }
 
-    /// Ends the segment where the series of the elastic force of contact `j` still equals the law. From rest the force
+    /// Ends the segment where the series of the force of contact `j` still equals the law. From rest the force
     /// starts with a high power of the time, which may lie beyond the order.
     fn shorten_where_wrong(&mut self, j: usize, law: &ContactLaw, mass: f64, scale: f64) {
         // Bounded, for states that are not finite.
         for _ in 0..64 {
             let s = self.converges_for / self.unit;
-            let overlap = value_by_lanes(self.overlap_row(j), s);
-            let by_series = value_by_lanes(self.elastic_row(j), s);
-            if let Some((by_law, _)) = law.elastic_continued(overlap) {
+            let (overlap, rate) = self.overlap_at(j, s);
+            let by_series = value_by_lanes(self.force_row(j), s);
+            if let Some(by_law) = law.force_continued(overlap, rate) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
                 let allowed = WRONG * (scale + speed_up(by_law));
                 // Far beyond their convergence both may be infinite.
@@ -256,7 +255,7 @@ fn speed_from_rest(window: &Window<'_>, j: usize) -> f64 {
 /// The overlap (m) up to which the elastic force of contact `j` is left out, because it changes the velocities by less
 /// than the local error `dv` (m/s) and its series, a fractional power, would hardly converge; otherwise 0.
 fn negligible_overlap(j: usize, window: &Window<'_>, dv: f64, scale: f64) -> f64 {
-    if window.needs_force(j) && window.laws[j].whole_exponent().is_none() {
+    if window.needs_force(j) && !window.laws[j].is_smooth() {
         let (law, mass, rate) = (&window.laws[j], window.reduced_mass(j), window.overlap_rate(j));
         let bound = law.largest_negligible_overlap(mass, rate, dv, law.time_scale(mass, scale));
         if window.contacts[j].overlap < bound {
@@ -276,7 +275,7 @@ fn unit_of_time(window: &Window<'_>, scale: f64, negligible: impl Fn(usize) -> b
         let (law, mass) = (&window.laws[j], window.reduced_mass(j));
         unit = unit.min(law.time_scale(mass, scale)).min(law.relaxation_time(mass, scale));
         let (overlap, rate) = (window.contacts[j].overlap, window.overlap_rate(j).abs());
-        if window.laws[j].whole_exponent().is_none() && !negligible(j) && overlap < unit * rate {
+        if !window.laws[j].is_smooth() && !negligible(j) && overlap < unit * rate {
             unit = (overlap / rate).max(SHORTEST_UNIT * unit);
         }
     }

@@ -204,10 +204,10 @@ impl Series {
             Some(sign) => {
                 let row = self.overlap_row(j);
                 let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
-                if mode == Mode::Pressing && sign.by_rate * fastest < (1.0 - 1e-9) * sign.constant * self.unit {
+                if mode == Mode::Pressing && sign.by_rate * fastest < (1.0 - 1e-9) * sign.least() * self.unit {
                     return Forecast::Never;
                 }
-                let noise = sign.by_overlap * rounding.position + sign.by_rate * rounding.velocity;
+                let noise = sign.noise(row[0], rounding.position, rounding.velocity);
                 (sign.series(row, &self.rate(row)), noise)
             }
             None => (self.force_row(j).to_vec(), law.unclipped_force(rounding.position, rounding.velocity)),
