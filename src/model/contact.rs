@@ -2,7 +2,7 @@
 
 use super::damping::{Damping, Growth};
 use crate::solver::dual::{Dual, Scalar};
-use crate::solver::power::power;
+use crate::solver::power::{is_whole, power};
 use crate::solver::series::PowerSeries;
 use serde::{Deserialize, Serialize};
 
@@ -51,11 +51,10 @@ pub struct SignOfForce {
 impl SignOfForce {
     /// At the overlap `d` (m) and its rate (m/s).
     pub fn at(&self, d: f64, rate: f64) -> f64 {
-        let ratio = d / self.overlap_ref;
         let by_overlap = match self.exponent {
             0.0 => 1.0,
-            1.0 => ratio,
-            exponent => power(ratio.max(0.0), exponent),
+            1.0 => d / self.overlap_ref,
+            exponent => power((d / self.overlap_ref).max(0.0), exponent),
         };
         by_overlap + self.by_rate * rate
     }
@@ -119,8 +118,9 @@ impl<S: Scalar> ContactLaw<S> {
         self.elastic_force(d) * d / (self.exponent + S::from(1.0))
     }
 
-    /// Elastic force at the overlap `d` (m), N, and factor of its rate in the law, N.s/m; continued as [`Self::power`].
-    fn parts(&self, d: S) -> Option<(S, S)> {
+    /// Elastic force at the overlap `d` (m), N, and factor of its rate in the law, N.s/m; continued to `d <= 0`
+    /// unless one of them has a branch point there.
+    pub fn parts(&self, d: S) -> Option<(S, S)> {
         let power = self.power(d)?;
         let grown = match self.damping.growth {
             Growth::Constant => S::from(1.0),
@@ -157,12 +157,13 @@ impl ContactLaw {
     /// A simple expression with the sign of the force, if that is not as simple: the force over that of its two parts
     /// which grows less with the overlap.
     pub fn sign_of_force(&self) -> Option<SignOfForce> {
-        let by_rate = self.damping.coefficient / (self.stiffness * self.overlap_ref);
-        let exponent = self.exponent - self.damping_exponent();
-        (by_rate != 0.0 && !self.has_dashpot()).then_some(SignOfForce {
+        if self.is_elastic() || self.has_dashpot() {
+            return None;
+        }
+        Some(SignOfForce {
             overlap_ref: self.overlap_ref,
-            exponent,
-            by_rate,
+            exponent: self.exponent - self.damping_exponent(),
+            by_rate: self.damping.coefficient / (self.stiffness * self.overlap_ref),
         })
     }
 
@@ -172,7 +173,7 @@ impl ContactLaw {
     }
 
     /// Whether its damping is that of a dashpot, `F = F_el + c r`.
-    fn has_dashpot(&self) -> bool {
+    pub fn has_dashpot(&self) -> bool {
         self.damping_exponent() == 0.0
     }
 
@@ -184,7 +185,7 @@ impl ContactLaw {
     /// The exponents of the overlap in its force that are not whole numbers: the force has a branch point at 0.
     pub fn branch_exponents(&self) -> impl Iterator<Item = f64> + Clone {
         let of_damping = if self.is_elastic() { 0.0 } else { self.damping_exponent() };
-        [self.exponent, of_damping].into_iter().filter(|exponent| exponent.fract() != 0.0)
+        [self.exponent, of_damping].into_iter().filter(|exponent| !is_whole(*exponent))
     }
 
     /// Whether its force is a smooth function of overlap and rate where the overlap vanishes.
@@ -254,14 +255,8 @@ impl ContactLaw {
         self.power(d).map(|power| (self.stiffness * power * d, self.exponent * self.stiffness * power))
     }
 
-    /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), continued as [`Self::elastic_continued`] unless its
-    /// damping has a branch point at 0.
-    pub fn force_continued(&self, d: f64, rate: f64) -> Option<f64> {
-        self.parts(d).map(|(elastic, by_rate)| elastic + by_rate * rate)
-    }
-
     /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), with derivatives (N/m, N.s/m), continued as
-    /// [`Self::force_continued`].
+    /// [`Self::parts`].
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
         let (elastic, slope) = self.elastic_continued(d)?;
         if self.is_elastic() {

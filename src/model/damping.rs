@@ -169,7 +169,7 @@ mod tests {
             assert!((back - h).abs() <= 1e-15 * (1.0 + h), "h = {h}: {zeta}, {back}");
             let step = 1e-5 * (h + 1.0).min(1.0);
             let around = [h + step, (h - step).max(0.0)];
-            let [more, less] = around.map(|h| damping_ratio(h));
+            let [more, less] = around.map(damping_ratio);
             let difference = (more - less) / (around[0] - around[1]);
             if h > 1e-3 {
                 assert!((found.tangent() / difference - 1.0).abs() < 1e-8, "h = {h}: {found:?}, {difference}");

@@ -1,11 +1,11 @@
 //! Forces of a contact at many overlaps at once: the formulas of `contact`, in loops that compilers vectorise.
 
 use super::contact::ContactLaw;
-use super::damping::Growth;
+use super::damping::{Damping, Growth};
 use crate::solver::power::powers;
 
 impl ContactLaw {
-    /// `(d / d_ref)` and `(d / d_ref)^(p-1)` at several overlaps (m), none < 0: products, and one factor for the
+    /// `(d / d_ref)` and `(d / d_ref)^(p-1)` at several overlaps d (m), none < 0: products, and one factor for the
     /// fractional part of the exponent.
     #[inline(always)]
     fn ratios_and_powers<const N: usize>(&self, overlaps: &[f64; N]) -> [[f64; N]; 2] {
@@ -18,39 +18,51 @@ impl ContactLaw {
             0.5 => ratios.map(f64::sqrt),
             part => powers(&ratios, part),
         };
-        (1..whole).for_each(|_| powers.iter_mut().zip(&ratios).for_each(|(power, ratio)| *power *= ratio));
-        [ratios, powers]
-    }
-
-    /// Factors of the rates (N.s/m) for these `ratios` and `powers`.
-    #[inline(always)]
-    fn damping_factors<const N: usize>(&self, [ratios, powers]: &[[f64; N]; 2]) -> [f64; N] {
-        let c = self.damping.coefficient;
-        match self.damping.growth {
-            Growth::Constant => [c; N],
-            Growth::Force => std::array::from_fn(|m| c * (powers[m] * ratios[m])),
-            Growth::Stiffness => powers.map(|power| c * power),
-            Growth::RootOfStiffness => powers.map(|power| c * power.sqrt()),
+        for _ in 1..whole {
+            powers.iter_mut().zip(&ratios).for_each(|(power, ratio)| *power *= ratio);
         }
+        [ratios, powers]
     }
 
     /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. At overlaps <= 0 only `c r` is left.
     #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         let overlaps = overlaps.map(positive);
-        let powers = self.ratios_and_powers(&overlaps);
-        let mut forces = std::array::from_fn(|m| self.stiffness * overlaps[m] * powers[1][m]);
-        if !self.is_elastic() {
-            let factors = self.damping_factors(&powers);
-            (0..N).for_each(|m| forces[m] += factors[m] * rates[m]);
+        let ([ratios, powers], mut forces) = (self.ratios_and_powers(&overlaps), [0.0; N]);
+        let (k, Damping { coefficient: c, growth, .. }) = (self.stiffness, self.damping);
+        // One loop for each law; compilers do not move the choice out of a common one.
+        macro_rules! forces {
+            ($m:ident: $force:expr) => {
+                for $m in 0..N {
+                    forces[$m] = $force;
+                }
+            };
+        }
+        match growth {
+            _ if self.is_elastic() => forces!(m: k * overlaps[m] * powers[m]),
+            Growth::Constant => forces!(m: k * overlaps[m] * powers[m] + c * rates[m]),
+            Growth::Force => forces!(m: (k * overlaps[m] + c * ratios[m] * rates[m]) * powers[m]),
+            Growth::Stiffness => forces!(m: (k * overlaps[m] + c * rates[m]) * powers[m]),
+            Growth::RootOfStiffness => forces!(m: k * overlaps[m] * powers[m] + c * powers[m].sqrt() * rates[m]),
         }
         forces
     }
 
     /// Damping parts of the forces, N; as a difference they would lose digits where damping is weak.
     pub fn damping_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
-        let factors = self.damping_factors(&self.ratios_and_powers(&overlaps.map(positive)));
-        std::array::from_fn(|m| factors[m] * rates[m])
+        let [ratios, powers] = self.ratios_and_powers(&overlaps.map(positive));
+        let mut forces = rates.map(|rate| self.damping.coefficient * rate);
+        let mut times = |factors: [f64; N]| forces.iter_mut().zip(factors).for_each(|(force, factor)| *force *= factor);
+        match self.damping.growth {
+            Growth::Constant => {}
+            Growth::Force => {
+                times(powers);
+                times(ratios);
+            }
+            Growth::Stiffness => times(powers),
+            Growth::RootOfStiffness => times(powers.map(f64::sqrt)),
+        }
+        forces
     }
 }
 
@@ -62,7 +74,6 @@ fn positive(overlap: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Damping;
 
     /// Overlaps without force, and NaN.
     #[test]

@@ -50,19 +50,17 @@ impl ContactLaw {
         m / (self.damping.coefficient * libm::pow(ratio, self.damping_exponent()))
     }
 
-    /// Whether that is shorter than this `part` of the time scale. Weak damping is told by the work that it would do
-    /// on the way to the largest overlap, where force times overlap is p + 1 times the energy.
+    /// Whether damping at the largest overlap of an elastic impact would do so within this `part` of the time scale.
     pub fn relaxes_within(&self, part: f64, m: f64, rate: f64) -> bool {
         let (p, unit) = (self.exponent, self.overlap_ref);
-        // (d / d_ref)^(p+1) at the largest overlap d.
+        // (d / d_ref)^(p+1) at the largest overlap d, where force times overlap is p + 1 times the energy.
         let energies = 0.5 * (p + 1.0) * m * rate * rate / (self.stiffness * unit * unit);
         let power = match (self.damping_exponent() + 1.0) / (p + 1.0) {
             1.0 => energies,
             0.5 => energies.sqrt(),
             exponent => libm::pow(energies, exponent),
         };
-        let is_weak = DURATION * part * self.damping.coefficient * unit * power <= m * rate;
-        !is_weak && self.relaxation_time(m, rate) < part * self.time_scale(m, rate)
+        DURATION * part * self.damping.coefficient * unit * power > m * rate
     }
 
     /// Largest overlap of that impact, m.

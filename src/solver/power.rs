@@ -40,6 +40,11 @@ const TO_INTEGER: f64 = 1.5 * (1_u64 << MANTISSA) as f64;
 /// Added to any k, it gives a positive number.
 const BIAS: u64 = 2048;
 
+/// Whether a number from 0 on is whole; cheaper than by its fraction.
+pub fn is_whole(value: f64) -> bool {
+    value as usize as f64 == value
+}
+
 /// A number, 0 or more, to an `exponent`, 0 or more: half of an odd number by a root.
 pub fn power(value: f64, exponent: f64) -> f64 {
     let whole = exponent as usize;

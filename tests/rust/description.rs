@@ -160,13 +160,14 @@ const PRESSED: &str = "contact.deadBand=1e-6 x_start=3e-5,1e-5,-1e-5,-2e-5,-4e-5
                        pendulum.drag=0.1 F_ext=1,-2,0.5,-0.3,1.5 a_support=0.2";
 
 /// Of balls that are pressed.
-const LAWS: [&str; 7] = [
+const LAWS: [&str; 8] = [
     "",
     "contact.dampingLaw=kelvinVoigtNoPull",
     "contact.dampingLaw=huntCrossley",
     "contact.model=hertz contact.dampingLaw=huntCrossley",
     "contact.dampingLaw=viscoelastic",
     "contact.model=hertz contact.dampingLaw=viscoelastic",
+    "contact.dampingLaw=constantRestitution contact.restitution=0.9",
     "solver.method=bdf",
 ];
 

@@ -12,6 +12,7 @@ use std::sync::LazyLock;
 
 use super::double_double::DoubleDouble;
 
+use super::power::is_whole;
 pub use rule::{NODES, Nodes, RULE, combine, weighted};
 
 /// The q of a stretching.
@@ -117,7 +118,7 @@ impl Power {
     /// Whether functions that go with these powers of the time are smooth in c.
     pub fn resolves(self, mut exponents: impl Iterator<Item = f64>) -> bool {
         let q = 2.0 + f64::from(self as u8);
-        exponents.all(|exponent| (q * exponent).fract() == 0.0)
+        exponents.all(|exponent| is_whole(q * exponent))
     }
 
     /// `c^q` and its derivative.

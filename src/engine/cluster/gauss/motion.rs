@@ -3,6 +3,7 @@
 use std::cell::{OnceCell, RefCell};
 
 use super::arcs::{ArcNodes, BallOnArc, ContactDirection};
+use super::plan::BranchPoint;
 use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};
@@ -137,6 +138,8 @@ pub(crate) struct GaussStep {
     /// Whether some pendulums differ.
     pub(super) unlike: bool,
     pub(super) contacts: Vec<StepContact>,
+    /// Where an overlap vanishes.
+    pub(super) branch_point: Option<BranchPoint>,
     /// Whether a forcing varies, whether there is drag, and whether the iteration needs rates.
     pub(super) varies: bool,
     pub(super) drags: bool,
@@ -171,8 +174,10 @@ impl GaussStep {
             self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
             self.start_on_lines(window);
         }
-        let lossy = self.contacts.iter().any(|contact| !contact.law.is_elastic());
-        self.needs_rates = self.drags || self.varies || lossy;
+        // Contacts have one exponent and one law of damping, but some may be elastic.
+        let lossy = self.contacts.iter().find(|contact| !contact.law.is_elastic());
+        self.branch_point = lossy.or(self.contacts.first()).and_then(|contact| BranchPoint::new(&contact.law));
+        self.needs_rates = self.drags || self.varies || lossy.is_some();
         let count = self.contacts.len();
         let Samples { overlaps, rates, forces, balls, .. } = &mut self.at_nodes;
         for values in [overlaps, rates, &mut self.accelerations] {

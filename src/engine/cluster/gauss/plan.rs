@@ -43,7 +43,7 @@ const LONGEST: f64 = 0.25;
 /// Angle (rad) by which balls on arcs turn in a step at most.
 const SMALL_ANGLE: f64 = 1e-3;
 
-/// See [`GaussStep::smoothness`]; guarded by `awkward_starts_keep_their_energy` and
+/// See [`BranchPoint`]; guarded by `awkward_starts_keep_their_energy` and
 /// `balls_that_rattle_keep_their_energy_at_all_times`.
 const ROUGH: f64 = 0.01;
 const FRACTIONAL: f64 = 0.3;
@@ -74,13 +74,14 @@ impl<'a> Planner<'a> {
         let since = |contact: &StepContact| to_branch_point(contact, contact.overlap, contact.rate, rounding);
         let beyond = motion.contacts.iter().filter_map(since).map(|since| BEYOND * since);
         let longest = beyond.fold(motion.longest().min(control.longest), f64::min);
+        let smoothness = motion.branch_point.map_or(1.0, |branch_point| branch_point.smoothness);
         let tolerance = Tolerance {
             problem,
-            tail: motion.smoothness() * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
+            tail: smoothness * TAIL / window.laws[0].exponent * (control.epsilon / EPSILON).sqrt().max(1.0),
             longest,
         };
-        let (power, stretching) = (motion.stretching_power(), motion.onset_stretching(rounding, speed));
-        let first = if power.is_some() { FIRST } else { FIRST_SMOOTH / window.laws[0].exponent };
+        let (branches, stretching) = (motion.branch_point.is_some(), motion.onset_stretching(rounding, speed));
+        let first = if branches { FIRST } else { FIRST_SMOOTH / window.laws[0].exponent };
         let length = if before > 0.0 { before } else { first * motion.fastest(window, speed) };
         let mut planner = Self { stretching, length, tolerance, before };
         let near =
@@ -94,7 +95,7 @@ impl<'a> Planner<'a> {
         } else if let Some((j, time)) = near(motion.switching_ahead(rounding)) {
             planner.to_switching(j, time)
         } else if let Some((_, time)) = release
-            && power.is_some()
+            && branches
         {
             planner.ahead(SHORTER * time)
         } else {
@@ -155,32 +156,40 @@ impl<'a> Planner<'a> {
     }
 }
 
+/// Where forces have a branch point at an overlap of 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BranchPoint {
+    /// The power by which time is stretched there.
+    pub power: Power,
+    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional power
+    /// of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most of all a
+    /// damping force that starts with a power below 1.
+    smoothness: f64,
+}
+
+impl BranchPoint {
+    /// That of contacts with this law.
+    pub fn new(law: &ContactLaw) -> Option<Self> {
+        let power = power_of_stretching(law)?;
+        let smoothness = if power.resolves(law.branch_exponents()) {
+            1.0
+        } else if law.branch_exponents().any(|exponent| exponent < 1.0) {
+            ROUGH
+        } else {
+            FRACTIONAL
+        };
+        Some(Self { power, smoothness })
+    }
+}
+
 impl GaussStep {
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s).
     fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
         let fresh = |contact: &StepContact| {
             contact.mode == Mode::Pressing && contact.overlap <= rounding.position && contact.rate >= NEGLIGIBLE * speed
         };
-        let power = self.stretching_power().filter(|_| self.contacts.iter().any(fresh));
-        power.map_or(Stretching::None, Stretching::AtStart)
-    }
-
-    /// The power by which time is stretched where a contact opens or closes, if forces have a branch point there.
-    pub(super) fn stretching_power(&self) -> Option<Power> {
-        self.contacts.iter().find_map(|contact| power_of_stretching(&contact.law))
-    }
-
-    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional
-    /// power of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most
-    /// of all a damping force that starts with a power below 1.
-    fn smoothness(&self) -> f64 {
-        let law = &self.contacts[0].law; // contacts have one exponent and one law of damping
-        match power_of_stretching(law) {
-            Some(power) if !power.resolves(law.branch_exponents()) => {
-                if law.branch_exponents().any(|exponent| exponent < 1.0) { ROUGH } else { FRACTIONAL }
-            }
-            _ => 1.0,
-        }
+        let branch_point = self.branch_point.filter(|_| self.contacts.iter().any(fresh));
+        branch_point.map_or(Stretching::None, |branch_point| Stretching::AtStart(branch_point.power))
     }
 
     /// The time in which the fastest contact stops balls of this `speed` (m/s), s.
@@ -260,7 +269,7 @@ impl GaussStep {
 /// there is none or it is here, within `rounding`.
 fn to_branch_point(contact: &StepContact, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
     let is_near = contact.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
-    (is_near && power_of_stretching(&contact.law).is_some()).then_some(overlap / rate)
+    (is_near && !contact.law.is_smooth()).then_some(overlap / rate)
 }
 
 /// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, a force that goes
@@ -275,7 +284,8 @@ pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
 
 /// The step that ends where contact `j` opens, in about this `time` (s).
 fn to_release(motion: &GaussStep, j: usize, time: f64) -> Plan {
-    let stretching = motion.stretching_power().map_or(Stretching::None, Stretching::AtEnd);
+    let branch_point = motion.branch_point;
+    let stretching = branch_point.map_or(Stretching::None, |branch_point| Stretching::AtEnd(branch_point.power));
     Plan { stretching, length: time, switching: Some(j) }
 }
 

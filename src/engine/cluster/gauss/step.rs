@@ -212,7 +212,7 @@ impl GaussStep {
     /// time is not stretched for another one.
     fn may_end(&self, plan: &Plan, j: usize, switch: Switch) -> bool {
         let has_branch_point = switch == Switch::Release && self.presses(j);
-        let is_smooth = !has_branch_point || self.stretching_power().is_none();
+        let is_smooth = !has_branch_point || self.branch_point.is_none();
         is_smooth && !matches!(plan.stretching, Stretching::AtEnd(_))
     }
 

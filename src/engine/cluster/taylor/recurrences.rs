@@ -194,19 +194,22 @@ impl Series {
         }
     }
 
-    /// Ends the segment where the series of the force of contact `j` still equals the law. From rest the force
-    /// starts with a high power of the time, which may lie beyond the order.
+    /// Ends the segment where the series of both parts of the force of contact `j` still equal the law; the parts may
+    /// cancel each other. From rest the force starts with a high power of the time, which may lie beyond the order.
     fn shorten_where_wrong(&mut self, j: usize, law: &ContactLaw, mass: f64, scale: f64) {
         // Bounded, for states that are not finite.
         for _ in 0..64 {
             let s = self.converges_for / self.unit;
             let (overlap, rate) = self.overlap_at(j, s);
-            let by_series = value_by_lanes(self.force_row(j), s);
-            if let Some(by_law) = law.force_continued(overlap, rate) {
+            let [elastic, force] = [self.elastic_row(j), self.force_row(j)].map(|row| value_by_lanes(row, s));
+            if let Some((by_law, by_rate)) = law.parts(overlap) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
                 let allowed = WRONG * (scale + speed_up(by_law));
+                // A dashpot has the series of the rate.
+                let damping = if law.has_dashpot() { 0.0 } else { force - elastic - by_rate * rate };
+                let wrong = speed_up(by_law - elastic).max(speed_up(damping));
                 // Far beyond their convergence both may be infinite.
-                if allowed.is_finite() && speed_up(by_law - by_series) <= allowed {
+                if allowed.is_finite() && wrong <= allowed {
                     return;
                 }
             }
