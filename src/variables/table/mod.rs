@@ -84,9 +84,9 @@ const CLEARANCE: &[&str] = &["contact.deadBand", "contact.gap"];
 const OVERLAP: &[&str] = &["contact.deadBand", "contact.gap", "x_start", "pendulum.model"];
 const ELASTIC: &[&str] = &[
     "ball.radius",
-    "ball.radiusRatio",
+    "ball.radiusRatio*",
     "ball.youngModulus",
-    "ball.youngModulusRatio",
+    "ball.youngModulusRatio*",
     "ball.poissonRatio",
     "contact.model",
     "contact.stiffness",
