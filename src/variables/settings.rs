@@ -78,12 +78,12 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::{Causality, Shape, Type, Variable, variables};
+    use crate::variables::{Causality, Shape, Variable, variables};
 
     #[test]
     fn a_part_has_the_values_of_its_balls_and_contacts() {
         let mut all = Settings::default_for(6);
-        for variable in variables(6).filter(|variable| variable.row.access.data_type() == Type::Real) {
+        for variable in variables(6).filter(|variable| variable.row.shape != Shape::Scalar) {
             variable.set(&mut all, 0.5 + 0.01 * variable.index as f64);
         }
         let part = Settings { parameters: all.parameters.part(&(2..5)), ..Settings::default_for(3) };
