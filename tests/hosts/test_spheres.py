@@ -56,6 +56,20 @@ def test_start_values():
 
 
 @pytest.mark.parametrize(
+    ("preset", "radii", "materials"),
+    [
+        ("tapered", [0.015 * 0.8**i for i in range(5)], "steel"),
+        ("unlike", 0.011, ["steel", "steel", "lead", "steel", "steel"]),
+        ("desk", 0.011, "steel"),
+    ],
+)
+def test_presets_are_of_such_spheres(preset, radii, materials):
+    of_preset = nc.preset(preset)
+    for name, value in nc.spheres(radii, materials).items():
+        assert of_preset.get(name, 1.0) == (pytest.approx(value, rel=1e-4) if name != "contact.model" else value), name
+
+
+@pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
         (((0.01,), "steal"), "material = 'steal' is refused; allowed: steel, brass, .*; did you mean steel?"),
