@@ -18,8 +18,9 @@ Modules: `fmu` (open and run FMUs), `building` (make them), `run` (its instances
 (the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse, and how much
 pulses overlap in them; balances of energy and momentum), `sweeps` (many runs), `workers` (who runs them), `fitting`
 (parameters by what was measured), `setups` (start values: presets, the paper's experiments),
-`calibration` (a real cradle's losses from a video), `losses` (damping from a coefficient of restitution), `cases` (the benchmark for rows of balls), `trial` (cases that put
-hosts on trial, and their judge), `progress` (a progress bar), `recording` and `page` (a run as a page for a browser),
+`materials` (spheres of given sizes and materials), `calibration` (a real cradle's losses from a video), `losses`
+(damping from a coefficient of restitution), `cases` (the benchmark for rows of balls), `trial` (cases that put hosts on
+trial, and their judge), `progress` (a progress bar), `recording` and `page` (a run as a page for a browser),
 `errors` (what all functions raise), `testing` (pytest fixtures and assertions), `look` (colours and fonts).
 """
 
@@ -43,6 +44,7 @@ if TYPE_CHECKING:  # what the names below lead to; `as` passes them on
     from .fitting import Fit as Fit, fit as fit
     from .fmu import Fmu as Fmu
     from .losses import damping as damping
+    from .materials import spheres as spheres
     from .progress import Progress as Progress
     from .pulses import (
         PULSE as PULSE,
@@ -88,6 +90,7 @@ NAMES = {
     "fitting": ["Fit", "fit"],
     "fmu": ["Fmu"],
     "losses": ["damping"],
+    "materials": ["spheres"],
     "progress": ["Progress"],
     "pulses": ["PULSE", "impact_sequences", "overlapping_neighbours", "parse_pulse", "pulse_order"],
     "recording": ["RecordingError"],

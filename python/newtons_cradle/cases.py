@@ -23,6 +23,7 @@ from .building import build
 from .errors import InvalidValue, UnknownName, did_you_mean
 from .files import CASES
 from .fmu import Fmu
+from .materials import spheres
 from .run import Result
 from .setups import Start, power_law
 
@@ -87,6 +88,17 @@ class Case(SimpleNamespace):
         start |= power_law(1.0, self.exponent) | {"contact.stiffnessRatio": self.stiffness}
         lossy = {"contact.dampingLaw": self.law, COEFFICIENT.get(self.law, ""): self.damping}
         return start | (lossy if self.law != "elastic" else {})
+
+    @property
+    def spheres(self) -> Start:
+        """The same of a row of spheres by their radii and material, from which the FMU has masses and stiffnesses. Raises
+        InvalidValue if the case has none."""
+        if not self.material:
+            raise InvalidValue(f"{self.name} has no radii; allowed: cases with a material")
+        density, modulus, ratio = (self.material[name] for name in ("density", "youngModulus", "poissonRatio"))
+        solid = spheres(self.radius, density=density, young_modulus=modulus, poisson_ratio=ratio)
+        free = ("gravity", "pendulum.length", "x_start", "v_start", "contact.gap")
+        return {name: self.values[name] for name in free} | solid
 
     def run(self, fmu: Fmu | None = None) -> Result:
         """Runs the case in one step: in this FMU, or in one that is built for it. Raises FmuError."""

@@ -65,19 +65,22 @@ def damping(
     def value(name: str) -> float:
         return float(given.get(name, fmu.built_with(name)))
 
+    def reduced(name: str) -> float:
+        left, right = (value(name) * value(f"{name}Ratio[{ball}]") for ball in (at, at + 1))
+        return left / (left + right) * right
+
     model = fmu.items("contact.model")
     chosen = next(name for name, item in model.items() if item == value("contact.model"))
     if chosen == "rigid":
         raise InvalidValue("contact.model = rigid is refused: its coefficient is contact.restitution; allowed: others")
     if chosen == "hertz":
-        p, plane = 1.5, value("ball.youngModulus") / (1.0 - value("ball.poissonRatio") ** 2)
-        stiffness = plane / 3.0 * math.sqrt(2.0 * value("ball.radius"))
+        p, modulus = 1.5, reduced("ball.youngModulus") / (1.0 - value("ball.poissonRatio") ** 2)
+        stiffness = 4.0 / 3.0 * modulus * math.sqrt(reduced("ball.radius"))
     else:
         p = value("contact.exponent")
         stiffness = value("contact.stiffness") * value("contact.overlapRef") ** (1.0 - p)
     stiffness *= value(f"contact.stiffnessRatio[{at}]")
-    left, right = (value("ball.mass") * value(f"ball.massRatio[{ball}]") for ball in (at, at + 1))
-    mass = left / (left + right) * right
+    mass = reduced("ball.mass")
     length = (mass / stiffness * v * v) ** (1.0 / (p + 1.0))  # of the impact, m
     unit = {"contact.damping": mass * v / length, "contact.huntCrossley": 1.0 / v, "contact.relaxationTime": length / v}
     name = COEFFICIENTS[law]

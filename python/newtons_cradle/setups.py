@@ -30,7 +30,7 @@ def preset(name: str) -> Preset:
         raise InvalidValue(f"there is no preset {name!r}; allowed: {', '.join(known)}{did_you_mean(str(name), known)}")
     values = Preset()
     for variable, value in known[name].items():
-        values |= _vector(variable, value) if isinstance(value, list) else {variable: value}
+        values |= vector(variable, value) if isinstance(value, list) else {variable: value}
     del values["balls"]
     return values
 
@@ -53,13 +53,13 @@ def lifted(left: int, right: int = 0, *, n: int = 5, amplitude: float = 0.1) -> 
     whole("right", right, 0, n - left)
     number("amplitude", amplitude, "m", least=0.0)
     x = [-amplitude] * left + [0.0] * (n - left - right) + [amplitude] * right
-    return _vector("x_start", x) | _vector("v_start", [0.0] * n)
+    return vector("x_start", x) | vector("v_start", [0.0] * n)
 
 
 def chain(p: float, strikers: int, *, n: int = 5) -> Start:
     """Free chain: no gravity, balls of 1 kg exactly in touch, F = overlap^p, strikers at 1 m/s. Raises InvalidValue."""
     whole("strikers", strikers, 0, whole("n", n, 1, MOST_BALLS))
-    struck = _vector("x_start", [0.0] * n) | _vector("v_start", [1.0] * strikers + [0.0] * (n - strikers))
+    struck = vector("x_start", [0.0] * n) | vector("v_start", [1.0] * strikers + [0.0] * (n - strikers))
     return {"gravity": 0.0, "ball.mass": 1.0} | power_law(1.0, p) | struck
 
 
@@ -74,5 +74,6 @@ def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:
     return preset("steel") | lifted(lifted_balls, amplitude=amplitude)
 
 
-def _vector(name: str, values: Sequence[float]) -> Start:
+def vector(name: str, values: Sequence[float]) -> Start:
+    """The elements of an array by their names, `name[1]` and so on."""
     return {f"{name}[{i}]": value for i, value in enumerate(values, start=1)}

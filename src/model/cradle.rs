@@ -70,9 +70,9 @@ impl Cradle {
         Self::along(p, p)
     }
 
-    /// Refuses parameters whose products or quotients leave the range of doubles, although each of them is in its
-    /// range.
-    pub(crate) fn check(&self) -> Result<(), String> {
+    /// Refuses parameters, from which this is derived, whose products or quotients leave the range of doubles, although
+    /// each of them is in its range.
+    pub(crate) fn check(&self, p: &Parameters) -> Result<(), String> {
         let check = |holds: bool, what: std::fmt::Arguments, value: f64| {
             let side = if value == 0.0 { "small" } else { "large" };
             let text = || {
@@ -82,6 +82,10 @@ impl Cradle {
         };
         let finite = |what: std::fmt::Arguments, value: f64| check(value.is_finite(), what, value);
         let positive = |what: std::fmt::Arguments, value: f64| check(value > 0.0 && value.is_finite(), what, value);
+        for (i, (radius, modulus)) in (1..).zip(p.radius_ratio.iter().zip(&p.young_modulus_ratio)) {
+            positive(format_args!("ball.radius * ball.radiusRatio[{i}]"), p.radius * radius)?;
+            positive(format_args!("ball.youngModulus * ball.youngModulusRatio[{i}]"), p.young_modulus * modulus)?;
+        }
         for (i, ball) in (1..).zip(&self.balls) {
             positive(format_args!("ball.mass * ball.massRatio[{i}]"), ball.mass)?;
             positive(format_args!("pendulum.length * pendulum.lengthRatio[{i}]"), ball.length)?;
@@ -100,7 +104,7 @@ impl Cradle {
             finite(format_args!("the damping of contact {i}"), damping)?;
             finite(format_args!("contact.gap[{i}] + contact.deadBand"), law.clearance)?;
             let pivots = if self.on_arcs() { law.pivots } else { 0.0 };
-            finite(format_args!("2 * ball.radius + contact.gap[{i}]"), pivots)?;
+            finite(format_args!("the distance of the pivots at contact.gap[{i}]"), pivots)?;
         }
         Ok(())
     }
@@ -164,10 +168,14 @@ impl<S: Scalar> Cradle<S> {
             let on_arc = p.pendulum == PendulumModel::Circular;
             BallModel { mass, omega2: gravity / length, gamma, length, gravity, on_arc }
         };
-        let (stiffness, overlap_ref, exponent) = match p.contact_model {
+        let times = |one: S, ratios: Vec<S>| ratios.into_iter().map(move |ratio| one * ratio).collect::<Vec<S>>();
+        let radii = times(one(|p| p.radius), each(|p| &p.radius_ratio));
+        let moduli = times(one(|p| p.young_modulus), each(|p| &p.young_modulus_ratio));
+        let pair = |of_balls: &[S], j: usize| [of_balls[j], of_balls[j + 1]];
+        let elastic_constants = |j: usize| match p.contact_model {
             ContactModel::PowerLaw => (one(|p| p.stiffness), one(|p| p.overlap_ref), one(|p| p.exponent)),
             ContactModel::Hertz => {
-                let stiffness = hertz_stiffness(one(|p| p.young_modulus), one(|p| p.poisson_ratio), one(|p| p.radius));
+                let stiffness = hertz_stiffness(pair(&moduli, j), one(|p| p.poisson_ratio), pair(&radii, j));
                 (stiffness, S::from(1.0), S::from(1.5))
             }
             ContactModel::Rigid => (S::default(), S::from(1.0), S::from(1.0)),
@@ -179,13 +187,14 @@ impl<S: Scalar> Cradle<S> {
         let contact = |j: usize| {
             let [left, right] = [balls[j].mass, balls[j + 1].mass];
             let reduced_mass = left * (right / (left + right));
+            let (stiffness, overlap_ref, exponent) = elastic_constants(j);
             let elastic = Elastic { stiffness: stiffness * ratios[j], overlap_ref, exponent, reduced_mass };
             ContactLaw {
                 stiffness: elastic.stiffness,
                 overlap_ref,
                 exponent,
                 clearance: gaps[j] + one(|p| p.dead_band),
-                pivots: S::from(2.0) * one(|p| p.radius) + gaps[j],
+                pivots: radii[j] + radii[j + 1] + gaps[j],
                 damping: if rigid { Damping::default() } else { Damping::selected(p, one, &elastic, losses[j]) },
                 restitution: if rigid { one(|p| p.restitution).pow(losses[j]) } else { S::default() },
             }
@@ -195,19 +204,57 @@ impl<S: Scalar> Cradle<S> {
     }
 }
 
-/// `K = 4/3 E* sqrt(R*)` of two equal spheres, N/m^(3/2), with `E* = E / (2 (1 - nu^2))` and `R* = R / 2`, for Young's
-/// modulus E (Pa), Poisson's ratio nu and the radius R (m) (Johnson, Contact Mechanics, 1985, section 4.2).
-pub fn hertz_stiffness<S: Scalar>(young_modulus: S, poisson_ratio: S, radius: S) -> S {
-    let modulus = young_modulus / (S::from(2.0) * (S::from(1.0) - poisson_ratio * poisson_ratio));
-    S::from(4.0 / 3.0) * modulus * (S::from(0.5) * radius).sqrt()
+/// `K = 4/3 E* sqrt(R*)` of two spheres, N/m^(3/2), with `1/E* = (1 - nu^2) (1/E_l + 1/E_r)` and `1/R* = 1/R_l + 1/R_r`,
+/// for Young's moduli E (Pa), Poisson's ratio nu and the radii R (m) (Johnson, Contact Mechanics, 1985, section 4.2).
+pub fn hertz_stiffness<S: Scalar>(young_moduli: [S; 2], poisson_ratio: S, radii: [S; 2]) -> S {
+    let modulus = reduced(young_moduli) / (S::from(1.0) - poisson_ratio * poisson_ratio);
+    S::from(4.0 / 3.0) * modulus * reduced(radii).sqrt()
+}
+
+/// The number whose inverse is the sum of the inverses of these two, which are above 0: of equal ones exactly half, the
+/// same in either order, and without intermediate values beyond the range of doubles.
+fn reduced<S: Scalar>([a, b]: [S; 2]) -> S {
+    let (least, most) = if b.value() < a.value() { (b, a) } else { (a, b) };
+    least / (S::from(1.0) + least / most)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::Dual;
 
     #[test]
     fn hertz_stiffness_of_one_inch_steel_balls() {
-        assert!((hertz_stiffness(2.1e11, 0.3, 0.0127) - 12_259_521_115.776_325).abs() < 1e-4);
+        assert!((hertz_stiffness([2.1e11; 2], 0.3, [0.0127; 2]) - 12_259_521_115.776_325).abs() < 1e-4);
+    }
+
+    /// The formula of equal spheres, to the bit, with its derivatives.
+    #[test]
+    fn equal_spheres_are_half_of_one() {
+        let number = |k: u32| 0.1 + f64::from(k) * 0.618_033_988_749_895;
+        for k in 0..2000 {
+            let (value, tangent) = (number(k), number(7 * k % 31) - 9.0);
+            let (modulus, poisson) = (Dual::with_tangent(1e9 * value, tangent), Dual::with_tangent(0.3, 0.2 * tangent));
+            let radius = Dual::with_tangent(0.01 * number(k * k % 97), 0.3 * tangent);
+            let half = modulus / (Dual::from(2.0) * (Dual::from(1.0) - poisson * poisson));
+            let expected = Dual::from(4.0 / 3.0) * half * (Dual::from(0.5) * radius).sqrt();
+            let found = hertz_stiffness([modulus; 2], poisson, [radius; 2]);
+            assert_eq!(found.value().to_bits(), expected.value().to_bits(), "{k}");
+            assert_eq!(found.tangent().to_bits(), expected.tangent().to_bits(), "{k}");
+        }
+    }
+
+    /// Against `1/E* = (1 - nu^2) (1/E_l + 1/E_r)` and `1/R* = 1/R_l + 1/R_r` as they stand; the same from behind.
+    #[test]
+    fn unlike_spheres_have_the_stiffness_of_hertz() {
+        let plane = |modulus: f64| (1.0 - 0.09) / modulus;
+        for [left, right] in [[1.0, 1.0], [2.0, 0.5], [1e-3, 40.0], [7.0, 1e12], [1e-100, 1e100]] {
+            let (moduli, radii) = ([2.1e11 * left, 2.1e11 * right], [0.01 * right, 0.01 * left]);
+            let (curvature, compliance) = (1.0 / radii[0] + 1.0 / radii[1], plane(moduli[0]) + plane(moduli[1]));
+            let (found, expected) = (hertz_stiffness(moduli, 0.3, radii), 4.0 / 3.0 / compliance / curvature.sqrt());
+            assert!((found / expected - 1.0).abs() < 1e-15, "{left} {right}: {found} {expected}");
+            let [[a, b], [c, d]] = [moduli, radii];
+            assert_eq!(found.to_bits(), hertz_stiffness([b, a], 0.3, [d, c]).to_bits());
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! What a user can set: the parameters and the inputs of the cradle.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::enumeration::enumerations;
@@ -8,7 +10,7 @@ enumerations! {
     /// Force law of a contact, `contact.model`.
     ContactModel {
         PowerLaw = 1 "powerLaw" "F = k r (d/d_ref)^(p-1) d for an overlap d and a stiffness ratio r",
-        Hertz "hertz" "F = K r d^(3/2), with K from the elastic constants of two equal spheres (Hertz 1882)",
+        Hertz "hertz" "F = K r d^(3/2), with K from the radii and elastic constants of two spheres (Hertz 1882)",
         Rigid "rigid" "no force law: instantaneous impacts of two balls with a coefficient of restitution",
     }
 
@@ -71,10 +73,14 @@ parameters! {
     mass: f64 = 1.0,
     /// Mass of each ball over `mass`, 1, > 0.
     mass_ratio: Vec<f64> = vec![1.0; n],
-    /// Radius of the balls, m, > 0 (Hertz contacts, arcs and drawing).
+    /// Radius of a ball with ratio 1, m, > 0 (Hertz contacts, arcs and drawing).
     radius: f64 = 0.0313,
-    /// Young's modulus E of the balls, Pa, > 0 (Hertz contacts).
+    /// Radius of each ball over `radius`, 1, > 0.
+    radius_ratio: Vec<f64> = vec![1.0; n],
+    /// Young's modulus E of a ball with ratio 1, Pa, > 0 (Hertz contacts).
     young_modulus: f64 = 2.1e11,
+    /// Young's modulus of each ball over `young_modulus`, 1, > 0.
+    young_modulus_ratio: Vec<f64> = vec![1.0; n],
     /// Poisson's ratio nu of the balls, 1, 0 to 0.5 (Hertz contacts).
     poisson_ratio: f64 = 0.3,
     /// Length of a pendulum with ratio 1, m, > 0.
@@ -173,6 +179,37 @@ impl Parameters {
     /// Number of contacts, n - 1.
     pub fn contacts(&self) -> usize {
         self.stiffness_ratio.len()
+    }
+
+    /// Radius of ball `i`, m.
+    pub fn radius_of(&self, i: usize) -> f64 {
+        self.radius * self.radius_ratio[i]
+    }
+
+    /// Every vector over balls or contacts.
+    pub fn vectors_mut(&mut self) -> [&mut Vec<f64>; 9] {
+        [
+            &mut self.mass_ratio,
+            &mut self.radius_ratio,
+            &mut self.young_modulus_ratio,
+            &mut self.length_ratio,
+            &mut self.stiffness_ratio,
+            &mut self.gap,
+            &mut self.loss_ratio,
+            &mut self.x_start,
+            &mut self.v_start,
+        ]
+    }
+
+    /// Those of the balls in `range` and of the contacts between them.
+    pub fn part(&self, range: &Range<usize>) -> Self {
+        let (mut part, balls) = (self.clone(), self.balls());
+        for vector in part.vectors_mut() {
+            // Vectors over contacts are shorter by one.
+            vector.truncate(range.end + vector.len() - balls);
+            vector.drain(..range.start);
+        }
+        part
     }
 }
 

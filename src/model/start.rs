@@ -20,7 +20,7 @@ pub(crate) fn check_start(cradle: &Cradle, x_start: &[f64]) -> Result<(), String
     for (i, ContactLaw { pivots, clearance, .. }) in (1..).zip(&cradle.contacts) {
         if pivots.min(pivots - clearance) <= 0.0 {
             let text = "contact.gap and contact.deadBand leave no distance between the centres of balls";
-            let allowed = "allowed: 2 ball.radius + contact.gap and 2 ball.radius - contact.deadBand above 0";
+            let allowed = "allowed: their radii plus contact.gap, and their radii minus contact.deadBand, above 0";
             return Err(format!("{text} {i} and {}; {allowed}", i + 1));
         }
     }

@@ -74,3 +74,24 @@ impl Settings {
         self.parameters.balls()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variables::{Causality, Shape, Variable, variables};
+
+    #[test]
+    fn a_part_has_the_values_of_its_balls_and_contacts() {
+        let mut all = Settings::default_for(6);
+        for variable in variables(6).filter(|variable| variable.row.shape != Shape::Scalar) {
+            variable.set(&mut all, 0.5 + 0.01 * variable.index as f64);
+        }
+        let part = Settings { parameters: all.parameters.part(&(2..5)), ..Settings::default_for(3) };
+        for variable in variables(3).filter(|variable| variable.row.causality == Causality::Parameter) {
+            let offset = if variable.row.shape == Shape::Scalar { 0 } else { 2 };
+            let same = Variable { index: variable.index + offset, ..variable };
+            assert_eq!(variable.value(&part), same.value(&all), "{variable}");
+        }
+        assert!(part.are_sound(3));
+    }
+}

@@ -44,12 +44,13 @@ impl Settings {
         let p = &self.parameters;
         let (x, v) = (&p.x_start, &p.v_start);
         let overlap = |i: usize| x[i] - x[i + 1] - p.gap[i] - p.dead_band;
-        let pressed = largest(p.contacts(), overlap, OVERLAP * p.radius).map(|i| {
-            let (left, right, radius) = (i + 1, i + 2, Number(p.radius));
+        let smaller = |i: usize| p.radius_of(i).min(p.radius_of(i + 1));
+        let pressed = largest(p.contacts(), |i| overlap(i) / smaller(i), OVERLAP).map(|i| {
+            let (left, right, radius) = (i + 1, i + 2, Number(smaller(i)));
             let [at, next] = [x[i], x[i + 1]].map(Number);
             format!(
                 "x_start[{left}] = {at} m and x_start[{right}] = {next} m press balls {left} and {right} into each \
-                 other by more than a thousandth of their radius, {radius} m; positions grow to the right, so that of \
+                 other by more than a thousandth of the smaller radius, {radius} m; positions grow to the right, so that of \
                  a ball lifted to the left is negative"
             )
         });
@@ -79,7 +80,7 @@ fn largest(count: usize, value: impl Fn(usize) -> f64, limit: f64) -> Option<usi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Parameters;
+    use crate::model::{ContactModel, Parameters};
 
     #[test]
     fn a_wrong_sign_and_a_wide_swing_are_warned_of() {
@@ -97,6 +98,14 @@ mod tests {
         };
         assert!(pressed.starts_with("x_start[1] = 0.1 m and x_start[2] = 0 m press balls 1 and 2 into each other"));
         assert_eq!(warnings(&|p| p.gap[2] = -4e-5).len(), 1);
+        let [small] = &warnings(&|p| {
+            (p.gap[2], p.radius_ratio[3], p.contact_model) = (-3e-5, 0.5, ContactModel::Hertz);
+        })[..] else {
+            panic!("one is expected")
+        };
+        assert!(
+            small.contains("balls 3 and 4 into each other by more than a thousandth of the smaller radius, 0.01565")
+        );
         for change in [|p: &mut Parameters| p.x_start[0] = -0.5, |p: &mut Parameters| p.v_start[0] = 1.2] {
             let [wide] = &warnings(&change)[..] else { panic!("one is expected") };
             assert!(wide.contains("ball 1 swings farther than a quarter of its pendulum, 1.962 m long"), "{wide}");

@@ -59,6 +59,12 @@ def test_steel_rows_are_of_spheres(case):
     assert case.stiffness == pytest.approx(stiffness, rel=1e-15)
 
 
+@pytest.mark.parametrize("case", [case for case in CASES if case.material], ids=lambda case: case.name)
+def test_steel_rows_by_radii_are_as_exact(cradle, fmu_path, case):
+    fmu, record = cradle(balls=case.n, binaries=fmu_path), ["x", "v", "F_peak", "E_total"]
+    assert case.judge(fmu.simulate(case.spheres, times=[0.0, case.stop], record=record)).within
+
+
 def test_published_results_beside_the_exact_ones():
     """docs/benchmark.md shows them; a chain that is tested to 1e-12 elsewhere is off by 4.7e-4."""
     names = ("siconos-monodisperse", "siconos-tapered-as-run", "siconos-tapered")

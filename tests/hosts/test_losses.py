@@ -8,6 +8,10 @@ from newtons_cradle.losses import COEFFICIENTS
 CRADLES = {
     "linear": ({"contact.exponent": 1.0, "contact.stiffness": 1e6}, (1.0, 1.0)),
     "hertz": ({"contact.model": "hertz", "ball.youngModulus": 1e11, "ball.radius": 0.01}, (1e-2, 10.0)),
+    "unlike spheres": (
+        {"contact.model": "hertz", "ball.radiusRatio[3]": 0.2, "ball.youngModulusRatio[2]": 30.0, "ball.radius": 0.01},
+        (1e-2, 10.0),
+    ),
     "quadratic": ({"contact.exponent": 2.0, "contact.stiffnessRatio[2]": 3.0}, (30.0, 0.5)),
     "steep": ({"contact.exponent": 7.3, "contact.overlapRef": 1e-4, "contact.stiffness": 1e5}, (1.0, 2.0)),
 }

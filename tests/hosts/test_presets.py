@@ -117,3 +117,13 @@ def test_the_lines_of_the_documentation_run(cradle, fmu_path, tmp_path):
     ended("sh", "-c", command, cwd=tmp_path, env=environment)
     header, *rows = (tmp_path / "result.csv").read_text().splitlines()
     assert '"x[2]"' in header and len(rows) == 1001
+
+
+def test_the_page_draws_spheres_at_their_sizes(page):
+    """Radii where they are set or materials differ; otherwise those of one material, by the masses."""
+    sizes = {
+        name: page.execute_script(f"return PRESETS.{name}.setup().drawing.sizes") for name in ("tapered", "unlike")
+    }
+    assert sizes == {"tapered": [1, 0.8, 0.64, 0.512, 0.4096], "unlike": [1] * 5}
+    heavy = page.execute_script("return PRESETS.steel.setup().with({ 'ball.massRatio': [1, 8] }).drawing.sizes")
+    assert heavy == [1, 2, 1, 1, 1]

@@ -14,7 +14,14 @@ RK4 = {"solver.method": "rk4"}
 #: Parameters that need something: a value that is not the default, settings with which it has no effect, others with
 #: which it has one, and what the warning says that it needs.
 NEEDY = {
+    "ball.radiusRatio[1]": (
+        2.0,
+        RIGID,
+        {"pendulum.model": "circular"},
+        "contact.model = hertz or pendulum.model = circular",
+    ),
     "ball.youngModulus": (1e11, {}, HERTZ, "contact.model = hertz"),
+    "ball.youngModulusRatio[1]": (2.0, {}, HERTZ, "contact.model = hertz"),
     "ball.poissonRatio": (0.2, RIGID, HERTZ, "contact.model = hertz"),
     "contact.stiffness": (1e9, HERTZ, {}, "contact.model = powerLaw"),
     "contact.stiffnessRatio[2]": (2.0, RIGID, HERTZ, "contact.model = powerLaw or hertz"),

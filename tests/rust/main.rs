@@ -20,6 +20,7 @@ mod rigid;
 mod run_derivatives;
 mod running;
 mod runs;
+mod spheres;
 mod stiff;
 mod time_derivatives;
 mod viscoelastic;

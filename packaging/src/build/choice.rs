@@ -29,7 +29,7 @@ macro_rules! presets {
 
 /// Every preset, in the order of every list of presets: `packaging/presets/order.txt`.
 pub static PRESETS: &[Preset] =
-    presets!["textbook", "figure3", "figure5", "figure6", "steel", "desk", "rigid", "buzzing"];
+    presets!["textbook", "figure3", "figure5", "figure6", "steel", "desk", "tapered", "unlike", "rigid", "buzzing"];
 
 impl Preset {
     /// One line for the help.

@@ -39,7 +39,7 @@ pub struct Continuous {
 impl Continuous {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub(crate) fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        Cradle::new(parameters).check().map_err(EngineError::NoCoefficient)?;
+        Cradle::new(parameters).check(parameters).map_err(EngineError::NoCoefficient)?;
         let since = DoubleDouble::from(start_time);
         let y = Dynamics::start(&Cradle::new(parameters), &parameters.x_start, &parameters.v_start);
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
@@ -132,7 +132,7 @@ impl Continuous {
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.trajectory.dynamics.cradle {
-            cradle.check().map_err(EngineError::NoCoefficient)?;
+            cradle.check(parameters).map_err(EngineError::NoCoefficient)?;
             self.restart(cradle);
         }
         Ok(())

@@ -106,7 +106,7 @@ impl Engine {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
         let cradle = Cradle::new(parameters);
-        cradle.check().map_err(EngineError::NoCoefficient)?;
+        cradle.check(parameters).map_err(EngineError::NoCoefficient)?;
         check_start(&cradle, &parameters.x_start).map_err(EngineError::NoArc)?;
         let inputs = HeldInputs::constant(inputs.clone(), start_time);
         let mut engine = Self::apart(parameters, inputs, start_time);
@@ -210,7 +210,7 @@ impl Engine {
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.cradle {
-            cradle.check().map_err(EngineError::NoCoefficient)?;
+            cradle.check(parameters).map_err(EngineError::NoCoefficient)?;
             self.suspend();
             for (ball, model) in self.balls.iter_mut().zip(&cradle.balls) {
                 let integrals = ball.integrals;

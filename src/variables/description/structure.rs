@@ -156,7 +156,7 @@ enum Reach {
     All,
     /// Those at the same ball or contact.
     Own,
-    /// Also those next to it.
+    /// Also those of the balls next to this one.
     Beside,
     /// Those before it: a position is that of the first ball minus the overlaps between.
     Before,
@@ -198,9 +198,9 @@ impl Known {
             (of, _, Reach::Before) => 0..if of == Shape::Balls { i } else { len },
             (Shape::Contacts, Shape::Balls, _) => i..i + 2,
             (Shape::Balls, Shape::Contacts, _) => i.saturating_sub(1)..i + 1,
+            (Shape::Balls, Shape::Balls, Reach::Beside) => i.saturating_sub(1)..i + 2,
             _ => i..i + 1,
         };
-        let beside = usize::from(matches!(self.reach, Reach::Beside));
-        self.first + own.start.saturating_sub(beside)..self.first + (own.end + beside).min(len)
+        self.first + own.start..self.first + own.end.min(len)
     }
 }

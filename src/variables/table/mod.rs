@@ -37,6 +37,10 @@ macro_rules! each {
 const POWER_LAW: Need =
     Need { choice: "contact.model = powerLaw", is_met: |p, _| p.contact_model == ContactModel::PowerLaw };
 const HERTZ: Need = Need { choice: "contact.model = hertz", is_met: |p, _| p.contact_model == ContactModel::Hertz };
+const HERTZ_OR_ARCS: Need = Need {
+    choice: "contact.model = hertz or pendulum.model = circular",
+    is_met: |p, _| p.contact_model == ContactModel::Hertz || p.pendulum == PendulumModel::Circular,
+};
 const RESTITUTION: Need = Need {
     choice: "contact.model = rigid or contact.dampingLaw = constantRestitution",
     is_met: |p, _| p.contact_model == ContactModel::Rigid || p.damping_law == DampingLaw::ConstantRestitution,
@@ -80,7 +84,9 @@ const CLEARANCE: &[&str] = &["contact.deadBand", "contact.gap"];
 const OVERLAP: &[&str] = &["contact.deadBand", "contact.gap", "x_start", "pendulum.model"];
 const ELASTIC: &[&str] = &[
     "ball.radius",
+    "ball.radiusRatio*",
     "ball.youngModulus",
+    "ball.youngModulusRatio*",
     "ball.poissonRatio",
     "contact.model",
     "contact.stiffness",
@@ -109,9 +115,9 @@ pub static TABLE: &[Row] = &[
     parameter("ball.massRatio", Balls, &RATIO, POSITIVE, each!(mass_ratio),
         "Mass of ball {i}, as a multiple of ball.mass"),
     parameter("ball.radius", Scalar, &LENGTH_MM, POSITIVE, one!(radius),
-        "Radius of the balls, for hertz contacts, circular pendulums and animations").nominal(0.01),
+        "Radius of a ball with radius ratio 1, for hertz contacts, circular pendulums and animations").nominal(0.01),
     parameter("ball.youngModulus", Scalar, &ELASTIC_MODULUS_GPA, POSITIVE, one!(young_modulus),
-        "Young's modulus E of the balls, for hertz contacts").nominal(1e11).used_if(&[HERTZ]),
+        "Young's modulus E of a ball with ratio 1, for hertz contacts").nominal(1e11).used_if(&[HERTZ]),
     parameter("ball.poissonRatio", Scalar, &RATIO, between(0.0, 0.5), one!(poisson_ratio),
         "Poisson's ratio of the balls, for hertz contacts").used_if(&[HERTZ]),
     parameter("pendulum.length", Scalar, &LENGTH, POSITIVE, one!(length),
@@ -286,4 +292,8 @@ pub static TABLE: &[Row] = &[
     parameter("contact.lossRatio", Contacts, &RATIO, NOT_NEGATIVE, each!(loss_ratio),
         "Losses of the contact between balls {i} and {j}: a factor on its damping, the exponent of its restitution")
         .tunable().used_if(&[LOSSES]),
+    parameter("ball.radiusRatio", Balls, &RATIO, POSITIVE, each!(radius_ratio),
+        "Radius of ball {i}, as a multiple of ball.radius").used_if(&[HERTZ_OR_ARCS]),
+    parameter("ball.youngModulusRatio", Balls, &RATIO, POSITIVE, each!(young_modulus_ratio),
+        "Young's modulus of ball {i}, as a multiple of ball.youngModulus").used_if(&[HERTZ]),
 ];

@@ -85,6 +85,8 @@ fn legal_values_that_no_run_can_start_with_are_refused_by_name() {
     let steel = "contact.model=hertz contact.deadBand=0 pendulum.length=0.4";
     let of_coefficients = [
         ("ball.mass=1e-300 ball.massRatio[2]=1e-300", "ball.mass * ball.massRatio[2] is too small for a double"),
+        ("ball.radius=1e300 ball.radiusRatio[5]=1e9", "ball.radius * ball.radiusRatio[5] is too large for a double"),
+        ("ball.youngModulusRatio[1]=1e300", "ball.youngModulus * ball.youngModulusRatio[1] is too large for a double"),
         ("gravity=1e300 pendulum.length=1e-300", "gravity / (pendulum.length * pendulum.lengthRatio[1]) is too large"),
         ("pendulum.drag=1e300 ball.mass=1e-300", "pendulum.drag / (2 * ball.mass * ball.massRatio[1]) is too large"),
         ("contact.stiffness=1e300 contact.stiffnessRatio[4]=1e300", "contact.stiffnessRatio[4] is too large"),

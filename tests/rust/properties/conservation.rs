@@ -82,10 +82,11 @@ fn equations_on_arcs_hold(case: &Case, engine: &Engine) -> Result<(), TestCaseEr
     // What contacts do to the balls, sideways and upwards; the strings to the support; the largest force.
     let (mut pushes, mut support, mut energy, mut largest) = (vec![[0.0; 2]; n], [0.0; 2], 0.0, 0.0f64);
     for i in 0..n - 1 {
-        let rest = 2.0 * p.radius + p.gap[i];
+        let radii = p.radius_of(i) + p.radius_of(i + 1);
+        let rest = radii + p.gap[i];
         let apart = [rest + engine.x(i + 1) - engine.x(i), engine.y(i + 1) - engine.y(i)];
         let distance = apart[0].hypot(apart[1]);
-        close("overlap", engine.overlap(i), 2.0 * p.radius - p.dead_band - distance, 1e-14 * (1.0 + rest))?;
+        close("overlap", engine.overlap(i), radii - p.dead_band - distance, 1e-14 * (1.0 + rest))?;
         for k in 0..2 {
             pushes[i][k] -= engine.force(i) * apart[k] / distance;
             pushes[i + 1][k] += engine.force(i) * apart[k] / distance;

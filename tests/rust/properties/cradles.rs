@@ -1,7 +1,7 @@
 //! Random cradles, and the runs of the properties.
 
 use newtons_cradle::engine::{Engine, EngineError, Pulse};
-use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel};
+use newtons_cradle::model::{ContactModel, DampingLaw, Inputs, Parameters, PendulumModel, hertz_stiffness};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -10,7 +10,7 @@ use crate::runs::state;
 /// The most balls of a random cradle.
 const MOST: usize = 6;
 
-/// What random cradles of a property have besides unequal balls, gaps, losses and inputs, each of these about half of
+/// What random cradles of a property have besides unlike balls, gaps, losses and inputs, each of these about half of
 /// the time.
 #[derive(Clone, Copy)]
 pub struct Family {
@@ -83,6 +83,7 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
         or(ones(), vec(0.7..1.4, MOST)),
         or(ones(), vec(decades(-2.0, 2.0), MOST)),
     );
+    let spheres = (or(ones(), vec(0.5..2.0, MOST)), or(ones(), vec(decades(-0.5, 0.5), MOST)), any::<bool>());
     let stiffness = if family.pressed { decades(3.0, 6.0).boxed() } else { decades(5.0, 11.0).boxed() };
     let gap = if family.pressed { (-1e-5..1e-6).boxed() } else { (0.0..1e-4).boxed() };
     let dead_band = if family.pressed { Just(0.0).boxed() } else { or(0.0, decades(-9.0, -3.0)) };
@@ -98,14 +99,15 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
     let inputs = (or(vec![0.0; MOST], vec(-1.0..1.0, MOST)), or(0.0, -1.0..1.0));
     let restitution = or(1.0, prop_oneof![Just(0.0), 0.0..1.0, 0.8..1.0]);
     let model = (Just(family.rigid), restitution, Just(family.arcs));
-    (pendulums, ratios, contacts, losses, start, inputs, (0.1..3.0, model)).prop_map(
-        |(pendulums, ratios, contacts, losses, start, inputs, (time, (rigid, restitution, arcs)))| {
+    (pendulums, (ratios, spheres), contacts, losses, start, inputs, (0.1..3.0, model)).prop_map(
+        |(pendulums, (ratios, spheres), contacts, losses, start, inputs, (time, (rigid, restitution, arcs)))| {
             let (n, gravity, length, mass) = pendulums;
             let mut p = Parameters::default_for(n);
             (p.gravity, p.length, p.mass) = (gravity, length, mass);
             p.mass_ratio = ratios.0[..n].to_vec();
             p.length_ratio = ratios.1[..n].to_vec();
             p.stiffness_ratio = ratios.2[..n - 1].to_vec();
+            (p.radius_ratio, p.young_modulus_ratio) = (spheres.0[..n].to_vec(), spheres.1[..n].to_vec());
             (p.stiffness, p.exponent, p.dead_band) = (contacts.0 * mass, contacts.1, contacts.2);
             p.gap = contacts.3[..n - 1].to_vec();
             lose(&mut p, losses, contacts.0);
@@ -129,6 +131,9 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
                 let softest = case.p.stiffness_ratio.iter().fold(f64::INFINITY, |least, ratio| least.min(*ratio));
                 case.p.radius = if !rigid && softest * case.p.stiffness < 1e8 * mass { 5.0 } else { 0.05 };
             }
+            if spheres.2 && !rigid && case.p.exponent == 1.5 {
+                case.as_spheres();
+            }
             case
         },
     )
@@ -144,6 +149,14 @@ pub fn ended_early(error: EngineError) -> TestCaseError {
 }
 
 impl Case {
+    /// Contacts of Hertz in place of the power law: with ratios of 1 they have the same stiffness.
+    fn as_spheres(&mut self) {
+        let p = &mut self.p;
+        p.contact_model = ContactModel::Hertz;
+        let unit = hertz_stiffness([1.0; 2], p.poisson_ratio, [p.radius; 2]);
+        p.young_modulus = p.stiffness / p.overlap_ref.sqrt() / unit;
+    }
+
     /// Inputs press balls together, and without damping contacts that stay closed ring for ever: a run of seconds takes
     /// `time sqrt(k / m)` segments, each of its own, since at every one of them a contact may open. Softer contacts do
     /// the same in a time that tests have.

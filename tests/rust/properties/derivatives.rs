@@ -13,10 +13,12 @@ use crate::differences::by_differences;
 /// What a direction changes: the name, and the number in the parameters.
 type Known = (&'static str, fn(&mut Parameters) -> &mut f64);
 
-const KNOWNS: [Known; 9] = [
+const KNOWNS: [Known; 11] = [
     ("v_start[1]", |p| &mut p.v_start[0]),
     ("x_start[2]", |p| &mut p.x_start[1]),
     ("ball.massRatio[2]", |p| &mut p.mass_ratio[1]),
+    ("ball.radiusRatio[2]", |p| &mut p.radius_ratio[1]),
+    ("ball.youngModulusRatio[1]", |p| &mut p.young_modulus_ratio[0]),
     ("contact.stiffness", |p| &mut p.stiffness),
     ("pendulum.length", |p| &mut p.length),
     ("contact.deadBand", |p| &mut p.dead_band),

@@ -21,7 +21,7 @@ const STEP: f64 = 5e-4;
 /// Balls on arcs, at rest, lifted by up to 85 degrees, or touching their left neighbours there.
 #[derive(Clone, Debug)]
 struct Row {
-    radius: f64,
+    radii: Vec<f64>,
     lengths: Vec<f64>,
     gaps: Vec<f64>,
     /// Of all balls or contacts.
@@ -58,14 +58,19 @@ impl Row {
     fn distances(&self, j: usize, [left, right]: [f64; 2]) -> [f64; 2] {
         let place = |i: usize, angle: f64| [self.lengths[i] * angle.sin(), self.lengths[i] * (1.0 - angle.cos())];
         let ([x, y], [z, w]) = (place(j, left), place(j + 1, right));
-        [2.0 * self.radius + self.gaps[j] + z - x, w - y]
+        [self.reach(j) + self.gaps[j] + z - x, w - y]
+    }
+
+    /// Sum of the radii of ball `j` and the next one, m.
+    fn reach(&self, j: usize) -> f64 {
+        self.radii[j] + self.radii[j + 1]
     }
 
     /// The largest angle (rad) of the ball beside ball `j` at which they overlap by `overlap` (m), if there is one.
     fn beside(&self, j: usize, angle: f64, overlap: f64) -> Option<f64> {
         let apart = |own: f64| {
             let [width, height] = self.distances(j, [angle, own]);
-            width.hypot(height) - (2.0 * self.radius - overlap)
+            width.hypot(height) - (self.reach(j) - overlap)
         };
         let mut angles = (0..1700).map(|k| (85.0 - 0.1 * f64::from(k)).to_radians());
         let (mut within, mut beyond) = (angles.find(|own| apart(*own) < 0.0)?, 85f64.to_radians());
@@ -125,15 +130,18 @@ fn rows(balls: impl Strategy<Value = usize>) -> impl Strategy<Value = Row> {
     let overlap = prop_oneof![Just(0.0), decades(-8.0, -6.0), decades(-8.0, -6.0).prop_map(|overlap| -overlap)];
     let places = vec((lifted, prop::option::of(overlap)), MOST);
     let or_none = |most: f64| prop_oneof![Just(vec![0.0; MOST]), vec(-most..most, MOST)];
-    let of_balls = (lengths, vec(0.5..2.0, MOST), vec(0.0..0.01, MOST), places, or_none(1.0), or_none(2.0));
+    let spheres = prop_oneof![Just(vec![(1.0, 1.0); MOST]), vec((0.5..2.0, decades(-0.5, 0.5)), MOST)];
+    let of_balls = (lengths, vec(0.5..2.0, MOST), vec(0.0..0.01, MOST), places, or_none(1.0), or_none(2.0), spheres);
     let losses = (prop_oneof![Just(0.0), decades(-3.0, 0.0)], prop_oneof![Just(0.0), 0.0..0.5]);
     let balls = (balls, 0.003..0.06, prop_oneof![3 => Just(true), 1 => Just(false)]);
     (balls, of_balls, (1..=2u8, 1..=4u8, 1..=2u8, losses)).prop_map(|((n, radius, side_by_side), of_balls, laws)| {
-        let (mut lengths, mut masses, mut gaps, places, mut rates, mut forces) = of_balls;
+        let (mut lengths, mut masses, mut gaps, places, mut rates, mut forces, spheres) = of_balls;
+        let (radius_ratios, modulus_ratios): (Vec<f64>, Vec<f64>) = spheres[..n].iter().copied().unzip();
+        let radii = radius_ratios.iter().map(|ratio| radius * ratio).collect();
         [&mut lengths, &mut masses, &mut rates, &mut forces].into_iter().for_each(|values| values.truncate(n));
         gaps.truncate(n - 1);
         let (model, law, contacts, (loss, drag)) = laws;
-        let mut row = Row { radius, lengths, gaps, arrays: vec![], scalars: vec![], items: vec![] };
+        let mut row = Row { radii, lengths, gaps, arrays: vec![], scalars: vec![], items: vec![] };
         let mut angles: Vec<f64> = places[..n].iter().map(|(angle, _)| *angle).collect();
         if side_by_side {
             angles.sort_by(f64::total_cmp);
@@ -148,6 +156,8 @@ fn rows(balls: impl Strategy<Value = usize>) -> impl Strategy<Value = Row> {
             ("v_start", of_each(&|i| rates[i] * angles[i].cos())),
             ("pendulum.lengthRatio", row.lengths.clone()),
             ("ball.massRatio", masses),
+            ("ball.radiusRatio", radius_ratios),
+            ("ball.youngModulusRatio", modulus_ratios),
             ("contact.gap", row.gaps.clone()),
             ("F_ext", forces),
         ];

@@ -13,11 +13,8 @@ use crate::runs::{run, state, struck_chain};
 fn mirrored(case: &Case) -> Case {
     let mut mirror = case.clone();
     let p = &mut mirror.p;
-    for vector in [&mut p.mass_ratio, &mut p.length_ratio, &mut p.stiffness_ratio, &mut p.gap] {
-        vector.reverse();
-    }
+    p.vectors_mut().into_iter().chain([&mut mirror.inputs.force]).for_each(|vector| vector.reverse());
     for vector in [&mut p.x_start, &mut p.v_start, &mut mirror.inputs.force] {
-        vector.reverse();
         vector.iter_mut().for_each(|value| *value = -*value);
     }
     mirror.inputs.support_acceleration = -mirror.inputs.support_acceleration;

@@ -87,7 +87,8 @@ export class Recording extends Track {
       const { angle, height } = swings[i + k];
       return height(angle(x));
     });
-    const gap = setup.values["contact.gap"][i], rest = 2 * setup.get("ball.radius") + gap;
+    const radii = setup.get("ball.radiusRatio"), gap = setup.values["contact.gap"][i];
+    const rest = (radii[i] + radii[i + 1]) * setup.get("ball.radius") + gap;
     const apart = right - left, up = heights[1] - heights[0], distance = Math.hypot(rest + apart, up);
     return -(apart * (2 * rest + apart) + up * up) / (distance + rest) - gap - setup.get("contact.deadBand");
   }

@@ -3,8 +3,8 @@
 import { Refusal } from "#engine/engine.js";
 
 /** Default elements of vectors: of balls at rest, and of contacts. */
-const USUAL = { "ball.massRatio": 1, "pendulum.lengthRatio": 1, x_start: 0, v_start: 0, "contact.gap": 0,
-  "contact.stiffnessRatio": 1 };
+const USUAL = { "ball.massRatio": 1, "ball.radiusRatio": 1, "ball.youngModulusRatio": 1, "pendulum.lengthRatio": 1,
+  x_start: 0, v_start: 0, "contact.gap": 0, "contact.stiffnessRatio": 1 };
 export const MOST_BALLS = 20;
 const FARTHEST = Math.sin(0.7) ** 2; // on an arc, of sin(angle/2)^2
 
@@ -57,7 +57,13 @@ export class Setup {
   get drawing() {
     return { balls: this.balls, radius: this.get("ball.radius"), mass: this.get("ball.mass"),
       ratio: this.get("ball.massRatio"), length: this.get("pendulum.length"), rigid: this.law === "rigid",
-      swing: this.swing(1) };
+      sizes: this.sizes, swing: this.swing(1) };
+  }
+
+  /** Radii over the common one; where all balls are alike but for their masses, those of one material. */
+  get sizes() {
+    const radii = this.get("ball.radiusRatio"), moduli = this.get("ball.youngModulusRatio");
+    return [...radii, ...moduli].some((ratio) => ratio !== 1) ? radii : this.get("ball.massRatio").map(Math.cbrt);
   }
 
   /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection, and at an angle its deflection
@@ -197,6 +203,8 @@ export const PRESETS = {
   figure6: ready("figure6", { "contact.deadBand": 0 }),
   steel: ready("steel", LAWS.rigid, true, MODELS.circular),
   desk: ready("desk", { "contact.huntCrossley": 0 }),
+  tapered: ready("tapered", { "ball.massRatio": [], "ball.radiusRatio": [] }),
+  unlike: ready("unlike", { "ball.massRatio": [], "ball.youngModulusRatio": [] }),
   rigid: ready("rigid", { "contact.restitution": 0.95 }, true),
   buzzing: ready("buzzing", { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 }),
 };

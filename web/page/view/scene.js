@@ -28,10 +28,10 @@ export class Scene {
 
   /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls
    *  close by; `swingAngle` (rad): how far balls swing. */
-  layout({ radius, ratio, length, swing }, near = 0, swingAngle = 0.56) {
+  layout({ radius, sizes: radii, length, swing }, near = 0, swingAngle = 0.56) {
     // At least this, however little room there is.
     const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
-    const sizes = ratio.map((mass) => Math.min(2.2, Math.max(0.35, Math.cbrt(mass)))); // of a radius
+    const sizes = radii.map((size) => Math.min(2.2, Math.max(0.35, size))); // of a radius
     const half = sizes.reduce((sum, size) => sum + size, 0), largest = Math.max(...sizes);
     // In a wide room strings are drawn shorter, so that the balls are larger.
     const long = 2 * Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius)))

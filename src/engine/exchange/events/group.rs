@@ -8,7 +8,7 @@ use crate::engine::{
     EngineError, Forecast, HeldInputs, Observer, Pulse, RAPID, exchange::run::Exchange, flight::Ball,
     rigid::restitution,
 };
-use crate::model::{Inputs, Mode, Parameters};
+use crate::model::{Inputs, Mode};
 use crate::solver::DoubleDouble;
 
 /// Longest duration of a group over the period of ball 1; without gravity, over 2 pi s.
@@ -49,16 +49,8 @@ impl Exchange {
         observer: &mut dyn Observer,
     ) -> Engine {
         let contacts = range.start..range.end - 1;
-        let part = |values: &[f64], range: &Range<usize>| values[range.clone()].to_vec();
-        let parameters = Parameters {
-            mass_ratio: part(&self.parameters.mass_ratio, range),
-            length_ratio: part(&self.parameters.length_ratio, range),
-            stiffness_ratio: part(&self.parameters.stiffness_ratio, &contacts),
-            gap: part(&self.parameters.gap, &contacts),
-            ..self.parameters.clone()
-        };
-        let inputs = Inputs { force: part(&self.inputs.force, range), ..self.inputs };
-        let mut engine = Engine::apart(&parameters, HeldInputs::constant(inputs, 0.0), 0.0);
+        let inputs = Inputs { force: self.inputs.force[range.clone()].to_vec(), ..self.inputs };
+        let mut engine = Engine::apart(&self.parameters.part(range), HeldInputs::constant(inputs, 0.0), 0.0);
         for (ball, before) in engine.balls.iter_mut().zip(&balls[range.clone()]) {
             let (displacement, v) = before.moved(onset.into());
             (ball.flight.x, ball.flight.v) = (before.flight.x + displacement, v);
