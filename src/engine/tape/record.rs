@@ -228,7 +228,7 @@ impl Recorder {
             self.begin_step(&scene, i..i + 1, [0.0, length]);
             self.use_common_time(&scene, &(i..i + 1), 0.0);
         }
-        let peak = impact.outcome.peak;
+        let peak = impact.outcome.peak.force;
         let largest = (self.begun[j] && peak > self.peaks[j]).then(|| pair.law.static_overlap(peak));
         if largest.is_some() {
             self.peaks[j] = peak;

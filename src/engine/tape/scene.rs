@@ -78,7 +78,7 @@ impl Motion for Cluster {
     }
 
     fn peak(&self, j: usize, [from, to]: [f64; 2], known: f64) -> f64 {
-        Cluster::peak(self, j, from, to, known)
+        Cluster::largest_force(self, j, from, to, known)
     }
 
     fn stretching(&self) -> Stretching {
