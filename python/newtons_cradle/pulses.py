@@ -69,13 +69,14 @@ class Pulses(np.ndarray):
     def _shown(self) -> list[list[str]]:
         """The headings, then the first rows."""
         layouts = [layout for *_, layout in COLUMNS.values()]
-        rows = [[f"{value:{layout}}".strip() for value, layout in zip(row, layouts, strict=True)] for row in self[:SHOWN]]
+        rows = [
+            [f"{value:{layout}}".strip() for value, layout in zip(row, layouts, strict=True)] for row in self[:SHOWN]
+        ]
         return [[heading for _, heading, _ in COLUMNS.values()], *rows]
 
     def to_dataframe(self) -> "pd.DataFrame":
         """As a pandas data frame, a row for each pulse, in SI units. Raises PackageMissing without pandas."""
         return optional("pandas", "data").DataFrame({name: self[name] for name in FIELDS})
-
 
 
 def _in_line(column: str) -> str:
