@@ -66,8 +66,8 @@ fn an_elastic_impact_of_three_peaks_half_way() {
 #[test]
 fn a_damped_linear_contact_peaks_where_its_oscillation_does() {
     for (damping, no_pull) in [(1.0, false), (20.0, false), (20.0, true), (150.0, false)] {
-        let (gamma, k) = (0.5 * damping, 1e4);
-        let omega = (k - gamma * gamma as f64).sqrt();
+        let (gamma, k) = (0.5 * damping, 1e4_f64);
+        let omega = (k - gamma * gamma).sqrt();
         let law = if no_pull { DampingLaw::KelvinVoigtNoPull } else { DampingLaw::KelvinVoigt };
         let text = format!("ball.mass=1 contact.model=powerLaw contact.exponent=1 contact.stiffness={k}");
         let p = Parameters { damping, damping_law: law, ..into_a_wall(&text) };

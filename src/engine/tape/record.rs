@@ -380,7 +380,7 @@ impl Recorder {
         if !self.begun[balls.start] {
             return Vec::new();
         }
-        let peak = |j: usize| scene.largest_force(j, between, self.peaks[j]).map(|(tau, force)| (tau, j, force));
+        let peak = |j: usize| scene.largest_force(j, between, self.peaks[j]).map(|peak| (peak.time, j, peak.force));
         let mut found: Vec<_> = (balls.start..balls.end - 1).filter_map(peak).collect();
         found.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
         found
