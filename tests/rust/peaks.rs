@@ -93,9 +93,10 @@ fn the_force_has_no_rate_at_its_peak() {
             (DampingLaw::HuntCrossley, 0.05),
             (DampingLaw::Viscoelastic, 0.02),
             (DampingLaw::KelvinVoigtNoPull, 0.02),
+            (DampingLaw::ConstantRestitution, 0.0),
         ] {
             let mut p = Parameters { damping_law: law, damping: by, ..struck_chain(4, 1, exponent) };
-            (p.hunt_crossley, p.relaxation_time) = (by, by);
+            (p.hunt_crossley, p.relaxation_time, p.restitution) = (by, by, 0.9);
             p.mass_ratio = vec![1.0, 0.1, 1.0, 0.4];
             for pulse in pulses_of(&p, 30.0) {
                 let mut run = started(&p);
