@@ -7,7 +7,7 @@
 
     result["x[1]"]      # one value per communication point, m
     result.pulses       # one row per contact pulse, however short: contact (from 1), onset and release in s, peak
-                        # force in N, impulse in N.s
+                        # force in N, impulse in N.s, time of the peak in s
     result.plot("x")    # a picture, with the extra `plot`
 
 What there is to set and to see is in `fmu.parameters`, `fmu.inputs` and `fmu.outputs`: names with unit, range, default

@@ -18,9 +18,20 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[Any]
 
-#: One row per finished pulse: contact (1-based), onset and release in s, peak force in N, impulse in N.s.
-FIELDS = ("contact", "onset", "release", "peak", "impulse")
-PULSE = np.dtype([("contact", "i4"), *((name, "f8") for name in FIELDS[1:])])
+#: What is known of a pulse, by column: its name in the log, and its heading and format where a table is printed.
+COLUMNS = {
+    "contact": ("contact", "contact", "7d"),  # 1-based
+    "onset": ("onset", "onset (s)", "18.15g"),
+    "release": ("release", "release (s)", "18.15g"),
+    "peak": ("peak", "peak (N)", "12.6g"),  # the largest force
+    "impulse": ("impulse", "impulse (N.s)", "14.6g"),
+    "peak_time": ("peakTime", "peak time (s)", "18.15g"),  # when the force was largest; NaN where that is unknown
+}
+FIELDS = tuple(COLUMNS)
+NEEDED = FIELDS[:5]  # others may be missing in what is read: they are NaN then
+
+#: One row per finished pulse.
+PULSE = np.dtype([(name, "i4" if name == "contact" else "f8") for name in FIELDS])
 
 SHOWN = 10  # rows of a table of pulses that are printed
 
@@ -41,35 +52,47 @@ class Pulses(np.ndarray):
     def __repr__(self) -> str:
         if self.dtype != PULSE or self.ndim != 1:
             return repr(np.asarray(self))
-        rows = [f"{c:7d} {on:18.15g} {off:18.15g} {peak:12.6g} {p:14.6g}" for c, on, off, peak, p in self[:SHOWN]]
-        head = f"{'contact':7} {'onset (s)':>18} {'release (s)':>18} {'peak (N)':>12} {'impulse (N.s)':>14}"
+        headings, *rows = self._shown()
+        widths = [int(layout.rstrip("dg").split(".")[0]) for _, _, layout in COLUMNS.values()]
+        lines = [" ".join(map(str.rjust, row, widths)) for row in (headings, *rows)]
         more = [f"... {len(self)} pulses in all"] if len(self) > SHOWN else []
-        return "\n".join([head, *rows, *more])
+        return "\n".join([*lines, *more])
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
         if self.dtype != PULSE or self.ndim != 1:
             return f"<pre>{np.asarray(self)!r}</pre>"
-        rows = [
-            [f"{c}", f"{on:.15g}", f"{off:.15g}", f"{peak:.6g}", f"{p:.6g}"] for c, on, off, peak, p in self[:SHOWN]
-        ]
         more = f"{len(self)} pulses in all" if len(self) > SHOWN else ""
-        return html_table(["contact", "onset (s)", "release (s)", "peak (N)", "impulse (N.s)"], *rows, below=more)
+        return html_table(*self._shown(), below=more)
+
+    def _shown(self) -> list[list[str]]:
+        """The headings, then the first rows."""
+        layouts = [layout for *_, layout in COLUMNS.values()]
+        rows = [
+            [f"{value:{layout}}".strip() for value, layout in zip(row, layouts, strict=True)] for row in self[:SHOWN]
+        ]
+        return [[heading for _, heading, _ in COLUMNS.values()], *rows]
 
     def to_dataframe(self) -> "pd.DataFrame":
         """As a pandas data frame, a row for each pulse, in SI units. Raises PackageMissing without pandas."""
         return optional("pandas", "data").DataFrame({name: self[name] for name in FIELDS})
 
 
-_LINE = re.compile(r"contact=(\d+) onset=(\S+) release=(\S+) peak=(\S+) impulse=([^\s\x1e]+)")
+def _in_line(column: str) -> str:
+    """What a line of the log has of this column, and the space before it."""
+    value = rf" {COLUMNS[column][0]}=([^\s\x1e]+)"
+    return value if column in NEEDED else f"(?:{value})?"
+
+
+_LINE = re.compile("".join(map(_in_line, FIELDS)).strip())
 _LINES = re.compile(_LINE.pattern.encode())
 
 
 def parse_pulse(line: str) -> tuple[int | float, ...] | None:
     """One log line as a row of `PULSE`, or None when the line is not about a pulse."""
     match = _LINE.search(line)
-    return (int(match[1]), *map(float, match.groups()[1:])) if match else None
+    return (int(match[1]), *map(float, match.groups("nan")[1:])) if match else None
 
 
 def pulse_table(text: bytes) -> Array:
@@ -77,9 +100,10 @@ def pulse_table(text: bytes) -> Array:
 
     Pulses that begin at the same time stay in the order of the log, which is that of rigid impacts.
     """
-    numbers = np.array(_LINES.findall(text), dtype="S25").reshape(-1, len(FIELDS)).astype("f8")
+    numbers = np.array(_LINES.findall(text), dtype="S25").reshape(-1, len(FIELDS))
+    numbers[numbers == b""] = b"nan"
     table = np.empty(len(numbers), dtype=PULSE)
-    for name, column in zip(FIELDS, numbers.T, strict=True):
+    for name, column in zip(FIELDS, numbers.astype("f8").T, strict=True):
         table[name] = column
     return by_onset(table.view(Pulses))
 

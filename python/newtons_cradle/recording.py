@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import MOST_BALLS, CradleError, number, whole
-from .pulses import FIELDS, PULSE, Array
+from .pulses import COLUMNS, FIELDS, NEEDED, PULSE, Array
 from .tables import as_number, by_name, read_csv
 
 if TYPE_CHECKING:
@@ -23,7 +23,9 @@ HUGE = 1e30  # the largest number that is drawn: pages hold numbers in single pr
 STRUCK = 0.3  # of the largest velocity: a change from one sample to the next that only an impact makes
 OF_CONTACTS = ("F", "F_peak", "F_mean", "impulse", "E_contact", "gap")  # vectors with an element for each
 
-SHOWN = rf"(time|x|v|{'|'.join(OF_CONTACTS)}|E_\w+|{'|'.join(FIELDS)})(\[\d+\])?"  # names of columns
+OF_PULSES = {*FIELDS, *(name for name, *_ in COLUMNS.values())}
+
+SHOWN = rf"(time|x|v|{'|'.join(OF_CONTACTS)}|E_\w+|{'|'.join(OF_PULSES)})(\[\d+\])?"  # names of columns
 
 Columns = dict[str, Array]  # by name
 
@@ -177,7 +179,8 @@ def _guessed_pulses(time: Array, force: Array) -> Array:
     for contact, column in enumerate(force.T, start=1):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], column > 0, [0]])))
         for first, end in edges.reshape(-1, 2):
-            rows.append((contact, time[max(0, first - 1)], time[end - 1], column[first:end].max(), 0.0))
+            highest = first + column[first:end].argmax()
+            rows.append((contact, time[max(0, first - 1)], time[end - 1], column[highest], 0.0, time[highest]))
     return np.sort(np.array(rows, dtype=PULSE), order=["onset", "contact"])
 
 
@@ -208,11 +211,13 @@ def _read_columns(path: Path, what: str = "a run", first: tuple[str, ...] = ("ti
 
 
 def _pulse_table(path: Path, balls: int) -> Array:
-    columns = _read_columns(path, "pulses", FIELDS)
-    if missing := [name for name in FIELDS if name not in columns]:
-        needed = f"a table of pulses has the columns {', '.join(FIELDS)}"
+    columns = _read_columns(path, "pulses", NEEDED)
+    if missing := [name for name in NEEDED if name not in columns]:
+        needed = f"a table of pulses has the columns {', '.join(NEEDED)}"
         raise RecordingError(f"{path}: {needed}; missing: {', '.join(missing)}")
-    table = np.array(list(zip(*(columns[name] for name in FIELDS), strict=True)), dtype=PULSE)
+    table = np.empty(len(columns["contact"]), PULSE)
+    for name in FIELDS:
+        table[name] = columns.get(name, columns.get(COLUMNS[name][0], np.nan))
     contacts = table["contact"]
     if len(table) and not (contacts.min() >= 1 and contacts.max() < balls):
         own = f"{balls} balls have contacts 1 to {balls - 1}"

@@ -1,6 +1,7 @@
 //! The outcome of an elastic impact of two balls on arcs: that along a fixed direction in closed form, and what the
 //! turn of the directions, gravity and inputs change, iterated. See "Arcs" in docs/theory.md for the equations.
 
+use crate::engine::Peak;
 use crate::engine::cluster::{BallOnArc, ContactDirection};
 use crate::engine::flight::Flight;
 use crate::model::{BallModel, ContactLaw, Pair};
@@ -99,9 +100,9 @@ pub(crate) struct ImpactResult {
     /// Displacements of the two balls along their paths, m, and velocities afterwards, m/s. The overlap is 0 then.
     pub displacements: [f64; 2],
     pub velocities: [f64; 2],
-    /// Impulse, N.s, and largest force, N.
+    /// Impulse, N.s, and largest force, its time counted from the onset.
     pub impulse: f64,
-    pub peak: f64,
+    pub peak: Peak,
 }
 
 /// The outcome for two balls without drag, in touch, under constant inputs; `None` where too much varies.
@@ -210,7 +211,10 @@ pub(crate) fn outcome(
             .map(|values| weights.iter().zip(&values).take(NODES).map(|(weight, value)| weight * value).sum::<f64>());
         let middle = scaled + half_slope / kappa;
         let rate_there = half_scaling - 0.25 * (p - 1.0) * kappa * middle;
-        let peak = law.elastic_force(reach * (1.0 + (middle + 0.5 * rate_there * rate_there / kappa)));
+        let force = law.elastic_force(reach * (1.0 + (middle + 0.5 * rate_there * rate_there / kappa)));
+        // `y'' = rest - kappa p y` there; the nodes on both sides are as far from it.
+        let bend = 0.5 * (by_scaling[NODES - 1] + by_scaling[NODES]) - kappa * p * middle;
+        let peak = Peak { force, time: duration * (0.5 + rate_there / (kappa - bend)) };
         return Some(ImpactResult { duration, displacements, velocities, impulse: impulse.value(), peak });
     }
     None

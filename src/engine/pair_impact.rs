@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::Peak;
 use crate::engine::arc_impact::{ImpactResult, Shape, outcome};
 use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
@@ -255,7 +256,8 @@ impl PairImpact {
             displacements: [displacement; 2],
             velocities,
             impulse: reduced * (2.0 * rate - pull * t - o.omega2() * overlap_integral),
-            peak: law.elastic_force(peak_overlap),
+            // Without losses the way back takes as long.
+            peak: Peak { force: law.elastic_force(peak_overlap), time: 0.5 * t },
         };
         let integrals = [integrals(left, right_share), integrals(right, -left_share)];
         Some(Self { contact, start: left.anchor, outcome, integrals, interior: OnceCell::new() })

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::observer::Pulse;
+use super::observer::{Peak, Pulse};
 use crate::model::{Mode, Record};
 use crate::solver::{DoubleDouble, all_finite};
 
@@ -23,8 +23,8 @@ pub(crate) struct Ledger {
     pub impulse: DoubleDouble,
     /// The part of it that belongs to the last pulse, N.s.
     pulse_impulse: f64,
-    /// Largest force of the last pulse up to the start of the current segment, N.
-    pub pulse_peak: f64,
+    /// Largest force of the last pulse up to the start of the current segment.
+    pub pulse_peak: Peak,
     /// Number of the step that the two fields below belong to.
     step: u64,
     /// `impulse` at the start of that step, N.s.
@@ -35,7 +35,8 @@ pub(crate) struct Ledger {
 
 impl Ledger {
     pub fn is_sound(&self) -> bool {
-        let values = [self.record.onset, self.record.release, self.pulse_impulse, self.pulse_peak, self.step_peak];
+        let Self { record, pulse_peak: peak, .. } = self;
+        let values = [record.onset, record.release, self.pulse_impulse, peak.force, peak.time, self.step_peak];
         all_finite(values) && self.impulse.is_sound() && self.step_impulse.is_sound()
     }
 
@@ -52,15 +53,23 @@ impl Ledger {
         self.record.pulses = self.record.pulses.saturating_add(1);
         self.rapid = if time.value() - self.record.onset < RAPID { self.rapid.saturating_add(1) } else { 0 };
         self.record.onset = time.value_up();
-        (self.pulse_impulse, self.pulse_peak) = (0.0, 0.0);
+        (self.pulse_impulse, self.pulse_peak) = (0.0, Peak { force: 0.0, time: self.record.onset });
     }
 
-    /// Adds a part of a pulse: its impulse (N.s), its largest force and the largest within the current step (N).
-    pub fn add(&mut self, impulse: f64, peak: f64, step_peak: f64) {
+    /// Adds a part of the impulse of a pulse, N.s.
+    pub fn add(&mut self, impulse: f64) {
         self.impulse += impulse;
         self.pulse_impulse += impulse;
-        self.pulse_peak = self.pulse_peak.max(peak);
-        self.step_peak = self.step_peak.max(step_peak);
+    }
+
+    /// Enters the largest force of a part of a pulse that began at `begun`.
+    pub fn reach(&mut self, peak: Peak, begun: DoubleDouble) {
+        self.pulse_peak.continue_with(peak, begun.value_up());
+    }
+
+    /// Enters a force within the current step, N.
+    pub fn reach_in_step(&mut self, force: f64) {
+        self.step_peak = self.step_peak.max(force);
     }
 
     pub fn close_pulse(&mut self, contact: usize, time: DoubleDouble) -> Pulse {

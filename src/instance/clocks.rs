@@ -2,7 +2,7 @@
 //! `log.pulses`.
 
 use std::collections::VecDeque;
-use std::fmt::Write;
+use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
@@ -171,10 +171,9 @@ impl Clocks {
     }
 }
 
-const HEADER: &str = "contact,onset,release,peak,impulse\n";
-/// Most bytes of a line: five digits, four numbers of up to 24 bytes, separators.
-const LINE: usize = 5 + 4 * 24 + 5;
-const KEPT: usize = (MAX_LOG - HEADER.len()) / LINE;
+/// Most bytes of a line: five digits, numbers of up to 24 bytes, separators. The header is no longer.
+const LINE: usize = 5 + 25 * Pulse::VALUES.len() + 1;
+const KEPT: usize = MAX_LOG / LINE - 1;
 
 /// The last pulses, in the order in which they ended.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -190,10 +189,13 @@ impl Pulses {
 
     /// CSV with the units of the variables; contacts are counted from 1, and numbers read back as the same doubles.
     pub fn csv(&self) -> String {
-        let mut text = HEADER.to_owned();
-        for Pulse { contact, onset, release, peak, impulse } in &self.0 {
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{},{onset:e},{release:e},{peak:e},{impulse:e}", contact + 1);
+        let line = |contact: &dyn Display, value: &dyn Fn(usize) -> String| {
+            let values: Vec<String> = (0..Pulse::VALUES.len()).map(value).collect();
+            format!("{contact},{}\n", values.join(","))
+        };
+        let mut text = line(&"contact", &|k| Pulse::VALUES[k].0.to_owned());
+        for pulse in &self.0 {
+            text += &line(&(pulse.contact + 1), &|k| format!("{:e}", Pulse::VALUES[k].1(pulse)));
         }
         text
     }
@@ -206,16 +208,20 @@ impl Pulses {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::Peak;
 
     #[test]
     fn the_text_is_bounded_and_has_the_last_pulses() {
         let mut pulses = Pulses::default();
         let value = -1.234_567_890_123_456_7e-300;
         for contact in 0..10_000 {
-            pulses.enter(Pulse { contact, onset: value, release: value, peak: value, impulse: value });
+            let peak = Peak { force: value, time: value };
+            pulses.enter(Pulse { contact, onset: value, release: value, peak, impulse: value });
         }
         let csv = pulses.csv();
-        assert!(csv.len() <= MAX_LOG && csv.starts_with(HEADER) && csv.lines().count() == KEPT + 1);
+        let (header, lines) = csv.split_once('\n').unwrap();
+        assert_eq!(header, "contact,onset,release,peak,impulse,peakTime");
+        assert!(csv.len() <= MAX_LOG && header.len() < LINE && lines.lines().count() == KEPT);
         let last = csv.lines().last().unwrap();
         assert!(last.starts_with("10000,") && last.len() < LINE);
         assert_eq!(last.rsplit(',').next().unwrap().parse::<f64>().unwrap(), value);

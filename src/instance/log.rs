@@ -61,11 +61,12 @@ impl Log {
     }
 
     /// Writes a line of 17 digits, so that they read back as the same doubles.
-    pub fn pulse(&self, Pulse { contact, onset, release, peak, impulse }: Pulse) {
-        let contact = contact + 1;
-        let text = format_args!(
-            "contact={contact} onset={onset:.16e} release={release:.16e} peak={peak:.16e} impulse={impulse:.16e}"
-        );
+    pub fn pulse(&self, pulse: Pulse) {
+        if !self.wants(LogCategory::Events) {
+            return;
+        }
+        let values = Pulse::VALUES.map(|(name, of)| format!(" {name}={:.16e}", of(&pulse)));
+        let text = format_args!("contact={}{}", pulse.contact + 1, values.concat());
         self.write(Severity::Ok, LogCategory::Events, text);
     }
 

@@ -17,7 +17,7 @@ pub struct SavedState {
 
 /// First bytes of a serialized state, and its format.
 const MAGIC: [u8; 8] = *b"cradleFS";
-const FORMAT: u32 = 21;
+const FORMAT: u32 = 22;
 const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 const DIGEST: usize = size_of::<uuid::Bytes>();

@@ -5,7 +5,7 @@ use std::mem::MaybeUninit;
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::{Instance, InstanceState, Start};
-use crate::engine::{Exchange, NEVER, Pulse};
+use crate::engine::{Exchange, NEVER};
 use crate::model::Inputs;
 use crate::variables::{Access, Causality, Extra, Number, Refusal, Settings, Shape, TABLE, Type, Variable, padding};
 
@@ -175,16 +175,13 @@ impl Instance {
 
     fn extra(&mut self, variable: Variable, extra: Extra) -> Result<f64, Refusal> {
         let (clocks, contact) = (&self.run.clocks, variable.index);
-        let ended = |of: fn(Pulse) -> f64| clocks.ended(contact).map_or(0.0, of);
         Ok(match extra {
             Extra::Time | Extra::Pulses => self.time(),
             Extra::Balls => self.balls() as f64,
             Extra::Clock(edge) => (self.run.phase == Phase::EventMode && clocks.active[edge as usize]).into(),
             Extra::TickTime(edge) => clocks.time(edge),
             Extra::TickOf(edge) => clocks.is_part(edge, contact).into(),
-            Extra::EndedImpulse => ended(|pulse| pulse.impulse),
-            Extra::EndedPeak => ended(|pulse| pulse.peak),
-            Extra::EndedDuration => ended(|pulse| pulse.release - pulse.onset),
+            Extra::Ended(value) => clocks.ended(contact).and_then(|pulse| pulse.value(value)).unwrap_or_default(),
             Extra::Joined(..) => {
                 return variable.of_fmi2(self.balls()).map_or(Ok(0.0), |of| self.value(of));
             }

@@ -9,6 +9,9 @@ use super::series::{
 /// Number of equidistant places at which a series is sampled at once.
 const SAMPLES: usize = 8;
 
+/// Part of a value that is rounding.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Most evaluations of one search, far more than usual: a series that almost touches 0 for that long has no crossing.
 const EVALUATIONS: u32 = 1000;
 
@@ -36,7 +39,13 @@ pub fn maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
                 let [_, slope, curvature] = value_and_derivatives(c, t);
                 [-slope, -curvature, 0.0]
             };
-            best = higher(best, root::rising_zero(falling, (left, -slope_left), (right, -slope_right)));
+            let top = root::rising_zero(falling, (left, -slope_left), (right, -slope_right));
+            let value = value_by_lanes(c, top);
+            // An end beside it may be as high, in rounding.
+            let noise = if best.0 == left || best.0 == right { ROUNDING * best.1.abs() } else { 0.0 };
+            if value > best.1 - noise {
+                best = (top, value.max(best.1));
+            }
         }
         (left, slope_left) = (right, slope_right);
     }

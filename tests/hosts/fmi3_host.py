@@ -30,11 +30,11 @@ class Cradle:
         return np.array(call(self.references(*unknowns), self.references(*knowns), list(seed), length))
 
     def csv(self):
-        """The pulses of log.pulses: contact, onset, release, peak, impulse."""
+        """The pulses of log.pulses: contact, onset, release, peak, impulse, peakTime."""
         (data,) = self.getBinary(self.references("log.pulses"))
         assert len(data) <= 65536  # maxSize
         header, *lines = data.decode().splitlines()
-        assert header == "contact,onset,release,peak,impulse"
+        assert header == "contact,onset,release,peak,impulse,peakTime"
         return [tuple(float(part) for part in line.split(",")) for line in lines]
 
     def update(self):
@@ -49,7 +49,7 @@ class Cradle:
             told["onset"] = (self.get("onset.time"), tuple(np.flatnonzero(self.get("onset.closed"))))
         if self.get("release.clock"):
             which = np.flatnonzero(self.get("release.opened"))
-            values = [self.get(f"release.{name}") for name in ("impulse", "peak", "duration")]
+            values = [self.get(f"release.{name}") for name in ("impulse", "peak", "peakTime", "duration")]
             ended = [(i, *(value[i] for value in values)) for i in which]
             told["release"] = (self.get("release.time"), ended)
         return told

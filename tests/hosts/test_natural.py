@@ -76,7 +76,7 @@ WORKS = [
     'nc.sweep({"contact.deadBand": ([0, 2.6], "um")}, fmu=fmu, stop=0.1, workers=1).cases[1]["contact.deadBand"][0] == 2.6',
     '"<th>ball.mass</th>" in nc.sweep({"ball.mass": [1.0]}, fmu=fmu, stop=0.1, workers=1)._repr_html_()',
     "copy.copy(result) == result and copy.copy(result).model is fmu",
-    "fmu.start().pulses.to_dataframe().shape == (0, 5)",
+    "fmu.start().pulses.to_dataframe().shape == (0, 6)",
     'set(dir(nc)) >= {"Fmu", "sweep", "fit", "__version__"} and nc.__version__',
 ]
 
@@ -130,7 +130,7 @@ SAYS = [
         nc.InvalidValue,
         "stop, record: they act without `measure` only",
     ),
-    ('result.pulses["force"]', nc.UnknownName, "allowed: contact, onset, release, peak, impulse"),
+    ('result.pulses["force"]', nc.UnknownName, "allowed: contact, onset, release, peak, impulse, peak_time"),
     ('result.plot("x", ax=5)', nc.InvalidValue, "ax: axes of matplotlib are needed, not 5"),
     ('nc.build(binaries="none.fmu")', nc.FileMissing, "binaries: none.fmu: there is no such file"),
     ('nc.build(out="none/x.fmu", binaries=fmu.path)', nc.FileMissing, "out: there is no folder none"),

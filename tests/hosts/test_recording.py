@@ -125,7 +125,23 @@ def test_forces_that_miss_the_clicks_are_refused(fmu, fine, tmp_path):
     pulses = tmp_path / "pulses.csv"
     run = fmu.simulate(stop=3.0)
     np.savetxt(pulses, run.pulses, delimiter=",", header=",".join(run.pulses.dtype.names), comments="")
-    assert len(from_csv(saved(tmp_path, fine, names), pulses).pulses) == len(run.pulses) == 12
+    assert (
+        from_csv(saved(tmp_path, fine, names), pulses).pulses["peak_time"].tolist() == run.pulses["peak_time"].tolist()
+    )
+    assert len(run.pulses) == 12
+    named = pulses.read_text().replace("peak_time", "peakTime")
+    pulses.write_text(named)
+    assert (
+        from_csv(saved(tmp_path, fine, names), pulses).pulses["peak_time"].tolist() == run.pulses["peak_time"].tolist()
+    )
+    np.savetxt(
+        pulses,
+        run.pulses[list(nc.PULSE.names[:5])].tolist(),
+        delimiter=",",
+        header=",".join(nc.PULSE.names[:5]),
+        comments="",
+    )
+    assert np.isnan(from_csv(saved(tmp_path, fine, names), pulses).pulses["peak_time"]).all()
     resolved = nc.resolved(fmu, stop=3.0, record=names)
     assert len(from_csv(saved(tmp_path, resolved.samples)).pulses) == 12
 

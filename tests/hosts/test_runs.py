@@ -208,9 +208,24 @@ def test_the_log_and_the_micro_view_tell_of_the_same_pulses(fmu):
         assert micro[f"F[{i}]"].max() == pytest.approx(mine["peak"].max(), rel=1e-4)
 
 
+def test_both_versions_say_when_the_force_is_largest(fmu, fmu3):
+    """In an elastic impact of two, half way."""
+    start = nc.lifted(1) | {"contact.deadBand": 1e-4}
+    two, three = (opened.simulate(start, stop=1.5, record=[]).pulses for opened in (fmu, fmu3))
+    assert two.tobytes() == three.tobytes() and len(two) == 4
+    middle, length = 0.5 * (two["onset"] + two["release"]), two["release"] - two["onset"]
+    assert np.abs(two["peak_time"] - middle).max() < 1e-15 and length.min() > 1e-7
+    for line in (
+        "contact=1 onset=1 release=2 peak=3 impulse=4",
+        "contact=1 onset=1 release=2 peak=3 impulse=4 peakTime=5",
+    ):
+        read = nc.parse_pulse(line)
+        assert read[:5] == (1, 1.0, 2.0, 3.0, 4.0) and (read[5] == 5.0) == ("peakTime" in line)
+
+
 def pulses(*rows) -> np.ndarray:
     """A pulse table from (contact, onset, release) in s."""
-    return np.array([(c, on, off, 1.0, 1.0) for c, on, off in rows], dtype=nc.PULSE)
+    return np.array([(c, on, off, 1.0, 1.0, on) for c, on, off in rows], dtype=nc.PULSE)
 
 
 def test_sequences_are_cut_at_pauses_and_not_within_a_long_pulse():

@@ -14,6 +14,7 @@ mod ffi;
 mod fmi3;
 mod hopeless;
 mod methods;
+mod peaks;
 mod properties;
 mod reference;
 mod rigid;

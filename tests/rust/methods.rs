@@ -80,7 +80,7 @@ fn derivatives(run: &Simulation, balls: usize) -> impl Iterator<Item = (String, 
 
 fn pulse_numbers(pulse: &Pulse) -> [f64; 5] {
     let (onset, release) = (pulse.onset / TIME, pulse.release / TIME);
-    [pulse.contact as f64 * 1e9, onset, release, 0.01 * pulse.peak, 5.0 * pulse.impulse]
+    [pulse.contact as f64 * 1e9, onset, release, 0.01 * pulse.peak.force, 5.0 * pulse.impulse]
 }
 
 /// Runs `p` by the engine and by every method with changing inputs and, in the middle, other losses.

@@ -102,7 +102,7 @@ pub extern "C" fn forget(run: i32) {
 pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
     let mut pulses = Vec::new();
     let reached = with(run, |engine| engine.advance_within(time, effort as u64, &mut pulses).map(|_| engine.time()));
-    let each = |pulse: Pulse| [pulse.contact as f64, pulse.onset, pulse.release, pulse.peak, pulse.impulse];
+    let each = |pulse: Pulse| [pulse.contact as f64, pulse.onset, pulse.release, pulse.peak.force, pulse.impulse];
     NUMBERS.set(pulses.into_iter().flat_map(each).collect());
     reached.unwrap_or_else(|error| {
         say(&error.to_string());

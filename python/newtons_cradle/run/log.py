@@ -4,7 +4,7 @@ Python runs handlers of signals, and raises what other threads send, wherever it
 calls back, too, where nobody can catch it. So the callback is made of builtins, in which no bytecode runs: `max` passes
 one argument after the other to the `write` of a buffer, and each of them is bytes.
 
-Pulses come from here in FMI 3.0, too: `log.pulses` keeps the last 617 of them only, and a step may have more.
+Pulses come from here in FMI 3.0, too: `log.pulses` keeps the last 499 of them only, and a step may have more.
 """
 
 import io

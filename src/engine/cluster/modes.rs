@@ -5,8 +5,8 @@ use std::cell::Cell;
 
 use super::natural::Group;
 use super::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
-use crate::engine::Forecast;
 use crate::engine::flight::{Forcing, ROUNDINGS, Rounding};
+use crate::engine::{Forecast, Peak};
 use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_derivatives};
 
 /// Most evaluations of a mode in a search for switchings, some milliseconds; the next segment continues the search.
@@ -19,6 +19,9 @@ const NOISE_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
 
 /// A maximum of a force is higher than another one by more than this part of it.
 const HIGHER: f64 = 1e-12;
+
+/// Steps of Newton's method from an end to the maximum beside it.
+const TOP_STEPS: usize = 2;
 
 /// Radians of the fastest mode that one step of a search covers at most.
 const SWINGS_OF_A_LOOK: f64 = 4.0;
@@ -192,10 +195,12 @@ impl DenseOutput for Modes {
     }
 
     /// Undamped modes come ever closer to the sum of their amplitudes, so the search ends after some dozens of swings.
-    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
+    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> Option<Peak> {
         let law = self.contacts[j].law;
         let force_at = |t: f64| force(&self.overlap_at::<2>(j, t), law, 0).0;
-        let mut best = force_at(from).max(force_at(to)).max(known);
+        let mut peak = Peak { force: force_at(from), time: from };
+        peak.raise(force_at(to), to);
+        let mut best = peak.force.max(known);
         let mut t = from;
         // From where the force exceeds the best so far, by more than rounding, to where it falls again.
         let mut allowed = self.allowed(j);
@@ -204,10 +209,22 @@ impl DenseOutput for Modes {
             let Forecast::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
             let falling = self.watch(j, Some(law), 1, -1.0, 0.0);
             let Forecast::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
-            best = best.max(force_at(top));
+            let highest = force_at(top);
+            peak.raise(highest, top);
+            best = best.max(highest);
             t = top;
         }
-        best
+        // Beside a maximum an end may be so near that the search sees no rise.
+        for _ in 0..if [from, to].contains(&peak.time) { TOP_STEPS } else { 0 } {
+            let overlap: [f64; 4] = self.overlap_at(j, peak.time);
+            let [slope, curvature] = [1, 2].map(|k| force(&overlap, law, k).0);
+            let step = -slope / curvature;
+            let near = curvature < 0.0 && slope * step <= HIGHER * peak.force;
+            if near {
+                peak.time = (peak.time + step).clamp(from, to);
+            }
+        }
+        Some(peak)
     }
 
     /// The inputs are constant.

@@ -16,7 +16,7 @@ use super::window::{DenseOutput, OverlapSeries, Switch, Window, WindowContact};
 use crate::engine::flight::{
     Ball, Flight, Rounding, RunningIntegrals, integrals_of_inputs, places, shifted, start_by_centre,
 };
-use crate::engine::{EngineError, Forecast};
+use crate::engine::{EngineError, Forecast, Peak};
 use crate::model::{BallModel, ContactLaw, Cradle, Mode, Pair};
 use crate::solver::{DoubleDouble, MAX_FORCE_ORDER, Stretching};
 
@@ -157,12 +157,18 @@ impl Cluster {
         }
     }
 
-    /// The larger of `known` and the largest force of contact `i` between these times after the segment's start, N.
-    pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
+    /// The largest force of contact `i` between these times after the segment's start, from which its time counts, too;
+    /// `None` if it presses with less than the force `known` (N), or not at all.
+    pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> Option<Peak> {
         match self.mode(i) {
             Mode::Pressing if from < to => self.output().peak(i - self.window.start, from, to, known),
-            _ => known,
+            _ => None,
         }
+    }
+
+    /// The larger of that force and of `known`, N.
+    pub fn largest_force(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
+        self.peak(i, from, to, known).map_or(known, |peak| peak.force.max(known))
     }
 
     /// Energy that contact `i` dissipates from the start of the segment to `tau`, J.

@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::Forecast;
 use crate::engine::flight::{Ball, Flight, Forcing, Rounding};
+use crate::engine::{Forecast, Peak};
 use crate::model::{BallModel, ContactLaw, MAX_OUTPUT_DERIVATIVE, Mode, Pair};
 
 /// The load of a contact that a wave has yet to reach is less than this part of the largest.
@@ -141,8 +141,8 @@ pub(crate) trait DenseOutput {
     }
     /// Impulse of the pressing contact `j`, N.s.
     fn impulse(&self, j: usize, tau: f64) -> f64;
-    /// The larger of `known` and the largest force of the pressing contact `j` between two times, N.
-    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64;
+    /// The largest force of the pressing contact `j` between two times; `None` if it is less than `known` (N).
+    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> Option<Peak>;
     /// Energy that the pressing contact `j` dissipates, J. A method may enter that of a group at its first contact.
     fn contact_loss(&self, j: usize, tau: f64) -> f64;
 

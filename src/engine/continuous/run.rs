@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, forcings};
 use super::trajectory::{ContactEvent, Event, Trajectory};
 use crate::engine::run::{InvalidState, require};
-use crate::engine::{Busy, EngineError, Forecast, HeldInputs, Ledger, Observer, Watchdog};
+use crate::engine::{Busy, EngineError, Forecast, HeldInputs, Ledger, Observer, Peak, Watchdog};
 use crate::model::{Chain, Cradle, Inputs, Parameters, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
@@ -166,7 +166,7 @@ impl Continuous {
     fn enter_forces(&mut self) {
         for i in 0..self.ledgers.len() {
             let force = self.force(i);
-            self.ledgers[i].add(0.0, 0.0, force);
+            self.ledgers[i].reach_in_step(force);
         }
         self.entered = self.time;
     }
@@ -194,11 +194,9 @@ impl Continuous {
             if self.trajectory.path.end >= time.into() {
                 break;
             }
-            for i in 0..self.ledgers.len() {
-                if self.trajectory.closed[i] {
-                    let force = self.trajectory.force(i, 0.0);
-                    self.ledgers[i].add(0.0, force, force);
-                }
+            let Trajectory { path, closed, .. } = &self.trajectory;
+            for (i, ledger) in self.ledgers.iter_mut().enumerate().filter(|(i, _)| closed[*i]) {
+                reach(ledger, self.trajectory.force(i, 0.0), path.end, path.start());
             }
             self.trajectory.advance()?;
             let reached = self.trajectory.path.start();
@@ -232,13 +230,13 @@ impl Continuous {
         match kind {
             ContactEvent::Onset => {
                 ledger.open_pulse(time, self.step);
-                ledger.add(0.0, force, force);
+                reach(ledger, force, time, time);
                 ledger.impulse = impulse.into();
                 observer.onset(i, ledger.record.onset);
             }
-            ContactEvent::Peak => ledger.add(0.0, force, force),
+            ContactEvent::Peak => reach(ledger, force, time, path.start()),
             ContactEvent::Release => {
-                ledger.add(impulse - ledger.impulse.value(), 0.0, 0.0);
+                ledger.add(impulse - ledger.impulse.value());
                 observer.pulse(ledger.close_pulse(i, time));
             }
         }
@@ -247,4 +245,10 @@ impl Continuous {
             *events = events.saturating_add(1);
         }
     }
+}
+
+/// Enters a `force` at a `time` of a solver's step that began at `begun` in the pulse and in the step of the host.
+fn reach(ledger: &mut Ledger, force: f64, time: DoubleDouble, begun: DoubleDouble) {
+    ledger.reach(Peak { force, time: time.value_up() }, begun);
+    ledger.reach_in_step(force);
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{Ledger, Observer};
+use crate::engine::{Ledger, Observer, Peak};
 use crate::solver::{DoubleDouble, crossing};
 
 /// A closed contact at the end of a step of the host, or at an event.
@@ -18,13 +18,13 @@ pub(super) struct Reached {
 }
 
 impl Reached {
-    /// The largest force on a step from `before` to here, N: that of the polynomial of order 4 through the forces and
+    /// The largest force on a step from `before` to here: that of the polynomial of order 4 through the forces and
     /// rates at both ends that has the step's impulse. A host need not report the steps of its solver, so that one step
     /// may hold a whole pulse.
-    fn peak_since(&self, before: &Self) -> f64 {
+    fn peak_since(&self, before: &Self) -> Peak {
         let h = self.time - before.time;
         if !(h > 0.0 && before.slope >= 0.0 && self.slope <= 0.0 && before.slope > self.slope) {
-            return self.force;
+            return self.peak();
         }
         let (rise, [first, last]) = (self.force - before.force, [before.slope, self.slope].map(|slope| h * slope));
         let cubic = [before.force, first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise];
@@ -32,7 +32,12 @@ impl Reached {
         // Times s^2 (1 - s)^2, whose mean is 1/30.
         let more = 30.0 * ((self.impulse - before.impulse) / h - mean);
         let [a, b, c, d] = cubic;
-        crossing::maximum(&[a, b, c + more, d - 2.0 * more, more], 0.0, 1.0).1
+        let (place, force) = crossing::maximum(&[a, b, c + more, d - 2.0 * more, more], 0.0, 1.0);
+        Peak { force, time: if place == 1.0 { self.time } else { before.time + place * h } }
+    }
+
+    fn peak(&self) -> Peak {
+        Peak { force: self.force, time: self.time }
     }
 }
 
@@ -59,21 +64,21 @@ impl ContactRecord {
 
     /// Enters the end of a step within a pulse, with the largest force on the way.
     pub fn pass(&mut self, now: Reached) {
-        let peak = self.last.map_or(now.force, |before| now.peak_since(&before));
-        self.ledger.add(0.0, peak, 0.0);
+        let before = self.last.unwrap_or(now);
+        self.ledger.reach(now.peak_since(&before), before.time.into());
         self.last = Some(now);
     }
 
     /// Enters the state after an event, where the force may have jumped.
     pub fn go_on(&mut self, now: Reached) {
-        self.ledger.add(0.0, now.force, 0.0);
-        (self.last, self.peak) = (Some(now), self.ledger.pulse_peak);
+        self.ledger.reach(now.peak(), now.time.into());
+        (self.last, self.peak) = (Some(now), self.ledger.pulse_peak.force);
     }
 
     /// Ends a pulse of contact `i` at `time`, with this impulse so far (N.s).
     pub fn close_pulse(&mut self, i: usize, time: DoubleDouble, impulse: f64, observer: &mut dyn Observer) {
-        self.ledger.add(impulse - self.ledger.impulse.value(), 0.0, 0.0);
-        (self.last, self.peak) = (None, self.ledger.pulse_peak);
+        self.ledger.add(impulse - self.ledger.impulse.value());
+        (self.last, self.peak) = (None, self.ledger.pulse_peak.force);
         observer.pulse(self.ledger.close_pulse(i, time));
     }
 }

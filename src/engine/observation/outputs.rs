@@ -167,7 +167,7 @@ impl Engine {
             if self.presses(i) || self.constraint(i).is_some() {
                 let peak = self.force_peak(i);
                 self.begin_ledger(i, self.now());
-                self.contacts[i].ledger.add(0.0, 0.0, peak);
+                self.contacts[i].ledger.reach_in_step(peak);
             }
         }
         self.step.entered = self.time;
@@ -263,12 +263,12 @@ impl Results for Engine {
             return before;
         }
         if let Some(constraint) = self.constraint(i) {
-            return constraint.peak(from, self.now()).max(before);
+            return constraint.peak(from, self.now()).force.max(before);
         }
         match self.cluster(i) {
             Some(cluster) => {
                 let [from, to] = [from, self.now()].map(|t| (t - cluster.start).value());
-                cluster.peak(i, from.max(0.0), to, before)
+                cluster.largest_force(i, from.max(0.0), to, before)
             }
             None => self.impact_peak(i, from, self.now()).max(before),
         }

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::Forecast;
 use crate::engine::flight::{Ball, Flight, Forcing, degree, forecast, reach, shifted};
+use crate::engine::{Forecast, Peak};
 use crate::solver::{
     BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Smooth, root::falling_zero, series::of_derivatives,
 };
@@ -202,13 +202,15 @@ impl Constraint {
         of_load - self.stiffness * way - self.drag * flight.displacement(o, &u)
     }
 
-    /// The largest force between two times, N; 0 if the second comes before the first.
-    pub fn peak(&self, from: DoubleDouble, to: DoubleDouble) -> f64 {
+    /// The largest force between two times, its time counted from the anchor; 0 if the second comes before the first.
+    pub fn peak(&self, from: DoubleDouble, to: DoubleDouble) -> Peak {
         let (from, to) = ((from - self.anchor).value().max(0.0), (to - self.anchor).value());
+        let mut peak = Peak { force: 0.0, time: from };
         if to < from {
-            return 0.0;
+            return peak;
         }
-        let mut peak = self.force_after(from).max(self.force_after(to));
+        peak.raise(self.force_after(from), from);
+        peak.raise(self.force_after(to), to);
         if self.is_constant() || to <= from {
             return peak;
         }
@@ -216,31 +218,35 @@ impl Constraint {
         let swings = (to - from) * (o.omega() + o.gamma()) / std::f64::consts::TAU;
         if swings <= 8.0 || o.gamma() < o.omega() {
             let panels = (4.0 + 16.0 * swings).min(MOST_PANELS);
-            return peak.max(self.largest_maximum(from, to, panels as usize));
+            self.rise_to_maximum(&mut peak, from, to, panels as usize);
+            return peak;
         }
         // Overdamped: ever slower.
         let (mut low, mut width) = (from, 0.25 / (o.omega() + o.gamma()));
         while low < to && width > 0.0 {
             let high = (low + width).min(to);
-            peak = peak.max(self.largest_maximum(low, high, 1));
+            self.rise_to_maximum(&mut peak, low, high, 1);
             (low, width) = (high, 1.25 * width);
         }
         peak
     }
 
-    /// The largest maximum of the force between two times (s after the anchor), at most one to a panel, N; or 0.
-    fn largest_maximum(&self, from: f64, to: f64, panels: usize) -> f64 {
+    /// Raises `peak` to the largest maximum of the force between two times (s after the anchor), at most one to a panel.
+    fn rise_to_maximum(&self, peak: &mut Peak, from: f64, to: f64, panels: usize) {
         let rate = |tau: f64| -self.tension(tau)[1];
         let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
-        let (mut largest, mut before) = (0.0_f64, rate(from));
+        let mut before = rate(from);
         for (low, high) in (0..panels).map(|panel| (node(panel), node(panel + 1))) {
             let after = rate(high);
             if before > 0.0 && after < 0.0 {
-                largest = largest.max(self.force_after(falling_zero(rate, low, high)));
+                let top = falling_zero(rate, low, high);
+                // The place had half the digits.
+                let [_, slope, bend, _] = self.tension(top);
+                let way = if bend > 0.0 { -slope / bend } else { 0.0 };
+                peak.turn(self.force_after(top), (top + way).clamp(low, high), [low, high]);
             }
             before = after;
         }
-        largest
     }
 
     fn is_constant(&self) -> bool {

@@ -6,7 +6,7 @@ use super::contact::ContactRole;
 use super::engine::Engine;
 use super::interaction::Interaction;
 use crate::engine::cluster::{Cluster, StepHistory, Switch};
-use crate::engine::{EngineError, Fault, Observer};
+use crate::engine::{EngineError, Fault, Observer, Peak};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
@@ -107,15 +107,22 @@ impl Engine {
                 if ledger.impulse_at_start(self.step.number).is_none() {
                     ledger.begin_step(self.step.number, ledger.impulse + cluster.impulse(i, step_start));
                 }
-                let (of_pulse, of_step) = (ledger.pulse_peak, ledger.peak_in_step(self.step.number));
+                let (of_pulse, of_step) = (ledger.pulse_peak.force, ledger.peak_in_step(self.step.number));
                 // Looked for over the whole segment, so that it does not depend on where the steps begin.
-                let peak = cluster.peak(i, 0.0, tau, of_pulse);
+                let found = cluster.peak(i, 0.0, tau, of_pulse);
+                let peak = found.map_or(of_pulse, |found| found.force.max(of_pulse));
                 let in_step = match step_start == 0.0 {
                     true if peak > of_pulse => peak,
                     true if of_step >= peak => of_step,
-                    _ => cluster.peak(i, step_start, tau, of_step),
+                    _ => cluster.largest_force(i, step_start, tau, of_step),
                 };
-                self.contacts[i].ledger.add(cluster.impulse(i, tau), peak, in_step);
+                ledger.add(cluster.impulse(i, tau));
+                ledger.reach_in_step(in_step);
+                if let Some(found) = found {
+                    let peak = found.after(cluster.start);
+                    let time = if found.time == tau { t.value_up() } else { peak.time };
+                    ledger.reach(Peak { time, ..peak }, cluster.start);
+                }
                 self.totals.contact_loss += cluster.contact_loss(i, &self.cradle.contacts[i], tau);
             }
         }

@@ -112,7 +112,10 @@ impl Engine {
         self.record_impact(i, t);
         let Some(Interaction::Impact(impact)) = self.leave(i) else { return };
         let displacements = impact.outcome.displacements;
-        self.contacts[i].ledger.add(impact.outcome.impulse, impact.outcome.peak, in_step);
+        let ledger = &mut self.contacts[i].ledger;
+        ledger.add(impact.outcome.impulse);
+        ledger.reach(impact.outcome.peak.after(impact.start), impact.start);
+        ledger.reach_in_step(in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
             ball.flight.x += displacements[side];
             ball.flight.v = impact.outcome.velocities[side];
@@ -279,7 +282,7 @@ impl Engine {
         }
         // One that is too short for the clock ends when it begins.
         if begin <= top && (top <= end || to >= impact.end()) {
-            return impact.outcome.peak;
+            return impact.outcome.peak.force;
         }
         let nearest = impact.start + if end < top { end } else { begin };
         self.interior(impact, nearest).map_or(0.0, |interior| {

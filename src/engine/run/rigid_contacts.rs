@@ -178,16 +178,19 @@ impl Engine {
         }
         for j in group {
             let sums = self.constraint(j).map(|constraint| {
-                let in_step = constraint.peak(self.step.time.into(), t);
-                (constraint.impulse(t), constraint.peak(constraint.anchor, t), in_step)
+                let in_step = constraint.peak(self.step.time.into(), t).force;
+                (constraint.impulse(t), constraint.peak(constraint.anchor, t), constraint.anchor, in_step)
             });
-            let Some((impulse, peak, in_step)) = sums else {
+            let Some((impulse, peak, anchor, in_step)) = sums else {
                 self.stop_separation(j, t);
                 continue;
             };
             self.begin_ledger(j, t);
             self.queue.remove(j);
-            self.contacts[j].ledger.add(impulse, peak, in_step);
+            let ledger = &mut self.contacts[j].ledger;
+            ledger.add(impulse);
+            ledger.reach(peak.after(anchor), anchor);
+            ledger.reach_in_step(in_step);
             self.contacts[j].set_anchored(0.0, Mode::Pressing);
             // Members differ by rounding only.
             self.balls[j + 1].flight.v = self.balls[j].flight.v;
@@ -236,7 +239,7 @@ impl Engine {
             let (i, lasts) = (group.start + contact, k == last[*contact] && lasting[*contact]);
             self.set_closed(i, false, t, observer);
             self.set_closed(i, true, t, observer);
-            self.contacts[i].ledger.add(*impulse, 0.0, 0.0);
+            self.contacts[i].ledger.add(*impulse);
             self.set_closed(i, lasts, t, observer);
         }
         let rounding = self.rounding(group.start..group.end + 1);

@@ -228,7 +228,7 @@ impl Recorder {
             self.begin_step(&scene, i..i + 1, [0.0, length]);
             self.use_common_time(&scene, &(i..i + 1), 0.0);
         }
-        let peak = impact.outcome.peak;
+        let peak = impact.outcome.peak.force;
         let largest = (self.begun[j] && peak > self.peaks[j]).then(|| pair.law.static_overlap(peak));
         if largest.is_some() {
             self.peaks[j] = peak;
@@ -380,7 +380,7 @@ impl Recorder {
         if !self.begun[balls.start] {
             return Vec::new();
         }
-        let peak = |j: usize| scene.largest_force(j, between, self.peaks[j]).map(|(tau, force)| (tau, j, force));
+        let peak = |j: usize| scene.largest_force(j, between, self.peaks[j]).map(|peak| (peak.time, j, peak.force));
         let mut found: Vec<_> = (balls.start..balls.end - 1).filter_map(peak).collect();
         found.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
         found

@@ -4,40 +4,12 @@ use std::ops::Range;
 
 use super::events::{Overlap, Peak};
 use super::nodes::{BallNodes, ContactNodes};
-use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
 use crate::engine::cluster::Cluster;
 use crate::engine::flight::{Ball, Forcing, forcing_at, shifted};
+use crate::engine::{self, HeldInputs};
 use crate::model::Cradle;
 use crate::solver::{DoubleDouble, NODES, Nodes, Stretching};
-
-/// How often the interval of the largest force is halved from both sides, until it has one maximum, and what is
-/// negligible then; and steps of a golden section in it.
-const BISECTIONS: u32 = 10;
-const NEGLIGIBLE: f64 = 1e-8;
-const SECTIONS: usize = 32;
-
-/// Where in an interval a function is largest, by golden section; it has one maximum there. What is left of the
-/// interval changes the value by rounding only.
-fn highest(function: &impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let ends = [low, high];
-    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut at_left, mut at_right) = (function(left), function(right));
-    for _ in 0..SECTIONS {
-        if at_left < at_right {
-            (low, left, at_left) = (left, right, at_right);
-            right = low + golden * (high - low);
-            at_right = function(right);
-        } else {
-            (high, right, at_right) = (right, left, at_left);
-            left = high - golden * (high - low);
-            at_left = function(left);
-        }
-    }
-    let middle = 0.5 * (low + high);
-    ends.into_iter().find(|end| function(*end) >= function(middle)).unwrap_or(middle)
-}
 
 /// The motion of neighbours in a part of a run, and what acts.
 pub(super) struct Scene<'a> {
@@ -54,9 +26,9 @@ pub(super) trait Motion {
     fn state(&self, i: usize, tau: f64) -> (f64, f64);
     /// Overlap of contact `j` (m) and its rate (m/s) at a time (s).
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
-    /// The larger of `known` and the largest force of contact `j` between two times, N.
-    fn peak(&self, _j: usize, _between: [f64; 2], known: f64) -> f64 {
-        known
+    /// The largest force of contact `j` between two times; `None` if it is less than `known` (N).
+    fn peak(&self, _j: usize, _between: [f64; 2], _known: f64) -> Option<engine::Peak> {
+        None
     }
     /// How time is stretched so that forces are smooth.
     fn stretching(&self) -> Stretching {
@@ -77,7 +49,7 @@ impl Motion for Cluster {
         (if tau == 0.0 { at_start } else { overlap }, rate)
     }
 
-    fn peak(&self, j: usize, [from, to]: [f64; 2], known: f64) -> f64 {
+    fn peak(&self, j: usize, [from, to]: [f64; 2], known: f64) -> Option<engine::Peak> {
         Cluster::peak(self, j, from, to, known)
     }
 
@@ -204,27 +176,9 @@ impl Scene<'_> {
         Overlap::new(self.cradle, j, [j, j + 1].map(|i| self.motion.state(i, tau)))
     }
 
-    /// When the force of contact `j` is largest between two times (s), and that force, if it is larger than `known`
-    /// (N).
-    pub fn largest_force(&self, j: usize, [from, to]: [f64; 2], known: f64) -> Option<(f64, f64)> {
-        let largest = |between: [f64; 2]| self.motion.peak(j, between, known);
-        let peak = largest([from, to]);
-        if peak <= known {
-            return None;
-        }
-        // Later than where it is not reached before, and earlier than where it is not reached any more.
-        let reached = |between: [f64; 2]| largest(between) >= peak * (1.0 - NEGLIGIBLE);
-        let (mut low, mut high, mut step) = (from, to, to - from);
-        for _ in 0..BISECTIONS {
-            step *= 0.5;
-            low += if reached([from, low + step]) { 0.0 } else { step };
-            high -= if reached([high - step, to]) { 0.0 } else { step };
-        }
-        let force = |tau: f64| {
-            let (overlap, rate) = self.motion.overlap(j, tau);
-            self.cradle.contacts[j].unclipped_force(overlap.max(f64::MIN_POSITIVE), rate)
-        };
-        Some((highest(&force, [low, high]), peak))
+    /// The largest force of contact `j` between two times (s), if it is larger than `known` (N).
+    pub fn largest_force(&self, j: usize, between: [f64; 2], known: f64) -> Option<engine::Peak> {
+        self.motion.peak(j, between, known).filter(|peak| peak.force > known)
     }
 
     /// The force of contact `j` between `balls` at a time (s) as a function of the state, where it is largest or, at

@@ -36,7 +36,7 @@ const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_2
 enumerations! {
     /// A category of log lines, with its name in the description and in the host's log, and a text for the user.
     LogCategory {
-        Events = 0 "logEvents" "One line for each finished pulse: contact, onset, release, peak force and impulse",
+        Events = 0 "logEvents" "One line for each finished pulse: contact, onset, release, peak force, impulse and time of the peak",
         Solver "logSolver" "What the solver does with the settings it was given",
         Warning "logStatusWarning" "Warnings",
         Discard "logStatusDiscard" "Values that are refused, or that do not exist, with the reason",

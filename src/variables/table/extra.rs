@@ -45,12 +45,14 @@ pub static EXTRA: &[(u32, Row)] = &[
         "Time of the last tick").of(&TIME).clocked(RELEASE)),
     (13, extra("release.opened", Contacts, Output, Boolean, Extra::TickOf(Edge::Release),
         "Which contacts opened at the last tick").clocked(RELEASE)),
-    (14, extra("release.impulse", Contacts, Output, Real, Extra::EndedImpulse,
+    (14, extra("release.impulse", Contacts, Output, Real, Extra::Ended("impulse"),
         "Impulse of the pulses that ended at the last tick").of(&IMPULSE).clocked(RELEASE)),
-    (15, extra("release.peak", Contacts, Output, Real, Extra::EndedPeak,
+    (15, extra("release.peak", Contacts, Output, Real, Extra::Ended("peak"),
         "Largest force of the pulses that ended at the last tick").of(&FORCE_KN).clocked(RELEASE)),
-    (16, extra("release.duration", Contacts, Output, Real, Extra::EndedDuration,
+    (16, extra("release.duration", Contacts, Output, Real, Extra::Ended("duration"),
         "Duration of the pulses that ended at the last tick").of(&TIME_US).clocked(RELEASE)),
+    (22, extra("release.peakTime", Contacts, Output, Real, Extra::Ended("peakTime"),
+        "When the pulses that ended at the last tick had their largest force").of(&TIME).clocked(RELEASE)),
     (17, extra("q", Balls, Local, Real, Extra::Joined("x", "overlap"),
         "Position of the first ball, then the overlaps").of(&LENGTH).continuous()
         .initially(&[&["contact.deadBand", "contact.gap", "x_start"]])),
@@ -62,7 +64,7 @@ pub static EXTRA: &[(u32, Row)] = &[
     (20, extra("z.clip", Contacts, Local, Real, Extra::ClipIndicator,
         "Event indicators of the laws: negative while clipped").continuous()),
     (21, extra("log.pulses", Scalar, Local, Binary, Extra::Pulses,
-        "The last pulses as CSV: contact, onset, release, largest force, impulse")),
+        "The last pulses as CSV: contact, onset, release, largest force, impulse, time of that force")),
 ];
 
 /// Continuous states with their derivatives, in their order.

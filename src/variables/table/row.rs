@@ -146,12 +146,8 @@ pub enum Extra {
     TickTime(Edge),
     /// Whether a contact was part of that tick.
     TickOf(Edge),
-    /// Impulse (N.s) of the pulse of a contact that ended at the last tick.
-    EndedImpulse,
-    /// Its largest force, N.
-    EndedPeak,
-    /// Its duration, s.
-    EndedDuration,
+    /// The value of this name of the pulse of a contact that ended at the last tick.
+    Ended(&'static str),
     /// The first element of one row, then all of another.
     Joined(&'static str, &'static str),
     /// Event indicator of a contact.

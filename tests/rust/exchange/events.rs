@@ -32,6 +32,7 @@ fn a_ball_hits_four_at_rest_in_touch() {
     run.steps(1.0, 1e-3, rk4);
     let other = stepped(ONE_LIFTED, 1.0);
     assert_close(&run, &other, &["x", "v", "impulse", "overlap", "t_onset"], 1e-12);
+    assert_peaks(&run, &other, 4, 1e-12);
     run.steps(20.0, 1e-3, rk4);
     let energy = run.get("E_total") / 0.025 - 1.0;
     assert!(energy.abs() < 1e-11, "{energy:e}");
@@ -184,6 +185,20 @@ fn a_resolved_pulse_is_that_of_co_simulation() {
     for (own, other) in run.each("F_peak").into_iter().zip(other.each("F_peak")) {
         assert!((own / other - 1.0).abs() < 1e-3, "{own} {other}");
     }
+    assert_peaks(&run, &other, 6, 1e-7);
+}
+
+/// Asserts that the logs have so many pulses, with the times (s) of their peaks this close.
+#[track_caller]
+fn assert_peaks(run: &Host, other: &Host, count: usize, allowed: f64) {
+    let [own, other] = [run, other].map(|host| {
+        let time = |line: &str| line.split_once("peakTime=").map(|(_, time)| time.parse::<f64>().unwrap());
+        let mut times: Vec<f64> = host.log().iter().filter_map(|line| time(&line.text)).collect();
+        times.sort_by(f64::total_cmp);
+        times
+    });
+    assert_eq!([own.len(), other.len()], [count; 2]);
+    assert!(own.iter().zip(&other).all(|(own, other)| (own - other).abs() < allowed), "{own:?} {other:?}");
 }
 
 /// A run with resolved contacts to the first onset; one pulse comes after the other.

@@ -8,19 +8,27 @@ mod touching;
 
 use cradle_host::exchange::{Master, rk4};
 use cradle_host::{Host, fmi2OK};
+use newtons_cradle::fmi2::fmi2SetDebugLogging;
 
 /// A run of so many balls with these settings.
 fn exchanging(balls: usize, settings: &str) -> Master {
     let host = Host::exchanging(balls);
     host.give(settings);
+    log_pulses(&host);
     Master::start(host)
 }
 
 /// Co-simulation with these settings to the time `until` (s).
 fn stepped(settings: &str, until: f64) -> Host {
     let host = Host::started_with(settings);
+    log_pulses(&host);
     assert_eq!(host.step(0.0, until), fmi2OK);
     host
+}
+
+fn log_pulses(host: &Host) {
+    let categories = [c"logEvents".as_ptr()];
+    assert_eq!(unsafe { fmi2SetDebugLogging(host.c, 1, categories.len(), categories.as_ptr()) }, fmi2OK);
 }
 
 /// Checks that these values are close, and that pulses are as many.

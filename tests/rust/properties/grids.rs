@@ -9,8 +9,8 @@ use super::config;
 use super::cradles::{ANY, ARCS, Case, cradles, ended_early, rigid};
 use crate::methods::{METHODS, bits, default_by};
 
-fn pulse_bits(pulses: &[Pulse]) -> Vec<(usize, [u64; 4])> {
-    let numbers = |pulse: &Pulse| [pulse.onset, pulse.release, pulse.peak, pulse.impulse].map(f64::to_bits);
+fn pulse_bits(pulses: &[Pulse]) -> Vec<(usize, [u64; 5])> {
+    let numbers = |pulse: &Pulse| Pulse::VALUES.map(|(_, of)| of(pulse).to_bits());
     pulses.iter().map(|pulse| (pulse.contact, numbers(pulse))).collect()
 }
 
@@ -197,7 +197,7 @@ proptest! {
             let total = engine.impulse(i);
             prop_assert!((sums[i] - total).abs() <= 1e-12 * total.abs().max(peaks[i] * 1e-9), "{} {total}", sums[i]);
             let of_pulses = pulses.iter().filter(|pulse| pulse.contact == i);
-            let highest = of_pulses.clone().map(|pulse| pulse.peak).fold(0.0, f64::max);
+            let highest = of_pulses.clone().map(|pulse| pulse.peak.force).fold(0.0, f64::max);
             let finished: f64 = of_pulses.map(|pulse| pulse.impulse).sum();
             if !engine.in_contact(i) {
                 prop_assert!((peaks[i] - highest).abs() <= 1e-12 * highest, "{} {highest}", peaks[i]);

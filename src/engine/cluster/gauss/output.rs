@@ -13,14 +13,17 @@
 use std::cell::{OnceCell, Ref};
 
 use super::motion::{GaussStep, Moment, Samples};
-use crate::engine::Forecast;
 use crate::engine::cluster::window::{DenseOutput, Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
+use crate::engine::{Forecast, Peak};
 use crate::model::{Mode, Pair};
 use crate::solver::{NODES, Nodes, RULE, root, series, weighted};
 
 /// Largest peak over the largest force at the nodes and at the ends.
 const MARGIN: f64 = 1.25;
+
+/// Largest way from the top of that polynomial to that of the force, over the distance of the nodes beside it.
+const NEAR: f64 = 1e-3;
 
 /// Up to this part of the stretched step, integrals have nodes of their own.
 const EARLY: f64 = 0.5;
@@ -167,8 +170,8 @@ impl GaussStep {
         }
     }
 
-    /// The force of contact `j` by its law, N, and the rate of its overlap, m/s, at any time of the step.
-    fn force(&self, j: usize, tau: f64) -> (f64, f64) {
+    /// The overlap of contact `j`, m, its rate, m/s, and the force by its law, N, at any time of the step.
+    fn contact_at(&self, j: usize, tau: f64) -> [f64; 3] {
         let contact = &self.contacts[j];
         let [overlap, change] = match tau {
             0.0 => [contact.overlap, 0.0],
@@ -181,7 +184,22 @@ impl GaussStep {
         // Where the overlap is 0, a dashpot acts all the same.
         let rate = contact.rate + change;
         let [force] = contact.law.unclipped_forces(&[overlap], &[rate]);
-        (force, rate)
+        [overlap, rate, force]
+    }
+
+    /// By how much the force of contact `j` is largest later than at `tau` (s) in this state, s: a step of Newton's method
+    /// for its rate by the law. The polynomial in powers of `2 c - 1` with the coefficients `falls` is minus that rate,
+    /// roughly.
+    fn way_to_top(&self, j: usize, tau: f64, [overlap, rate, _]: [f64; 3], falls: &Nodes) -> f64 {
+        let c = self.stretching.inverse(tau / self.length);
+        let (x, pace) = (2.0 * c - 1.0, 0.5 * self.length * self.stretching.at_rounded(c).1);
+        let [_, bend, _] = series::value_and_derivatives(falls, x);
+        let (by_overlap, by_rate) = self.contacts[j].law.force_slopes(overlap, rate);
+        let bent = match by_rate {
+            0.0 => 0.0,
+            _ => by_rate * series::value(&RULE.powers.map(|row| weighted(&row, &self.accelerations[j])), x),
+        };
+        (by_overlap * rate + bent) * pace * pace / bend
     }
 
     /// When, between these times (s), the polynomial in powers of `2 c - 1` with these coefficients rises through 0, s.
@@ -233,41 +251,46 @@ impl DenseOutput for GaussStep {
     }
 
     /// The place is that of the peak of the polynomial through the forces at the nodes, the value that of the law.
-    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
+    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> Option<Peak> {
         let (forces, table) = (&self.at_nodes.forces[j + 1], self.stretching.table());
         let time = |m: usize| self.length * table.times[m];
         let nodes_before = |tau: f64| (0..NODES).take_while(|m| time(*m) < tau).count();
         let is_whole = from == 0.0 && to == self.length;
         let (first, end) = if is_whole { (0, NODES) } else { (nodes_before(from), nodes_before(to)) };
         let node = (first..end).reduce(|a, b| if forces[b] >= forces[a] { b } else { a });
-        let mut largest = node.map_or(0.0, |m| forces[m]);
+        let mut peak = node.map_or(Peak { force: 0.0, time: from }, |m| Peak { force: forces[m], time: time(m) });
         let is_cut = from > 0.0 || to < self.until;
-        if node.is_some() && !is_cut && largest * MARGIN <= known {
-            return known;
+        if node.is_some() && !is_cut && peak.force * MARGIN <= known {
+            return None;
         }
         // An end of the step counts if the force rises towards it, a time within the step always.
         let few = end < first + 2;
         let mut at_end = false;
         if few || from > 0.0 || forces[first] >= forces[first + 1] {
-            let (force, rate) = self.force(j, from);
+            let [_, rate, force] = self.contact_at(j, from);
             at_end = is_whole && node == Some(first) && rate <= 0.0;
-            largest = largest.max(force);
+            peak.raise(force, from);
         }
         if few || to < self.until || forces[end - 1] >= forces[end - 2] {
-            let (force, rate) = self.force(j, to);
+            let [_, rate, force] = self.contact_at(j, to);
             at_end |= is_whole && node == Some(end - 1) && rate >= 0.0;
-            largest = largest.max(force);
+            peak.raise(force, to);
         }
         // An elastic force grows with the overlap.
-        if largest * MARGIN <= known || (at_end && self.contacts[j].law.is_elastic()) {
-            return largest.max(known);
+        if peak.force * MARGIN <= known || (at_end && self.contacts[j].law.is_elastic()) {
+            return Some(peak);
         }
         let start = node.filter(|m| *m > first).map_or(from, |m| time(m - 1));
         let end = node.filter(|m| m + 1 < end).map_or(to, |m| time(m + 1));
         let coefficients = RULE.powers.map(|row| weighted(&row, forces));
         let falls = std::array::from_fn(|k| -((k + 1) as f64) * coefficients.get(k + 1).unwrap_or(&0.0));
-        let place = self.rising_zero(&falls, start, end).map(|place| place.clamp(from, to));
-        place.map_or(largest, |place| largest.max(self.force(j, place).0)).max(known)
+        if let Some(place) = self.rising_zero(&falls, start, end).map(|place| place.clamp(from, to)) {
+            let state @ [.., force] = self.contact_at(j, place);
+            let way = self.way_to_top(j, place, state, &falls);
+            let near = way.abs() < NEAR * (end - start);
+            peak.turn(force, if near { (place + way).clamp(from, to) } else { place }, [start, end]);
+        }
+        Some(peak)
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {

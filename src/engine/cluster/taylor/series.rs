@@ -2,9 +2,9 @@
 //! `recurrences` or from `radau`.
 
 use super::arcs::ArcSeries;
-use crate::engine::Forecast;
 use crate::engine::cluster::window::{DenseOutput, OverlapSeries, Switch, Window, sign_after_clip};
 use crate::engine::flight::{Forcing, Rounding, degree};
+use crate::engine::{Forecast, Peak};
 use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::quadrature::{self, POINTS};
 use crate::solver::series::{self, MOST};
@@ -271,12 +271,13 @@ impl DenseOutput for Series {
         self.unit * series::integral_by_lanes(self.force_row(j), tau / self.unit)
     }
 
-    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> f64 {
-        let (row, to) = (self.force_row(j), to / self.unit);
-        match series::bound(row, to) < known {
-            true => known,
-            false => known.max(crossing::maximum(row, from / self.unit, to).1),
+    fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> Option<Peak> {
+        let (row, end) = (self.force_row(j), to / self.unit);
+        if series::bound(row, end) < known {
+            return None;
         }
+        let (place, force) = crossing::maximum(row, from / self.unit, end);
+        Some(Peak { force, time: if place == end { to } else { self.unit * place } })
     }
 
     fn squared_velocity_integral(&self, j: usize, tau: f64) -> f64 {

@@ -232,7 +232,7 @@ impl Exchange {
                 self.contacts[j].close_pulse(j, release, impulse, observer);
             } else {
                 self.contacts[j].open_pulse(start + pulse.onset, 0.0);
-                self.contacts[j].ledger.add(0.0, pulse.peak, 0.0);
+                self.contacts[j].ledger.reach(pulse.peak.after(start), start);
                 self.contacts[j].close_pulse(j, release, pulse.impulse, observer);
             }
         }
