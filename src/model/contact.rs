@@ -67,12 +67,12 @@ impl SignOfForce {
     /// By how much it may be wrong at the overlap `d` (m) if that is known to within `position` (m), and its rate to
     /// within `velocity` (m/s).
     pub fn noise(&self, d: f64, position: f64, velocity: f64) -> f64 {
-        let of_overlap = match self.exponent {
+        let slope = match self.exponent {
             0.0 => 0.0,
-            1.0 => position / self.overlap_ref,
-            _ => self.at(d + position, 0.0) - self.at(d, 0.0),
+            1.0 => 1.0,
+            exponent => exponent * power(d.max(0.0) / self.overlap_ref, exponent - 1.0),
         };
-        of_overlap + self.by_rate * velocity
+        slope * position / self.overlap_ref + self.by_rate * velocity
     }
 
     /// As a power series of the time, from those of the overlap (m) and of its rate (m/s), which may be shorter.

@@ -1,12 +1,12 @@
-// Integrates balls on arcs in quadruple precision, for arcs.cpp and random_arcs.cpp.
+// Integrates balls in quadruple precision, on arcs for arcs.cpp and random_arcs.cpp, on a line for rows.cpp.
 //
-// The state is the angles and their rates; overlaps are computed from the positions, which quadruple precision allows.
+// The state is the angles and their rates, on a line the positions over the lengths; overlaps are computed from the positions, which quadruple precision allows.
 // Rigid balls rebound along the line of their centres.
 // Integration is by collocation at Gauss nodes, in steps that end where a contact switches. After a switching time runs
 // as c^q in a step, before an opening as 1 - (1 - c)^q, so that forces that start like a root are smooth in c.
 // Each run is repeated with fewer nodes and a looser tolerance. A third run, with the starts changed by about 1e-16,
 // shows how much that grows: the `sensitivity`. The difference of the first two over it must stay below
-// 1e-18, the error of the energy, whose losses are a mere quadrature, below 1e-15. They go to stderr.
+// 1e-18, the error of the energy, whose losses are a mere quadrature, below 1e-14 (of rows 1e-12). They go to stderr.
 #pragma once
 #include <quadmath.h>
 
@@ -22,8 +22,9 @@ using Q = __float128;
 using List = std::vector<Q>;
 using Rows = std::vector<List>;
 const Q NOISE = 1e-30Q, GRAVITY = 9.81, RADIUS = 0.0313, LENGTH = 1.962;
-enum Law { elastic, kelvinVoigt, kelvinVoigtNoPull, huntCrossley, viscoelastic, rigid };
-const char* const LAWS[] = {"none", "kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic", "rigid"};
+enum Law { elastic, kelvinVoigt, kelvinVoigtNoPull, huntCrossley, viscoelastic, constantRestitution, rigid };
+const char* const LAWS[] = {"none", "kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic",
+                            "constantRestitution", "rigid"};
 enum Map { plain, begins, ends };
 enum Mode { open, pressing, clipped };
 
@@ -35,7 +36,19 @@ struct Case {
     double drag, support;                 // N.s/m, m/s2
     std::vector<double> gaps = {};        // m; empty: 0
     std::vector<double> forces = {};      // N; empty: 0
+    std::vector<double> losses = {};      // ratios of the contacts' losses; empty: 1
+    bool line = false;                    // whether the balls move on a line
 };
+// Damping ratio of a contact that two balls alone leave at e times their speed of approach: by bisection from
+// e = exp(-2 b / tan b) with cos b, beyond critical damping exp(-2 b / tanh b) with cosh b.
+inline Q dampingRatio(Q e) {
+    Q h = -logq(e) / 2, low = 0, high = h < 1 ? M_PI_2q : h;
+    for (int i = 0; i < 200; i++) {
+        const Q b = (low + high) / 2, of = h < 1 ? -b / tanq(b) : b / tanhq(b);
+        ((h < 1 ? -of < h : of > h) ? high : low) = b;
+    }
+    return h < 1 ? cosq(low) : coshq(low);
+}
 struct Nodes {  // on 0 .. 1; `integral` of what is known at the nodes from 0 to each of them
     int count;
     List c, weight;
@@ -77,7 +90,7 @@ struct Run {
     const Q tolerance;
     int n, power, steps = 0, onsets = 0;  // power: q of the time
     int attempts = 0, most = 1 << 30;     // of steps
-    List L, m, f;                         // f: acceleration by the inputs
+    List L, m, f, C;                      // f: acceleration by the inputs; C: of the damping of each contact
     State now, then;  // then: at the end of the step that was tried
     Q t = 0, speed = 0, error = 0;
     Rows a;  // accelerations of the angles at the nodes
@@ -86,23 +99,32 @@ struct Run {
 
     Run(const Case& given, const Nodes& nodes, Q tolerance, const List& x, const List& v = {})
         : given(given), nodes(nodes), tolerance(tolerance), n(int(x.size())), mode(n - 1, open) {
-        power = 4 * given.p == floor(2 * given.p) * 2 ? 2 : 4;
+        power = given.law != constantRestitution && 4 * given.p == floor(2 * given.p) * 2 ? 2 : 4;
         for (int i = 0; i < n; i++) {
             L.push_back(given.lengths.empty() ? LENGTH : LENGTH * Q(given.lengths[i]));
             m.push_back(given.masses.empty() ? 1 : given.masses[i]);
             f.push_back((given.forces.empty() ? 0 : given.forces[i] / m[i]) - given.support);
-            now.angle.push_back(asinq(x[i] / L[i]));
-            now.rate.push_back(v.empty() ? 0 : v[i] / (L[i] * cosq(now.angle[i])));
+            now.angle.push_back(given.line ? x[i] / L[i] : asinq(x[i] / L[i]));
+            now.rate.push_back(v.empty() ? 0 : v[i] / (L[i] * (given.line ? 1 : cosq(now.angle[i]))));
             speed = std::max({speed, sqrtq(GRAVITY * L[i]) * fabsq(now.angle[i]), L[i] * fabsq(now.rate[i])});
+        }
+        for (int j = 0; j < n - 1; j++) {
+            const Q loss = given.losses.empty() ? 1 : given.losses[j], reduced = m[j] * m[j + 1] / (m[j] + m[j + 1]);
+            if (given.law != constantRestitution) C.push_back(given.coefficient * loss);
+            else C.push_back(dampingRatio(powq(given.coefficient, loss)) * sqrtq(2 * (given.p + 1) * reduced * given.k));
         }
         a.assign(nodes.count, List(n)), at.assign(nodes.count, now);
     }
 
     // Contact j: unit vector from ball j to j + 1, distance, overlap and its rate, elastic force, force, its sign.
     struct Contact { Q x, y, D, d, r, spring, force, sign; };
+    void direct(Q angle, Q* s, Q* c) const {  // sine and cosine; of small angles on a line
+        if (given.line) *s = angle, *c = 1;
+        else sincosq(angle, s, c);
+    }
     Contact contact(int j, const State& state) const {
         Q s[2], c[2];
-        for (int i = 0; i < 2; i++) sincosq(state.angle[j + i], s + i, c + i);
+        for (int i = 0; i < 2; i++) direct(state.angle[j + i], s + i, c + i);
         return contact(j, state, s, c);
     }
     Contact contact(int j, const State& state, const Q* s, const Q* c) const {  // the sines and cosines of both angles
@@ -118,11 +140,15 @@ struct Run {
             for (int i = 4; i < 4 * given.p; i++) root *= fourth;
         }
         Q spring = given.k * closed * root, force = spring, sign = 1;
-        const Q C = given.coefficient;
+        const Q C = this->C[j];
         if (given.law == kelvinVoigt || given.law == kelvinVoigtNoPull) force += C * r;
         if (given.law == kelvinVoigtNoPull) sign = closed * root + C / given.k * r;
         if (given.law == huntCrossley) sign = 1 + C * r, force *= sign;
         if (given.law == viscoelastic) sign = closed + given.p * C * r, force = given.k * root * sign;
+        if (given.law == constantRestitution) {
+            const Q half = sqrtq(root);
+            sign = closed * half + C / given.k * r, force = given.k * half * sign;
+        }
         return {x / D, y / D, D, d, r, spring, mode[j] == pressing ? force : 0, sign};
     }
     // Accelerations of the angles; the result is the power lost.
@@ -130,7 +156,7 @@ struct Run {
         Q lost = 0;
         List s(n), c(n);
         for (int i = 0; i < n; i++) {
-            sincosq(state.angle[i], &s[i], &c[i]);
+            direct(state.angle[i], &s[i], &c[i]);
             a[i] = (-GRAVITY * s[i] + f[i] * c[i]) / L[i] - given.drag / m[i] * state.rate[i];
             lost += given.drag * L[i] * L[i] * state.rate[i] * state.rate[i];
         }
@@ -205,7 +231,7 @@ struct Run {
         std::vector<Switch> possible;
         for (int j = 0; j < n - 1; j++) {
             possible.push_back({j, mode[j] == open ? pressing : open});
-            if (mode[j] != open && given.law >= kelvinVoigtNoPull)
+            if (mode[j] != open && given.law >= kelvinVoigtNoPull && C[j] > 0)
                 possible.push_back({j, mode[j] == pressing ? clipped : pressing});
         }
         for (Switch s : possible) {
@@ -265,6 +291,7 @@ struct Run {
     }
     // What no cradle does on its strings.
     void check() const {
+        if (given.line) return;
         for (int i = 0; i < n; i++) {
             const Q angle = now.angle[i], rate = now.rate[i];
             if (fabsq(angle) > M_PI_2q) throw std::runtime_error("horizontal");
@@ -331,8 +358,9 @@ struct Run {
     Q energy() const {  // with what has been lost, J
         Q sum = now.loss;
         for (int i = 0; i < n; i++) {
-            Q s = sinq(now.angle[i] / 2), v = L[i] * now.rate[i];
-            sum += m[i] * (v * v / 2 + 2 * GRAVITY * L[i] * s * s - f[i] * L[i] * sinq(now.angle[i]));
+            Q half, whole, unused, v = L[i] * now.rate[i];
+            direct(now.angle[i] / 2, &half, &unused), direct(now.angle[i], &whole, &unused);
+            sum += m[i] * (v * v / 2 + 2 * GRAVITY * L[i] * half * half - f[i] * L[i] * whole);
         }
         for (int j = 0; j < n - 1; j++) {
             Contact of = contact(j, now);
@@ -342,9 +370,11 @@ struct Run {
     }
     Rows state() const {  // x, v, angle
         Rows rows(3, List(n));
-        for (int i = 0; i < n; i++)
-            rows[0][i] = L[i] * sinq(now.angle[i]), rows[1][i] = L[i] * now.rate[i] * cosq(now.angle[i]),
-            rows[2][i] = now.angle[i];
+        for (int i = 0; i < n; i++) {
+            Q s, c;
+            direct(now.angle[i], &s, &c);
+            rows[0][i] = L[i] * s, rows[1][i] = L[i] * now.rate[i] * c, rows[2][i] = now.angle[i];
+        }
         return rows;
     }
     Q off(const Run& other) const {  // the largest difference of a position or velocity

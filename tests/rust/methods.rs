@@ -23,7 +23,7 @@ fn lossy(model: ContactModel, damping_law: DampingLaw) -> Parameters {
         4,
         "ball.massRatio=1,0.8,1.3,0.9 pendulum.lengthRatio=1,1.1,0.95,1.02 contact.stiffnessRatio=1,2,0.5 \
          contact.gap=0,1e-5,2e-5 pendulum.drag=0.05 contact.stiffness=1e6 ball.youngModulus=2e8 contact.damping=50 \
-         contact.huntCrossley=0.3 contact.relaxationTime=5e-5",
+         contact.huntCrossley=0.3 contact.relaxationTime=5e-5 contact.restitution=0.9 contact.lossRatio=1,0.5,2",
     );
     Parameters { contact_model: model, damping_law, ..p }
 }
@@ -129,11 +129,11 @@ fn compare(p: &Parameters) {
 
 #[test]
 fn every_law_is_followed_as_by_the_engine() {
-    use DampingLaw::{HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
-    for law in [KelvinVoigt, KelvinVoigtNoPull, HuntCrossley, Viscoelastic] {
+    use DampingLaw::{ConstantRestitution, HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
+    for law in [KelvinVoigt, KelvinVoigtNoPull, HuntCrossley, Viscoelastic, ConstantRestitution] {
         compare(&lossy(ContactModel::PowerLaw, law));
     }
-    for law in [HuntCrossley, Viscoelastic] {
+    for law in [HuntCrossley, Viscoelastic, ConstantRestitution] {
         compare(&lossy(ContactModel::Hertz, law));
         compare(&Parameters { exponent: 2.5, stiffness: 1e5, ..lossy(ContactModel::PowerLaw, law) });
     }

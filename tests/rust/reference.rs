@@ -32,6 +32,7 @@ fn damp(p: &mut Parameters, case: &Value) {
         "kelvinVoigtNoPull" => (p.damping_law, p.damping) = (DampingLaw::KelvinVoigtNoPull, coefficient),
         "huntCrossley" => (p.damping_law, p.hunt_crossley) = (DampingLaw::HuntCrossley, coefficient),
         "viscoelastic" => (p.damping_law, p.relaxation_time) = (DampingLaw::Viscoelastic, coefficient),
+        "constantRestitution" => (p.damping_law, p.restitution) = (DampingLaw::ConstantRestitution, coefficient),
         "rigid" => (p.contact_model, p.restitution, p.stiffness) = (ContactModel::Rigid, coefficient, 1.0),
         law => panic!("{law}"),
     }
@@ -175,6 +176,7 @@ fn cradle_on_arcs(case: &Value) -> (Parameters, Inputs) {
     let lists = [
         (&mut p.length_ratio, "lengths"),
         (&mut p.mass_ratio, "masses"),
+        (&mut p.loss_ratio, "losses"),
         (&mut p.gap, "gaps"),
         (&mut p.v_start, "v_start"),
         (&mut inputs.force, "forces"),
@@ -187,12 +189,15 @@ fn cradle_on_arcs(case: &Value) -> (Parameters, Inputs) {
     (p, inputs)
 }
 
-/// Follows a cradle on arcs to a state, which is off by no more than this part of the amplitude times the sensitivity.
-fn assert_state_on_arcs(run: &mut Engine, amplitude: f64, state: &Value, most: f64, id: &str) {
+/// Follows a cradle to a state, which is off by no more than this part of the amplitude times the sensitivity.
+fn assert_state(run: &mut Engine, amplitude: f64, state: &Value, most: f64, id: &str) {
     run.advance(number(&state["time"]), &mut Vec::new()).unwrap();
     let within = most * amplitude * number(&state["sensitivity"]);
     let id = format!("{id} at {}", state["time"]);
     for (key, value) in [("x", Engine::x as fn(&Engine, usize) -> f64), ("v", Engine::v), ("angle", Engine::angle)] {
+        if !state[key].is_array() {
+            continue;
+        }
         let expected = numbers(&state[key]);
         let values: Vec<f64> = (0..expected.len()).map(|i| value(run, i)).collect();
         assert_close(&id, &values, &expected, within);
@@ -209,7 +214,7 @@ fn cradles_on_arcs() {
         let (amplitude, contacts) = (-p.x_start[0], p.contacts());
         let mut run = Engine::new(&p, &inputs, 0.0).unwrap();
         for (state, most) in case["states"].as_array().unwrap().iter().zip([1e-14, 6e-13]) {
-            assert_state_on_arcs(&mut run, amplitude, state, most, &case.to_string());
+            assert_state(&mut run, amplitude, state, most, &case.to_string());
         }
         assert!((0..contacts).map(|j| run.pulses(j)).sum::<u64>() > 8, "{case}");
     }
@@ -226,7 +231,7 @@ fn random_cradles_on_arcs() {
         let (id, mut run) = (format!("cradle {}", case["number"]), Engine::new(&p, &inputs, 0.0).unwrap());
         for state in case["states"].as_array().unwrap() {
             let Some(ends) = state["ends"].as_str() else {
-                assert_state_on_arcs(&mut run, amplitude, state, 1e-14, &id);
+                assert_state(&mut run, amplitude, state, 1e-14, &id);
                 states += 1;
                 continue;
             };
@@ -243,6 +248,20 @@ fn random_cradles_on_arcs() {
     let of = |fault| faults.iter().filter(|other| **other == fault).count();
     let found = [Fault::Sides, Fault::Horizontal, Fault::Slack].map(of);
     assert_eq!((states, found), (343, [9, 4, 1]));
+}
+
+/// Rows in touch whose contacts have a constant restitution, from nearly elastic to hardly any (`tests/data/rows.cpp`).
+#[test]
+fn rows_of_constant_restitution() {
+    let cases: Value = serde_json::from_str(include_str!("../data/rows.json")).unwrap();
+    for case in cases.as_array().unwrap() {
+        let (p, _) = cradle_on_arcs(case);
+        let mut run = started(&Parameters { pendulum: PendulumModel::Linear, ..p });
+        let id = format!("{} balls, p = {}, e = {}", numbers(&case["start"]).len(), case["p"], case["coefficient"]);
+        for state in case["states"].as_array().unwrap() {
+            assert_state(&mut run, 0.1, state, 1e-13, &id);
+        }
+    }
 }
 
 /// The energy of those whose work depends most on how well integrals know where forces are not smooth, while forces on

@@ -60,7 +60,10 @@ fn impacts_of_unlike_spheres_have_the_peak_and_the_duration_of_hertz() {
             let peak = 4.0 / 3.0 * modulus * radius.sqrt() * deepest * deepest.sqrt();
             let Pulse { onset, release, peak: found, impulse, .. } = pulse(&pair.at(v), 3.0 * GAP / v + 2.0 * duration);
             assert!(off(onset, GAP / v) < 1e-15, "onset {onset} at {v} m/s");
-            assert!(off(found, peak) < 1e-13, "peak {found}, not {peak}, at {v} m/s");
+            assert!(off(found.force, peak) < 1e-13, "peak {found:?}, not {peak}, at {v} m/s");
+            // Half way, as a difference of two times of the size of the onset.
+            let half = found.time - onset - 0.5 * duration;
+            assert!(half.abs() < 1e-13 * duration + f64::EPSILON * release, "{found:?}");
             // The difference of two times of the size of the onset.
             let allowed = 1e-13 * duration + f64::EPSILON * release;
             assert!((release - onset - duration).abs() < allowed, "{} s, not {duration} s", release - onset);

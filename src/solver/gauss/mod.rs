@@ -65,6 +65,14 @@ impl Stretching {
         &TABLES[k]
     }
 
+    /// The q of its power, 1 without.
+    pub fn order(self) -> usize {
+        match self {
+            Self::None => 1,
+            Self::AtStart(power) | Self::AtEnd(power) => power.order(),
+        }
+    }
+
     /// `phi` and `phi'` at c, with `rest` = `1 - c`.
     fn at(self, c: DoubleDouble, rest: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
         let one = DoubleDouble::from(1.0);
@@ -115,9 +123,18 @@ impl Power {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Square, Self::Cube, Self::Fourth];
 
+    /// The q.
+    pub fn order(self) -> usize {
+        match self {
+            Self::Square => 2,
+            Self::Cube => 3,
+            Self::Fourth => 4,
+        }
+    }
+
     /// Whether functions that go with these powers of the time are smooth in c.
     pub fn resolves(self, mut exponents: impl Iterator<Item = f64>) -> bool {
-        let q = 2.0 + f64::from(self as u8);
+        let q = self.order() as f64;
         exponents.all(|exponent| is_whole(q * exponent))
     }
 

@@ -62,16 +62,23 @@ fn or<T: Clone + std::fmt::Debug + 'static>(plain: T, value: impl Strategy<Value
 }
 
 pub fn laws() -> impl Strategy<Value = DampingLaw> {
-    use DampingLaw::{HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
-    prop_oneof![Just(KelvinVoigt), Just(KelvinVoigtNoPull), Just(HuntCrossley), Just(Viscoelastic)]
+    use DampingLaw::{ConstantRestitution, HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
+    prop::sample::select(vec![KelvinVoigt, KelvinVoigtNoPull, HuntCrossley, Viscoelastic, ConstantRestitution])
 }
 
 /// Gives contacts of this stiffness over mass (1/s2) a law, with coefficients in units of the critical damping, of the
-/// inverse of 1 m/s, and of the time of a linear contact, and the pendulums a drag over mass (1/s).
+/// inverse of 1 m/s, and of the time of a linear contact, or a restitution with twice as large a decrement, and the
+/// pendulums a drag over mass (1/s).
 pub fn lose(p: &mut Parameters, (law, damping, drag): (DampingLaw, f64, f64), stiffness: f64) {
     (p.damping_law, p.drag) = (law, drag * p.mass);
     (p.damping, p.hunt_crossley) = (damping * p.mass * (2.0 * stiffness).sqrt(), damping);
     p.relaxation_time = damping * (2.0 / stiffness).sqrt();
+    p.restitution = libm::exp(-2.0 * damping);
+}
+
+/// Loss ratios of contacts, some of which are elastic.
+pub fn loss_ratios(contacts: usize) -> BoxedStrategy<Vec<f64>> {
+    or(vec![1.0; contacts], vec(prop_oneof![Just(0.0), Just(1.0), 0.1..3.0], contacts))
 }
 
 /// Random cradles of 2 to 6 balls whose largest speeds are of the order of 1 m/s.
@@ -93,7 +100,7 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
         exponents().boxed()
     };
     let contacts = (stiffness, exponent, dead_band, or(vec![0.0; MOST], vec(gap, MOST)));
-    let losses = (laws(), or(0.0, decades(-3.0, 0.3)), or(0.0, decades(-3.0, 0.3)));
+    let losses = ((laws(), or(0.0, decades(-3.0, 0.3)), or(0.0, decades(-3.0, 0.3))), loss_ratios(MOST));
     let lifted = prop_oneof![2 => Just(0.0), 1 => -1.0..0.0, 1 => 0.0..1.0];
     let start = (decades(-3.0, -0.5), vec(lifted, MOST), or(vec![0.0; MOST], vec(-1.0..1.0, MOST)));
     let inputs = (or(vec![0.0; MOST], vec(-1.0..1.0, MOST)), or(0.0, -1.0..1.0));
@@ -110,7 +117,8 @@ pub fn cradles(family: Family) -> impl Strategy<Value = Case> {
             (p.radius_ratio, p.young_modulus_ratio) = (spheres.0[..n].to_vec(), spheres.1[..n].to_vec());
             (p.stiffness, p.exponent, p.dead_band) = (contacts.0 * mass, contacts.1, contacts.2);
             p.gap = contacts.3[..n - 1].to_vec();
-            lose(&mut p, losses, contacts.0);
+            lose(&mut p, losses.0, contacts.0);
+            p.loss_ratio = losses.1[..n - 1].to_vec();
             let (amplitude, mut x, v) = start;
             x.truncate(n);
             x.sort_by(f64::total_cmp);

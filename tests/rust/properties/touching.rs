@@ -8,7 +8,7 @@ use proptest::test_runner::{Config, TestRunner, contextualize_config};
 
 use super::config;
 use super::conservation::energy_scale;
-use super::cradles::{Case, decades, ended_early, laws, lose};
+use super::cradles::{Case, decades, ended_early, laws, lose, loss_ratios};
 use super::methods::agrees_with_adams;
 use crate::runs::{self, assert_energy, cradle, run_under, started};
 
@@ -81,6 +81,7 @@ fn touching(most: usize) -> impl Strategy<Value = Case> {
     let contacts = (decades(4.0, 11.0), exponent, prop_oneof![Just(0.0), decades(-9.0, -4.0)], gap);
     let losses =
         (laws(), prop_oneof![Just(0.0), decades(-3.0, 0.3)], prop_oneof![4 => Just(0.0), 1 => decades(-3.0, 0.0)]);
+    let losses = (losses, loss_ratios(MOST));
     let speed = prop_oneof![4 => decades(-3.0, 0.0), 1 => decades(-30.0, -3.0)];
     let pushed =
         (of_some_balls(speed), seldom(0.0, decades(-2.0, 1.0)), seldom(Vec::new(), of_some_balls(decades(-2.0, 1.0))));
@@ -95,7 +96,8 @@ fn touching(most: usize) -> impl Strategy<Value = Case> {
             p.stiffness_ratio = ratios.2[..n - 1].to_vec();
             (p.stiffness, p.exponent, p.dead_band) = (stiffness * mass, exponent, dead_band);
             p.gap.fill(gap);
-            lose(&mut p, losses, stiffness);
+            lose(&mut p, losses.0, stiffness);
+            p.loss_ratio = losses.1[..n - 1].to_vec();
             p.x_start = row.positions(n, gap + dead_band);
             p.v_start = vec![0.0; n];
             moving.iter().for_each(|(i, v)| p.v_start[i % n] = *v);
@@ -166,6 +168,7 @@ fn awkward_starts() -> impl Strategy<Value = Case> {
             for coefficient in [&mut p.damping, &mut p.hunt_crossley, &mut p.relaxation_time] {
                 *coefficient *= overdamped;
             }
+            p.restitution = libm::pow(p.restitution, overdamped).max(1e-30);
             case.time = case.time.min(0.05).min(RINGING / (p.stiffness / p.mass).sqrt());
             case
         },

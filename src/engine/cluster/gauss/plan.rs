@@ -72,8 +72,8 @@ impl<'a> Planner<'a> {
         let &Problem { window, control, ref rounding, speed, .. } = problem;
         // The stretching of a step serves only the branch point at its start, not those shortly before it.
         let since = |contact: &StepContact| to_branch_point(contact, contact.overlap, contact.rate, rounding);
-        let beyond = motion.contacts.iter().filter_map(since).map(|since| BEYOND * since);
-        let longest = beyond.fold(motion.longest().min(control.longest), f64::min);
+        let since = motion.contacts.iter().filter_map(since).fold(f64::INFINITY, f64::min);
+        let longest = (BEYOND * since).min(motion.longest()).min(control.longest);
         let smoothness = motion.branch_point.map_or(1.0, |branch_point| branch_point.smoothness);
         let tolerance = Tolerance {
             problem,
@@ -90,6 +90,7 @@ impl<'a> Planner<'a> {
         // A step that begins at a branch point does not end at one.
         let plan = if stretching == Stretching::None
             && let Some((j, time)) = near(release)
+            && motion.branch_point.is_none_or(|branch_point| branch_point.power != Power::Fourth)
         {
             to_release(motion, j, time)
         } else if let Some((j, time)) = near(motion.switching_ahead(rounding)) {
@@ -149,7 +150,7 @@ impl<'a> Planner<'a> {
             (Attempt::Within(j, _, time), _) => self.to_switching(j, time.max(least)),
             // It nearly opens; the same step would give the same result.
             (Attempt::NoSwitching, _) => self.ahead(SHORTER * self.length.min(reached.max(least))),
-            (Attempt::TooLong(error), None) => self.ahead(tried * change_for(error).min(SHORTER)),
+            (Attempt::TooLong(error), None) => self.ahead(tried * shorter_for(error, plan.stretching)),
             (Attempt::TooLong(_) | Attempt::Failed, _) => self.ahead(SHORTER * tried),
         };
         Continue(Plan { length: plan.length.min(longest), ..plan })
@@ -287,6 +288,13 @@ fn to_release(motion: &GaussStep, j: usize, time: f64) -> Plan {
     let branch_point = motion.branch_point;
     let stretching = branch_point.map_or(Stretching::None, |branch_point| Stretching::AtEnd(branch_point.power));
     Plan { stretching, length: time, switching: Some(j) }
+}
+
+/// The next attempt over one that was too long, from its error over the allowed one. Where time is stretched, that falls
+/// with a lower power of the length.
+fn shorter_for(error: f64, stretching: Stretching) -> f64 {
+    let change = change_for(error);
+    (1..stretching.order()).fold(change, |shorter, _| shorter * change).clamp(CHANGE[0], SHORTER)
 }
 
 /// The next step over the last one, from its error over the allowed one.
