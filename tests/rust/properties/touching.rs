@@ -168,7 +168,7 @@ fn awkward_starts() -> impl Strategy<Value = Case> {
             for coefficient in [&mut p.damping, &mut p.hunt_crossley, &mut p.relaxation_time] {
                 *coefficient *= overdamped;
             }
-            p.restitution = libm::pow(p.restitution, overdamped).max(1e-30);
+            p.restitution = libm::pow(p.restitution, overdamped).max(1e-6);
             case.time = case.time.min(0.05).min(RINGING / (p.stiffness / p.mass).sqrt());
             case
         },
