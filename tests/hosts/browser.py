@@ -104,7 +104,7 @@ class Browser(webdriver.Chrome):
     def open_cradle(self, path: Path, link: str = "", **screen) -> None:
         """Opens the cradle's page as `visit` does; names that its modules export become its window's."""
         self.visit(path, link, **screen)
-        rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link")
+        rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link", "view/graph")
         script = """const [rooms, done] = arguments, all = rooms.map((room) => import(`#${room}.js`));
           Promise.all(all).then((found) => done(Object.assign(window, ...found) && 0))"""
         self.execute_async_script(script, rooms)

@@ -8,7 +8,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use newtons_cradle::engine::{Chain, Engine, Pulse, Results};
+use newtons_cradle::engine::{Chain, Engine, Observer, Pulse, Results};
 use newtons_cradle::forecast::Forecast;
 use newtons_cradle::model::SolverMethod;
 use newtons_cradle::variables::{Kind, Recipe};
@@ -95,15 +95,38 @@ pub extern "C" fn forget(run: i32) {
     RUNS.with_borrow_mut(|runs| runs.remove(&run));
 }
 
-/// Moves a run on to `time` (s), or to where `effort` (units of about a tenth of a microsecond) is spent: the time
-/// reached. NaN if it cannot go on; the text is then the reason. Leaves the pulses that have finished, five numbers
-/// each: contact (from 0), onset (s), release (s), peak (N), impulse (N.s).
+/// What happens during a call of [`advance`].
+struct Watch {
+    pulses: Vec<Pulse>,
+    /// Whether the call ends where balls touch or part, and when (s) they have.
+    stops: bool,
+    stop: Option<f64>,
+}
+
+impl Observer for Watch {
+    fn pulse(&mut self, pulse: Pulse) {
+        self.onset(pulse.contact, pulse.release);
+        self.pulses.push(pulse);
+    }
+
+    fn onset(&mut self, _contact: usize, time: f64) {
+        self.stop = self.stops.then_some(time);
+    }
+
+    fn stop(&self) -> Option<f64> {
+        self.stop
+    }
+}
+
+/// Moves a run on to `time` (s), to where `effort` (units of about a tenth of a microsecond) is spent or, if `stops` is
+/// not 0, to where balls touch or part: the time reached. NaN if it cannot go on; the text is then the reason. Leaves
+/// the pulses that have finished, five numbers each: contact (from 0), onset (s), release (s), peak (N), impulse (N.s).
 #[unsafe(no_mangle)]
-pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
-    let mut pulses = Vec::new();
-    let reached = with(run, |engine| engine.advance_within(time, effort as u64, &mut pulses).map(|_| engine.time()));
+pub extern "C" fn advance(run: i32, time: f64, effort: f64, stops: i32) -> f64 {
+    let mut watch = Watch { pulses: Vec::new(), stops: stops != 0, stop: None };
+    let reached = with(run, |engine| engine.advance_within(time, effort as u64, &mut watch).map(|_| engine.time()));
     let each = |pulse: Pulse| [pulse.contact as f64, pulse.onset, pulse.release, pulse.peak.force, pulse.impulse];
-    NUMBERS.set(pulses.into_iter().flat_map(each).collect());
+    NUMBERS.set(watch.pulses.into_iter().flat_map(each).collect());
     reached.unwrap_or_else(|error| {
         say(&error.to_string());
         f64::NAN

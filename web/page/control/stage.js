@@ -27,7 +27,6 @@ export class Stage {
   changed() {
     this.scene.glow = [];
     this.sliders.fit();
-    this.strips.clear();
   }
 
   close() {
@@ -50,10 +49,9 @@ export class Stage {
   }
 
   follow(passed) {
-    const { source, strips } = this, pulses = source.takePulses();
-    strips.record(source, pulses, passed);
+    const { source } = this, pulses = source.takePulses();
     const inside = this.app.clock.inside && source.shownClick?.most.force;
-    this.scene.shine(source.state, pulses, Math.max(strips.track.most.force, inside || 0), passed);
+    this.scene.shine(source.state, pulses, Math.max(source.track.most.force, inside || 0), passed);
     return pulses;
   }
 
@@ -62,7 +60,7 @@ export class Stage {
     const { shows, clock } = app, held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
     scene.layout(drawing, this.nearness(), this.room(drawing)).draw(state, {
       theme, held, selected, labels: shows.numbers || Boolean(click) || selected >= 0,
-      arrows: shows.velocity || click ? Math.max((click ?? this.strips.track).most.velocity, 1e-3) : 0,
+      arrows: shows.velocity || click ? Math.max((click ?? source.track).most.velocity, 1e-3) : 0,
     });
     if (click?.most.overlap) {
       const reach = 1.3 * Math.max(click.most.overlap, source.setup.get("contact.deadBand")); // m, half of a lens

@@ -1,12 +1,12 @@
 // What runs below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
 
-import { History } from "#engine/history.js";
-import { aria, element, linear, placeIn, roundStep, withPrefix } from "#view/common.js";
+import { aria, element, roundStep, withPrefix } from "#view/common.js";
 import { colourOf, FINE, Graph, SECONDS, UNITS } from "#view/graph.js";
 import { rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
 const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
+const NEAR = 3;      // px from the pointer within which a spike is read
 const TIDY = 1e-5;   // of the largest value: anything smaller is shown as 0
 
 export class Strips {
@@ -31,14 +31,6 @@ export class Strips {
     canvas.onpointerleave = () => { this.pointer = null; };
   }
 
-  clear() { this.history = new History(this.stage.source.drawing.balls); }
-
-  record({ live, time, state, origin }, pulses, passed) {
-    if (live && (passed > 0 || !this.history.times.length)) this.history.record(time, state, pulses, origin);
-  }
-
-  get track() { return this.stage.source.live ? this.history : this.stage.source; }
-
   /** Whether dragging in time is possible: in a recording, or in a live run within a known click. */
   get canSeek() {
     const { source } = this.stage;
@@ -52,7 +44,7 @@ export class Strips {
 
   draw(click, theme) {
     const { stage: { source }, app, graph, canvas } = this, known = click?.sampled && click.length > 0 ? click : null;
-    const track = known?.samples ?? this.track, { origin, [known ? "now" : "time"]: now } = source; // in its run
+    const track = known?.samples ?? source.track, { origin, [known ? "now" : "time"]: now } = source; // in its run
     const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.curves[kind].length
       && (app.shows[kind] || (kind === "force" && click)) && !(kind === "force" && source.drawing.rigid));
     this.box.style.setProperty("--rows", kinds.length);
@@ -75,15 +67,16 @@ export class Strips {
     const { stage: { source }, app: { clock } } = this, { live, begin, end, time: now } = source;
     const span = SECONDS * clock.base, margin = MARGIN * click?.length;
     if (click) return { left: click.begin - margin, right: click.end + margin };
-    const left = live ? Math.max(now - span, this.history.times[0] ?? now)
+    const left = live ? Math.max(now - span, source.track.times[0])
       : Math.max(begin, Math.min(now - span / 2, end - span));
     return { left, right: live ? Math.max(now, left + clock.base) : Math.min(left + span, end) };
   }
 
   /** The text of a row, with its values at this time. */
   title(kind, track, at, theme) {
-    const curves = track.times.length > 1 ? track.curves[kind] : [], place = placeIn(track.times, at);
-    const several = curves.map((curve) => linear(curve, place))
+    const curves = track.times.length > 1 ? track.curves[kind] : [], { left, right } = this.window;
+    const pixel = (right - left) / this.canvas.clientWidth;
+    const several = curves.map((_, i) => track.valueAt(kind, i, at, NEAR * pixel))
       .map((value) => (Math.abs(value) < TIDY * track.most[kind] ? 0 : value));
     const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
       energy: (i) => say(`energies.${track.parts[i]}`) }[kind];

@@ -60,11 +60,12 @@ class Run {
     Object.assign(this, { engine, number, balls, time, shown: new State(balls), pulses: [] });
   }
 
-  /** Moves on to `time` or until `effort` (about 0.1 us each) is spent; the time reached. Throws Refusal. */
+  /** Moves on to `time`; with an `effort` (about 0.1 us each), until that is spent, or balls touch or part. The time
+   *  reached. Throws Refusal. */
   advance(time, effort = Infinity) {
     if (!(time > this.time)) return this.time;
-    const { engine } = this;
-    const reached = engine.functions.advance(this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER));
+    const { engine } = this, stops = effort !== Infinity;
+    const reached = engine.functions.advance(this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER), stops);
     for (let numbers = engine.numbers; numbers.length; numbers = numbers.subarray(5)) {
       const [contact, onset, release, peak, impulse] = numbers;
       this.pulses.push({ contact, onset, release, peak, impulse });

@@ -2,6 +2,7 @@
 // Both kinds of sources have `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead` and `shownClick`.
 
 import { Click } from "#engine/click.js";
+import { History } from "#engine/history.js";
 import { largest } from "#view/common.js";
 
 const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
@@ -31,8 +32,13 @@ export class Live {
     const run = this.engine.start(setup.recipe()), origin = this.run ? this.time : 0;
     this.run?.forget();
     this.dropClicks();
-    Object.assign(this, { setup, run, origin, state: run.look(), pending: null, fresh: [], pulses: [] });
+    const { balls, drawing: { masses } } = setup, track = new History(balls, masses);
+    Object.assign(this, { setup, run, origin, state: run.look(), pending: null, fresh: [], pulses: [], track });
+    track.record(this.time, this.state);
   }
+
+  /** Whether any balls do now. */
+  get touches() { return !this.state.apart; }
 
   /** Whether its sums belong to one undisturbed run. */
   get account() { return this.holds.size === 0; }
@@ -43,11 +49,12 @@ export class Live {
 
   /** Advances to `time` of the page (s), as far as `effort` allows. */
   advance(time, effort) {
-    if (this.holds.size) return this.advanceHeld(time, effort);
+    if (this.holds.size) return this.advanceHeld(time);
     this.run.advance(time - this.origin, effort);
     if (time - this.time < 1e-15 * time) this.origin = time - this.run.time; // a rounding error is no time left
     this.state = this.run.look();
     const pulses = this.run.takePulses();
+    this.track.record(this.time, this.state, pulses, this.origin);
     this.fresh.push(...pulses);
     this.pulses.push(...pulses);
     if (this.pulses.length > 2 * KEPT) this.pulses.splice(0, this.pulses.length - KEPT);
@@ -106,7 +113,7 @@ export class Live {
   }
 
   /** The other balls swing on, in runs of a frame each, in which held balls are heavy and move with the hand. */
-  advanceHeld(time, effort) {
+  advanceHeld(time) {
     const { held, setup, setup: { swings }, time: before } = this, passed = time - before;
     if (!(passed > 0)) return;
     const [x, v] = this.motion(), ratio = [...setup.get("ball.massRatio")];
@@ -117,7 +124,7 @@ export class Live {
       ratio[ball] *= HAND_MASS;
     }
     const run = this.engine.start(setup.with({ "ball.massRatio": ratio }).moving(x, v).recipe());
-    const reached = run.advance(passed, effort), fresh = run.takePulses(), { x: places, v: speeds } = run.look();
+    const reached = run.advance(passed), fresh = run.takePulses(), { x: places, v: speeds } = run.look();
     run.forget();
     for (const [ball, place] of held) [places[ball], speeds[ball]] = [place, 0];
     this.restart(setup, places, speeds);

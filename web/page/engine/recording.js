@@ -8,6 +8,7 @@ import { fromCsv, runOf } from "#engine/table.js";
 import { columnsOf, countUpTo, cubic, largest, linear, placeIn } from "#view/common.js";
 
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
+const RESOLVED = 4;      // samples that show the shape of a pulse
 
 export class Recording extends Track {
   /** From the data that page.py has packed into the page. */
@@ -27,9 +28,9 @@ export class Recording extends Track {
     const known = setup ?? new Setup(balls, sizes), extent = largest(x);
     const { drawing } = known.with({ "pendulum.length": Math.max(known.get("pendulum.length"), extent / 1.1) });
     const sum = (columns) => time.map((_, k) => columns.reduce((sum, column) => sum + column[k], 0));
-    const momenta = v.map((column, i) => column.map((speed) => drawing.mass * drawing.ratio[i] * speed));
+    const momenta = v.map((column, i) => column.map((speed) => drawing.masses[i] * speed));
     super(balls, time, { velocity: v, force: F, energy: Object.values(energy), momentum: setup ? [sum(momenta)] : [] },
-      Object.keys(energy));
+      Object.keys(energy), setup && drawing.masses);
     const rigid = pulses.length > 0 && largest(F) === 0 && pulses.every(({ onset, release }) => onset === release);
     this.drawing = { ...drawing, rigid, reach: drawing.swing.angle(extent) };
     Object.assign(this, { live: false, account: false, origin: 0, name: title, x, parameters, setup,
@@ -43,6 +44,7 @@ export class Recording extends Track {
 
   findClicks(pulses) {
     for (const pulse of pulses) {
+      if (!pulse.impulse) this.placeGuess(pulse);
       // A half-sine's impulse, where the peak is all that is known; of rigid impacts, only their impulse is.
       pulse.impulse ||= (2 / Math.PI) * pulse.peak * (pulse.release - pulse.onset) || pulse.peak;
       pulse.peak ||= pulse.impulse;
@@ -60,7 +62,21 @@ export class Recording extends Track {
     this.openable = this.clicks.filter(({ resolved }) => resolved);
   }
 
+  /** A pulse that only samples tell of: if they do not show its shape, `at` says when it may have been, and `between`
+   *  which samples, that know nothing of it. */
+  placeGuess(pulse) {
+    const { times, curves: { force: { [pulse.contact]: force } } } = this, { onset, release } = pulse;
+    const first = countUpTo(times, onset) - 1;
+    let last = countUpTo(times, release) - 1;
+    while (last + 1 < times.length && force[last] > 0) last++;
+    const within = Array.from({ length: last - first - 1 }, (_, k) => first + 1 + k).filter((k) => force[k] > 0);
+    if (within.length >= RESOLVED) return;
+    const top = within.reduce((best, k) => (force[k] > force[best] ? k : best), within[0]);
+    Object.assign(pulse, { at: times[top] ?? 0.5 * (onset + release), between: [first, last] });
+  }
+
   get time() { return this.now; }
+  get track() { return this; }
 
   advance(time) { this.go(Math.min(time, this.end)); }
 

@@ -55,8 +55,9 @@ export class Setup {
 
   /** Values that do not change while balls move. */
   get drawing() {
-    return { balls: this.balls, radius: this.get("ball.radius"), mass: this.get("ball.mass"),
-      ratio: this.get("ball.massRatio"), length: this.get("pendulum.length"), rigid: this.law === "rigid",
+    const mass = this.get("ball.mass"), ratio = this.get("ball.massRatio");
+    return { balls: this.balls, radius: this.get("ball.radius"), mass, ratio,
+      masses: ratio.map((part) => part * mass), length: this.get("pendulum.length"), rigid: this.law === "rigid",
       sizes: this.sizes, swing: this.swing(1) };
   }
 

@@ -90,7 +90,7 @@ function refuseMissed(refuse, { time, v, F }) {
   });
 }
 
-/** Pulses from samples of the forces: while a contact's samples are not 0. */
+/** Pulses from samples of the forces, or from their peaks: while a contact's samples are not 0. */
 function guessedPulses(time, forces) {
   const pulses = [];
   forces.forEach((force, contact) => force.forEach((size, k) => {

@@ -109,9 +109,9 @@ export function through(context, points) {
   return context;
 }
 
-/** The points [px of a time, py of a sample] of a curve between two times; where many share a pixel column, the first,
- *  the lowest, the highest and the last. */
-export function thinned(times, left, right, px, py) {
+/** The points [px of a time, py of a sample] of a curve between two times, of the samples that are `shown`; where many
+ *  share a pixel column, the first, the lowest, the highest and the last. */
+export function thinned(times, left, right, px, py, shown = () => true) {
   const last = Math.min(countUpTo(times, right), times.length - 1), points = [];
   for (let i = Math.max(0, countUpTo(times, left) - 1), next; i <= last; i = next) {
     const column = Math.floor(px(times[i]));
@@ -119,7 +119,7 @@ export function thinned(times, left, right, px, py) {
     for (next = i + 1; next <= last && Math.floor(px(times[next])) === column; next++)
       if (py(next) < py(low)) low = next; else if (py(next) > py(high)) high = next;
     if (next - i > 4) for (const k of [i, low, high, next - 1]) points.push([column + 0.5, py(k)]);
-    else for (let k = i; k < next; k++) points.push([px(times[k]), py(k)]);
+    else for (let k = i; k < next; k++) if (shown(k)) points.push([px(times[k]), py(k)]);
   }
   return points;
 }
