@@ -12,8 +12,8 @@ pytestmark = pytest.mark.all
 PRESETS = ("figure5", "steel", "desk")
 NEAR = 2.5  # px, a line's width and what lies between two samples
 
-#: Stands still, draws the strips once, and tells what lines and bars are drawn in each colour below the titles, with how
-#: times and values are written on the canvas: {force, velocity}, each with `curves` {colour: lines of points}.
+#: Stands still, draws the strips once, and tells what lines and bars are drawn in each colour, with how times and values
+#: lie on the canvas: {force, velocity}, each with `curves` {colour: lines of points}; the labels, and the pulses.
 DRAWN = """
 cradle.setRunning(false);
 const [stage] = cradle.stages, {strips, strips: {graph}} = stage, {prototype} = CanvasRenderingContext2D;

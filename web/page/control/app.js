@@ -11,7 +11,7 @@ import { Timeline } from "#control/timeline.js";
 import { Engine, Refusal } from "#engine/engine.js";
 import { Live } from "#engine/live.js";
 import { Recording } from "#engine/recording.js";
-import { FILES, PRESETS } from "#engine/setup.js";
+import { FILES, learnDefaults, PRESETS } from "#engine/setup.js";
 import { unpacked, write } from "#view/common.js";
 import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
@@ -61,8 +61,9 @@ class App {
   }
 
   replace(source) {
-    this.stages[0].source.forget();
-    this.stages[0].source = source;
+    const [stage] = this.stages;
+    if (stage.source !== source) stage.source.forget();
+    stage.source = source;
   }
 
   /** Shows other runs or drawings on all stages; lets balls go unless only what moves changes. */
@@ -325,7 +326,8 @@ export async function start() {
     Object.assign(FILES, data("presets"));
     const packed = document.getElementById("engine"), recorded = data("recording");
     const engine = packed && await Engine.load(await unpacked("engine").arrayBuffer());
-    const recording = recorded && await Recording.load(recorded);
+    if (engine) learnDefaults(engine.defaults());
+    const recording = recorded && await Recording.load(recorded, engine);
     for (const id of ["engine", "recording"]) document.getElementById(id)?.remove();
     window.cradle = new App(engine, recording);
   } catch (problem) {

@@ -107,9 +107,9 @@ export class Sliders {
   /** Says where a ball is. */
   tell(ball, who) {
     const { source } = this.stage, held = source.holds.get(who), x = held?.x ?? source.state.x[ball];
-    const distance = `${Math.abs(100 * x).toFixed(1)} cm`, way = x < 0 ? "toTheLeft" : "toTheRight";
-    const place = distance === "0.0 cm" ? say("hangs") : say(way, { distance });
-    this.inputs[ball].value = (100 * x) / source.drawing.length;
+    const mm = (1e3 * x).toFixed(1), way = x < 0 ? "toTheLeft" : "toTheRight";
+    const place = Number(mm) ? say(way, { distance: `${mm.replace("-", "")} mm` }) : say("hangs");
+    this.inputs[ball].value = mm;
     aria(this.inputs[ball], { valuetext: held ? say("held", { place }) : place });
   }
 }

@@ -90,10 +90,11 @@ export class Strips {
 
   /** Further text about energy and momentum of a live run. */
   sum(kind) {
-    const { live, account, state } = this.stage.source;
+    const { live, account, state, track } = this.stage.source;
     if (live && kind === "momentum") return `· ${say("support", { force: withPrefix(state.supportForce, "N") })}`;
     if (!live || kind !== "energy") return "";
-    const sums = { lost: withPrefix(state.dissipated, "J"), residual: rounded(state.residual, 2) };
-    return account ? `${withPrefix(state.energy, "J", 6)} · ${say("exact", sums)}` : say("inHand");
+    const [total, lost] = [[state.energy, 6], [state.dissipated, 3]].map(([sum, digits]) =>
+      withPrefix(sum, "J", digits, roundStep(track.most.energy, FINE)));
+    return account ? `· ${say("exact", { total, lost, residual: rounded(state.residual, 2) })}` : say("inHand");
   }
 }

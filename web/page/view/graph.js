@@ -35,7 +35,8 @@ export class Graph {
     kinds.forEach((kind, i) => {
       c.save();
       c.translate(0, i * tall);
-      this.drawRow(kind, { ...view, top: title + (kind === "force" && shown.click ? LABEL + 3 : 0), foot: tall - FOOT });
+      const top = title + (kind === "force" && shown.click ? LABEL + 3 : 0);
+      this.drawRow(kind, { ...view, top, foot: tall - FOOT });
       for (const [time, colour] of [[pointer, shown.theme.grid], [now, shown.theme.accent]])
         if (time !== null) line(c, [[place(time), title], [place(time), tall - FOOT]], colour, 1.5);
       c.restore();
@@ -75,20 +76,22 @@ export class Graph {
   }
 
   /** Grid lines with their values, and times below. */
-  drawAxes(kind, { left, right, place, top, foot, width, level, least, most, origin, theme }) {
-    const { context: c } = this, rows = (foot - top) / (most - least) * most >= 44 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
+  drawAxes(kind, { left, right, place, top, foot, width, level, least, most: highest, origin, theme }) {
+    const { context: c } = this, room = (foot - top) / (highest - least) * highest;
+    const rows = room >= 44 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
     const style = { font: `11px ${FONT}`, textBaseline: "middle", fillStyle: theme.soft };
-    for (const value of rows.map((part) => part * most).filter((value) => value >= least)) {
+    for (const value of rows.map((part) => part * highest).filter((value) => value >= least)) {
       line(c, [[GUTTER, level(value)], [width, level(value)]], theme.grid);
-      const text = withPrefix(value, UNITS[kind], 3, most).replace(" kg", "\u2009kg");
+      const text = withPrefix(value, UNITS[kind], 3, highest).replace(" kg", "\u2009kg");
       Object.assign(c, style, { textAlign: "right" }).fillText(text, GUTTER - 4, Math.max(top + 2, level(value)));
     }
-    const step = roundStep((right - left) * 90 / (width - GUTTER));
+    const step = roundStep((right - left) * 90 / (width - GUTTER)), most = Math.max(right - origin, origin - left);
+    const digits = Math.ceil(Math.log10(most / step)) + 1;
     for (let k = Math.ceil((left - origin) / step - 1e-9); k * step <= right - origin; k++) {
       const x = place(k * step + origin);
       line(c, [[x, foot], [x, foot + 3]], theme.soft);
       if (x <= GUTTER + 12 || x >= width - 22) continue;
-      Object.assign(c, style, { textAlign: "center" }).fillText(withPrefix(k * step, "s", 4), x, foot + 10);
+      Object.assign(c, style, { textAlign: "center" }).fillText(withPrefix(k * step, "s", digits, most), x, foot + 10);
     }
   }
 
