@@ -326,7 +326,8 @@ def test_the_lesson_is_presented_step_by_step(page, live_path):
         assert page.js("return cradle.stages[0].scene.glow.some(Boolean)") is False or not asked
         assert page.seen("#guesses") is asked
         if asked:
-            assert page.find("#about").text == ""
+            assert page.find("#about").text == TEXTS["en"]["lessons"][step - 1]["asked"]
+            assert not page.seen(".strips")  # nothing has moved yet
             guess(page, 2)
             page.js("cradle.clock.slowAt('no')")
             page.wait("cradle.lesson.phase === 'knows'")

@@ -3,6 +3,8 @@
 import { Setup } from "#engine/setup.js";
 import { languages, say, textsOf } from "#view/texts.js";
 
+const KEPT = "cradle";
+
 /** The address of this page with everything that is set. */
 export function linkTo(app) {
   const [{ source }, other] = app.stages, shown = Object.keys(app.shows).filter((kind) => app.shows[kind]).join(",");
@@ -13,6 +15,23 @@ export function linkTo(app) {
     ...(other?.source.live ? other.source.setup.besides(source.setup) : []),
   ] : [`present=${app.lesson.step + 1}`];
   return `${location.href.replace(/#.*/, "")}#${parts.filter(Boolean).join("&")}`;
+}
+
+/** What this browser has kept of earlier visits, {space, picture}; some browsers keep nothing of files. */
+export function kept() {
+  try {
+    return JSON.parse(localStorage.getItem(KEPT)) ?? {};
+  } catch {
+    return {};
+  }
+}
+
+export function keep(values) {
+  try {
+    localStorage.setItem(KEPT, JSON.stringify({ ...kept(), ...values }));
+  } catch {
+    // Then it is measured and chosen anew.
+  }
 }
 
 /** Keeps the address of the page up to date, for copying and bookmarks. */

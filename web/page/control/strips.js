@@ -1,13 +1,13 @@
 // What runs below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
 
-import { aria, element, roundStep, withPrefix } from "#view/common.js";
-import { colourOf, FINE, Graph, SECONDS, UNITS } from "#view/graph.js";
+import { aria, element, roundStep, withPrefix, write } from "#view/common.js";
+import { colourOf, FINE, Graph, SECONDS, THIN, UNITS } from "#view/graph.js";
 import { rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
 const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
 const NEAR = 3;      // px from the pointer within which a spike is read
-const TIDY = 1e-5;   // of the largest value: anything smaller is shown as 0
+const TIDY = 5e-4;   // of the largest value: anything smaller is shown as 0
 
 export class Strips {
   constructor(stage) {
@@ -16,6 +16,7 @@ export class Strips {
     this.box = element(stage.figure, "div", { className: "strips", hidden: true, role: "group", tabIndex: 0 });
     const canvas = this.canvas = element(this.box, "canvas", { className: "graph", role: "img" });
     this.titles = element(this.box, "div", { className: "titles" });
+    this.more = element(this.box, "p", { className: "more" });
     this.graph = new Graph(canvas);
     canvas.onpointerdown = ({ pointerId, offsetX }) => {
       if (!this.canSeek) return;
@@ -48,18 +49,26 @@ export class Strips {
     const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.curves[kind].length
       && (app.shows[kind] || (kind === "force" && click)) && !(kind === "force" && source.drawing.rigid));
     this.box.style.setProperty("--rows", kinds.length);
-    this.box.hidden = !kinds.length;
+    this.box.hidden = !kinds.length || app.lesson.phase === "asks"; // nothing has moved yet
     aria(this.box, { label: say("showWhat") });
-    if (!kinds.length) return;
+    if (this.box.hidden) return;
     this.window = this.frozen ?? this.around(known);
     const pointer = this.pointer === null ? null : graph.timeAt(this.pointer, this.window);
     graph.draw(kinds, track, { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
     canvas.style.cursor = this.canSeek ? "ew-resize" : "";
     const titles = kinds.map((kind) => `<p>${this.title(kind, track, pointer ?? now, theme)}</p>`).join("");
     if (this.shownTitles !== titles) this.titles.innerHTML = this.shownTitles = titles;
+    write(this.more, this.hiddenOf(kinds));
     if (performance.now() - (this.told ?? -Infinity) < 1000) return;
     aria(canvas, { label: this.titles.textContent });
     this.told = performance.now();
+  }
+
+  /** What there is to scroll to, in words. */
+  hiddenOf(kinds) {
+    const { scrollTop, clientHeight, scrollHeight } = this.box, row = scrollHeight / kinds.length;
+    const hidden = kinds.filter((_, i) => (i + 0.5) * row < scrollTop || (i + 0.5) * row > scrollTop + clientHeight);
+    return hidden.length ? say("scroll", { list: hidden.map((kind) => say(`shows.${kind}`)).join(", ") }) : "";
   }
 
   /** The time between the sides: that of a click, of a recording around now, of a live run up to now. */
@@ -95,6 +104,8 @@ export class Strips {
     if (!live || kind !== "energy") return "";
     const [total, lost] = [[state.energy, 6], [state.dissipated, 3]].map(([sum, digits]) =>
       withPrefix(sum, "J", digits, roundStep(track.most.energy, FINE)));
-    return account ? `· ${say("exact", { total, lost, residual: rounded(state.residual, 2) })}` : say("inHand");
+    if (!account) return `· ${say("inHand")}`;
+    const sums = `· ${say("sums", { total, lost })}`, residual = rounded(state.residual, 2);
+    return this.canvas.clientWidth > THIN ? `${sums} · ${say("error", { residual })}` : sums;
   }
 }

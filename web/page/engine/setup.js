@@ -120,10 +120,21 @@ export class Setup {
 
   /** As the part of an address behind #, without values that are the defaults or those of the `preset` it is from. */
   toLink(preset) {
-    const ready = PRESETS[preset]?.setup(), alike = (one) => String([one.balls, ...one.atRest().parts()]);
-    const same = ready && alike(ready) === alike(this), given = same ? ready.parts() : [];
+    const ready = PRESETS[preset]?.setup(), same = ready && this.alike(ready), given = same ? ready.parts() : [];
     const parts = this.parts().filter((part) => !given.includes(part));
     return [same ? `preset=${preset}` : `balls=${this.balls}`, ...parts].join("&");
+  }
+
+  /** Whether another one differs in the release only. */
+  alike(other) {
+    const [one, two] = [this, other].map(({ balls, values }) =>
+      String([balls, ...new Setup(balls, values).atRest().parts().sort()]));
+    return one === two;
+  }
+
+  /** The name of the producer's preset that it is, however it is released; undefined if it is none. */
+  get preset() {
+    return Object.keys(FILES).find((name) => this.alike(new Setup(FILES[name].balls, FILES[name])));
   }
 
   /** Values that are not the defaults, as parts of an address. */

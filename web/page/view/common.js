@@ -9,7 +9,7 @@ function powerFor(size) {
 
 /** A number with the SI prefix for this `size`: 1.5e-7, "s" gives "150 ns"; 0.5, "kg m/s" gives "500 g m/s". */
 export function withPrefix(value, unit, digits = 3, size = Math.abs(value)) {
-  if (value === 0 || !Number.isFinite(value)) return `${value === 0 ? 0 : "–"} ${unit}`;
+  if (!Number.isFinite(value)) return `– ${unit}`;
   if (unit.startsWith("kg")) return withPrefix(1000 * value, unit.slice(1), digits, 1000 * size);
   const power = powerFor(size), number = Number((value / 10 ** power).toPrecision(digits));
   return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;

@@ -8,7 +8,8 @@ export const SECONDS = 7; // s on the viewer's clock that are shown
 export const UNITS = { velocity: "m/s", force: "N", energy: "J", momentum: "kg m/s" };
 const GUTTER = 66;     // px for the values on the axis, left of the curves
 const TITLE = 1.8, FOOT = 17; // above the curves of a row, in sizes of its letters; px below them
-const THIN = 520, LINE = 1; // px: where it is not wider, values take a second line, in sizes of letters
+export const THIN = 520; // px: where it is not wider, values take a second line,
+const LINE = 1;          // in sizes of letters
 const NARROW = 1.5;    // px: a pulse that is not wider is a line as high as its peak
 const LABEL = 13;      // px, of the line of a label
 export const FINE = [1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10]; // round numbers that a scale ends at

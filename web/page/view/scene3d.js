@@ -32,6 +32,7 @@ export class Scene3D extends Scene {
     const { half, largest, long, reach, floor } = this, rise = long * (1 - Math.cos(swingAngle));
     const { wide, deep } = Object.assign(this, { wide: half + 0.9, deep: Math.max(2.5, largest + 0.9) });
     return [...box(wide, floor, long, deep), ...box(reach, rise - largest, rise + largest, largest),
+      ...box(reach, floor - BASE, floor, largest), // shadows
       ...box(wide + BEYOND + 1.5, floor - BASE, floor, deep + BEYOND + 1.5)];
   }
 
