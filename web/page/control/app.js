@@ -83,7 +83,8 @@ class App {
   show() {
     const { lesson, stages, controls, sources: [{ live }] } = this, { title, text } = lesson.heading ?? {};
     controls.title.textContent = title ?? say("title");
-    controls.about.textContent = text ?? say(`about.${live ? this.preset ?? "own" : "recorded"}`, { name: stages[0].named });
+    const about = live ? this.preset ?? "own" : "recorded";
+    controls.about.textContent = text ?? say(`about.${about}`, { name: stages[0].named });
     for (const { heading, named } of stages) heading.textContent = stages.length > 1 ? named : "";
     for (const name of ["again", "rest", "inside", "goOn"]) controls[name].hidden = !offers(this, name);
     controls.space.hidden = !this.offersSpace;

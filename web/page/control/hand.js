@@ -60,7 +60,8 @@ export class Hand {
   follow() {
     const { scene } = this.stage;
     for (const [pointerId, { ball, grip, point, unit }] of this.ways)
-      if (ball >= 0 && point && unit !== scene.unit) this.app.move(pointerId, ball, scene.displacement(ball, point) + grip);
+      if (ball >= 0 && point && unit !== scene.unit)
+        this.app.move(pointerId, ball, scene.displacement(ball, point) + grip);
   }
 
   up({ pointerId, timeStamp }) {

@@ -126,8 +126,8 @@ export class Stage {
     return this.near;
   }
 
-  /** Room for the swing, as an angle (rad). It changes gently and, while somebody holds a ball, grows only as far as that
-   *  ball is taken. */
+  /** Room for the swing, as an angle (rad). It changes gently and, while somebody holds a ball, grows only as far as
+   *  that ball is taken. */
   room({ reach, swing: { angle } }) {
     const held = [...this.source.held?.values() ?? []].map((x) => Math.abs(angle(x)));
     const wanted = Math.min(1.4, Math.max(0.3, 1.08 * Math.max(reach, ...held))), { swing = wanted } = this;

@@ -7,7 +7,6 @@ import { rounded, say } from "#view/texts.js";
 const MARGIN = 0.06; // of a click's length, before and after it
 const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
 const NEAR = 3;      // px from the pointer within which a spike is read
-const TIDY = 5e-4;   // of the largest value: anything smaller is shown as 0
 
 export class Strips {
   constructor(stage) {
@@ -16,7 +15,7 @@ export class Strips {
     this.box = element(stage.figure, "div", { className: "strips", hidden: true, role: "group", tabIndex: 0 });
     const canvas = this.canvas = element(this.box, "canvas", { className: "graph", role: "img" });
     this.titles = element(this.box, "div", { className: "titles" });
-    this.more = element(this.box, "p", { className: "more" });
+    this.more = element(stage.figure, "p", { className: "more" });
     this.graph = new Graph(canvas);
     canvas.onpointerdown = ({ pointerId, offsetX }) => {
       if (!this.canSeek) return;
@@ -51,7 +50,7 @@ export class Strips {
     this.box.style.setProperty("--rows", kinds.length);
     this.box.hidden = !kinds.length || app.lesson.phase === "asks"; // nothing has moved yet
     aria(this.box, { label: say("showWhat") });
-    if (this.box.hidden) return;
+    if (this.box.hidden) return write(this.more, "");
     this.window = this.frozen ?? this.around(known);
     const pointer = this.pointer === null ? null : graph.timeAt(this.pointer, this.window);
     graph.draw(kinds, track, { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
@@ -85,8 +84,7 @@ export class Strips {
   title(kind, track, at, theme) {
     const curves = track.times.length > 1 ? track.curves[kind] : [], { left, right } = this.window;
     const pixel = (right - left) / this.canvas.clientWidth;
-    const several = curves.map((_, i) => track.valueAt(kind, i, at, NEAR * pixel))
-      .map((value) => (Math.abs(value) < TIDY * track.most[kind] ? 0 : value));
+    const several = curves.map((_, i) => track.valueAt(kind, i, at, NEAR * pixel));
     const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
       energy: (i) => say(`energies.${track.parts[i]}`) }[kind];
     const colours = (i) => (kind === "momentum" ? "transparent" : colourOf(kind, i, track, theme));
@@ -102,8 +100,8 @@ export class Strips {
     const { live, account, state, track } = this.stage.source;
     if (live && kind === "momentum") return `· ${say("support", { force: withPrefix(state.supportForce, "N") })}`;
     if (!live || kind !== "energy") return "";
-    const [total, lost] = [[state.energy, 6], [state.dissipated, 3]].map(([sum, digits]) =>
-      withPrefix(sum, "J", digits, roundStep(track.most.energy, FINE)));
+    const [total, lost] = [state.energy, state.dissipated]
+      .map((sum) => withPrefix(sum, "J", 6, roundStep(track.most.energy, FINE)));
     if (!account) return `· ${say("inHand")}`;
     const sums = `· ${say("sums", { total, lost })}`, residual = rounded(state.residual, 2);
     return this.canvas.clientWidth > THIN ? `${sums} · ${say("error", { residual })}` : sums;

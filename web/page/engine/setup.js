@@ -134,7 +134,7 @@ export class Setup {
 
   /** The name of the producer's preset that it is, however it is released; undefined if it is none. */
   get preset() {
-    return Object.keys(FILES).find((name) => this.alike(new Setup(FILES[name].balls, FILES[name])));
+    return Object.keys(FILES).find((name) => this.alike(fromFile(name)));
   }
 
   /** Values that are not the defaults, as parts of an address. */
@@ -211,11 +211,17 @@ export const LESSON = [
 
 const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
 
+/** As the producer has it. */
+function fromFile(name) {
+  const { balls, ...values } = FILES[name];
+  return new Setup(balls, values);
+}
+
 /** Without the release where one lifts by hand. `beside`: changes of the cradle to compare with; `own`: those that the
  *  page makes. */
 function ready(name, beside, byHand = false, own = {}) {
   const setup = () => {
-    const { balls, ...values } = FILES[name], made = new Setup(balls, { ...values, ...own });
+    const made = fromFile(name).with(own);
     return byHand ? made.atRest() : made;
   };
   return { setup, beside };

@@ -7,11 +7,13 @@ function powerFor(size) {
   return size > 0 ? Math.min(9, Math.max(-15, 3 * Math.floor(Math.log10(size * 1.0001) / 3))) : 0;
 }
 
-/** A number with the SI prefix for this `size`: 1.5e-7, "s" gives "150 ns"; 0.5, "kg m/s" gives "500 g m/s". */
+/** A number with the SI prefix for this `size`, beside which what is below its digits is 0: 1.5e-7, "s" gives "150 ns";
+ *  0.5, "kg m/s" gives "500 g m/s". */
 export function withPrefix(value, unit, digits = 3, size = Math.abs(value)) {
   if (!Number.isFinite(value)) return `– ${unit}`;
   if (unit.startsWith("kg")) return withPrefix(1000 * value, unit.slice(1), digits, 1000 * size);
-  const power = powerFor(size), number = Number((value / 10 ** power).toPrecision(digits));
+  const power = powerFor(size), seen = Math.abs(value) < 0.5 * size / 10 ** digits ? 0 : value;
+  const number = Number((seen / 10 ** power).toPrecision(digits));
   return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
 }
 

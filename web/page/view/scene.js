@@ -248,7 +248,7 @@ export function drawLenses(scene, state, { reach, theme, opacity }) {
     if (radius < 22) return;
     c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
     c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), x, above - 1.2 * size);
-    c.fillText(withPrefix(Math.abs(gap) < 0.005 * reach ? 0 : Math.abs(gap), "m", 2, reach), x, above);
+    c.fillText(withPrefix(Math.abs(gap), "m", 2, reach), x, above);
   });
   c.restore();
 }
