@@ -21,7 +21,7 @@ SIZES = {"desktop": (1280, 800), "phone": (390, 844), "landscape": (844, 390)}
 # Pages draw 20 times a second: without a GPU, pictures take more processor time than all else that is tested.
 FEW_FRAMES = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 50)"
 
-# What it keeps is as if 3D took long, so that nobody measures that; a window that is called "keeps" goes on with its own.
+# What it keeps is as if 3D took long, so that nobody measures that; a window called "keeps" goes on with its own.
 NOTHING_KEPT = """try {
   if (window.name !== "keeps") localStorage.setItem("cradle", JSON.stringify({picture: 99}));
 } catch { /* a page without an address */ }"""
@@ -53,8 +53,8 @@ const out = (item) => { const {left, top, right, bottom} = box(item);
 const wide = (item) => item.scrollWidth > item.clientWidth + 1 ? [item.id || item.className || item.tagName] : [];
 return {canvases: seen(".cradle").map(box), others: seen("#panel, nav, .strips, .caption").map(box),
   out: seen("nav button, #panel, .cradle, .caption, .strips, header").flatMap(out),
-  wide: seen(`html, body, main, nav, button, #panel, #panelbody, .strips, .caption, label, legend, h1, h2, p, dt, dd,
-    li`).flatMap(wide)}"""
+  wide: seen(`html, body, main, nav, button, #panel, #panelbody, .strips, .caption, label, legend, h1, h2, dt, dd,
+    p:not(.spoken), li`).flatMap(wide)}"""
 
 
 class Browser(webdriver.Chrome):

@@ -56,9 +56,9 @@ export class Track {
     return points;
   }
 
-  /** Whether sample `k` of the velocity of ball `i` lies in one of these pulses, which samples do not resolve. */
+  /** Whether sample `k` of the velocity of ball `i` lies in one of these pulses, which are `between` samples. */
   isWithin(i, k, pulses) {
-    return pulses.some(({ contact, between }) => between && k > between[0] && k < between[1] && isOf(i, contact));
+    return pulses.some(({ contact, between: [before, after] }) => k > before && k < after && isOf(i, contact));
   }
 
   /** Of a kind, the value of curve `i` at a time; within `near` (s) of a shorter pulse, its peak. */

@@ -103,7 +103,8 @@ export class Graph {
     const { track } = this, { times } = track, value = curveOf(track, kind, i);
     const sampled = (shown) => thinned(times, left, right, place, (k) => level(value(k)), shown);
     if (kind !== "velocity") return sampled();
-    const points = sampled((k) => !track.isWithin(i, k, pulses));
+    const coarse = pulses.filter(({ between }) => between);
+    const points = sampled((k) => !track.isWithin(i, k, coarse));
     const steps = track.stepsOf(i, pulses).sort(([a], [b]) => a - b);
     return [...steps.map(([time, speed]) => [place(time), level(speed)]), ...points].sort(([a], [b]) => a - b);
   }
