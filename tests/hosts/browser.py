@@ -28,7 +28,7 @@ NOTHING_KEPT = """try {
 
 GRID = [k / 64 for k in range(60 * 64 + 1)]  # s; doubles without rounding error
 SUMS = ("E_total", "E_dissipated", "W_external", "E_residual", "p_total", "F_support", "solver.events")
-COLUMNS = ("onset", "contact", "release", "peak", "impulse")  # of a pulse
+COLUMNS = ("onset", "contact", "release", "peak", "impulse", "peak_time")  # of a pulse
 # What a run shows at given times, and its pulses.
 FOLLOW = """(run, times) => {
   const pulses = [];
@@ -243,7 +243,7 @@ def same_run(fmu, recipe: dict, rows, pulses, times) -> bool:
     result = fmu.simulate(start, times=times, record=names)
     wanted = np.column_stack([result[name] for name in names])
     rows = np.array(rows)[:, 1 : 1 + len(names)]
-    counted = [pulse | {"contact": pulse["contact"] + 1} for pulse in pulses]
+    counted = [pulse | {"contact": pulse["contact"] + 1, "peak_time": pulse["peakTime"]} for pulse in pulses]
     return (
         rows.tobytes() == wanted[-len(rows) :].tobytes()
         and by_onset(counted).tobytes() == by_onset(result.pulses).tobytes()

@@ -92,6 +92,30 @@ def test_the_view_turns(space):
     assert space.js(angles)[1] < 0.1
 
 
+#: How bright the middle of each ball is, 0 to 255, of what is drawn on the layer behind.
+BRIGHT = """const {scene, source} = cradle.stages[0], [{width, height}] = scene.layers, done = arguments[0];
+const copy = new OffscreenCanvas(width, height).getContext("2d", {willReadFrequently: true});
+const ratio = width / scene.canvas.clientWidth;
+copy.drawImage(scene.layers[0], 0, 0);
+done(Array.from(source.state.x, (x, i) => {
+  const {x: left, y: top, unit} = scene.place(i, x), r = 0.5 * ratio * unit * scene.sizes[i];
+  const {data} = copy.getImageData(ratio * left - r, ratio * top - r, 2 * r, 2 * r);
+  return data.reduce((sum, part, k) => sum + (k % 4 < 3 ? part : 0), 0) / (0.75 * data.length); }))"""
+
+
+@pytest.mark.parametrize("dimensions", [2, 3])
+def test_unlike_balls_are_drawn_as_they_are(space, dimensions):
+    """Their sizes are those of their radii; one of lead is darker than those of steel."""
+    space.js("cradle.set('space', arguments[0]); cradle.choose('tapered'); cradle.setRunning(false)", dimensions == 3)
+    space.drawn()
+    sizes, radii = space.js("return [cradle.stages[0].scene.sizes, source.setup.get('ball.radiusRatio')]")
+    assert sizes == pytest.approx(np.clip(radii, 0.35, None)) and len(set(sizes)) == 5
+    space.js("cradle.choose('unlike'); cradle.setRunning(false)")
+    space.drawn()
+    bright = space.execute_async_script(BRIGHT)
+    assert bright[2] < 0.8 * min(bright[1], bright[3]) and max(bright) > 80
+
+
 @pytest.mark.parametrize("size", ["desktop", "phone"])
 @pytest.mark.parametrize("dimensions", [2, 3])
 def test_a_held_ball_stays_in_the_picture(space, size, dimensions):

@@ -156,13 +156,16 @@ impl Observer for Watch {
 
 /// Moves a run on to `time` (s), to where `effort` (units of about a tenth of a microsecond) is spent or, if `stops` is
 /// not 0, to where balls touch or part: the time reached. NaN if it cannot go on; the text is then the reason. Leaves
-/// the pulses that have finished, five numbers each: contact (from 0), onset (s), release (s), peak (N), impulse (N.s).
+/// the pulses that have finished, six numbers each: contact (from 0), onset (s), release (s), peak (N), when that was (s),
+/// impulse (N.s).
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(run: i32, time: f64, effort: f64, stops: i32) -> f64 {
     let mut watch = Watch { pulses: Vec::new(), stops: stops != 0, stop: None };
     let reached =
         with(run, |Run { engine, .. }| engine.advance_within(time, effort as u64, &mut watch).map(|_| engine.time()));
-    let each = |pulse: Pulse| [pulse.contact as f64, pulse.onset, pulse.release, pulse.peak.force, pulse.impulse];
+    let each = |Pulse { contact, onset, release, peak, impulse }: Pulse| {
+        [contact as f64, onset, release, peak.force, peak.time, impulse]
+    };
     NUMBERS.set(watch.pulses.into_iter().flat_map(each).collect());
     reached.unwrap_or_else(|error| {
         say(&error.to_string());

@@ -72,9 +72,9 @@ class Run {
     if (!(time > this.time)) return this.time;
     const { engine } = this, stops = effort !== Infinity;
     const reached = engine.functions.advance(this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER), stops);
-    for (let numbers = engine.numbers; numbers.length; numbers = numbers.subarray(5)) {
-      const [contact, onset, release, peak, impulse] = numbers;
-      this.pulses.push({ contact, onset, release, peak, impulse });
+    for (let numbers = engine.numbers; numbers.length; numbers = numbers.subarray(6)) {
+      const [contact, onset, release, peak, peakTime, impulse] = numbers;
+      this.pulses.push({ contact, onset, release, peak, peakTime, impulse });
     }
     if (Number.isNaN(reached)) throw new Refusal(engine.text);
     return (this.time = reached);
@@ -106,7 +106,7 @@ class Run {
     return { time: Math.abs(time), known };
   }
 
-  /** Pulses that have finished since the last call: [{contact, onset, release, peak, impulse}]. */
+  /** Pulses that have finished since the last call: [{contact, onset, release, peak, peakTime, impulse}]. */
   takePulses() {
     return this.pulses.splice(0);
   }

@@ -20,13 +20,13 @@ export class Track {
 
   /** The force of a pulse as points [s, N]: from its onset through the samples within it and its peak to its release. A
    *  pulse `at` a time is not resolved by the samples: a spike. */
-  shapeOf({ contact, onset, release, peak, at }) {
+  shapeOf({ contact, onset, release, peak, peakTime, at }) {
     if (at !== undefined) return [[at, 0], [at, peak], [at, 0]];
     const { times } = this, force = this.curves.force[contact], points = [[onset, 0]];
     for (let k = countUpTo(times, onset); times[k] < release; k++) points.push([times[k], force[k]]);
     if (release === Infinity) return points; // it presses still
     points.push([release, 0]);
-    const top = topOf(points);
+    const top = Number.isFinite(peakTime) ? peakTime : topOf(points);
     points.splice(points.findIndex(([time]) => time >= top), 0, [top, peak]);
     return points;
   }
@@ -122,7 +122,8 @@ export class History extends Track {
     times.push(time);
     for (const [kind, values] of Object.entries(row)) values.forEach((value, i) => curves[kind][i].push(value));
     this.pulses.push(...pulses.map((pulse) =>
-      ({ ...pulse, onset: pulse.onset + origin, release: pulse.release + origin })));
+      ({ ...pulse, onset: pulse.onset + origin, release: pulse.release + origin,
+        peakTime: pulse.peakTime + origin })));
     if (times.length > 1.2 * KEPT) this.keep(times.length - KEPT, times.length);
     const seen = { ...row, force: [...F, ...pulses.map(({ peak }) => peak)], energy: [energy],
       overlap: overlap.map((depth) => Math.max(0, depth)) };

@@ -15,7 +15,8 @@ export class Recording extends Track {
   static async load({ time, samples, pulses, ...known }, engine) {
     const [times, columns, table] = await Promise.all([time, samples, pulses].map(columnsOf));
     const rows = Array.from(table.get("contact"), (contact, i) => ({ contact: contact - 1, onset: table.get("onset")[i],
-      release: table.get("release")[i], peak: table.get("peak")[i], impulse: table.get("impulse")[i] }));
+      release: table.get("release")[i], peak: table.get("peak")[i], peakTime: table.get("peak_time")?.[i],
+      impulse: table.get("impulse")[i] }));
     return new Recording({ ...runOf(new Map([...times, ...columns])), pulses: rows, ...known }, engine);
   }
 
@@ -174,6 +175,6 @@ class RecordedClick {
 function drawingOf(balls, radius, length, start) {
   const known = { "ball.mass": 1, "ball.massRatio": Array(balls).fill(1), ...start };
   const { "ball.mass": mass, "ball.massRatio": ratio, "pendulum.model": model } = known;
-  return { balls, radius, mass, ratio, masses: ratio.map((part) => part * mass), length, rigid: false,
-    swing: swingOf(length, model === "circular") };
+  return { balls, radius, mass, ratio, sizes: ratio.map(Math.cbrt), masses: ratio.map((part) => part * mass), length,
+    rigid: false, swing: swingOf(length, model === "circular") };
 }

@@ -88,13 +88,15 @@ export class Graph {
       const text = withPrefix(value, UNITS[kind], 3, highest).replace(" kg", "\u2009kg");
       Object.assign(c, style, { textAlign: "right" }).fillText(text, gutter - 4, Math.max(top + 2, level(value)));
     }
-    const step = roundStep((right - left) * 8 * small / (width - gutter)), most = Math.max(right - origin, origin - left);
+    const step = roundStep((right - left) * 8 * small / (width - gutter));
+    const most = Math.max(right - origin, origin - left);
     const digits = Math.ceil(Math.log10(most / step)) + 1;
     for (let k = Math.ceil((left - origin) / step - 1e-9); k * step <= right - origin; k++) {
       const x = place(k * step + origin);
       line(c, [[x, foot], [x, foot + 3]], theme.soft);
       if (x <= gutter + small || x >= width - 2 * small) continue;
-      Object.assign(c, style, { textAlign: "center" }).fillText(withPrefix(k * step, "s", digits, most), x, foot + 0.9 * small);
+      const text = withPrefix(k * step, "s", digits, most);
+      Object.assign(c, style, { textAlign: "center" }).fillText(text, x, foot + 0.9 * small);
     }
   }
 
