@@ -119,10 +119,15 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     page.drag(4, 60, release=False)
     held, count, time = page.js("return [source.state.x[4], source.holds.size, source.time]")
     assert count == 1
+    # No run is started for that, until it is let go.
+    page.js("""window.started = 0; const {start} = cradle.engine;
+      cradle.engine.start = function (...given) { started++; return start.apply(this, given); }""")  # fmt: skip
     page.js("cradle.setPace(1)")
     page.wait(f"source.time > {time} + 0.5")
     assert page.js("return source.state.x[4]") == pytest.approx(held, abs=1e-3)
+    assert page.js("return started") == 0
     page.let_go()
+    assert page.js("return started") == 1
     assert page.js("return source.holds.size") == 0
     # Pushed into the row, a ball takes the others along.
     page.js("cradle.stopAll()")

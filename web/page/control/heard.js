@@ -49,7 +49,7 @@ function pushed(v, { contact, impulse }, masses, times = 1) {
 }
 
 /** A click in sentences. */
-export function summaryOf({ begin, end, pulses, speeds, after }, masses) {
+function summaryOf({ begin, end, pulses, speeds, after }, masses) {
   const length = end - begin, most = Math.max(...pulses.map(({ peak }) => peak));
   const rightwards = speeds.reduce((sum, speed, i) => sum + masses[i] * speed, 0) >= 0;
   const fastest = Math.max(...speeds.map(Math.abs));

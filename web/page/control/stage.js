@@ -130,7 +130,8 @@ export class Stage {
    *  that ball is taken. */
   room({ reach, swing: { angle } }) {
     const held = [...this.source.held?.values() ?? []].map((x) => Math.abs(angle(x)));
-    const wanted = Math.min(1.4, Math.max(0.3, 1.08 * Math.max(reach, ...held))), { swing = wanted } = this;
+    const widest = held.length ? Math.max(...held) : reach;
+    const wanted = Math.min(1.4, Math.max(0.3, 1.08 * widest)), { swing = wanted } = this;
     const gently = this.app.still ? wanted : swing + 0.08 * (wanted - swing);
     this.swing = held.length ? Math.max(swing, gently) : gently;
     return this.swing;

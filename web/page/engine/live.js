@@ -14,20 +14,18 @@ export class Live {
     this.begin(setup);
   }
 
-  /** Values that do not change while balls move; `reach` (rad) of the largest swing. */
-  get drawing() { return this.shown; }
-
   /** Starts a run. If the engine refuses, nothing has changed. Throws Refusal. */
   begin(setup) {
     const run = this.engine.start(setup.recipe()), origin = this.run ? this.time : 0;
     this.run?.forget();
     this.dropClicks();
-    const shown = { ...setup.drawing, reach: run.reach }, track = new History(setup.balls, shown.masses);
-    Object.assign(this, { setup, shown, run, origin, state: run.look(), pending: null, fresh: [], pulses: [], track });
+    // What does not change while balls move; `reach` (rad) of the largest swing.
+    const drawing = { ...setup.drawing, reach: run.reach }, track = new History(setup.balls, drawing.masses);
+    Object.assign(this, { setup, drawing, run, origin, state: run.look(), pending: null, fresh: [], pulses: [], track });
     track.record(this.time, this.state);
   }
 
-  /** Whether any balls do now. */
+  /** Whether any balls touch now. */
   get touches() { return !this.state.apart; }
 
   /** Whether its sums belong to one undisturbed run. */
@@ -114,12 +112,12 @@ export class Live {
     if (!(passed > 0)) return;
     this.setMotion(...this.motion(), held, passed);
     run.advance(run.time + passed);
-    this.fresh.push(...run.takePulses());
-    const { x, v } = run.look();
+    const pulses = run.takePulses(), { x, v } = run.look();
     for (const [ball, place] of held) [x[ball], v[ball]] = [place, 0];
     this.setMotion(x, v);
     this.origin = time - run.time;
-    this.track.record(this.time, this.state, this.fresh, this.origin);
+    this.track.record(this.time, this.state, pulses, this.origin);
+    this.fresh.push(...pulses);
   }
 
   /** `who` lets go; held balls fly on at `speed` (m/s). Starts a run when nobody holds any more. */
