@@ -66,11 +66,11 @@ class Run {
     Object.assign(this, { engine, number, balls, time, shown: new State(balls), pulses: [] });
   }
 
-  /** Moves on to `time`; with an `effort` (about 0.1 us each), until that is spent, or balls touch or part. The time
-   *  reached. Throws Refusal. */
-  advance(time, effort = Infinity) {
+  /** Moves on to `time`; with an `effort` (about 0.1 us each), until that is spent or, if it `stops` there, balls touch
+   *  or part. The time reached. Throws Refusal. */
+  advance(time, effort = Infinity, stops = effort !== Infinity) {
     if (!(time > this.time)) return this.time;
-    const { engine } = this, stops = effort !== Infinity;
+    const { engine } = this;
     const reached = engine.functions.advance(this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER), stops);
     for (let numbers = engine.numbers; numbers.length; numbers = numbers.subarray(6)) {
       const [contact, onset, release, peak, peakTime, impulse] = numbers;

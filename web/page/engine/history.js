@@ -4,7 +4,7 @@ import { countUpTo, largest, linear, placeIn } from "#view/common.js";
 
 const PARTS = ["kinetic", "gravity", "elastic"]; // of the energy
 const LEAST = { velocity: 1e-3, force: 1e-9, energy: 1e-12, momentum: 1e-3 }; // that a scale ends at
-const KEPT = 8000; // samples
+const KEPT = 3000; // samples
 
 export class Track {
   /** `times` (s) rise; `curves`: by kind, a column of samples for each; `parts`: what its curves of energy are;
@@ -37,11 +37,11 @@ export class Track {
     return points.reduce((best, point) => (point[1] > best[1] ? point : best))[0];
   }
 
-  /** Points [s, m/s] of the velocity of ball `i` between the samples where these pulses begin and end. */
+  /** Points [s, m/s] of the velocity of ball `i` between the samples where its `pulses` begin and end. */
   stepsOf(i, pulses) {
     const { times, curves: { velocity: { [i]: v } }, masses } = this, segments = new Map();
     const points = [];
-    for (const { contact, onset, release, impulse, at, between } of pulses.filter(({ contact }) => isOf(i, contact))) {
+    for (const { contact, onset, release, impulse, at, between } of pulses) {
       const step = { onset, release, change: ((contact === i ? -1 : 1) * impulse) / masses?.[i] };
       if (between) points.push([at, v[between[0]]], [at, v[between[1]]]);
       else for (const time of new Set([onset, release])) {
@@ -56,11 +56,6 @@ export class Track {
     return points;
   }
 
-  /** Whether sample `k` of the velocity of ball `i` lies in one of these pulses, which are `between` samples. */
-  isWithin(i, k, pulses) {
-    return pulses.some(({ contact, between: [before, after] }) => k > before && k < after && isOf(i, contact));
-  }
-
   /** Of a kind, the value of curve `i` at a time; within `near` (s) of a shorter pulse, its peak. */
   valueAt(kind, i, time, near) {
     const short = kind === "force" ? this.pulsesIn(time - near, time + near)
@@ -69,9 +64,6 @@ export class Track {
       : linear(this.curves[kind][i], placeIn(this.times, time));
   }
 }
-
-/** Whether ball `i` is one of a contact. */
-const isOf = (i, contact) => contact === i || contact === i - 1;
 
 /** Where a force [s, N] given by points is largest: at the vertex of the parabola through the largest and those beside
  *  it. */

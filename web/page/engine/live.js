@@ -6,11 +6,13 @@ import { History } from "#engine/history.js";
 
 const STEEPEST = 1.2;   // rad by which a hand can pull a ball
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
+const CROWD = 2;        // pulses in a picture on average, up to which each is looked at
 const KEPT = 20000;     // pulses that are kept for the CSV file
 
 export class Live {
   constructor(engine, setup) {
-    Object.assign(this, { live: true, engine, holds: new Map() }); // who holds: {ball, x}
+    // `holds`: who holds, {ball, x}; `crowd`: pulses in a picture.
+    Object.assign(this, { live: true, engine, holds: new Map(), crowd: 0 });
     this.begin(setup);
   }
 
@@ -21,12 +23,16 @@ export class Live {
     this.dropClicks();
     // What does not change while balls move; `reach` (rad) of the largest swing.
     const drawing = { ...setup.drawing, reach: run.reach }, track = new History(setup.balls, drawing.masses);
-    Object.assign(this, { setup, drawing, run, origin, state: run.look(), pending: null, fresh: [], pulses: [], track });
+    const empty = { pending: null, fresh: [], pulses: [] };
+    Object.assign(this, { setup, drawing, run, origin, state: run.look(), track, ...empty });
     track.record(this.time, this.state);
   }
 
-  /** Whether any balls touch now. */
-  get touches() { return !this.state.apart; }
+  /** Whether there are too many pulses for a look at each: velocities then step by their impulses. */
+  get crowded() { return this.crowd > CROWD; }
+
+  /** Whether any balls touch now, and it is worth a look at how they do. */
+  get touches() { return !this.state.apart && !this.crowded; }
 
   /** Whether its sums belong to one undisturbed run. */
   get account() { return this.holds.size === 0; }
@@ -38,7 +44,7 @@ export class Live {
   /** Advances to `time` of the page (s), as far as `effort` allows. */
   advance(time, effort) {
     if (this.holds.size) return this.advanceHeld(time);
-    this.run.advance(time - this.origin, effort);
+    this.run.advance(time - this.origin, effort, effort !== undefined && !this.crowded);
     if (time - this.time < 1e-15 * time) this.origin = time - this.run.time; // a rounding error is no time left
     this.state = this.run.look();
     const pulses = this.run.takePulses();
@@ -49,7 +55,11 @@ export class Live {
     if (this.pending) this.tryPending();
   }
 
-  takePulses() { return this.fresh.splice(0); }
+  /** The pulses since the last picture. */
+  takePulses() {
+    this.crowd += 0.1 * (this.fresh.length - this.crowd);
+    return this.fresh.splice(0);
+  }
 
   /** Starts a run with other values at the next instant at which all contacts are open; then calls `done`. */
   change(given, done = () => {}) {

@@ -34,7 +34,9 @@ export class Graph {
     Object.assign(this, { context: c, track, small, gutter });
     // Highest first, so that none hides another.
     const pulses = track.pulsesIn(left, right).sort((a, b) => b.peak - a.peak);
-    const view = { left, right, width, place, pulses, ...shown };
+    const ofContacts = track.curves.force.map(() => []);
+    for (const pulse of pulses) ofContacts[pulse.contact].push(pulse);
+    const view = { left, right, width, place, pulses, ofContacts, ...shown };
     kinds.forEach((kind, i) => {
       c.save();
       c.translate(0, i * tall);
@@ -101,12 +103,13 @@ export class Graph {
   }
 
   /** A curve's points [px, px]: samples and, of a velocity, what is between them at pulses. */
-  points(kind, i, { left, right, place, level, pulses }) {
+  points(kind, i, { left, right, place, level, ofContacts }) {
     const { track } = this, { times } = track, value = curveOf(track, kind, i);
     const sampled = (shown) => thinned(times, left, right, place, (k) => level(value(k)), shown);
     if (kind !== "velocity") return sampled();
+    const pulses = [...ofContacts[i - 1] ?? [], ...ofContacts[i] ?? []];
     const coarse = pulses.filter(({ between }) => between);
-    const points = sampled((k) => !track.isWithin(i, k, coarse));
+    const points = sampled((k) => !coarse.some(({ between: [before, after] }) => k > before && k < after));
     const steps = track.stepsOf(i, pulses).sort(([a], [b]) => a - b);
     return [...steps.map(([time, speed]) => [place(time), level(speed)]), ...points].sort(([a], [b]) => a - b);
   }
