@@ -146,7 +146,9 @@ def test_it_is_offered_where_it_is_fast_and_chosen_for_good(page, live_path):
     """Elsewhere the key and the panel offer it."""
     button = page.find("#space")
     assert not button.is_displayed()
-    page.js("window.name = 'keeps'; localStorage.setItem('cradle', JSON.stringify({picture: 12}))")
+    page.js("window.name = 'keeps'")
+    page.load(live_path.as_uri() + "#preset=textbook")
+    page.js("localStorage.setItem('cradle', JSON.stringify({picture: 12}))")
     for text, shown in (("3D", False), ("Flat", True), ("Flat", True)):
         page.load(live_path.as_uri() + "#preset=textbook")
         button = page.find("#space")
@@ -160,7 +162,7 @@ def test_it_is_offered_where_it_is_fast_and_chosen_for_good(page, live_path):
     page.wait("cradle.spaceTime > 0")
     assert page.js("return JSON.parse(localStorage.cradle).picture === cradle.spaceTime")
     assert page.js("return [cradle.space, document.querySelectorAll('.space').length]") == [False, 0]
-    page.js("window.name = ''")
+    page.js("localStorage.clear(); window.name = ''")
 
 
 def test_what_stands_still_is_drawn_once(space):
