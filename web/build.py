@@ -6,6 +6,7 @@ one file that needs no network.
 
 The engine is compiled to WebAssembly: by the Rust in the folder CRADLE_DEBIAN_RUST if that is set (.ci/debian-rust
 unpacks it), else by rustup's with its target wasm32-unknown-unknown.
+The first time that takes about a minute, later ones seconds.
 With --or-skip, a line that begins with SKIPPED says what is missing, and that is no failure.
 """
 
@@ -18,7 +19,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging"))
-from checkout import ENGINE, LIVE, PYTHON, ROOT, SOME, Stop, make_venv, run, rustc
+from checkout import ENGINE, LIVE, PYTHON, ROOT, SOME, Stop, make_venv, run, rustc, stage
 from platforms import with_sources
 
 WEB = Path(__file__).resolve().parent
@@ -82,8 +83,9 @@ def main() -> int:
         print(f"{'SKIPPED live page' if options.or_skip else 'error'}: {missing}", file=sys.stderr)
         return 0 if options.or_skip else 1
     command = [environment["CARGO"], "build", "--release", "--locked", "--target", TARGET]
-    if code := run(command, check=False, cwd=WEB, env=environment):
-        return code
+    with stage("The engine for browsers: the first time about a minute, then seconds"):
+        if code := run(command, check=False, cwd=WEB, env=environment):
+            return code
     ENGINE.write_text(part(), encoding="utf-8")
     make_venv(SOME)
     options.out.parent.mkdir(parents=True, exist_ok=True)

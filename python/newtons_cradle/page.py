@@ -1,6 +1,7 @@
 """The page: the cradle in a browser, live or as it was recorded, as one HTML file that needs no network."""
 
 import base64
+import hashlib
 import json
 import re
 import zlib
@@ -14,6 +15,12 @@ from .errors import CradleError
 from .files import ENGINE, PAGE, in_folder, presets
 from .pulses import FIELDS
 from .recording import Columns, Recording
+
+# What a page may do, whatever a file or an address brings into it; modules are data of its import map.
+POLICY = (
+    "default-src 'none'; script-src 'wasm-unsafe-eval' data: {scripts}; style-src 'unsafe-inline'; "
+    "img-src 'self' data:; manifest-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'"
+)
 
 
 class PageError(CradleError, RuntimeError):
@@ -44,8 +51,14 @@ def save_page(
 
 
 def filled(template: Path, parts: dict[str, str]) -> str:
-    """A template whose slots, such as `{{style}}`, are filled in one pass: nothing in a part is taken for a slot."""
-    return re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], template.read_text(encoding="utf-8"))
+    """A template whose slots, such as `{{style}}`, are filled in one pass: nothing in a part is taken for a slot. The
+    page runs no other scripts than its own, and asks for nothing but what lies beside it."""
+    page = re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], template.read_text(encoding="utf-8"))
+    scripts = re.findall(r'<script(?: type="(?:module|importmap)")?>(.*?)</script>', page, re.DOTALL)
+    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    own = " ".join(f"'sha256-{digest}'" for digest in digests)
+    policy = POLICY.format(scripts=own)
+    return page.replace("<title>", f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n<title>', 1)
 
 
 def save_site(folder: str | Path) -> int:

@@ -21,9 +21,13 @@ SIZES = {"desktop": (1280, 800), "phone": (390, 844), "landscape": (844, 390)}
 # Pages draw 20 times a second: without a GPU, pictures take more processor time than all else that is tested.
 FEW_FRAMES = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 50)"
 
+# A page keeps nothing, and knows that 3D takes long, so that nobody measures that; in a window called "keeps" it does.
+NOTHING_KEPT = """if (window.name !== "keeps") Object.assign(Storage.prototype,
+  {getItem: () => '{"picture": 99}', setItem() {}});"""
+
 GRID = [k / 64 for k in range(60 * 64 + 1)]  # s; doubles without rounding error
 SUMS = ("E_total", "E_dissipated", "W_external", "E_residual", "p_total", "F_support", "solver.events")
-COLUMNS = ("onset", "contact", "release", "peak", "impulse")  # of a pulse
+COLUMNS = ("onset", "contact", "release", "peak", "impulse", "peak_time")  # of a pulse
 # What a run shows at given times, and its pulses.
 FOLLOW = """(run, times) => {
   const pulses = [];
@@ -48,8 +52,8 @@ const out = (item) => { const {left, top, right, bottom} = box(item);
 const wide = (item) => item.scrollWidth > item.clientWidth + 1 ? [item.id || item.className || item.tagName] : [];
 return {canvases: seen(".cradle").map(box), others: seen("#panel, nav, .strips, .caption").map(box),
   out: seen("nav button, #panel, .cradle, .caption, .strips, header").flatMap(out),
-  wide: seen(`html, body, main, nav, button, #panel, #panelbody, .strips, .caption, label, legend, h1, h2, p, dt, dd,
-    li`).flatMap(wide)}"""
+  wide: seen(`html, body, main, nav, button, #panel, #panelbody, .strips, .caption, label, legend, h1, h2, dt, dd,
+    p:not(.spoken), li`).flatMap(wide)}"""
 
 
 class Browser(webdriver.Chrome):
@@ -67,7 +71,8 @@ class Browser(webdriver.Chrome):
             options.add_argument(f"--{argument}")
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         super().__init__(options=options, service=Service(driver))
-        self.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FEW_FRAMES})
+        for source in (FEW_FRAMES, NOTHING_KEPT):
+            self.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": source})
 
     def set_screen(self, size: str = "desktop", *, dark: bool = False, still: bool = False) -> None:
         """The size of what is seen, the colours that the user prefers, and whether motion is to be reduced."""
@@ -104,7 +109,7 @@ class Browser(webdriver.Chrome):
     def open_cradle(self, path: Path, link: str = "", **screen) -> None:
         """Opens the cradle's page as `visit` does; names that its modules export become its window's."""
         self.visit(path, link, **screen)
-        rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link")
+        rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link", "view/graph")
         script = """const [rooms, done] = arguments, all = rooms.map((room) => import(`#${room}.js`));
           Promise.all(all).then((found) => done(Object.assign(window, ...found) && 0))"""
         self.execute_async_script(script, rooms)
@@ -237,7 +242,7 @@ def same_run(fmu, recipe: dict, rows, pulses, times) -> bool:
     result = fmu.simulate(start, times=times, record=names)
     wanted = np.column_stack([result[name] for name in names])
     rows = np.array(rows)[:, 1 : 1 + len(names)]
-    counted = [pulse | {"contact": pulse["contact"] + 1} for pulse in pulses]
+    counted = [pulse | {"contact": pulse["contact"] + 1, "peak_time": pulse["peakTime"]} for pulse in pulses]
     return (
         rows.tobytes() == wanted[-len(rows) :].tobytes()
         and by_onset(counted).tobytes() == by_onset(result.pulses).tobytes()

@@ -119,16 +119,35 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     page.drag(4, 60, release=False)
     held, count, time = page.js("return [source.state.x[4], source.holds.size, source.time]")
     assert count == 1
+    # No run is started for that, until it is let go.
+    page.js("""window.started = 0; const {start} = cradle.engine;
+      cradle.engine.start = function (...given) { started++; return start.apply(this, given); }""")  # fmt: skip
     page.js("cradle.setPace(1)")
     page.wait(f"source.time > {time} + 0.5")
     assert page.js("return source.state.x[4]") == pytest.approx(held, abs=1e-3)
+    assert page.js("return started") == 0
     page.let_go()
+    assert page.js("return started") == 1
     assert page.js("return source.holds.size") == 0
     # Pushed into the row, a ball takes the others along.
     page.js("cradle.stopAll()")
     page.drag(0, 60)
     impulses = "source.pulses.map(({impulse}) => impulse)"
     assert page.js(f"return Math.max(...{impulses}, 0) + source.state.x[4]") > 0
+
+
+def test_a_throw_stays_on_the_arc(page):
+    """However fast the hand, the ball swings to 1.4 rad at most; to which angle, the run says at its start."""
+    page.js("cradle.setRunning(false)")
+    throw = """source.hold('test', 4, arguments[0]); source.release('test', arguments[1]);
+      return [source.drawing.reach, source.setup.values.v_start[4]]"""
+    assert page.js(throw, 0.2, 0) == [pytest.approx(np.arcsin(0.5)), 0]
+    reach, speed = page.js(throw, 0.1, 100)
+    angle = np.arcsin(0.25)
+    assert reach == pytest.approx(1.4)
+    assert speed == pytest.approx(np.cos(angle) * np.sqrt(2 * 9.81 * 0.4 * (np.cos(angle) - np.cos(1.4))))
+    page.js("cradle.setRunning(true)")
+    page.wait("source.run.time > 0.5")  # the engine follows it there
 
 
 def test_two_fingers_hold_two_balls(page):

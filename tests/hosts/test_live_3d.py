@@ -30,7 +30,7 @@ def space(page):
 
 def look(page, view: str) -> None:
     page.js("cradle.eye.look(arguments[0])", view)
-    page.wait(f"cradle.controls.view.textContent === 'View: {view}'")
+    page.wait(f"cradle.eye.view === '{view}' && cradle.eye.azimuth === cradle.eye.wanted.azimuth")
 
 
 def test_balls_are_drawn_where_hands_look_for_them(space):
@@ -69,18 +69,18 @@ def test_the_view_turns(space):
     the floor."""
     angles = "return [cradle.eye.azimuth, cradle.eye.height]"
     button = space.find("#view")
-    assert button.text == "View: front"
+    assert button.text == "See it from the side"
     button.click()
-    space.wait("cradle.controls.view.textContent === 'View: side'")
+    space.wait("cradle.eye.view === 'side' && cradle.controls.view.textContent === 'See it from above'")
     space.find("body").send_keys("v")
-    space.wait("cradle.controls.view.textContent === 'View: top'")
+    space.wait("cradle.eye.view === 'top' && cradle.controls.view.textContent === 'See it from the front'")
     look(space, "front")
     azimuth, height = space.js(angles)
     x, y = space.place(0)
     space.gesture([(80, y), (130, y + 20)])
     turned = space.js(angles)
     assert turned[0] < azimuth - 0.1 and turned[1] > height + 0.05
-    space.wait("cradle.controls.view.textContent === 'View: turned'")
+    space.wait("cradle.eye.view === 'free' && cradle.controls.view.textContent === 'See it from the front'")
     azimuth, _ = turned
     space.gesture([(60, 300), (160, 300)], [(60, 450), (160, 450)], kind="touch")
     assert space.js(angles)[0] == pytest.approx(azimuth - 0.6, abs=0.01)
@@ -90,6 +90,79 @@ def test_the_view_turns(space):
     space.gesture([(80, 600), (80, 100)], kind="touch")
     assert space.js("return cradle.stages[0].scene.lens.eye[1] > cradle.stages[0].scene.floor")
     assert space.js(angles)[1] < 0.1
+
+
+#: How bright the middle of each ball is, 0 to 255, of what is drawn on the layer behind.
+BRIGHT = """const {scene, source} = cradle.stages[0], [{width, height}] = scene.layers, done = arguments[0];
+const copy = new OffscreenCanvas(width, height).getContext("2d", {willReadFrequently: true});
+const ratio = width / scene.canvas.clientWidth;
+copy.drawImage(scene.layers[0], 0, 0);
+done(Array.from(source.state.x, (x, i) => {
+  const {x: left, y: top, unit} = scene.place(i, x), r = 0.5 * ratio * unit * scene.sizes[i];
+  const {data} = copy.getImageData(ratio * left - r, ratio * top - r, 2 * r, 2 * r);
+  return data.reduce((sum, part, k) => sum + (k % 4 < 3 ? part : 0), 0) / (0.75 * data.length); }))"""
+
+
+@pytest.mark.parametrize("dimensions", [2, 3])
+def test_unlike_balls_are_drawn_as_they_are(space, dimensions):
+    """Their sizes are those of their radii; one of lead is darker than those of steel."""
+    space.js("cradle.set('space', arguments[0]); cradle.choose('tapered'); cradle.setRunning(false)", dimensions == 3)
+    space.drawn()
+    sizes, radii = space.js("return [cradle.stages[0].scene.sizes, source.setup.get('ball.radiusRatio')]")
+    assert sizes == pytest.approx(np.clip(radii, 0.35, None)) and len(set(sizes)) == 5
+    space.js("cradle.choose('unlike'); cradle.setRunning(false)")
+    space.drawn()
+    bright = space.execute_async_script(BRIGHT)
+    assert bright[2] < 0.8 * min(bright[1], bright[3]) and max(bright) > 80
+
+
+@pytest.mark.parametrize("size", ["desktop", "phone"])
+@pytest.mark.parametrize("dimensions", [2, 3])
+def test_a_held_ball_stays_in_the_picture(space, size, dimensions):
+    """With those that it takes along and, in 3D, its shadow, however far it is pulled to either side."""
+    space.set_screen(size, still=True)
+    space.js("cradle.set('space', arguments[0])", dimensions == 3)
+    for ball, to in ((1, -1), (4, -1), (0, 1)):
+        space.js("cradle.stopAll()")
+        space.drawn()
+        x, y = space.place(ball)
+        width = space.js("return cradle.stages[0].canvas.clientWidth")
+        edge = round(0.5 * width * (1 + 0.97 * to))
+        space.gesture([(x + k * (edge - x) // 8, y) for k in range(9)], hold=1.0, release=False)
+        assert abs(space.js("return source.state.x[arguments[0]] / source.drawing.length", ball)) > 0.2
+        places = space.js(
+            """const {scene, canvas: {clientWidth: wide, clientHeight: high}} = cradle.stages[0];
+            return Array.from(source.state.x, (x, i) => {
+              const {at, x: left, y: top, unit} = scene.place(i, x), r = scene.sizes[i] * unit;
+              const shadow = scene.lens.place([at[0], scene.floor, 0]);
+              return [Math.min(left - r, shadow.x - r), wide - Math.max(left, shadow.x) - r, top - r,
+                high - Math.max(top + r, shadow.y)]; })"""
+        )
+        assert np.min(places) > -3, (ball, places)
+        space.let_go()
+
+
+def test_it_is_offered_where_it_is_fast_and_chosen_for_good(page, live_path):
+    """Elsewhere the key and the panel offer it."""
+    button = page.find("#space")
+    assert not button.is_displayed()
+    page.js("window.name = 'keeps'")
+    page.load(live_path.as_uri() + "#preset=textbook")
+    page.js("localStorage.setItem('cradle', JSON.stringify({picture: 12}))")
+    for text, shown in (("3D", False), ("Flat", True), ("Flat", True)):
+        page.load(live_path.as_uri() + "#preset=textbook")
+        button = page.find("#space")
+        assert (button.text, page.js("return cradle.space")) == (text, shown)
+        if not shown:
+            button.click()
+            assert button.text == "Flat"
+    # What a picture takes is measured where that is not known.
+    page.js("localStorage.clear()")
+    page.load(live_path.as_uri() + "#preset=textbook")
+    page.wait("cradle.spaceTime > 0")
+    assert page.js("return JSON.parse(localStorage.cradle).picture === cradle.spaceTime")
+    assert page.js("return [cradle.space, document.querySelectorAll('.space').length]") == [False, 0]
+    page.js("localStorage.clear(); window.name = ''")
 
 
 def test_what_stands_still_is_drawn_once(space):

@@ -24,7 +24,7 @@ def test_the_keyboard_does_everything(page):
     slider = page.find_all(".sliders input")[1]
     page.execute_script("arguments[0].focus()", slider)
     slider.send_keys(Keys.ARROW_LEFT * 4)
-    assert slider.get_attribute("aria-valuetext") == "4.0 cm to the left, held"
+    assert slider.get_attribute("aria-valuetext") == "40.0 mm to the left, held"
     slider.send_keys(Keys.ENTER)
     assert page.js("return source.setup.values.x_start") == pytest.approx([-0.04, -0.04, 0, 0, 0])
     panels = {"c": "Change", "s": "Show", "b": "Compare", "k": "Save and share", "h": "Keys"}
@@ -65,7 +65,9 @@ def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
 
 
 def test_the_defaults_are_those_of_the_fmu(page, fmu):
-    for name, value in page.execute_script("return DEFAULTS").items():
+    defaults = page.execute_script("return DEFAULTS")
+    assert len(defaults) > 20
+    for name, value in defaults.items():
         assert fmu.built_with(name) == fmu.number(name, value), name
 
 
@@ -83,6 +85,55 @@ def test_a_link_carries_the_set_up(page, live_path):
     page.wait(f"{told}.test(cradle.controls.status.textContent)")
     page.load(link)
     assert page.js(shown) == wanted
+
+
+#: What anybody may write behind #, and what is said of it.
+ODD = {
+    "lang=constructor": "Ignored in the address: lang=constructor.",
+    "show=force,toString&view=2d": "Ignored in the address: view=2d, show=force,toString.",
+    "slow=__proto__": "Ignored in the address: slow=__proto__.",
+    "preset=constructor": "preset = constructor is refused; allowed: textbook, ",
+    "%": "% is refused; allowed: text in which % is written as %25",
+    "__proto__=1": 'no variable has the name "__proto__"',
+    "constructor=1": 'no variable has the name "constructor"',
+}
+
+
+@pytest.mark.parametrize("link", ODD)
+def test_what_a_link_does_not_mean_is_ignored_with_a_word(page, live_path, link):
+    """While the page is open, and when it opens."""
+    for act in (
+        lambda: page.js("location.hash = arguments[0]", link),
+        lambda: page.load(f"{live_path.as_uri()}#{link}"),
+    ):
+        act()
+        page.wait("cradle.controls.status.textContent")
+        assert ODD[link] in page.js("return cradle.controls.status.textContent")
+        page.js("cradle.lift(1)")
+        page.wait("source.run.time > 0.1")
+
+
+def test_links_have_round_numbers(page):
+    """Of a release by hand, at rest and thrown: what the link starts is what runs."""
+    page.js("cradle.setRunning(false)")
+    page.drag(1, -87)
+    for speed in (0, 0.123456789123):
+        page.js("cradle.take('test', 1, -0.1731); cradle.move('test', 1, -0.17310000000000003)")
+        page.js("source.release('test', arguments[0])", speed)
+        link, recipe = page.js("return [source.setup.toLink('textbook'), source.setup.recipe()]")
+        assert max(len(number) for number in re.findall(r"[-\d.e]+", link)) < 16, link
+        assert page.js("return Setup.fromLink(arguments[0]).setup.recipe()", link) == recipe
+
+
+def test_only_the_pages_own_scripts_run(page):
+    """Whatever brings another one into it."""
+    page.js("""const script = document.createElement("script"); script.textContent = "window.bad = true";
+      document.body.append(script);
+      document.body.insertAdjacentHTML("beforeend", "<img src=x onerror='bad = true'>")""")  # fmt: skip
+    page.drawn()
+    assert page.js("return window.bad") is None
+    logged = [entry["message"] for entry in page.get_log("browser")]
+    assert any("Content Security Policy" in message for message in logged)
 
 
 def test_the_links_of_the_lesson(page):
@@ -275,7 +326,8 @@ def test_the_lesson_is_presented_step_by_step(page, live_path):
         assert page.js("return cradle.stages[0].scene.glow.some(Boolean)") is False or not asked
         assert page.seen("#guesses") is asked
         if asked:
-            assert page.find("#about").text == ""
+            assert page.find("#about").text == TEXTS["en"]["lessons"][step - 1]["asked"]
+            assert not page.seen(".strips")  # nothing has moved yet
             guess(page, 2)
             page.js("cradle.clock.slowAt('no')")
             page.wait("cradle.lesson.phase === 'knows'")

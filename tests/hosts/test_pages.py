@@ -160,9 +160,11 @@ for (let node; (node = walk.nextNode());) {
   if (arguments[0] && parent.closest("#status")) continue;
   if (!parent.checkVisibility({visibilityProperty: true})) continue;
   if (getComputedStyle(parent).clipPath !== "none") continue;
+  const strips = parent.closest(".strips")?.getBoundingClientRect(); // what is scrolled out of it is not seen
   const range = document.createRange(), scrolls = Boolean(parent.closest("[role=region], .wide"));
   range.selectNodeContents(node);
   for (const {left, top, right, bottom} of range.getClientRects()) {
+    if (strips && (top < strips.top || bottom > strips.bottom)) continue;
     if (right - left > 1) found.push([text.slice(0, 60), left, top + scrollY, right, bottom + scrollY, scrolls]);
   }
 }

@@ -8,27 +8,44 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use newtons_cradle::engine::{Chain, Engine, Pulse, Results};
+use newtons_cradle::engine::{Chain, Engine, EngineError, Observer, Pulse, Results};
 use newtons_cradle::forecast::Forecast;
-use newtons_cradle::model::SolverMethod;
-use newtons_cradle::variables::{Kind, Recipe};
+use newtons_cradle::model::{Inputs, Parameters, SolverMethod};
+use newtons_cradle::variables::{Causality, Kind, Recipe, Settings, StartValue, variables};
+
+mod hands;
+
+/// A run, and what it was started with.
+#[derive(Clone)]
+struct Run {
+    engine: Engine,
+    parameters: Parameters,
+    inputs: Inputs,
+}
+
+impl Run {
+    /// Starts at `time` (s) with these parameters.
+    fn new(parameters: Parameters, inputs: Inputs, time: f64) -> Result<Self, EngineError> {
+        Ok(Self { engine: Engine::new(&parameters, &inputs, time)?, parameters, inputs })
+    }
+}
 
 thread_local! {
-    static RUNS: RefCell<BTreeMap<i32, Engine>> = RefCell::default();
+    static RUNS: RefCell<BTreeMap<i32, Run>> = RefCell::default();
     static TEXT: RefCell<Vec<u8>> = RefCell::default();
     static NUMBERS: RefCell<Vec<f64>> = RefCell::default();
 }
 
 /// Calls `act` on a run of the page's, which knows only numbers that [`start`] and [`copy`] gave.
-fn with<R>(run: i32, act: impl FnOnce(&mut Engine) -> R) -> R {
+fn with<R>(run: i32, act: impl FnOnce(&mut Run) -> R) -> R {
     RUNS.with_borrow_mut(|runs| act(runs.get_mut(&run).expect("the page asks for runs that it was given")))
 }
 
 /// Keeps a run. Returns its number, which may be that of a forgotten one.
-fn keep(engine: Engine) -> i32 {
+fn keep(run: Run) -> i32 {
     RUNS.with_borrow_mut(|runs| {
         let number = runs.last_key_value().map_or(0, |(last, _)| last + 1);
-        runs.insert(number, engine);
+        runs.insert(number, run);
         number
     })
 }
@@ -44,6 +61,12 @@ pub extern "C" fn make_room(length: usize) {
     TEXT.set(vec![0; length]);
 }
 
+/// Makes room for so many numbers.
+#[unsafe(no_mangle)]
+pub extern "C" fn make_numbers(count: usize) {
+    NUMBERS.set(vec![0.0; count]);
+}
+
 /// Where something lies: its address times 2^32, and how many elements it has.
 fn place<T>(items: &[T]) -> u64 {
     (items.as_ptr() as u64) << 32 | items.len() as u64
@@ -55,7 +78,7 @@ pub extern "C" fn text() -> u64 {
     TEXT.with_borrow(|text| place(text))
 }
 
-/// The numbers that were left last.
+/// The numbers that were left last, or written.
 #[unsafe(no_mangle)]
 pub extern "C" fn numbers() -> u64 {
     NUMBERS.with_borrow(|numbers| place(numbers))
@@ -78,15 +101,28 @@ fn started() -> Result<i32, String> {
     if settings.parameters.method != SolverMethod::EventDriven {
         return Err("solver.method is refused; allowed: eventDriven".into());
     }
-    let engine = Engine::new(&settings.parameters, &settings.inputs, 0.0).map_err(|error| error.to_string())?;
-    say(&settings.warnings(Some(Kind::CoSimulation)).join(". "));
-    Ok(keep(engine))
+    let warnings = settings.warnings(Some(Kind::CoSimulation)).join(". ");
+    let run = Run::new(settings.parameters, settings.inputs, 0.0).map_err(|error| error.to_string())?;
+    say(&warnings);
+    Ok(keep(run))
+}
+
+/// Leaves a recipe as text that has the default of each parameter; of vectors, for two balls.
+#[unsafe(no_mangle)]
+pub extern "C" fn defaults() {
+    let (settings, mut recipe) = (Settings::default_for(2), Recipe::new(2));
+    for variable in variables(2).filter(|variable| variable.row.causality == Causality::Parameter) {
+        let text = variable.text(&settings).unwrap_or_default();
+        let value = text.parse().map_or_else(|_| StartValue::Item(text), StartValue::Number);
+        recipe.start.insert(variable.to_string(), value);
+    }
+    say(&recipe.to_json());
 }
 
 /// Another run that goes on from where this one is.
 #[unsafe(no_mangle)]
 pub extern "C" fn copy(run: i32) -> i32 {
-    keep(with(run, |engine| engine.clone()))
+    keep(with(run, |run| run.clone()))
 }
 
 /// Forgets a run.
@@ -95,15 +131,42 @@ pub extern "C" fn forget(run: i32) {
     RUNS.with_borrow_mut(|runs| runs.remove(&run));
 }
 
-/// Moves a run on to `time` (s), or to where `effort` (units of about a tenth of a microsecond) is spent: the time
-/// reached. NaN if it cannot go on; the text is then the reason. Leaves the pulses that have finished, five numbers
-/// each: contact (from 0), onset (s), release (s), peak (N), impulse (N.s).
+/// What happens during a call of [`advance`].
+struct Watch {
+    pulses: Vec<Pulse>,
+    /// Whether the call ends where balls touch or part, and when (s) they have.
+    stops: bool,
+    stop: Option<f64>,
+}
+
+impl Observer for Watch {
+    fn pulse(&mut self, pulse: Pulse) {
+        self.onset(pulse.contact, pulse.release);
+        self.pulses.push(pulse);
+    }
+
+    fn onset(&mut self, _contact: usize, time: f64) {
+        self.stop = self.stops.then_some(time);
+    }
+
+    fn stop(&self) -> Option<f64> {
+        self.stop
+    }
+}
+
+/// Moves a run on to `time` (s), to where `effort` (units of about a tenth of a microsecond) is spent or, if `stops` is
+/// not 0, to where balls touch or part: the time reached. NaN if it cannot go on; the text is then the reason. Leaves
+/// the pulses that have finished, six numbers each: contact (from 0), onset (s), release (s), peak (N), when that was (s),
+/// impulse (N.s).
 #[unsafe(no_mangle)]
-pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
-    let mut pulses = Vec::new();
-    let reached = with(run, |engine| engine.advance_within(time, effort as u64, &mut pulses).map(|_| engine.time()));
-    let each = |pulse: Pulse| [pulse.contact as f64, pulse.onset, pulse.release, pulse.peak.force, pulse.impulse];
-    NUMBERS.set(pulses.into_iter().flat_map(each).collect());
+pub extern "C" fn advance(run: i32, time: f64, effort: f64, stops: i32) -> f64 {
+    let mut watch = Watch { pulses: Vec::new(), stops: stops != 0, stop: None };
+    let reached =
+        with(run, |Run { engine, .. }| engine.advance_within(time, effort as u64, &mut watch).map(|_| engine.time()));
+    let each = |Pulse { contact, onset, release, peak, impulse }: Pulse| {
+        [contact as f64, onset, release, peak.force, peak.time, impulse]
+    };
+    NUMBERS.set(watch.pulses.into_iter().flat_map(each).collect());
     reached.unwrap_or_else(|error| {
         say(&error.to_string());
         f64::NAN
@@ -113,7 +176,7 @@ pub extern "C" fn advance(run: i32, time: f64, effort: f64) -> f64 {
 /// The next onset (s): infinity if there is none; negative if there is none before minus this.
 #[unsafe(no_mangle)]
 pub extern "C" fn next_onset(run: i32) -> f64 {
-    match with(run, |engine| engine.next_onset()) {
+    match with(run, |run| run.engine.next_onset()) {
         Forecast::At(time) => time,
         Forecast::NotBefore(time) => -time,
         Forecast::Never => f64::INFINITY,
@@ -124,7 +187,7 @@ pub extern "C" fn next_onset(run: i32) -> f64 {
 /// `web/page/engine/engine.js` reads them.
 #[unsafe(no_mangle)]
 pub extern "C" fn look(run: i32) {
-    with(run, |engine| {
+    with(run, |Run { engine, .. }| {
         let (engine, balls) = (&*engine, engine.cradle().balls.len());
         let whole = [
             engine.time(),

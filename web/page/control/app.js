@@ -4,21 +4,23 @@ import { Clock } from "#control/clock.js";
 import { Guide } from "#control/guide.js";
 import { listenToUser, offers } from "#control/keys.js";
 import { Lesson } from "#control/lesson.js";
-import { openLink, showLink } from "#control/link.js";
+import { keep, kept, openLink, showLink } from "#control/link.js";
 import { Panels } from "#control/panels.js";
 import { Stage } from "#control/stage.js";
 import { Timeline } from "#control/timeline.js";
 import { Engine, Refusal } from "#engine/engine.js";
 import { Live } from "#engine/live.js";
 import { Recording } from "#engine/recording.js";
-import { FILES, PRESETS } from "#engine/setup.js";
-import { unpacked, write } from "#view/common.js";
+import { FILES, learnDefaults, PRESETS } from "#engine/setup.js";
+import { aria, unpacked, write } from "#view/common.js";
 import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
 import { learn, paceText, say, speak, textsOf } from "#view/texts.js";
 import { DAY, NIGHT } from "#view/themes.js";
 
 const LIFT = 0.25; // of the strings' length, by the button and the keys
+const FAST = 25;   // ms that a picture in 3D may take where it is offered
+const WAIT = 1500; // ms after which that is measured
 
 class App {
   /** `engine` and `recording`: null where the page has none, but it has one of them. */
@@ -43,6 +45,7 @@ class App {
     if (recording) this.timeline.present(recording);
     else this.choose("textbook");
     if (asked && engine) this.open(asked);
+    this.offerSpace();
     this.frame(performance.now());
   }
 
@@ -61,8 +64,9 @@ class App {
   }
 
   replace(source) {
-    this.stages[0].source.forget();
-    this.stages[0].source = source;
+    const [stage] = this.stages;
+    if (stage.source !== source) stage.source.forget();
+    stage.source = source;
   }
 
   /** Shows other runs or drawings on all stages; lets balls go unless only what moves changes. */
@@ -79,9 +83,12 @@ class App {
   show() {
     const { lesson, stages, controls, sources: [{ live }] } = this, { title, text } = lesson.heading ?? {};
     controls.title.textContent = title ?? say("title");
-    controls.about.textContent = text ?? say(`about.${live ? this.preset ?? "own" : "recorded"}`);
+    const about = live ? this.preset ?? "own" : "recorded";
+    controls.about.textContent = text ?? say(`about.${about}`, { name: stages[0].named });
     for (const { heading, named } of stages) heading.textContent = stages.length > 1 ? named : "";
     for (const name of ["again", "rest", "inside", "goOn"]) controls[name].hidden = !offers(this, name);
+    controls.space.hidden = !this.offersSpace;
+    write(controls.space, say(this.space ? "flat" : "others.space"));
     controls.view.hidden = !this.space;
     controls.guesses.hidden = lesson.phase !== "asks";
     document.body.classList.toggle("two", stages.length > 1);
@@ -254,8 +261,9 @@ class App {
     pace.textContent = paceText(clock.rate);
     pace.classList.toggle("slow", clock.rate < 0.5);
     write(play, say(clock.running ? "pause" : "play"));
-    write(view, say(`views.${this.eye.view}`));
-    write(inside, say(clock.slow === "next" || clock.inside ? "insideNow" : "inside"));
+    write(view, say(`views.${this.eye.next}`));
+    write(inside, say(clock.inside ? "insideNow" : "inside"));
+    aria(inside, { pressed: clock.slow === "next" || clock.inside });
     const percent = clock.late > 0.25 && clock.running ? Math.min(90, Math.round(10 * clock.late) * 10) : null;
     if (percent && percent !== this.lateTold) this.tell(say("late", { percent }), 4);
     this.lateTold = percent;
@@ -276,13 +284,32 @@ class App {
   set(kind, on) {
     if (kind in this.shows) this.shows[kind] = on;
     if (kind === "every") this.clock.slowAt(on ? "always" : "no");
-    if (kind === "space") this.setSpace(on);
+    if (kind === "space") {
+      this.setSpace(on);
+      keep({ space: this.space });
+    }
     if (kind === "sound") this.sound.switchOn(on);
     if (kind === "light") this.setTheme(on);
     if (kind === "keys") this.keys = on;
     if (kind === "ask") this.lesson.asks = on;
     this.show();
   }
+
+  /** Offers 3D where a picture takes little time, shown if it was chosen before. */
+  offerSpace() {
+    const known = kept();
+    this.spaceTime = known.picture;
+    if (known.space && !this.space) this.setSpace(true, false);
+    if (this.spaceTime === undefined) setTimeout(() => {
+      this.spaceTime = this.stages[0].timeOfSpace(this.theme);
+      keep({ picture: this.spaceTime });
+      this.show();
+    }, WAIT);
+    this.show();
+  }
+
+  /** Whether 3D is offered beside what else can be done. */
+  get offersSpace() { return this.space || this.spaceTime < FAST; }
 
   /** Shows all in 3D, or flat; `tells` what came of it. */
   setSpace(on, tells = on && !this.space) {
@@ -325,7 +352,8 @@ export async function start() {
     Object.assign(FILES, data("presets"));
     const packed = document.getElementById("engine"), recorded = data("recording");
     const engine = packed && await Engine.load(await unpacked("engine").arrayBuffer());
-    const recording = recorded && await Recording.load(recorded);
+    if (engine) learnDefaults(engine.defaults());
+    const recording = recorded && await Recording.load(recorded, engine);
     for (const id of ["engine", "recording"]) document.getElementById(id)?.remove();
     window.cradle = new App(engine, recording);
   } catch (problem) {

@@ -7,6 +7,7 @@ const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this 
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
 const LONGEST_FRAME = 0.05; // s: the most time that passes from one picture to the next
 const BUDGET = 4;       // ms after which the engine begins nothing more for a picture
+const PARTS = 16;       // of a step, after each of which a run is looked at while balls touch
 
 export class Clock {
   constructor() {
@@ -15,6 +16,7 @@ export class Clock {
     this.late = 0;      // fraction of recent time that did not pass because the engine had too much to do
     this.spent = 0;     // ms that the engine took for the last picture
     this.targets = new Map(); // what the sources have not reached yet
+    this.stride = Infinity;   // s of the run after which it is looked at while balls touch
     this.slowAt("no");
   }
 
@@ -46,6 +48,7 @@ export class Clock {
       // Not past an onset before it is known what follows it.
       const unknown = clicks.filter(({ done }) => !done).map(({ distance }) => distance);
       const step = Math.min(piece * this.rate, ...unknown);
+      this.stride = step / PARTS;
       for (const source of sources) this.targets.set(source, Math.min(source.time + step, source.end ?? Infinity));
       this.notice(clicks, step);
     }
@@ -77,7 +80,8 @@ export class Clock {
     for (const source of sources) {
       const target = this.targets.get(source);
       while (source.time < target) {
-        source.advance(target, EFFORT);
+        const soon = source.touches ? source.time + this.stride : target;
+        source.advance(soon > source.time ? Math.min(soon, target) : target, EFFORT);
         if (source.time < target && performance.now() > deadline) return false;
       }
     }

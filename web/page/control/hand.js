@@ -5,6 +5,7 @@ import { say } from "#view/texts.js";
 
 const REACH = 22;         // px beside a ball that still take it, for fingers
 const TURN = 0.006;       // rad by which the view turns for a px
+const FARTHEST = 1.2;     // of a pendulum's length, that a slider reaches
 const STILL = 70;         // ms without a move after which a hand is at rest
 const MEMORY = 90;        // ms of a hand's way that say how fast it throws
 const FASTEST_THROW = 4;  // m/s
@@ -48,10 +49,19 @@ export class Hand {
     } else {
       canvas.style.cursor = "grabbing";
       const x = scene.displacement(ball, point) + hold.grip;
+      Object.assign(hold, { point, unit: scene.unit });
       way.push({ time, x });
       while (way.length > 2 && time - way[0].time > MEMORY) way.shift();
       app.move(pointerId, ball, x);
     }
+  }
+
+  /** Where the picture has changed its scale, held balls stay below their pointers. */
+  follow() {
+    const { scene } = this.stage;
+    for (const [pointerId, { ball, grip, point, unit }] of this.ways)
+      if (ball >= 0 && point && unit !== scene.unit)
+        this.app.move(pointerId, ball, scene.displacement(ball, point) + grip);
   }
 
   up({ pointerId, timeStamp }) {
@@ -74,15 +84,22 @@ export class Sliders {
   }
 
   fit() {
-    const { live, drawing: { balls } } = this.stage.source;
+    const { live, drawing: { balls, length } } = this.stage.source, most = Math.ceil(1e3 * FARTHEST * length);
     while (this.inputs.length > balls) this.inputs.pop().remove();
     while (this.inputs.length < balls) this.add(this.inputs.length);
-    for (const input of this.inputs) input.disabled = !live;
+    for (const input of this.inputs) Object.assign(input, { disabled: !live, min: -most, max: most });
+    this.tellAll();
+  }
+
+  /** Says where the balls are, but not again and again to who has chosen one that swings. */
+  tellAll() {
+    const { app, inputs, chosen } = this;
+    for (const ball of inputs.keys()) if (ball !== chosen || !app.clock.running) this.tell(ball);
   }
 
   add(ball) {
     const { app, stage } = this, who = `keys ${ball}`;
-    const input = element(this.box, "input", { type: "range", min: -120, max: 120, step: "any" });
+    const input = element(this.box, "input", { type: "range", step: "any" });
     aria(input, { label: say("ball", { ball: ball + 1 }) });
     input.onkeydown = (event) => {
       const { source } = stage, step = 0.025 * source.drawing.length * (event.shiftKey ? 0.2 : 1);
@@ -95,8 +112,9 @@ export class Sliders {
       else return;
       event.preventDefault();
       event.stopPropagation();
-      this.tell(ball, who);
+      this.tell(ball);
     };
+    input.onfocus = () => this.tell(ball);
     input.onblur = () => { if (stage.source.holds?.has(who)) app.drop(who, 0); };
     this.inputs.push(input);
   }
@@ -104,12 +122,12 @@ export class Sliders {
   /** The ball with the keyboard focus, from 0; -1 for none. */
   get chosen() { return this.inputs.indexOf(document.activeElement); }
 
-  /** Says where a ball is. */
-  tell(ball, who) {
-    const { source } = this.stage, held = source.holds.get(who), x = held?.x ?? source.state.x[ball];
-    const distance = `${Math.abs(100 * x).toFixed(1)} cm`, way = x < 0 ? "toTheLeft" : "toTheRight";
-    const place = distance === "0.0 cm" ? say("hangs") : say(way, { distance });
-    this.inputs[ball].value = (100 * x) / source.drawing.length;
-    aria(this.inputs[ball], { valuetext: held ? say("held", { place }) : place });
+  /** Says where a ball is (mm). */
+  tell(ball) {
+    const { source } = this.stage, held = source.held?.get(ball), x = held ?? source.state.x[ball];
+    const mm = (1e3 * x).toFixed(1), way = x < 0 ? "toTheLeft" : "toTheRight";
+    const place = Number(mm) ? say(way, { distance: `${mm.replace("-", "")} mm` }) : say("hangs");
+    this.inputs[ball].value = mm;
+    aria(this.inputs[ball], { valuetext: held === undefined ? place : say("held", { place }) });
   }
 }

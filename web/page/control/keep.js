@@ -41,8 +41,8 @@ export const csv = (lines) => new Blob([lines.map((line) => line.join(",")).join
 
 /** The pulses of the run so far, contacts and balls counted from 1. */
 export function pulsesTable({ pulses }) {
-  return csv([["contact", "onset", "release", "peak", "impulse"],
-    ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse])]);
+  return csv([["contact", "onset", "release", "peak", "impulse", "peak_time"],
+    ...pulses.map((p) => [p.contact + 1, p.onset, p.release, p.peak, p.impulse, p.peakTime])]);
 }
 
 /** The run for this page and `cradle-fmu page`: a recording's samples, or a live run computed again at even times. */

@@ -31,11 +31,12 @@ export class Lesson {
     this.enter(null);
   }
 
-  /** Title and text at the head of the page while the lesson is presented, without the answer before it is seen. */
+  /** Title and text at the head of the page while the lesson is presented, without the answer before it is
+   *  seen, but with what is new. */
   get heading() {
     if (this.step === null) return null;
-    const { title, text } = textsOf("lessons")[this.step], hidden = ["asks", "waits"].includes(this.phase);
-    return { title: `${this.step + 1}/${LESSON.length} ${hidden ? say("ask") : title}`, text: hidden ? "" : text };
+    const { title, text, asked } = textsOf("lessons")[this.step], hidden = ["asks", "waits"].includes(this.phase);
+    return { title: `${this.step + 1}/${LESSON.length} ${hidden ? say("ask") : title}`, text: hidden ? asked : text };
   }
 
   enter(phase) {

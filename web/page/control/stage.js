@@ -1,12 +1,17 @@
 // One cradle on the page: its picture, what is said about it, and what runs along.
 
 import { Hand, Sliders } from "#control/hand.js";
+import { Heard } from "#control/heard.js";
 import { Strips } from "#control/strips.js";
 import { aria, element, write } from "#view/common.js";
 import { captionOf, describeSetup } from "#view/captions.js";
 import { drawLenses, Scene } from "#view/scene.js";
 import { Scene3D } from "#view/scene3d.js";
 import { say } from "#view/texts.js";
+
+const MOVES = 0.05; // of the fastest ball's speed: what is told to move
+const STILL = 1e-6; // m/s
+const PIXEL = new Uint8Array(4);
 
 export class Stage {
   constructor(source, app) {
@@ -21,13 +26,14 @@ export class Stage {
     this.scene = new Scene(this.canvas);
     this.hand = new Hand(this);
     this.sliders = new Sliders(this);
+    this.heard = new Heard(this);
     this.changed();
   }
 
   changed() {
     this.scene.glow = [];
     this.sliders.fit();
-    this.strips.clear();
+    this.heard.changed();
   }
 
   close() {
@@ -36,7 +42,17 @@ export class Stage {
     this.figure.remove();
   }
 
-  get named() { return this.source.live ? describeSetup(this.source.setup) : this.source.name; }
+  get named() {
+    const { live, setup, name } = this.source, preset = live ? null : setup?.preset;
+    return live ? describeSetup(setup) : [preset && say(`presets.${preset}`), name].filter(Boolean).join(" · ");
+  }
+
+  /** What moves now, in words. */
+  get moving() {
+    const { state: { v } } = this.source, most = Math.max(...v.map(Math.abs));
+    const list = Array.from(v, (speed, i) => (Math.abs(speed) > MOVES * most ? i + 1 : 0)).filter(Boolean);
+    return most > STILL ? say("moves", { count: list.length, list: list.join(", ") }) : say("all");
+  }
 
   /** Shows the cradle in 3D, or flat; false if that is impossible. */
   setSpace(on) {
@@ -50,10 +66,11 @@ export class Stage {
   }
 
   follow(passed) {
-    const { source, strips } = this, pulses = source.takePulses();
-    strips.record(source, pulses, passed);
+    const { source } = this, pulses = source.takePulses();
+    this.hand.follow();
+    this.heard.follow();
     const inside = this.app.clock.inside && source.shownClick?.most.force;
-    this.scene.shine(source.state, pulses, Math.max(strips.track.most.force, inside || 0), passed);
+    this.scene.shine(source.state, pulses, Math.max(source.track.most.force, inside || 0), passed);
     return pulses;
   }
 
@@ -62,7 +79,7 @@ export class Stage {
     const { shows, clock } = app, held = source.held ?? new Map(), click = clock.inside ? source.shownClick : null;
     scene.layout(drawing, this.nearness(), this.room(drawing)).draw(state, {
       theme, held, selected, labels: shows.numbers || Boolean(click) || selected >= 0,
-      arrows: shows.velocity || click ? Math.max((click ?? this.strips.track).most.velocity, 1e-3) : 0,
+      arrows: shows.velocity || click ? Math.max((click ?? source.track).most.velocity, 1e-3) : 0,
     });
     if (click?.most.overlap) {
       const reach = 1.3 * Math.max(click.most.overlap, source.setup.get("contact.deadBand")); // m, half of a lens
@@ -71,8 +88,33 @@ export class Stage {
     const { text = "", detail = "" } = click?.done ? captionOf(click, source.now, state) : app.hintFor(this);
     write(this.sentence, text);
     write(this.detail, detail);
-    aria(this.canvas, { label: say("stageName", { name: this.named }) });
+    this.tell();
     this.strips.draw(click, theme);
+  }
+
+  /** Tells those who do not see it, once a second, what moves and where the balls are. */
+  tell() {
+    const now = performance.now();
+    if (now - (this.told ?? -Infinity) < 1000) return;
+    this.told = now;
+    aria(this.canvas, { label: `${say("stageName", { name: this.named })}. ${this.moving}` });
+    this.sliders.tellAll();
+  }
+
+  /** How long a picture in 3D takes (ms); Infinity where there is none. */
+  timeOfSpace(theme) {
+    if (!this.setSpace(true)) return Infinity;
+    const { painter, painter: { gl } } = this.scene;
+    const done = () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, PIXEL);
+    this.draw(theme);
+    done();
+    painter.drawn = null; // so that it is drawn again, with shaders that have been compiled
+    const begun = performance.now();
+    this.draw(theme);
+    done();
+    const time = performance.now() - begun;
+    this.setSpace(this.app.space);
+    return time;
   }
 
   /** How close the viewer is: nearer as time slows at a click. */
@@ -84,11 +126,14 @@ export class Stage {
     return this.near;
   }
 
-  /** Room for the swing, as an angle (rad). It changes gently, and not while somebody holds a ball. */
-  room({ reach }) {
-    const wanted = Math.min(1.4, Math.max(0.3, 1.08 * reach));
-    const { swing = wanted } = this, held = this.source.holds?.size;
-    if (!held) this.swing = this.app.still ? wanted : swing + 0.08 * (wanted - swing);
-    return this.swing ?? wanted;
+  /** Room for the swing, as an angle (rad). It changes gently and, while somebody holds a ball, grows only as far as
+   *  that ball is taken. */
+  room({ reach, swing: { angle } }) {
+    const held = [...this.source.held?.values() ?? []].map((x) => Math.abs(angle(x)));
+    const widest = held.length ? Math.max(...held) : reach;
+    const wanted = Math.min(1.4, Math.max(0.3, 1.08 * widest)), { swing = wanted } = this;
+    const gently = this.app.still ? wanted : swing + 0.08 * (wanted - swing);
+    this.swing = held.length ? Math.max(swing, gently) : gently;
+    return this.swing;
   }
 }

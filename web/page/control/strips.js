@@ -1,13 +1,12 @@
 // What runs below a cradle: rows of curves, their values at the time shown or at the pointer, dragging in time.
 
-import { History } from "#engine/history.js";
-import { aria, element, linear, placeIn, roundStep, withPrefix } from "#view/common.js";
-import { colourOf, FINE, Graph, SECONDS, UNITS } from "#view/graph.js";
+import { aria, element, roundStep, withPrefix, write } from "#view/common.js";
+import { colourOf, FINE, Graph, SECONDS, THIN, UNITS } from "#view/graph.js";
 import { rounded, say } from "#view/texts.js";
 
 const MARGIN = 0.06; // of a click's length, before and after it
 const MOST_VALUES = 6; // of one row; of more curves the value that is furthest from 0 is told
-const TIDY = 1e-5;   // of the largest value: anything smaller is shown as 0
+const NEAR = 3;      // px from the pointer within which a spike is read
 
 export class Strips {
   constructor(stage) {
@@ -16,6 +15,7 @@ export class Strips {
     this.box = element(stage.figure, "div", { className: "strips", hidden: true, role: "group", tabIndex: 0 });
     const canvas = this.canvas = element(this.box, "canvas", { className: "graph", role: "img" });
     this.titles = element(this.box, "div", { className: "titles" });
+    this.more = element(stage.figure, "p", { className: "more" });
     this.graph = new Graph(canvas);
     canvas.onpointerdown = ({ pointerId, offsetX }) => {
       if (!this.canSeek) return;
@@ -31,14 +31,6 @@ export class Strips {
     canvas.onpointerleave = () => { this.pointer = null; };
   }
 
-  clear() { this.history = new History(this.stage.source.drawing.balls); }
-
-  record({ live, time, state, origin }, pulses, passed) {
-    if (live && (passed > 0 || !this.history.times.length)) this.history.record(time, state, pulses, origin);
-  }
-
-  get track() { return this.stage.source.live ? this.history : this.stage.source; }
-
   /** Whether dragging in time is possible: in a recording, or in a live run within a known click. */
   get canSeek() {
     const { source } = this.stage;
@@ -52,22 +44,30 @@ export class Strips {
 
   draw(click, theme) {
     const { stage: { source }, app, graph, canvas } = this, known = click?.sampled && click.length > 0 ? click : null;
-    const track = known?.samples ?? this.track, { origin, [known ? "now" : "time"]: now } = source; // in its run
+    const track = known?.samples ?? source.track, { origin, [known ? "now" : "time"]: now } = source; // in its run
     const kinds = ["force", "velocity", "energy", "momentum"].filter((kind) => track.curves[kind].length
       && (app.shows[kind] || (kind === "force" && click)) && !(kind === "force" && source.drawing.rigid));
     this.box.style.setProperty("--rows", kinds.length);
-    this.box.hidden = !kinds.length;
+    this.box.hidden = !kinds.length || app.lesson.phase === "asks"; // nothing has moved yet
     aria(this.box, { label: say("showWhat") });
-    if (!kinds.length) return;
+    if (this.box.hidden) return write(this.more, "");
     this.window = this.frozen ?? this.around(known);
     const pointer = this.pointer === null ? null : graph.timeAt(this.pointer, this.window);
     graph.draw(kinds, track, { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
     canvas.style.cursor = this.canSeek ? "ew-resize" : "";
     const titles = kinds.map((kind) => `<p>${this.title(kind, track, pointer ?? now, theme)}</p>`).join("");
     if (this.shownTitles !== titles) this.titles.innerHTML = this.shownTitles = titles;
+    write(this.more, this.hiddenOf(kinds));
     if (performance.now() - (this.told ?? -Infinity) < 1000) return;
     aria(canvas, { label: this.titles.textContent });
     this.told = performance.now();
+  }
+
+  /** What there is to scroll to, in words. */
+  hiddenOf(kinds) {
+    const { scrollTop, clientHeight, scrollHeight } = this.box, row = scrollHeight / kinds.length;
+    const hidden = kinds.filter((_, i) => (i + 0.5) * row < scrollTop || (i + 0.5) * row > scrollTop + clientHeight);
+    return hidden.length ? say("scroll", { list: hidden.map((kind) => say(`shows.${kind}`)).join(", ") }) : "";
   }
 
   /** The time between the sides: that of a click, of a recording around now, of a live run up to now. */
@@ -75,16 +75,16 @@ export class Strips {
     const { stage: { source }, app: { clock } } = this, { live, begin, end, time: now } = source;
     const span = SECONDS * clock.base, margin = MARGIN * click?.length;
     if (click) return { left: click.begin - margin, right: click.end + margin };
-    const left = live ? Math.max(now - span, this.history.times[0] ?? now)
+    const left = live ? Math.max(now - span, source.track.times[0])
       : Math.max(begin, Math.min(now - span / 2, end - span));
     return { left, right: live ? Math.max(now, left + clock.base) : Math.min(left + span, end) };
   }
 
   /** The text of a row, with its values at this time. */
   title(kind, track, at, theme) {
-    const curves = track.times.length > 1 ? track.curves[kind] : [], place = placeIn(track.times, at);
-    const several = curves.map((curve) => linear(curve, place))
-      .map((value) => (Math.abs(value) < TIDY * track.most[kind] ? 0 : value));
+    const curves = track.times.length > 1 ? track.curves[kind] : [], { left, right } = this.window;
+    const pixel = (right - left) / this.canvas.clientWidth;
+    const several = curves.map((_, i) => track.valueAt(kind, i, at, NEAR * pixel));
     const names = { velocity: (i) => `${i + 1}`, force: (i) => `${i + 1}–${i + 2}`, momentum: () => "",
       energy: (i) => say(`energies.${track.parts[i]}`) }[kind];
     const colours = (i) => (kind === "momentum" ? "transparent" : colourOf(kind, i, track, theme));
@@ -97,10 +97,13 @@ export class Strips {
 
   /** Further text about energy and momentum of a live run. */
   sum(kind) {
-    const { live, account, state } = this.stage.source;
+    const { live, account, state, track } = this.stage.source;
     if (live && kind === "momentum") return `· ${say("support", { force: withPrefix(state.supportForce, "N") })}`;
     if (!live || kind !== "energy") return "";
-    const sums = { lost: withPrefix(state.dissipated, "J"), residual: rounded(state.residual, 2) };
-    return account ? `${withPrefix(state.energy, "J", 6)} · ${say("exact", sums)}` : say("inHand");
+    const [total, lost] = [state.energy, state.dissipated]
+      .map((sum) => withPrefix(sum, "J", 6, roundStep(track.most.energy, FINE)));
+    if (!account) return `· ${say("inHand")}`;
+    const sums = `· ${say("sums", { total, lost })}`, residual = rounded(state.residual, 2);
+    return this.canvas.clientWidth > THIN ? `${sums} · ${say("error", { residual })}` : sums;
   }
 }

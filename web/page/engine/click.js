@@ -6,7 +6,7 @@ import { History } from "#engine/history.js";
 export const QUIET = 3;          // a click is over when nothing touches for this many times as long as it has lasted,
 export const QUIET_LEAST = 2e-6; // and for at least this many seconds
 export const LONGEST = 0.2;      // s, of a click that never ends
-const SAMPLES = 360;      // instants at which its forces are sampled
+const SAMPLES = 360;      // even instants at which its forces are sampled
 const CLICK_TIME = 2;      // ms for one picture, if nothing else is said
 
 /** Follows copies of a run through its next click ahead of time, in small portions. */
@@ -15,7 +15,7 @@ export class Click {
   constructor(run, begin) {
     Object.assign(this, { begin, end: begin, pulses: [], reach: 1e-8, done: false });
     const [before, scout, sampler] = [run.copy(), run.copy(), run.copy()]; // `before` stays, to look at it again
-    Object.assign(this, { before, scout, sampler, samples: new History(run.balls) });
+    Object.assign(this, { before, scout, sampler, samples: new History(run.balls), taken: 0 });
   }
 
   /** Continues until `deadline` (ms), or until the click (`done`) and its samples (`sampled`) are known. */
@@ -57,14 +57,14 @@ export class Click {
     this.sampled = this.length === 0; // rigid: at one instant
   }
 
-  /** One more of the instants from a little before it to a little after. */
+  /** One more of the instants from a little before it to a little after, or where balls touch or part before that. */
   sample() {
-    const { samples, sampler } = this, { times } = samples, margin = 0.06 * this.length;
+    const { samples, sampler, taken } = this, margin = 0.06 * this.length;
     const from = Math.max(this.begin - margin, this.before.time), step = (this.length + 2 * margin) / (SAMPLES - 1);
-    const time = from + times.length * step;
-    if (sampler.advance(time, EFFORT) < time) return;
-    samples.record(time, sampler.look());
-    this.sampled = times.length === SAMPLES;
+    const time = from + taken * step, reached = sampler.advance(time, EFFORT);
+    if (!(samples.times.at(-1) >= reached)) samples.record(reached, sampler.look());
+    if (reached >= time) this.taken++;
+    this.sampled = this.taken === SAMPLES;
   }
 
   /** The largest velocity, force and overlap in it (SI). */

@@ -21,6 +21,12 @@ export class Engine {
   get text() { return new TextDecoder().decode(this.left("text", Uint8Array)); }
   get numbers() { return this.left("numbers", Float64Array); }
 
+  /** The default of each parameter by its name, as in a recipe of two balls. */
+  defaults() {
+    this.functions.defaults();
+    return JSON.parse(this.text).start;
+  }
+
   /** Starts a run from an FMU's recipe {balls, start}; its `warnings`: a text. Throws Refusal. */
   start({ balls, start }) {
     const recipe = new TextEncoder().encode(JSON.stringify({ format: 1, balls, start }));
@@ -60,18 +66,34 @@ class Run {
     Object.assign(this, { engine, number, balls, time, shown: new State(balls), pulses: [] });
   }
 
-  /** Moves on to `time` or until `effort` (about 0.1 us each) is spent; the time reached. Throws Refusal. */
-  advance(time, effort = Infinity) {
+  /** Moves on to `time`; with an `effort` (about 0.1 us each), until that is spent or, if it `stops` there, balls touch
+   *  or part. The time reached. Throws Refusal. */
+  advance(time, effort = Infinity, stops = effort !== Infinity) {
     if (!(time > this.time)) return this.time;
     const { engine } = this;
-    const reached = engine.functions.advance(this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER));
-    for (let numbers = engine.numbers; numbers.length; numbers = numbers.subarray(5)) {
-      const [contact, onset, release, peak, impulse] = numbers;
-      this.pulses.push({ contact, onset, release, peak, impulse });
+    const reached = engine.functions.advance(this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER), stops);
+    for (let numbers = engine.numbers; numbers.length; numbers = numbers.subarray(6)) {
+      const [contact, onset, release, peak, peakTime, impulse] = numbers;
+      this.pulses.push({ contact, onset, release, peak, peakTime, impulse });
     }
     if (Number.isNaN(reached)) throw new Refusal(engine.text);
     return (this.time = reached);
   }
+
+  /** Places the balls anew, at positions (m) and velocities (m/s); those of `targets`, {ball: m}, are taken there by a
+   *  hand in so many `seconds`, and nothing stops them. Throws Refusal. */
+  setMotion(x, v, targets = new Map(), seconds = 0) {
+    const { engine, balls } = this;
+    engine.functions.make_numbers(3 * balls);
+    engine.numbers.set([...x, ...v, ...Array.from({ length: balls }, (_, i) => targets.get(i) ?? NaN)]);
+    if (engine.functions.set_motion(this.number, seconds) < 0) throw new Refusal(engine.text);
+  }
+
+  /** The largest horizontal speed (m/s) with which a ball may leave the deflection `x` (m). */
+  fastest(ball, x) { return this.engine.functions.fastest(this.number, ball, x); }
+
+  /** The angle (rad) to which the ball that swings farthest does, from its start. */
+  get reach() { return this.engine.functions.reach(this.number); }
 
   look() {
     this.engine.functions.look(this.number);
@@ -84,7 +106,7 @@ class Run {
     return { time: Math.abs(time), known };
   }
 
-  /** Pulses that have finished since the last call: [{contact, onset, release, peak, impulse}]. */
+  /** Pulses that have finished since the last call: [{contact, onset, release, peak, peakTime, impulse}]. */
   takePulses() {
     return this.pulses.splice(0);
   }

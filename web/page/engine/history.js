@@ -1,44 +1,144 @@
 // Tracks: what strips show of a whole recording, of a click, or of the recent past of a live run.
 
-import { largest } from "#view/common.js";
+import { countUpTo, largest, linear, placeIn } from "#view/common.js";
 
 const PARTS = ["kinetic", "gravity", "elastic"]; // of the energy
 const LEAST = { velocity: 1e-3, force: 1e-9, energy: 1e-12, momentum: 1e-3 }; // that a scale ends at
-const KEPT = 900; // samples
+const KEPT = 3000; // samples
 
 export class Track {
-  /** `times` (s) rise; `curves`: by kind, a column of samples for each; `parts`: what its curves of energy are. */
-  constructor(balls, times, curves, parts) {
-    Object.assign(this, { balls, times, curves, parts, pulses: [], most: { ...LEAST, overlap: 1e-9 } });
+  /** `times` (s) rise; `curves`: by kind, a column of samples for each; `parts`: what its curves of energy are;
+   *  `masses` of the balls (kg), if they are known. */
+  constructor(balls, times, curves, parts, masses = null) {
+    Object.assign(this, { balls, times, curves, parts, masses, pulses: [], most: { ...LEAST, overlap: 1e-9 } });
   }
 
   pulsesIn(left, right) { return this.pulses.filter(({ onset, release }) => release >= left && onset <= right); }
 
   /** Raises the largest value of this kind to that of these columns. */
   see(kind, columns) { this.most[kind] = Math.max(this.most[kind], largest(columns)); }
+
+  /** The force of a pulse as points [s, N]: from its onset through the samples within it and its peak to its release. A
+   *  pulse `at` a time is not resolved by the samples: a spike. */
+  shapeOf({ contact, onset, release, peak, peakTime, at }) {
+    if (at !== undefined) return [[at, 0], [at, peak], [at, 0]];
+    const { times } = this, force = this.curves.force[contact], points = [[onset, 0]];
+    for (let k = countUpTo(times, onset); times[k] < release; k++) points.push([times[k], force[k]]);
+    if (release === Infinity) return points; // it presses still
+    points.push([release, 0]);
+    const top = Number.isFinite(peakTime) ? peakTime : topOf(points);
+    points.splice(points.findIndex(([time]) => time >= top), 0, [top, peak]);
+    return points;
+  }
+
+  /** When the force of a pulse is largest (s), as far as the samples tell. */
+  peakTime(pulse) {
+    const points = this.shapeOf(pulse);
+    return points.reduce((best, point) => (point[1] > best[1] ? point : best))[0];
+  }
+
+  /** Points [s, m/s] of the velocity of ball `i` between the samples where its `pulses` begin and end. */
+  stepsOf(i, pulses) {
+    const { times, curves: { velocity: { [i]: v } }, masses } = this, segments = new Map();
+    const points = [];
+    for (const { contact, onset, release, impulse, at, between } of pulses) {
+      const step = { onset, release, change: ((contact === i ? -1 : 1) * impulse) / masses?.[i] };
+      if (between) points.push([at, v[between[0]]], [at, v[between[1]]]);
+      else for (const time of new Set([onset, release])) {
+        const k = countUpTo(times, time) - 1, sampled = times[k] === time, instant = onset === release;
+        // A step at a sample is in what lies before it.
+        const segment = sampled && instant ? k - 1 : k;
+        if (segment >= 0 && segment < times.length - 1 && (!sampled || instant))
+          segments.set(segment, (segments.get(segment) ?? new Set()).add(step));
+      }
+    }
+    for (const [k, steps] of segments) points.push(...stepped([times[k], v[k]], [times[k + 1], v[k + 1]], [...steps]));
+    return points;
+  }
+
+  /** Of a kind, the value of curve `i` at a time; within `near` (s) of a shorter pulse, its peak. */
+  valueAt(kind, i, time, near) {
+    const short = kind === "force" ? this.pulsesIn(time - near, time + near)
+      .filter(({ contact, onset, release, at }) => contact === i && (at ?? release) - (at ?? onset) < near) : [];
+    return short.length ? Math.max(...short.map(({ peak }) => peak))
+      : linear(this.curves[kind][i], placeIn(this.times, time));
+  }
+}
+
+/** Where a force [s, N] given by points is largest: at the vertex of the parabola through the largest and those beside
+ *  it. */
+function topOf(points) {
+  const k = points.reduce((best, [, force], k) => (force > points[best][1] ? k : best), 0);
+  if (k === 0) return 0.5 * (points[0][0] + points.at(-1)[0]); // no samples within
+  const [[a, fa], [b, fb], [c, fc]] = points.slice(k - 1, k + 2);
+  const [left, right] = [(fb - fa) / (b - a), (fc - fb) / (c - b)], turn = left - right;
+  return turn > 0 ? Math.min(c, Math.max(a, 0.5 * (a + b) + (0.5 * (c - a) * left) / turn)) : b;
+}
+
+/** Points of a velocity between two samples [s, m/s], by its steps {onset, release, change}, those at the same time as
+ *  one; what they leave of the difference changes evenly. Where a change is not known, all of it is one step. */
+function stepped([from, before], [to, after], all) {
+  const steps = [];
+  for (const step of all.sort((a, b) => a.onset - b.onset)) {
+    const last = steps.at(-1);
+    if (step.onset < last?.release)
+      Object.assign(last, { release: Math.max(last.release, step.release), change: last.change + step.change });
+    else steps.push({ ...step });
+  }
+  if (steps.some(({ change }) => !Number.isFinite(change))) {
+    const last = Math.max(...steps.map(({ release }) => release));
+    return [[last, before], [last, after]];
+  }
+  const done = ({ onset, release }, time, over) => (release > onset
+    ? Math.min(1, Math.max(0, (time - onset) / (release - onset))) : Number(over ? time >= onset : time > onset));
+  const changed = (time, over) =>
+    steps.reduce((sum, step) => sum + step.change * (done(step, time, over) - done(step, from, false)), 0);
+  const rate = (after - before - changed(to, true)) / (to - from);
+  return steps.flatMap(({ onset, release }) => [[onset, false], [release, true]])
+    .filter(([time]) => time >= from && time <= to)
+    .map(([time, over]) => [time, before + rate * (time - from) + changed(time, over)]);
 }
 
 export class History extends Track {
-  constructor(balls) {
+  constructor(balls, masses) {
     const curves = (count) => Array.from({ length: count }, () => []);
     super(balls, [], { velocity: curves(balls), force: curves(balls - 1), energy: curves(PARTS.length),
-      momentum: curves(1) }, PARTS);
+      momentum: curves(1) }, PARTS, masses);
   }
 
   /** Adds the state at `time`, and pulses in the time of their run, which began at `origin`. */
   record(time, { v, F, energy, momentum, overlap, ...stored }, pulses = [], origin = 0) {
     const parts = PARTS.map((part) => Math.max(0, stored[part].reduce((a, b) => a + b, 0))), { times, curves } = this;
     const row = { velocity: v, force: F, energy: parts, momentum: [momentum] };
+    if (times.at(-1) >= time) this.keep(0, times.findLastIndex((earlier) => earlier < time) + 1);
     times.push(time);
     for (const [kind, values] of Object.entries(row)) values.forEach((value, i) => curves[kind][i].push(value));
     this.pulses.push(...pulses.map((pulse) =>
-      ({ ...pulse, onset: pulse.onset + origin, release: pulse.release + origin })));
-    if (times.length > KEPT) {
-      for (const column of [times, ...Object.values(curves).flat()]) column.shift();
-      while (this.pulses[0]?.release < times[0]) this.pulses.shift();
-    }
+      ({ ...pulse, onset: pulse.onset + origin, release: pulse.release + origin,
+        peakTime: pulse.peakTime + origin })));
+    if (times.length > 1.2 * KEPT) this.keep(times.length - KEPT, times.length);
     const seen = { ...row, force: [...F, ...pulses.map(({ peak }) => peak)], energy: [energy],
       overlap: overlap.map((depth) => Math.max(0, depth)) };
     for (const [kind, values] of Object.entries(seen)) this.see(kind, [values]);
+  }
+
+  /** Keeps the samples from this one to before that one, and pulses that have ended among them. */
+  keep(from, to) {
+    const [first, next] = [this.times[from], this.times[to] ?? Infinity];
+    for (const column of [this.times, ...Object.values(this.curves).flat()])
+      column.splice(0, column.length, ...column.slice(from, to));
+    this.pulses = this.pulses.filter(({ release }) => release >= first && release < next);
+  }
+
+  /** Those that have ended, and those of the contacts that press at the end. */
+  pulsesIn(left, right) {
+    const { times, curves: { force } } = this, last = times.length - 1, pressing = [];
+    force.forEach((column, contact) => {
+      if (!(column[last] > 0)) return;
+      let k = last;
+      while (k > 0 && column[k - 1] > 0) k--;
+      pressing.push({ contact, onset: times[Math.max(0, k - 1)], release: Infinity, peak: largest([column.slice(k)]) });
+    });
+    return [...super.pulsesIn(left, right), ...pressing];
   }
 }

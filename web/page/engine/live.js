@@ -2,28 +2,18 @@
 // Both kinds of sources have `drawing`, `state`, `account`, `advance`, `takePulses`, `ahead` and `shownClick`.
 
 import { Click } from "#engine/click.js";
-import { largest } from "#view/common.js";
+import { History } from "#engine/history.js";
 
-const HAND_MASS = 1e9;  // a held ball, in its own masses: the others bounce off it as off a wall
 const STEEPEST = 1.2;   // rad by which a hand can pull a ball
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
+const CROWD = 2;        // pulses in a picture on average, up to which each is looked at
 const KEPT = 20000;     // pulses that are kept for the CSV file
 
 export class Live {
   constructor(engine, setup) {
-    Object.assign(this, { live: true, engine, holds: new Map() }); // who holds: {ball, x}
+    // `holds`: who holds, {ball, x}; `crowd`: pulses in a picture.
+    Object.assign(this, { live: true, engine, holds: new Map(), crowd: 0 });
     this.begin(setup);
-  }
-
-  /** Values that do not change while balls move; `reach` (rad) of the largest swing. */
-  get drawing() {
-    const { drawing, swings, values: { x_start: x, v_start: v } } = this.setup;
-    const gravity = Math.max(this.setup.get("gravity"), 0.1);
-    const reach = swings.map(({ length, angle, level }, i) => { // by the energy on an arc, which does for a line
-      const at = angle(x[i]), speed = v[i] / level(at);
-      return 2 * Math.asin(Math.min(1, Math.hypot(Math.sin(at / 2), speed / Math.sqrt(4 * gravity * length))));
-    });
-    return { ...drawing, reach: largest([reach]) };
   }
 
   /** Starts a run. If the engine refuses, nothing has changed. Throws Refusal. */
@@ -31,8 +21,18 @@ export class Live {
     const run = this.engine.start(setup.recipe()), origin = this.run ? this.time : 0;
     this.run?.forget();
     this.dropClicks();
-    Object.assign(this, { setup, run, origin, state: run.look(), pending: null, fresh: [], pulses: [] });
+    // What does not change while balls move; `reach` (rad) of the largest swing.
+    const drawing = { ...setup.drawing, reach: run.reach }, track = new History(setup.balls, drawing.masses);
+    const empty = { pending: null, fresh: [], pulses: [] };
+    Object.assign(this, { setup, drawing, run, origin, state: run.look(), track, ...empty });
+    track.record(this.time, this.state);
   }
+
+  /** Whether there are too many pulses for a look at each: velocities then step by their impulses. */
+  get crowded() { return this.crowd > CROWD; }
+
+  /** Whether any balls touch now, and it is worth a look at how they do. */
+  get touches() { return !this.state.apart && !this.crowded; }
 
   /** Whether its sums belong to one undisturbed run. */
   get account() { return this.holds.size === 0; }
@@ -43,18 +43,23 @@ export class Live {
 
   /** Advances to `time` of the page (s), as far as `effort` allows. */
   advance(time, effort) {
-    if (this.holds.size) return this.advanceHeld(time, effort);
-    this.run.advance(time - this.origin, effort);
+    if (this.holds.size) return this.advanceHeld(time);
+    this.run.advance(time - this.origin, effort, effort !== undefined && !this.crowded);
     if (time - this.time < 1e-15 * time) this.origin = time - this.run.time; // a rounding error is no time left
     this.state = this.run.look();
     const pulses = this.run.takePulses();
+    this.track.record(this.time, this.state, pulses, this.origin);
     this.fresh.push(...pulses);
     this.pulses.push(...pulses);
     if (this.pulses.length > 2 * KEPT) this.pulses.splice(0, this.pulses.length - KEPT);
     if (this.pending) this.tryPending();
   }
 
-  takePulses() { return this.fresh.splice(0); }
+  /** The pulses since the last picture. */
+  takePulses() {
+    this.crowd += 0.1 * (this.fresh.length - this.crowd);
+    return this.fresh.splice(0);
+  }
 
   /** Starts a run with other values at the next instant at which all contacts are open; then calls `done`. */
   change(given, done = () => {}) {
@@ -102,27 +107,27 @@ export class Live {
     for (const [ball, place] of held) x[ball] = place;
     for (const [ball, place] of held) // what the hand pushes gives way
       x.forEach((other, i) => { if (!held.has(i) && (i - ball) * (place - other) > 0) x[i] = place; });
-    this.restart(this.setup, x, x.map(() => 0));
+    this.setMotion(x, x.map(() => 0));
   }
 
-  /** The other balls swing on, in runs of a frame each, in which held balls are heavy and move with the hand. */
-  advanceHeld(time, effort) {
-    const { held, setup, setup: { swings }, time: before } = this, passed = time - before;
+  /** Places the balls anew, as `moving` of the set-up does. */
+  setMotion(x, v, ...taken) {
+    this.run.setMotion(this.setup.apart(x), v, ...taken);
+    this.state = this.run.look();
+  }
+
+  /** The other balls swing on while the hand takes the held ones along. */
+  advanceHeld(time) {
+    const { held, run, time: before } = this, passed = time - before;
     if (!(passed > 0)) return;
-    const [x, v] = this.motion(), ratio = [...setup.get("ball.massRatio")];
-    for (const [ball, place] of held) {
-      // Balls in its way fly off at twice its speed or somewhat more.
-      const { length, angle, level, fastest } = swings[ball], from = angle(x[ball]), most = Math.min(8, fastest(0) / 4);
-      v[ball] = level(from) * Math.max(-most, Math.min(most, length * (angle(place) - from) / passed));
-      ratio[ball] *= HAND_MASS;
-    }
-    const run = this.engine.start(setup.with({ "ball.massRatio": ratio }).moving(x, v).recipe());
-    const reached = run.advance(passed, effort), fresh = run.takePulses(), { x: places, v: speeds } = run.look();
-    run.forget();
-    for (const [ball, place] of held) [places[ball], speeds[ball]] = [place, 0];
-    this.restart(setup, places, speeds);
-    this.origin = before + reached;
-    this.fresh.push(...fresh);
+    this.setMotion(...this.motion(), held, passed);
+    run.advance(run.time + passed);
+    const pulses = run.takePulses(), { x, v } = run.look();
+    for (const [ball, place] of held) [x[ball], v[ball]] = [place, 0];
+    this.setMotion(x, v);
+    this.origin = time - run.time;
+    this.track.record(this.time, this.state, pulses, this.origin);
+    this.fresh.push(...pulses);
   }
 
   /** `who` lets go; held balls fly on at `speed` (m/s). Starts a run when nobody holds any more. */
@@ -130,10 +135,10 @@ export class Live {
     const hold = this.holds.get(who);
     if (!hold) return;
     this.holds.delete(who);
-    const [x, v] = this.motion(), still = this.held, place = speed === 0 ? Math.round(hold.x * 1e4) / 1e4 : hold.x;
+    const [x, v] = this.motion(), still = this.held, place = Number(hold.x.toFixed(speed ? 6 : 4));
     for (const ball of hold.balls) if (!still.has(ball)) {
-      const { angle, fastest } = this.setup.swings[ball], most = fastest(angle(place));
-      [x[ball], v[ball]] = [place, Math.max(-most, Math.min(most, speed))];
+      const most = this.run.fastest(ball, place);
+      [x[ball], v[ball]] = [place, Math.max(-most, Math.min(most, Number(speed.toFixed(6))))];
     }
     this.restart(this.setup, x, v);
   }

@@ -3,37 +3,42 @@
 import { LONGEST, QUIET, QUIET_LEAST } from "#engine/click.js";
 import { State } from "#engine/engine.js";
 import { Track } from "#engine/history.js";
-import { Setup } from "#engine/setup.js";
-import { fromCsv, runOf } from "#engine/table.js";
+import { Setup, swingOf } from "#engine/setup.js";
+import { fromCsv, LENGTH, RADIUS, runOf } from "#engine/table.js";
 import { columnsOf, countUpTo, cubic, largest, linear, placeIn } from "#view/common.js";
 
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
+const RESOLVED = 4;      // samples that show the shape of a pulse
 
 export class Recording extends Track {
   /** From the data that page.py has packed into the page. */
-  static async load({ time, samples, pulses, ...known }) {
+  static async load({ time, samples, pulses, ...known }, engine) {
     const [times, columns, table] = await Promise.all([time, samples, pulses].map(columnsOf));
     const rows = Array.from(table.get("contact"), (contact, i) => ({ contact: contact - 1, onset: table.get("onset")[i],
-      release: table.get("release")[i], peak: table.get("peak")[i], impulse: table.get("impulse")[i] }));
-    return new Recording({ ...runOf(new Map([...times, ...columns])), pulses: rows, ...known });
+      release: table.get("release")[i], peak: table.get("peak")[i], peakTime: table.get("peak_time")?.[i],
+      impulse: table.get("impulse")[i] }));
+    return new Recording({ ...runOf(new Map([...times, ...columns])), pulses: rows, ...known }, engine);
   }
 
-  /** From the text of a CSV file. Throws Refusal. */
+  /** From the text of a CSV file, which tells no parameters. Throws Refusal. */
   static read(file, text) { return new Recording({ title: file, ...fromCsv(file, text) }); }
 
-  /** `pulses`: {contact, from 0, onset, release, peak, impulse}. `start`: what it was run with, if that is known. */
-  constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length, radius, start }) {
-    const sizes = { "pendulum.length": length, "ball.radius": radius }, setup = start ? new Setup(balls, start) : null;
-    const known = setup ?? new Setup(balls, sizes), extent = largest(x);
-    const { drawing } = known.with({ "pendulum.length": Math.max(known.get("pendulum.length"), extent / 1.1) });
+  /** `pulses`: {contact, from 0, onset, release, peak, impulse}. `start`: what it was run with, if that is known; with
+   *  an `engine` it can go on from there, and overlaps are known. */
+  constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length = LENGTH, radius = RADIUS, start },
+    engine = null) {
+    const setup = engine && start ? new Setup(balls, start) : null;
+    const extent = largest(x), long = Math.max(length, extent / 1.1);
+    const drawing = setup ? setup.with({ "pendulum.length": long }).drawing
+      : drawingOf(balls, radius, long, start);
     const sum = (columns) => time.map((_, k) => columns.reduce((sum, column) => sum + column[k], 0));
-    const momenta = v.map((column, i) => column.map((speed) => drawing.mass * drawing.ratio[i] * speed));
+    const momenta = v.map((column, i) => column.map((speed) => drawing.masses[i] * speed));
     super(balls, time, { velocity: v, force: F, energy: Object.values(energy), momentum: setup ? [sum(momenta)] : [] },
-      Object.keys(energy));
+      Object.keys(energy), setup && drawing.masses);
     const rigid = pulses.length > 0 && largest(F) === 0 && pulses.every(({ onset, release }) => onset === release);
     this.drawing = { ...drawing, rigid, reach: drawing.swing.angle(extent) };
     Object.assign(this, { live: false, account: false, origin: 0, name: title, x, parameters, setup,
-      begin: time[0], end: time.at(-1), state: new State(balls) });
+      run: setup && engine.start(setup.atRest().recipe()), begin: time[0], end: time.at(-1), state: new State(balls) });
     this.findClicks(pulses);
     for (const kind of ["velocity", "force", "momentum"]) this.see(kind, this.curves[kind]);
     this.see("force", [pulses.map(({ peak }) => peak)]);
@@ -43,6 +48,7 @@ export class Recording extends Track {
 
   findClicks(pulses) {
     for (const pulse of pulses) {
+      if (!pulse.impulse) this.placeGuess(pulse);
       // A half-sine's impulse, where the peak is all that is known; of rigid impacts, only their impulse is.
       pulse.impulse ||= (2 / Math.PI) * pulse.peak * (pulse.release - pulse.onset) || pulse.peak;
       pulse.peak ||= pulse.impulse;
@@ -60,7 +66,21 @@ export class Recording extends Track {
     this.openable = this.clicks.filter(({ resolved }) => resolved);
   }
 
+  /** A pulse that only samples tell of: if they do not show its shape, `at` says when it may have been, and `between`
+   *  which samples, that know nothing of it. */
+  placeGuess(pulse) {
+    const { times, curves: { force: { [pulse.contact]: force } } } = this, { onset, release } = pulse;
+    const first = countUpTo(times, onset) - 1;
+    let last = countUpTo(times, release) - 1;
+    while (last + 1 < times.length && force[last] > 0) last++;
+    const within = Array.from({ length: last - first - 1 }, (_, k) => first + 1 + k).filter((k) => force[k] > 0);
+    if (within.length >= RESOLVED) return;
+    const top = within.reduce((best, k) => (force[k] > force[best] ? k : best), within[0]);
+    Object.assign(pulse, { at: times[top] ?? 0.5 * (onset + release), between: [first, last] });
+  }
+
   get time() { return this.now; }
+  get track() { return this; }
 
   advance(time) { this.go(Math.min(time, this.end)); }
 
@@ -78,19 +98,13 @@ export class Recording extends Track {
     state.closed.fill(0);
     for (const { contact, onset, release } of this.lastClick?.pulses ?? [])
       if (onset <= now && now < release) state.closed[contact] = 1;
-    if (setup) state.overlap.set(F.map((_, i) => this.overlap(i, state.x[i], state.x[i + 1])));
+    if (setup) state.overlap.set(this.overlapsAt(state.x));
   }
 
-  /** Overlap of contact `i` (m) at these deflections of its balls. */
-  overlap(i, left, right) {
-    const { setup, setup: { swings } } = this, heights = [left, right].map((x, k) => {
-      const { angle, height } = swings[i + k];
-      return height(angle(x));
-    });
-    const radii = setup.get("ball.radiusRatio"), gap = setup.values["contact.gap"][i];
-    const rest = (radii[i] + radii[i + 1]) * setup.get("ball.radius") + gap;
-    const apart = right - left, up = heights[1] - heights[0], distance = Math.hypot(rest + apart, up);
-    return -(apart * (2 * rest + apart) + up * up) / (distance + rest) - gap - setup.get("contact.deadBand");
+  /** Overlaps of the contacts (m) at these deflections of the balls. */
+  overlapsAt(x) {
+    this.run.setMotion(x, x.map(() => 0));
+    return this.run.look().overlap;
   }
 
   takePulses() {
@@ -126,7 +140,7 @@ export class Recording extends Track {
   /** The click that began last, or none. */
   get lastClick() { return this.clicks[begun(this.clicks, this.now) - 1]; }
 
-  forget() {}
+  forget() { this.run?.forget(); }
 }
 
 /** How many of these clicks have begun at `now`. */
@@ -146,10 +160,21 @@ class RecordedClick {
   get after() { return this.samples.speedsAt(this.end); }
 
   /** The largest velocity, force and overlap in it (SI); an overlap of 0 where that is not known. */
-  get most() {
-    const { samples, pulses, speeds, after, range } = this, part = (i) => samples.x[i].subarray(...range);
-    const pressed = (_, i) => part(i).map((place, k) => Math.max(1e-9, samples.overlap(i, place, part(i + 1)[k])));
+  get most() { return this.largest ??= this.findMost(); }
+
+  findMost() {
+    const { samples, pulses, speeds, after, range: [from, to] } = this, instants = Array.from({ length: to - from });
+    const pressed = (_, k) =>
+      samples.overlapsAt(samples.x.map((column) => column[from + k])).map((depth) => Math.max(0, depth));
     return { velocity: largest([speeds, after]), force: largest([pulses.map(({ peak }) => peak)]),
-      overlap: samples.setup ? largest(samples.curves.force.map(pressed)) : 0 };
+      overlap: samples.run ? Math.max(1e-9, largest(instants.map(pressed))) : 0 };
   }
+}
+
+/** What is drawn where no engine knows more than these sizes (m), and perhaps what a run was started with. */
+function drawingOf(balls, radius, length, start) {
+  const known = { "ball.mass": 1, "ball.massRatio": Array(balls).fill(1), ...start };
+  const { "ball.mass": mass, "ball.massRatio": ratio, "pendulum.model": model } = known;
+  return { balls, radius, mass, ratio, sizes: ratio.map(Math.cbrt), masses: ratio.map((part) => part * mass), length,
+    rigid: false, swing: swingOf(length, model === "circular") };
 }

@@ -2,11 +2,18 @@
 
 import { Refusal } from "#engine/engine.js";
 
-/** Default elements of vectors: of balls at rest, and of contacts. */
-const USUAL = { "ball.massRatio": 1, "ball.radiusRatio": 1, "ball.youngModulusRatio": 1, "pendulum.lengthRatio": 1,
-  x_start: 0, v_start: 0, "contact.gap": 0, "contact.stiffnessRatio": 1 };
+/** Default values of the FMU, and default elements of vectors: of balls at rest, and of contacts. */
+export const DEFAULTS = Object.create(null), USUAL = Object.create(null);
 export const MOST_BALLS = 20;
-const FARTHEST = Math.sin(0.7) ** 2; // on an arc, of sin(angle/2)^2
+
+/** Takes the engine's defaults by name. */
+export function learnDefaults(defaults) {
+  for (const [name, value] of Object.entries(defaults)) {
+    const [family, element] = name.split("[");
+    if (element) USUAL[family] ??= value; else DEFAULTS[name] = value;
+  }
+  USUAL.x_start = 0; // balls hang until a hand lifts them
+}
 
 const elements = (name, balls) => (name.startsWith("contact.") ? balls - 1 : balls);
 
@@ -19,6 +26,13 @@ export const LAWS = {
   hertz: { "contact.model": "hertz" },
   rigid: { "contact.model": "rigid" },
 };
+
+/** How a pendulum of this length is drawn: its angle (rad) at a deflection (m), and the reverse. */
+export function swingOf(length, circular) {
+  return circular ? { angle: (x) => Math.asin(Math.max(-1, Math.min(1, x / length))),
+    deflection: (angle) => length * Math.sin(angle) }
+    : { angle: (x) => x / length, deflection: (angle) => length * angle };
+}
 
 export class Setup {
   /** `values`: start values by name; vectors as arrays, filled up with defaults. */
@@ -40,13 +54,18 @@ export class Setup {
     return [...x_start, ...v_start].some(Boolean) ? { x_start, v_start } : null;
   }
 
-  /** At these positions (m) and velocities (m/s), without overlaps under its law: balls on the right give way. */
+  /** At these positions (m) and velocities (m/s), without overlaps under its law. */
   moving(x, v) {
+    return this.with({ x_start: this.apart(x).map((place) => Number(place.toFixed(12))), v_start: Array.from(v) });
+  }
+
+  /** These positions (m) without overlaps under its law: balls on the right give way. */
+  apart(x) {
     const clearance = this.values["contact.gap"].map((gap) => this.get("contact.deadBand") + gap), places = [...x];
     // Pre-compressed balls overlap at rest: a force law takes what there is.
     if (this.law === "rigid" || clearance.every((least) => least >= 0))
       clearance.forEach((least, i) => { places[i + 1] = Math.max(places[i + 1], places[i] - least); });
-    return this.with({ x_start: places, v_start: v });
+    return places;
   }
 
   resized(balls) {
@@ -55,9 +74,10 @@ export class Setup {
 
   /** Values that do not change while balls move. */
   get drawing() {
-    return { balls: this.balls, radius: this.get("ball.radius"), mass: this.get("ball.mass"),
-      ratio: this.get("ball.massRatio"), length: this.get("pendulum.length"), rigid: this.law === "rigid",
-      sizes: this.sizes, swing: this.swing(1) };
+    const mass = this.get("ball.mass"), ratio = this.get("ball.massRatio");
+    return { balls: this.balls, radius: this.get("ball.radius"), mass, ratio,
+      masses: ratio.map((part) => part * mass), length: this.get("pendulum.length"), rigid: this.law === "rigid",
+      sizes: this.sizes, moduli: this.get("ball.youngModulusRatio"), swing: this.swing(1) };
   }
 
   /** Radii over the common one; where all balls are alike but for their masses, those of one material. */
@@ -66,18 +86,9 @@ export class Setup {
     return [...radii, ...moduli].some((ratio) => ratio !== 1) ? radii : this.get("ball.massRatio").map(Math.cbrt);
   }
 
-  /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection, and at an angle its deflection
-   *  and height (m), the part of its speed that is horizontal, and the largest horizontal speed (m/s) with which it
-   *  does not swing too far. */
+  /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection (m), and the reverse. */
   swing(ratio) {
-    const length = ratio * this.get("pendulum.length"), room = 4 * this.get("gravity") * length;
-    return this.get("pendulum.model") === "circular"
-      ? { length, angle: (x) => Math.asin(Math.max(-1, Math.min(1, x / length))),
-        deflection: (at) => length * Math.sin(at), height: (at) => 2 * length * Math.sin(at / 2) ** 2,
-        level: Math.cos,
-        fastest: (at) => Math.cos(at) * Math.sqrt(Math.max(0, room * (FARTHEST - Math.sin(at / 2) ** 2))) }
-      : { length, angle: (x) => x / length, deflection: (at) => length * at, height: () => 0, level: () => 1,
-        fastest: () => Infinity };
+    return swingOf(ratio * this.get("pendulum.length"), this.get("pendulum.model") === "circular");
   }
 
   /** The swings of all balls. */
@@ -109,36 +120,47 @@ export class Setup {
 
   /** As the part of an address behind #, without values that are the defaults or those of the `preset` it is from. */
   toLink(preset) {
-    const ready = PRESETS[preset]?.setup(), alike = (one) => String([one.balls, ...one.atRest().parts()]);
-    const same = ready && alike(ready) === alike(this), given = same ? ready.parts() : [];
+    const ready = PRESETS[preset]?.setup(), same = ready && this.alike(ready), given = same ? ready.parts() : [];
     const parts = this.parts().filter((part) => !given.includes(part));
     return [same ? `preset=${preset}` : `balls=${this.balls}`, ...parts].join("&");
+  }
+
+  /** Whether another one differs in the release only. */
+  alike(other) {
+    const [one, two] = [this, other].map(({ balls, values }) =>
+      String([balls, ...new Setup(balls, values).atRest().parts().sort()]));
+    return one === two;
+  }
+
+  /** The name of the producer's preset that it is, however it is released; undefined if it is none. */
+  get preset() {
+    return Object.keys(FILES).find((name) => this.alike(fromFile(name)));
   }
 
   /** Values that are not the defaults, as parts of an address. */
   parts() {
     return Object.entries(this.values).filter(([name, value]) => ![value].flat().every((one) => one === USUAL[name]))
-      .map(([name, value]) => `${name}=${value}`);
+      .map(([name, value]) => `${name}=${written(value)}`);
   }
 
   /** Its differences from `first`, with the same balls, as parts of an address. */
   besides(first) {
     return Object.keys({ ...this.values, ...first.values })
       .filter((name) => !name.endsWith("_start") && String(this.get(name)) !== String(first.get(name)))
-      .map((name) => `right.${name}=${this.get(name)}`);
+      .map((name) => `right.${name}=${written(this.get(name))}`);
   }
 
   /** From the part of an address behind #: {setup, options}, which are not the engine's. Throws Refusal. */
   static fromLink(text) {
-    const values = {}, options = {};
+    const values = Object.create(null), options = Object.create(null);
     for (const part of text.replace(/^#/, "").split("&").filter(Boolean)) {
-      const [name, raw = ""] = part.split("=").map(decodeURIComponent), right = name.replace(/^right\./, "");
+      const [name, raw = ""] = part.split("=").map(decoded), right = name.replace(/^right\./, "");
       if (LINK_OPTIONS.includes(name)) options[name] = raw;
       else if (right !== name) options.right = { ...options.right, [right]: parsed(right, raw) };
       else values[name] = parsed(name, raw);
     }
     const { preset = "textbook" } = options, { balls: asked, ...own } = values;
-    if (!PRESETS[preset])
+    if (!Object.hasOwn(PRESETS, preset))
       throw new Refusal(`preset = ${preset} is refused; allowed: ${Object.keys(PRESETS).join(", ")}`);
     const ready = asked === undefined ? PRESETS[preset].setup() : null, balls = ready?.balls ?? asked;
     for (const [name, given, most] of [["balls", balls, MOST_BALLS], ["lift", options.lift ?? 1, balls]])
@@ -152,7 +174,19 @@ export class Setup {
   }
 }
 
+/** Numbers as an address has them, without what rounding has left. */
+const written = (value) => [value].flat().map((one) => (typeof one === "number" ? Number(one.toPrecision(12)) : one));
+
 const LINK_OPTIONS = ["preset", "beside", "slow", "show", "lift", "lang", "view", "present", "ask"];
+
+/** A part of an address, in which % stands before two digits of base 16. */
+function decoded(text) {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    throw new Refusal(`${text} is refused; allowed: text in which % is written as %25`);
+  }
+}
 
 /** A value from an address: a word, a number, or numbers of balls or contacts. */
 function parsed(name, raw) {
@@ -164,15 +198,6 @@ function parsed(name, raw) {
 }
 
 export const FILES = {}; // their values by name: the producer's, which the page carries along
-
-/** Default values of the FMU. */
-export const DEFAULTS = {
-  gravity: 9.81, "ball.mass": 1, "ball.radius": 0.0313, "ball.youngModulus": 2.1e11, "ball.poissonRatio": 0.3,
-  "pendulum.model": "linear", "pendulum.length": 1.962, "pendulum.drag": 0, "contact.model": "powerLaw",
-  "contact.stiffness": 1e10, "contact.overlapRef": 1e-6, "contact.exponent": 1, "contact.deadBand": 2.6e-6,
-  "contact.dampingLaw": "kelvinVoigt", "contact.damping": 0, "contact.huntCrossley": 0, "contact.relaxationTime": 0,
-  "contact.restitution": 1,
-};
 
 /** The lesson's steps, see docs/lesson.md, as parts of the address. */
 export const LESSON = [
@@ -186,11 +211,17 @@ export const LESSON = [
 
 const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
 
+/** As the producer has it. */
+function fromFile(name) {
+  const { balls, ...values } = FILES[name];
+  return new Setup(balls, values);
+}
+
 /** Without the release where one lifts by hand. `beside`: changes of the cradle to compare with; `own`: those that the
  *  page makes. */
 function ready(name, beside, byHand = false, own = {}) {
   const setup = () => {
-    const { balls, ...values } = FILES[name], made = new Setup(balls, { ...values, ...own });
+    const made = fromFile(name).with(own);
     return byHand ? made.atRest() : made;
   };
   return { setup, beside };

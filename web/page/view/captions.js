@@ -15,8 +15,8 @@ export function captionOf(click, now, state) {
   }
   const { length, pulses } = click, strongest = Math.max(0, ...state.F);
   if (now < click.end) {
-    const since = say("sinceTouch", { time: withPrefix(now - click.begin, "s") });
-    const detail = strongest > 0 ? `${since} · ${withPrefix(strongest, "N")}` : since;
+    const since = say("sinceTouch", { time: withPrefix(now - click.begin, "s", 3, length) });
+    const detail = strongest > 0 ? `${since} · ${withPrefix(strongest, "N", 3, click.most.force)}` : since;
     return { text: sentence(click, now, state), detail };
   }
   const text = say(length ? "over" : "overRigid", { time: withPrefix(length, "s"), count: pulses.length });

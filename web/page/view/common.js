@@ -7,11 +7,13 @@ function powerFor(size) {
   return size > 0 ? Math.min(9, Math.max(-15, 3 * Math.floor(Math.log10(size * 1.0001) / 3))) : 0;
 }
 
-/** A number with the SI prefix for this `size`: 1.5e-7, "s" gives "150 ns"; 0.5, "kg m/s" gives "500 g m/s". */
+/** A number with the SI prefix for this `size`, beside which what is below its digits is 0: 1.5e-7, "s" gives "150 ns";
+ *  0.5, "kg m/s" gives "500 g m/s". */
 export function withPrefix(value, unit, digits = 3, size = Math.abs(value)) {
-  if (value === 0 || !Number.isFinite(value)) return `${value === 0 ? 0 : "–"} ${unit}`;
+  if (!Number.isFinite(value)) return `– ${unit}`;
   if (unit.startsWith("kg")) return withPrefix(1000 * value, unit.slice(1), digits, 1000 * size);
-  const power = powerFor(size), number = Number((value / 10 ** power).toPrecision(digits));
+  const power = powerFor(size), seen = Math.abs(value) < 0.5 * size / 10 ** digits ? 0 : value;
+  const number = Number((seen / 10 ** power).toPrecision(digits));
   return `${String(number).replace("-", "−")} ${PREFIXES[power]}${unit}`;
 }
 
@@ -109,9 +111,9 @@ export function through(context, points) {
   return context;
 }
 
-/** The points [px of a time, py of a sample] of a curve between two times; where many share a pixel column, the first,
- *  the lowest, the highest and the last. */
-export function thinned(times, left, right, px, py) {
+/** The points [px of a time, py of a sample] of a curve between two times, of the samples that are `shown`; where many
+ *  share a pixel column, the first, the lowest, the highest and the last. */
+export function thinned(times, left, right, px, py, shown = () => true) {
   const last = Math.min(countUpTo(times, right), times.length - 1), points = [];
   for (let i = Math.max(0, countUpTo(times, left) - 1), next; i <= last; i = next) {
     const column = Math.floor(px(times[i]));
@@ -119,7 +121,7 @@ export function thinned(times, left, right, px, py) {
     for (next = i + 1; next <= last && Math.floor(px(times[next])) === column; next++)
       if (py(next) < py(low)) low = next; else if (py(next) > py(high)) high = next;
     if (next - i > 4) for (const k of [i, low, high, next - 1]) points.push([column + 0.5, py(k)]);
-    else for (let k = i; k < next; k++) points.push([px(times[k]), py(k)]);
+    else for (let k = i; k < next; k++) if (shown(k)) points.push([px(times[k]), py(k)]);
   }
   return points;
 }

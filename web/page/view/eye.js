@@ -18,9 +18,14 @@ export function box(x, low, high, z) {
 export class Eye {
   constructor() { Object.assign(this, VIEWS.front, { wanted: VIEWS.front, view: "front" }); }
 
+  /** The ready view after this one. */
+  get next() {
+    const views = Object.keys(VIEWS);
+    return views[(views.indexOf(this.view) + 1) % views.length];
+  }
+
   /** Goes to this ready view or, without a name, to the next one, the short way round. */
-  look(name) {
-    const views = Object.keys(VIEWS), view = name ?? views[(views.indexOf(this.view) + 1) % views.length];
+  look(view = this.next) {
     const { azimuth, height } = VIEWS[view], turns = Math.round((this.azimuth - azimuth) / (2 * Math.PI));
     Object.assign(this, { view, wanted: { azimuth: azimuth + 2 * Math.PI * turns, height } });
   }

@@ -31,7 +31,9 @@ export class Painter {
   }
 
   /** Adds a thing, in front of those farther away; the shaders define its vectors. */
-  add(kind, far, a, b, c = [], d = []) { this.things.push({ kind, far, numbers: padded([a, b, c, d]) }); }
+  add(kind, far, a, b, c = [], d = [], e = []) {
+    this.things.push({ kind, far, numbers: padded([a, b, c, d, e]) });
+  }
 
   /** Draws what was added, unless it looks as it did, on a canvas of this size (px), with `ratio` pixels in one: fewer
    *  while it moves where that takes long. `known`: the vectors that all shaders know. */

@@ -13,6 +13,11 @@ const STEEPEST = 1.4; // rad by which a hand can lift a ball
 const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
+/** How balls look by the ratio of their Young's modulus to the common one: the largest of each metal, and its parts of
+ *  red, green and blue: as lead is, brass, steel, and what is stiffer. */
+const PLAIN = [1, 1, 1];
+const METALS = [[0.3, [0.5, 0.53, 0.62]], [0.8, [1, 0.8, 0.42]], [1.3, PLAIN], [Infinity, [0.68, 0.7, 0.78]]];
+
 /** Distinct colours for up to 20 balls: around the circle, the same lightness. */
 export function ballColour(i, balls, dark) {
   return `oklch(${dark ? 0.78 : 0.52} 0.13 ${(25 + (330 * i) / Math.max(balls, 5)) % 360})`;
@@ -28,7 +33,7 @@ export class Scene {
 
   /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls
    *  close by; `swingAngle` (rad): how far balls swing. */
-  layout({ radius, sizes: radii, length, swing }, near = 0, swingAngle = 0.56) {
+  layout({ radius, sizes: radii, moduli, length, swing }, near = 0, swingAngle = 0.56) {
     // At least this, however little room there is.
     const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
     const sizes = radii.map((size) => Math.min(2.2, Math.max(0.35, size))); // of a radius
@@ -39,7 +44,8 @@ export class Scene {
     const reach = half + long * Math.sin(swingAngle), floor = -1.75 * largest;
     let x = -half;
     const rests = sizes.map((size) => (x += 2 * size) - size);
-    Object.assign(this, { sizes, half, largest, long, reach, floor, rests, swing });
+    const tints = sizes.map((_, i) => METALS.find(([stiffest]) => (moduli?.[i] ?? 1) <= stiffest)[1]);
+    Object.assign(this, { sizes, tints, half, largest, long, reach, floor, rests, swing });
     const all = this.surroundings(swingAngle), distance = 2.7 * Math.max(...all.map((point) => Math.hypot(...point)));
     const lens = new Lens(this.eye.axes, distance), far = lens.bounds(all);
     const close = lens.bounds(box(half + 1.2, floor - 0.45, Math.min(4.9 * largest, long + 0.3), 0));
@@ -126,7 +132,7 @@ export class Scene {
     this.drawFrame(theme);
     this.drawShadows(places, theme);
     this.drawStrings(places, theme);
-    places.forEach((place, i) => this.drawBall(place, this.sizes[i] * this.unit, theme));
+    places.forEach((place, i) => this.drawBall(place, this.sizes[i] * this.unit, this.tints[i], theme));
   }
 
   /** A tube, brighter along its middle, on a base. */
@@ -169,14 +175,19 @@ export class Scene {
     });
   }
 
-  /** A polished ball. */
-  drawBall(place, r, theme) {
+  /** A polished ball of this tint. */
+  drawBall(place, r, tint, theme) {
     const { context: c } = this, { x, y } = place, white = (part) => `rgba(255, 255, 255, ${part})`;
     const cover = (gradient, stops) => circle(c, place, r, shaded(gradient, stops));
     // What it mirrors: the sky above, a horizon, the table below.
     cover(c.createLinearGradient(0, y - r, 0, y + r), theme.ball);
     cover(c.createRadialGradient(x - 0.18 * r, y - 0.25 * r, 0.35 * r, x, y, r),
       [[0, "rgba(0, 0, 0, 0)"], [0.72, "rgba(0, 0, 0, 0.06)"], [1, theme.rim]]);
+    if (tint !== PLAIN) {
+      c.globalCompositeOperation = "multiply";
+      circle(c, place, r, `rgb(${tint.map((part) => Math.round(255 * part))})`);
+      c.globalCompositeOperation = "source-over";
+    }
     const left = x - 0.36 * r, high = y - 0.46 * r;
     cover(c.createRadialGradient(left, high, 0, left, high, 0.55 * r),
       [[0, white(0.95)], [0.25, white(0.45)], [1, white(0)]]);
@@ -248,7 +259,7 @@ export function drawLenses(scene, state, { reach, theme, opacity }) {
     if (radius < 22) return;
     c.fillStyle = gap < 0 ? theme.accent : theme.ink; // pressed, or apart
     c.fillText(say(gap < 0 ? "lensPressed" : "lensGap"), x, above - 1.2 * size);
-    c.fillText(withPrefix(Math.abs(gap), "m", 2), x, above);
+    c.fillText(withPrefix(Math.abs(gap), "m", 2, reach), x, above);
   });
   c.restore();
 }

@@ -8,6 +8,7 @@ const BAR = 0.13, BEND = 0.8, BEND_PIECES = 7; // of the frame's round bars: rad
 const EYELET = 0.16, STRING = 0.016;           // radii
 const BASE = 0.42, BEYOND = 1.1;               // how thick the base is, and how far it reaches beyond the bars
 const FAR = 1e3;                               // beyond all that is sorted by its distance, in radii
+const STEEL = [0.95, 0.97, 1];                 // what it mirrors of red, green and blue light
 const IN_RECTANGLE = [0, 0, 0, 1];             // of a thing that is within a rectangle of the picture
 
 export class Scene3D extends Scene {
@@ -32,6 +33,7 @@ export class Scene3D extends Scene {
     const { half, largest, long, reach, floor } = this, rise = long * (1 - Math.cos(swingAngle));
     const { wide, deep } = Object.assign(this, { wide: half + 0.9, deep: Math.max(2.5, largest + 0.9) });
     return [...box(wide, floor, long, deep), ...box(reach, rise - largest, rise + largest, largest),
+      ...box(reach, floor - BASE, floor, largest), // shadows
       ...box(wide + BEYOND + 1.5, floor - BASE, floor, deep + BEYOND + 1.5)];
   }
 
@@ -76,7 +78,9 @@ export class Scene3D extends Scene {
     places.forEach(({ at }, i) => {
       const hook = this.onString(i, at, sizes[i] + EYELET);
       const beside = (k, contact) => (places[k] ? [...places[k].at.slice(0, 2), sizes[k], contact.strength] : []);
-      painter.add("BALL", balls[i], [...at, sizes[i]], at, beside(i - 1, contacts[i - 1]), beside(i + 1, contacts[i]));
+      const metal = this.tints[i].map((part, k) => part * STEEL[k]);
+      const others = [beside(i - 1, contacts[i - 1]), beside(i + 1, contacts[i])];
+      painter.add("BALL", balls[i], [...at, sizes[i]], at, ...others, metal);
       painter.add("ROD", from(hook), [...this.onString(i, at, 0.96 * sizes[i]), 0.055], hook);
       for (const z of [-deep, deep])
         painter.add("ROD", from(hook), [...hook, STRING], [rests[i], long - 0.9 * BAR, z], [0, 0, 0, 1]);

@@ -13,11 +13,12 @@ layout(std140) uniform Space {
   vec4 zenith, horizon, lamp, window, table, top, side, string_, glowing;
   vec4 size;               // of the picture, and how many of its own pixels a CSS pixel has
 };
-uniform vec4 thing_[4];
+uniform vec4 thing_[5];
 #define A thing_[0]        // its centre or one end, and its radius
 #define B thing_[1]        // the other end; 1 for what is within a rectangle of the picture
 #define C thing_[2]        // what each kind says
 #define D thing_[3]
+#define E thing_[4]
 `;
 
 export const VERTEX = `${COMMON}
@@ -72,7 +73,7 @@ float shade(vec3 p, vec3 ball, float r) { // how much of the light from above a 
 `;
 
 /** A ball; C and D are the balls to the left and to the right: where in their plane, how large, and how the contact
- *  shines. */
+ *  shines; E is what it mirrors of red, green and blue light. */
 const BALL = `
 vec3 around(vec3 p, vec3 ray, float blur) {
   vec3 q = p + ray * (frame.z - p.y) / min(ray.y, -1e-3);
@@ -96,7 +97,7 @@ float shine(vec3 p, vec3 ball) { // of the contact with another ball
 }
 
 vec4 thing(vec3 o, vec3 ray, float pixel) {
-  vec3 to = A.xyz - o, steel = vec3(0.95, 0.97, 1);
+  vec3 to = A.xyz - o, steel = E.rgb;
   float along = dot(to, ray), blur = 2. * along * pixel / A.w;
   vec3 aside = along * ray - to;
   float away = length(aside), cover = clamp(0.5 + (A.w - away) / (along * pixel), 0., 1.);

@@ -2,7 +2,7 @@
 
 export const NIGHT = {
   dark: true, back: "#0f141a", ink: "#eaf0f6", soft: "#a9b6c4", accent: "#ffb54a", focus: "#7cc4ff",
-  grid: "rgba(255,255,255,.14)", spike: "#ffb54a",
+  grid: "rgba(255,255,255,.14)",
   string: "rgba(214,226,238,.62)", rail: ["#4b555f", "#7e8994", "#b9c3cd"], base: ["#3a4653", "#1d262f"],
   label: "#10161d", shadow: "rgba(0,0,0,.62)",
   ball: [[0, "#eef4fa"], [0.32, "#aebccb"], [0.5, "#6f7f90"], [0.56, "#c2ccd6"], [0.72, "#93a1af"], [1, "#3c4753"]],
@@ -20,7 +20,7 @@ export const NIGHT = {
 
 export const DAY = {
   dark: false, back: "#f6f4ef", ink: "#17202a", soft: "#4a5866", accent: "#9e5300", focus: "#0b5c9e",
-  grid: "rgba(0,0,0,.16)", spike: "#c05a00",
+  grid: "rgba(0,0,0,.16)",
   string: "rgba(60,72,84,.6)", rail: ["#66717c", "#9ca7b1", "#d5dce3"], base: ["#8a6a4c", "#5f452e"], label: "#10161d",
   shadow: "rgba(40,50,60,.34)",
   ball: [[0, "#ffffff"], [0.32, "#d3dbe3"], [0.5, "#98a5b2"], [0.56, "#dde3e9"], [0.72, "#b4bec8"], [1, "#66727e"]],
