@@ -4,7 +4,7 @@ import { Refusal } from "#engine/engine.js";
 
 /** Default elements of vectors: of balls at rest, and of contacts. */
 const USUAL = { "ball.massRatio": 1, "ball.radiusRatio": 1, "ball.youngModulusRatio": 1, "pendulum.lengthRatio": 1,
-  x_start: 0, v_start: 0, "contact.gap": 0, "contact.stiffnessRatio": 1 };
+  x_start: 0, v_start: 0, "contact.gap": 0, "contact.stiffnessRatio": 1, "contact.lossRatio": 1 };
 export const MOST_BALLS = 20;
 const FARTHEST = Math.sin(0.7) ** 2; // on an arc, of sin(angle/2)^2
 
@@ -50,7 +50,7 @@ export class Setup {
   }
 
   resized(balls) {
-    return new Setup(balls, { ...this.values, "contact.gap": [], "contact.stiffnessRatio": [] }).atRest();
+    return new Setup(balls, { ...this.values, "contact.gap": [], "contact.stiffnessRatio": [], "contact.lossRatio": [] }).atRest();
   }
 
   /** Values that do not change while balls move. */
@@ -205,6 +205,7 @@ export const PRESETS = {
   desk: ready("desk", { "contact.huntCrossley": 0 }),
   tapered: ready("tapered", { "ball.massRatio": [], "ball.radiusRatio": [] }),
   unlike: ready("unlike", { "ball.massRatio": [], "ball.youngModulusRatio": [] }),
+  clay: ready("clay", { "contact.lossRatio": [] }),
   rigid: ready("rigid", { "contact.restitution": 0.95 }, true),
   buzzing: ready("buzzing", { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 }),
 };
