@@ -13,7 +13,7 @@ impl Settings {
     fn loss_parameter(&self) -> Option<Variable> {
         let is_used = |row: &&'static Row| row.needs.iter().all(|need| (need.is_met)(&self.parameters, None));
         let named = |name: &&str| TABLE.iter().find(|row| row.name == *name).filter(is_used);
-        let row = LOSS_PARAMETERS.iter().find_map(|name| named(name))?;
+        let row = LOSS_PARAMETERS.iter().find_map(named)?;
         Variable::named(row.name, self.balls())
     }
 
