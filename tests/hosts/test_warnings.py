@@ -124,6 +124,19 @@ def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tm
     assert not [line for line in program(on_lines) if " has no effect" in line]
 
 
+@pytest.mark.all
+def test_the_page_tells_the_same(page, fmu):
+    """Of each parameter that needs something, with and without it."""
+    start = "return cradle.engine.start({ balls: 5, start: arguments[0] }).warnings"
+    for name, value, without, with_effect, _ in NEEDY:
+        for others in without + with_effect:
+            values = others | {name: value}
+            with warnings.catch_warnings(action="ignore"), fmu.start(values) as run:
+                logged = [line.text for line in run.log if line.category == "logStatusWarning"]
+            assert page.execute_script(start, values) == ". ".join(logged), values
+            assert bool(logged) >= (others in without)
+
+
 def test_what_comes_from_a_preset_is_meant(either):
     """Only what somebody has set himself is told in Python, and again after a merge."""
     desk = nc.preset("desk")
