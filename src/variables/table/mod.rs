@@ -234,8 +234,8 @@ pub static TABLE: &[Row] = &[
         .initially(&[OVERLAP]).derivative(|d, i| d.overlap[i]),
     real("a", Balls, Local, &ACCELERATION, |s, i| s.a(i),
         "Rate of v[{i}]")
-        .initially(&[MASSES, PENDULUMS, CLEARANCE, ELASTIC, DAMPED, LOSS_PARAMETERS,
-            &["pendulum.drag", "x_start*", "v_start*", "F_ext", "a_support"]])
+        .initially(&[PENDULUMS, CLEARANCE, ELASTIC, DAMPED, LOSS_PARAMETERS,
+            &["ball.mass", "ball.massRatio*", "pendulum.drag", "x_start*", "v_start*", "F_ext", "a_support"]])
         .follows(&[&["position", "overlap", "v*", "F_ext", "a_support"]]).derivative(|d, i| d.a[i]),
     real("E_kinetic", Balls, Local, &ENERGY, |s, i| s.kinetic_energy(i),
         "Kinetic energy of ball {i}").within(NOT_NEGATIVE),
