@@ -3,6 +3,7 @@
 import newtons_cradle as nc
 import numpy as np
 import pytest
+from conftest import repacked
 from newtons_cradle.cases import COEFFICIENT
 
 #: Contacts, and the masses of the two balls.
@@ -42,6 +43,30 @@ def test_two_free_balls_part_as_asked(fmu, cradle, law, e, speed):
     assert len(run.pulses) == 1
     v = run["v"][-1]
     assert (v[2] - v[1]) / speed == pytest.approx(e, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "e", "speeds"),
+    [
+        (["--restitution", "0.8"], 0.8, (1e-3, 2.0)),
+        (["--preset", "steel", "--restitution", "0.3"], 0.3, (1e-3, 2.0)),
+        (["--preset", "rigid", "--restitution", "0.8"], 0.8, (1e-3, 2.0)),
+        (["--preset", "desk", "--restitution", "0.9@0.25"], 0.9, (0.25,)),
+        (
+            ["--preset", "unlike", "--set", "contact.dampingLaw=viscoelastic", "--restitution", "0.6@0.5"],
+            0.6,
+            (0.5,),
+        ),
+    ],
+)
+def test_an_fmu_built_with_a_restitution_has_it(fmu_path, producer, tmp_path, given, e, speeds):
+    """Balls 1 and 2, far from the others, free and on lines."""
+    with nc.Fmu(repacked(producer, fmu_path, tmp_path / "lossy.fmu", *given)) as lossy:
+        free = {"gravity": 0.0, "pendulum.drag": 0.0, "pendulum.model": "linear", "x_start": [0.0] * 5}
+        for speed in speeds:
+            alone = {"v_start": [speed, 0.0, 0.0, 0.0, 0.0], "contact.gap": [1e-6 * speed, 1.0, 1.0, 1.0]}
+            v = lossy.simulate(free | alone, times=[0.0, 0.01 / speed], record=["v"])["v"][-1]
+            assert (v[1] - v[0]) / speed == pytest.approx(e, abs=1e-10)
 
 
 def test_the_clay_of_the_preset_loses(fmu):
