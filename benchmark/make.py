@@ -22,7 +22,7 @@ from rigid import in_decimals, in_fractions
 
 HERE = Path(__file__).resolve().parent
 BUILT = HERE.parent / "target/benchmark"
-LAWS = ("elastic", "kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic")
+LAWS = ("elastic", "kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic", "constantRestitution")
 INPUT = ("damping", "g_over_length", "mass", "x", "v", "stiffness", "gap")
 UNITS = {"x": "m", "v": "m/s", "peak": "N", "onset": "s", "release": "s", "loss": "J"}
 TIE = Decimal("1e-12")  # of the last release: onsets closer to each other come together

@@ -13,11 +13,11 @@ struct Gragg : Motion {
 
     Gragg(unsigned seed) : Motion(seed) {}
 
-    // A power of 1/2, 1, 3/2 and so on.
+    // A power of a number, fast for 1/2, 1, 3/2 and so on.
     static Q power(Q base, Q exponent) {
         Q product = 1;
         for (; exponent >= 1; exponent -= 1) product *= base;
-        return exponent > 0 ? product * sqrtq(base) : product;
+        return exponent == 0.5Q ? product * sqrtq(base) : exponent > 0 ? product * powq(base, exponent) : product;
     }
 
     Q force(int j, const List& at) const {
@@ -26,6 +26,7 @@ struct Gragg : Motion {
         Q deep = whole() ? overlap : std::max(overlap, Q(0)), f = k[j] * power(deep, p);
         if (law == huntCrossley) f *= 1 + damping * change;
         else if (law == viscoelastic) f += damping * k[j] * p * power(deep, p - 1) * change;
+        else if (law == constantRestitution) f += c[j] * power(deep, root) * change;
         else if (law != elastic) f += damping * change;
         return law > kelvinVoigt ? std::max(f, Q(0)) : f;
     }

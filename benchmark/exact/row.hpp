@@ -12,7 +12,18 @@
 using Q = __float128;
 using List = std::valarray<Q>;
 
-enum Law { elastic, kelvinVoigt, kelvinVoigtNoPull, huntCrossley, viscoelastic };
+enum Law { elastic, kelvinVoigt, kelvinVoigtNoPull, huntCrossley, viscoelastic, constantRestitution };
+
+// The damping ratio of a linear spring and damper that never pull, by which two bodies part at this coefficient of
+// restitution, above exp(-2): cos(beta) with beta cot(beta) = -log(e)/2.
+inline Q ratio(Q restitution) {
+    Q low = 0, high = M_PI_2q;
+    for (int i = 0; i < 120; i++) {
+        Q beta = (low + high) / 2;
+        (beta * cosq(beta) > -logq(restitution) / 2 * sinq(beta) ? low : high) = beta;
+    }
+    return cosq(low);
+}
 
 inline void show(const char* name, const List& list) {
     char text[64];
@@ -26,9 +37,10 @@ struct Motion {
     int n;
     Law law;
     Q p, damping, pull, stop;          // exponent, coefficient of the law, g/L (1/s2), end (s)
+    Q root;                            // of constantRestitution: (p - 1)/2, the power of the overlap in its damping
     Q mass, speed = 0, time, initial;  // scales: a mass, the largest speed, the time of a contact; energy at the start
     Q t = 0;
-    List m, k, y, peak;
+    List m, k, y, peak, c;   // c: factors of that damping
     Q *x, *v, *d, *w;        // in y: of balls, and overlaps and their rates
     std::vector<char> mode;  // of contacts; 0: open
 
@@ -40,11 +52,15 @@ struct Motion {
             return number() * (1 + (!seed ? 0 : seed >> 31 ? 1e-16Q : -1e-16Q));
         };
         n = int(number()), law = Law(int(number())), p = number(), stop = number();
-        damping = changed(), pull = changed();
-        m.resize(n), k.resize(n - 1), y.resize(4 * n), peak.resize(n - 1), mode.resize(n);
+        damping = changed(), pull = changed(), root = (p - 1) / 2;
+        m.resize(n), k.resize(n - 1), y.resize(4 * n), peak.resize(n - 1), c.resize(n - 1), mode.resize(n);
         x = &y[0], v = x + n, d = v + n, w = d + n;
         for (auto [list, count] : {std::pair{&m[0], n}, {x, n}, {v, n}, {&k[0], n - 1}, {d, n - 1}})  // gaps, at first
             for (int i = 0; i < count; i++) list[i] = changed();
+        for (int j = 0; law == constantRestitution && j < n - 1; j++) {
+            Q reduced = m[j] * m[j + 1] / (m[j] + m[j + 1]);
+            c[j] = 2 * ratio(damping) * sqrtq((p + 1) / 2 * k[j] * reduced);
+        }
         for (int i = 0; i < n; i++) speed = std::max({speed, fabsq(v[i]), sqrtq(pull) * fabsq(x[i])});
         mass = m.max(), initial = energy(), time = powq(mass * speed * speed / k.max(), 1 / (p + 1)) / speed;
         for (int j = 0; j < n - 1; j++) {
@@ -53,7 +69,7 @@ struct Motion {
         }
     }
 
-    bool whole() const { return p == rintq(p); }
+    bool whole() const { return p == rintq(p) && (law != constantRestitution || root == rintq(root)); }
 
     Q energy() const {
         Q sum = 0;

@@ -36,13 +36,14 @@ Q first(Q end, Condition holds) {
 }
 
 struct Taylor : Motion {
-    std::vector<List> X, D, W, P, S, F;  // series: positions, overlaps, their rate, power and square, forces
+    std::vector<List> X, D, W, P, R, S, F;  // series: positions, overlaps, their rate, powers and square, forces
 
-    Taylor(unsigned seed) : Motion(seed), X(n, List(N + 1)), D(X), W(X), P(X), S(X), F(X) {
+    Taylor(unsigned seed) : Motion(seed), X(n, List(N + 1)), D(X), W(X), P(X), R(X), S(X), F(X) {
         for (char& one : mode) one = one ? touched() : open;
     }
     Mode touched() const { return whole() ? pressing : faint; }
-    bool viscous() const { return law == kelvinVoigt || law == kelvinVoigtNoPull; }
+    bool viscous() const { return law == kelvinVoigt || law == kelvinVoigtNoPull || (p == 1 && law == constantRestitution); }
+    Q dashpot(int j) const { return law == constantRestitution ? c[j] : damping; }
     bool acts(int j) const {
         return j >= 0 && j < n - 1 && (mode[j] == pressing || (mode[j] == faint && viscous()));
     }
@@ -55,18 +56,19 @@ struct Taylor : Motion {
         Q left_out = LEFT_OUT * mass * speed, slow = powq(left_out / (k[j] * time), 1 / p);
         Q fast = powq((p + 1) * fabsq(w[j]) * left_out / k[j], 1 / (p + 1));
         if (law == viscoelastic) fast = std::min(fast, powq(left_out / (k[j] * damping), 1 / p));
+        if (law == constantRestitution) fast = std::min(fast, powq((root + 1) * left_out / c[j], 1 / (root + 1)));
         return std::max(slow, fast);
     }
 
-    // The coefficient of t^i of the overlap's power.
-    Q power(int j, int i) {
+    // The coefficient of t^i of a power of the overlap, with this series.
+    Q power(int j, Q q, const List& series, int i) {
         const List& c = D[j];
-        if (p == 1) return c[i];
-        if (p == 2) return product(c, c, i);
-        if (p == 3) return S[j][i] = product(c, c, i), product(S[j], c, i);
-        if (i == 0) return powq(c[0], p);
+        if (q == 1) return c[i];
+        if (q == 2) return product(c, c, i);
+        if (q == 3) return S[j][i] = product(c, c, i), product(S[j], c, i);
+        if (i == 0) return powq(c[0], q);
         Q sum = 0;
-        for (int l = 1; l <= i; l++) sum += ((p + 1) * l - i) * c[l] * P[j][i - l];  // J. C. P. Miller
+        for (int l = 1; l <= i; l++) sum += ((q + 1) * l - i) * c[l] * series[i - l];  // J. C. P. Miller
         return sum / (i * c[0]);
     }
 
@@ -74,19 +76,26 @@ struct Taylor : Motion {
         W[j][i] = (i + 1) * D[j][i + 1];
         Q spring = 0;
         if (mode[j] == pressing) {
-            if (i == 0) P[j][0] = power(j, 0);
-            P[j][i + 1] = power(j, i + 1);
+            if (i == 0) P[j][0] = power(j, p, P[j], 0);
+            P[j][i + 1] = power(j, p, P[j], i + 1);
             spring = P[j][i];
             if (law == viscoelastic) spring += damping * (i + 1) * P[j][i + 1];
             if (law == huntCrossley) spring += damping * product(W[j], P[j], i);
         }
-        return k[j] * spring + (viscous() ? damping * W[j][i] : 0);
+        Q damped = viscous() ? dashpot(j) * W[j][i] : 0;
+        if (law == constantRestitution && !viscous() && mode[j] == pressing) {
+            if (i == 0) R[j][0] = power(j, root + 1, R[j], 0);
+            R[j][i + 1] = power(j, root + 1, R[j], i + 1);
+            damped = c[j] / (root + 1) * (i + 1) * R[j][i + 1];
+        }
+        return k[j] * spring + damped;
     }
 
     // Has the sign of the force, of laws that do not pull.
     Q sign(int j, Q t) const {
         Q deep = overlap(j, t), damped = damping * overlap(j, t, true);
         if (law == huntCrossley) return 1 + damped;
+        if (law == constantRestitution) return k[j] * powq(std::max(deep, Q(0)), root + 1) + c[j] * overlap(j, t, true);
         return law == viscoelastic ? deep + p * damped : k[j] * powq(deep, p) + damped;
     }
 

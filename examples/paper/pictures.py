@@ -5,7 +5,7 @@
 writes docs/*.png, docs/cradle.jpg, docs/lesson/*.jpg, packaging/assets/run.svg and scene.svg. The pictures of the
 cradle, the lesson and the report need Chromium and its driver. Run the other examples first, because it takes their
 pictures: `python3 cradle.py paper`, examples/study/study.py, examples/mechatronics/couple.py,
-examples/events/metronome.py and examples/fit/contacts.py.
+examples/events/metronome.py, examples/fit/contacts.py and examples/losses/laws.py.
 """
 
 import base64
@@ -48,6 +48,7 @@ def main() -> None:
         svg(default_run(fmus[5]), assets / "run.svg")
         photographs(fmus, options.out / "report.html", docs, assets / "scene.svg")
     others = ("study/study", "mechatronics/coupling", "mechatronics/machine", "events/metronome", "fit/contacts")
+    others += ("losses/laws",)
     pictures = [options.out / "figure3.png", options.out / "figure5.png"]
     for path in [*pictures, *(ROOT / f"out/{name}.png" for name in others)]:
         small(Image.open(path), docs / path.name)

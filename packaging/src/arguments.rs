@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use cradle_packaging::Error;
-use cradle_packaging::build::PRESETS;
+use cradle_packaging::build::{PRESETS, Restitution};
 use newtons_cradle::variables::{Description, Settings};
 
 const PYTHON: &str = "The Python package answers; this command with --help lists its arguments.";
@@ -80,6 +80,13 @@ pub enum Request {
     /// Say what a tool did right or wrong in those cases, from its results in CSV
     #[command(after_help = PYTHON, disable_help_flag = true)]
     Judge(Python),
+    /// Print the damping by which two balls part so, as NAME=VALUE (used by the Python package)
+    #[command(hide = true)]
+    Damping {
+        restitution: Restitution,
+        #[arg(long)]
+        set: Vec<String>,
+    },
     /// Run a binary, from standard input, in a new folder for reference results (used by `build` and `check`)
     #[command(hide = true)]
     Record { folder: PathBuf, names: Vec<String> },
@@ -127,6 +134,13 @@ pub struct Build {
     /// Take the number of balls and start values from a TOML file in the format of the presets
     #[arg(long, value_name = "FILE.toml")]
     pub parameters: Vec<PathBuf>,
+    /// Let two balls, free and alone, part with this part of the speed at which they meet, such as `0.9`; where that
+    /// depends on the speed, it is given as well (m/s): `0.9@1.0`
+    ///
+    /// Sets contact.restitution or the coefficient of the damping law. If contacts lose nothing otherwise, and neither
+    /// --set nor --parameters names a law, that is constantRestitution. Unlike balls: of the first two.
+    #[arg(long, value_name = "E[@SPEED]")]
+    pub restitution: Option<Restitution>,
     /// Version of the standard [default: 2]; the default file of version 3 is called NAME.fmi3.fmu
     #[arg(long, value_name = "VERSION", value_parser = ["2", "3"])]
     pub fmi: Option<String>,

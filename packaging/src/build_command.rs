@@ -16,7 +16,11 @@ impl Build {
     pub fn run(self) -> Result<(), Error> {
         let choice = self.choice()?;
         let name = choice.name.clone();
-        let recipe = choice.recipe()?;
+        let is_chosen = choice.names("contact.dampingLaw");
+        let mut recipe = choice.recipe()?;
+        if let Some(asked) = self.restitution {
+            tell(asked.apply(&mut recipe, is_chosen)?);
+        }
         let start = recipe.settings()?;
         let description = self.description(&start)?;
         // A preset alone gives no warnings.

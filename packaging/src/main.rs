@@ -7,7 +7,7 @@ mod say;
 use std::process::ExitCode;
 
 use arguments::{Program, Python, Request};
-use cradle_packaging::build::PRESETS;
+use cradle_packaging::build::{Choice, PRESETS};
 use cradle_packaging::check::MAX_BYTES;
 use cradle_packaging::{Error, check, environment, info, reference};
 use say::{say, tell};
@@ -57,6 +57,13 @@ fn answer(Program { python, request }: Program) -> Result<ExitCode, Error> {
         Request::Presets => {
             let lines = PRESETS.iter().map(|preset| format!("{:8} {}\n", preset.name, preset.title()));
             say(lines.collect::<String>())?;
+        }
+        Request::Damping { restitution, set } => {
+            let mut choice = Choice::default();
+            choice.balls(2);
+            set.iter().try_for_each(|text| choice.set(text))?;
+            let (name, value) = restitution.of_pair(choice.recipe()?.settings()?)?;
+            say(format_args!("{name}={value:e}\n"))?;
         }
         Request::Record { folder, names } => reference::run(folder, names),
     }

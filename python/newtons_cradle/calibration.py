@@ -11,16 +11,19 @@ by then, fall as exp(-delta t) with delta = b/(2 m), which gives the drag b.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from .errors import MOST_BALLS, InvalidValue, number, whole
 from .fmu import Fmu
-from .losses import damping, runge_kutta
+from .losses import damping
 from .pulses import Array
 from .run.model import Values
+from .runge_kutta import runge_kutta
 
 HALVINGS = 20  # of the interval that the damping lies in
 SAMPLES = 301  # around the highest point
@@ -28,13 +31,11 @@ SAMPLES = 301  # around the highest point
 
 @dataclass(frozen=True)
 class Calibration:
-    """Results. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s; `height`: as
-    filmed, m."""
+    """Results. `restitution`: e, 0 to 1; `drag`: b of every ball, kg/s; `speed`: of the first click, m/s."""
 
     restitution: float
     drag: float
     speed: float
-    height: float
 
     def rigid(self) -> dict[str, Any]:
         """Start values of rigid contacts that lose as much, between balls on arcs."""
@@ -48,7 +49,8 @@ class Calibration:
         return {"pendulum.model": "circular", "pendulum.drag": self.drag, **lossy}
 
     def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
-        """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts.
+        """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts: as high
+        as after impacts one after the other with this restitution.
 
         `values` describe the cradle and the lift, as `preset("desk")` does; balls swing on arcs. Runs find the
         Hunt-Crossley damping factor, because touching balls do not collide one after the other: no formula gives it
@@ -56,19 +58,31 @@ class Calibration:
         """
         law = {"pendulum.model": "circular", "contact.dampingLaw": "huntCrossley"}
         base = {**values, **law, "pendulum.drag": self.drag}
+        given = fmu.settings(values)
+        length, mass, gravity = (
+            float(given.get(name, fmu.built_with(name))) for name in ("pendulum.length", "ball.mass", "gravity")
+        )
+        left = self.speed * _passed_on(self.restitution, fmu.balls)
+        height = length * (1.0 - math.cos(_highest(left / length, self.drag / (2.0 * mass), gravity / length)))
         # Below the factor of a pair that loses four fifths of its speed.
         most = damping("huntCrossley", values, restitution=0.2, speed=self.speed, fmu=fmu)["contact.huntCrossley"]
         low, high = 0.0, most  # s/m
         undamped = _rise(fmu, base | {"contact.huntCrossley": low})
-        if undamped < self.height:
+        if undamped < height:
             raise InvalidValue(
-                f"height = {self.height} m is refused: without damping these contacts reach {undamped:.4g} m"
+                f"restitution = {self.restitution:.6g} is refused: the last ball would rise by {height:.4g} m, by these "
+                f"contacts without damping {undamped:.4g} m"
             )
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            higher = _rise(fmu, base | {"contact.huntCrossley": middle}) > self.height
+            higher = _rise(fmu, base | {"contact.huntCrossley": middle}) > height
             low, high = (middle, high) if higher else (low, middle)
         return {"pendulum.drag": self.drag, **law, "contact.huntCrossley": 0.5 * (low + high)}
+
+
+def _passed_on(restitution: float, balls: int) -> float:
+    """The share of the first ball's speed that the last one gets, by impacts one after the other."""
+    return (0.5 * (1.0 + restitution)) ** (balls - 1)
 
 
 def _rise(fmu: Fmu, values: Values) -> float:
@@ -80,20 +94,35 @@ def _rise(fmu: Fmu, values: Values) -> float:
     return float(fmu.simulate(values, times=times, record=[last])[last].max())
 
 
-def _arrival(angle: float, delta: float, rate: float) -> float:
-    """The rate (rad/s) at which a pendulum that is let go at `angle` (rad) arrives below its pivot; with `-delta`,
-    that with which it leaves there to get so far. `rate`: g/L, 1/s2."""
+def _swing(angle: float, speed: float, delta: float, rate: float) -> Iterator[tuple[Array, float]]:
+    """States (rad, rad/s) of a pendulum, from this one on, each with the acceleration (rad/s2). `rate`: g/L, 1/s2."""
 
     def slopes(_time: float, state: Array) -> Array:
         return np.array([state[1], -2.0 * delta * state[1] - rate * math.sin(state[0])])
 
-    state, h = np.array([angle, 0.0]), 5e-3 / math.sqrt(rate)
+    state, h = np.array([angle, speed]), 5e-3 / math.sqrt(rate)
     while True:
-        after = runge_kutta(slopes, 0.0, state, h)
+        yield state, float(slopes(0.0, state)[1])
+        state = runge_kutta(slopes, 0.0, state, h)
+
+
+def _arrival(angle: float, delta: float, rate: float) -> float:
+    """The rate (rad/s) at which a pendulum that is let go at `angle` (rad) arrives below its pivot; with `-delta`,
+    that with which it leaves there to get so far. `rate`: g/L, 1/s2."""
+    for (before, _), (after, _) in pairwise(_swing(angle, 0.0, delta, rate)):
         if after[0] <= 0.0:
             # Near the lowest point the rate hardly changes.
-            return float(-np.interp(0.0, [after[0], state[0]], [after[1], state[1]]))
-        state = after
+            return float(-np.interp(0.0, [after[0], before[0]], [after[1], before[1]]))
+    raise AssertionError("a pendulum falls for ever")
+
+
+def _highest(speed: float, delta: float, rate: float) -> float:
+    """The angle (rad) at which a pendulum turns that leaves its lowest point at this rate (rad/s)."""
+    for ((angle, left), acceleration), (after, _) in pairwise(_swing(0.0, speed, delta, rate)):
+        if after[1] <= 0.0:
+            # Near the highest point the acceleration hardly changes.
+            return float(angle - left * left / (2.0 * acceleration))
+    raise AssertionError("a pendulum rises for ever")
 
 
 def calibrate(
@@ -138,15 +167,11 @@ def calibrate(
         return _arrival(math.acos(1.0 - rise / length), -delta, rate) / arrival
 
     def height_of(share: float) -> float:
-        low, high = 0.0, length
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if passed_on(middle) < share else (low, middle)
-        return low
+        return length * (1.0 - math.cos(_highest(share * arrival, delta, rate)))
 
     share = passed_on(height) if height < length else math.inf
     restitution = 2.0 * share ** (1.0 / (balls - 1)) - 1.0
     if not 0.0 <= restitution <= 1.0:
-        least, most = height_of(0.5 ** (balls - 1)), height_of(1.0)
+        least, most = (height_of(_passed_on(e, balls)) for e in (0.0, 1.0))
         raise InvalidValue(f"height = {height} is refused; allowed here: {least:.3g} to {most:.3g} m")
-    return Calibration(float(restitution), float(2.0 * mass * delta), float(length * arrival), float(height))
+    return Calibration(float(restitution), float(2.0 * mass * delta), float(length * arrival))

@@ -30,6 +30,7 @@ from .setups import Start, power_law
 #: Parameter of each damping law.
 COEFFICIENT = dict.fromkeys(("kelvinVoigt", "kelvinVoigtNoPull"), "contact.damping")
 COEFFICIENT |= {"huntCrossley": "contact.huntCrossley", "viscoelastic": "contact.relaxationTime"}
+COEFFICIENT |= {"constantRestitution": "contact.restitution"}
 QUANTITIES = dict.fromkeys(("v", "x"), "one for each ball")
 QUANTITIES |= dict.fromkeys(("peak", "onset", "release"), "one for each contact")
 QUANTITIES |= {"loss": "in all", "order": ""}
@@ -86,8 +87,12 @@ class Case(SimpleNamespace):
         if self.exponent is None:
             return start | {"contact.model": "rigid", "contact.restitution": self.damping, "contact.deadBand": 0.0}
         start |= power_law(1.0, self.exponent) | {"contact.stiffnessRatio": self.stiffness}
-        lossy = {"contact.dampingLaw": self.law, COEFFICIENT.get(self.law, ""): self.damping}
-        return start | (lossy if self.law != "elastic" else {})
+        return start | self._losses
+
+    @property
+    def _losses(self) -> Start:
+        known = self.law in COEFFICIENT
+        return {"contact.dampingLaw": self.law, COEFFICIENT[self.law]: self.damping} if known else {}
 
     @property
     def spheres(self) -> Start:
@@ -98,7 +103,7 @@ class Case(SimpleNamespace):
         density, modulus, ratio = (self.material[name] for name in ("density", "youngModulus", "poissonRatio"))
         solid = spheres(self.radius, density=density, young_modulus=modulus, poisson_ratio=ratio)
         free = ("gravity", "pendulum.length", "x_start", "v_start", "contact.gap")
-        return {name: self.values[name] for name in free} | solid
+        return {name: self.values[name] for name in free} | solid | self._losses
 
     def run(self, fmu: Fmu | None = None) -> Result:
         """Runs the case in one step: in this FMU, or in one that is built for it. Raises FmuError."""

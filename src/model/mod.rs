@@ -8,6 +8,7 @@ mod enumeration;
 mod forces;
 mod impact;
 mod linkage;
+mod losses;
 mod parameters;
 mod results;
 mod start;

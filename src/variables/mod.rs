@@ -6,6 +6,7 @@
 //! start values inside an FMU.
 
 mod description;
+mod losses;
 mod recipe;
 mod settings;
 mod table;

@@ -50,6 +50,11 @@ def test_two_balls_have_a_closed_form(p, name):
     assert case.expected["v"] == pytest.approx([0.0, 1.0], abs=1e-15)
 
 
+def test_two_balls_part_at_their_coefficient_of_restitution():
+    case = nc.benchmark("constant-2-hertz")
+    assert case.expected["v"] == pytest.approx([0.5 * (1.0 - case.damping), 0.5 * (1.0 + case.damping)], abs=1e-15)
+
+
 @pytest.mark.parametrize("case", [case for case in CASES if case.material], ids=lambda case: case.name)
 def test_steel_rows_are_of_spheres(case):
     """Masses, and stiffnesses after Hertz, by the formulas of docs/benchmark.md."""

@@ -35,6 +35,7 @@ VARIABLES = {
     "contact.huntCrossley": (TUNABLE, "s/m", 0.0),
     "contact.relaxationTime": (TUNABLE, "s", 0.0),
     "contact.restitution": (TUNABLE, "1", 1.0),
+    "contact.lossRatio[#c]": (TUNABLE, "1", 1.0),
     "x_start[#n]": (FIXED, "m", (-0.1, -0.1, 0.0, 0.0, 0.0)),
     "v_start[#n]": (FIXED, "m/s", 0.0),
     "solver.method": (FIXED, None, 1),

@@ -24,6 +24,7 @@ LOSSES = {
     "kelvinVoigtNoPull": {"contact.dampingLaw": "kelvinVoigtNoPull", "contact.damping": 2e3},
     "huntCrossley": {"contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3},
     "viscoelastic": {"contact.dampingLaw": "viscoelastic", "contact.relaxationTime": 1e-5},
+    "constantRestitution": {"contact.dampingLaw": "constantRestitution", "contact.restitution": 0.8},
 }
 # Balls that are struck within the first step, by a fast one; or that touch, some of them pressed together.
 SCENES = {

@@ -11,7 +11,7 @@ import nbformat
 import newtons_cradle as nc
 import numpy as np
 import pytest
-from conftest import ROOT, ended, repacked
+from conftest import ROOT, ended, repacked, table
 from fmpy.fmi3 import FMU3Slave
 from nbclient import NotebookClient
 from newtons_cradle.fitting import seen
@@ -55,6 +55,27 @@ def test_a_controller_acts_at_the_very_onset(fmu3, tmp_path):
         assert float(grid["energy_error"]) > 1e-2 * step
         assert float(grid["time_error"]) == pytest.approx(2 * step, abs=2 * step)
         assert float(grid["time_error"]) > 1e-2 * step and int(grid["calls"]) == round(4.5 / step)
+
+
+def test_the_loss_laws_over_the_speed(fmu, tmp_path):
+    """All have the same e at 1 m/s; the table of docs/loss-laws.md, and how 1 - e grows with slow speeds, for Hertz contacts
+    and linear ones."""
+    ended(sys.executable, EXAMPLES / "losses/laws.py", "--fmu", fmu.path, "--out", tmp_path)
+    assert (tmp_path / "laws.png").read_bytes().startswith(b"\x89PNG")
+    e = {}
+    for row in csv.DictReader((tmp_path / "laws.csv").open()):
+        e[row["contacts"].split()[0], row["law"], round(float(row["speed"]), 6)] = float(row["restitution"])
+    shown = table("docs/loss-laws.md", "writes this plot and the numbers, `out/losses/laws.csv`. For Hertz contacts:")
+    laws = ("kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic", "constantRestitution", "rigid")
+    for speed in (0.001, 0.01, 0.1, 1.0, 10.0):
+        assert shown[f"{speed:g}"] == [f"{e['Hertz', law, speed]:.4f}" for law in laws[:5]]
+        assert e["Hertz", "rigid", speed] == pytest.approx(e["Hertz", "constantRestitution", speed], abs=1e-12)
+        for law in laws:
+            assert e["linear", law, speed] == pytest.approx(0.9, abs=1e-9) or law == "huntCrossley"
+    assert all(e[contacts, law, 1.0] == pytest.approx(0.9, abs=1e-9) for contacts, law, _ in e)
+    for law, power in (("huntCrossley", 1.0), ("viscoelastic", 0.2)):
+        slow, fast = (1.0 - e["Hertz", law, speed] for speed in (0.001, 0.01))
+        assert np.log10(fast / slow) == pytest.approx(power, abs=0.01)
 
 
 def test_a_fit_finds_stiffness_and_damping(fmu3, tmp_path):

@@ -13,7 +13,7 @@ from fmpy.fmi2 import POINTER, FMU2Model, c_double
 
 N = 5
 PULSES = [f"pulses[{i}]" for i in range(1, N)]
-LAWS = (1, 1, 2, 3, 4)  # contact.dampingLaw, drawn
+LAWS = (1, 1, 2, 3, 4, 5)  # contact.dampingLaw, drawn
 
 
 def run(fmu, values, stop=10.0, **options):
@@ -81,6 +81,8 @@ def drawn(seed: int) -> dict:
         "contact.damping": rng.choice([0.0, 10 ** rng.uniform(0, 3)]),
         "contact.huntCrossley": rng.choice([0.0, 0.1, 0.5]),
         "contact.relaxationTime": rng.choice([0.0, 1e-8, 1e-7]),
+        "contact.restitution": rng.choice([1.0, rng.uniform(0.7, 1.0)]),
+        "contact.lossRatio[2]": rng.choice([0.0, 1.0, 2.5]),
         "pendulum.drag": rng.choice([0.0, rng.uniform(0, 0.05)]),
     }
 

@@ -333,6 +333,20 @@ def test_calibration_finds_the_damping_of_hertz_contacts(fmu, gap):
     assert values["pendulum.drag"] == pytest.approx(0.003, rel=1e-3)
 
 
+def test_another_restitution_changes_all_that_a_calibration_returns(fmu):
+    """The damping about in proportion to what is lost."""
+    desk = nc.preset("desk") | {"contact.gap": [1e-4] * 4}
+    found = [nc.Calibration(e, 0.001, 0.25) for e in (0.9, 0.95)]
+    assert [one.rigid()["contact.restitution"] for one in found] == [0.9, 0.95]
+    for law in (nc.Calibration.pairs, nc.Calibration.compliant):
+        lossy, less = (law(one, fmu, desk)["contact.huntCrossley"] for one in found)
+        assert 1.9 < lossy / less < 2.3
+    exact = [one.pairs(fmu, desk, "constantRestitution")["contact.restitution"] for one in found]
+    assert exact == [0.9, 0.95]
+    with pytest.raises(nc.InvalidValue, match="restitution = 1 is refused: the last ball would rise by"):
+        nc.Calibration(1.0, 0.0, 0.5).compliant(fmu, desk)
+
+
 def test_event_mode_needs_fmi_3(fmu, fmu3):
     with pytest.raises(nc.FmuError, match="eventModeUsed is refused: only FMUs of FMI"):
         fmu.start(eventModeUsed=True)

@@ -36,7 +36,8 @@ def in_set(fmu, preset: str) -> dict:
         # Of contacts the last element belongs to none.
         named = {f"{name}[{i}]": text for i, text in enumerate(elements, 1)} if size else {name: elements[0]}
         assert value.get("unit", "") == fmu.unit(next(iter(named)))
-        values |= {key: text for key, text in named.items() if key != f"contact.gap[{fmu.balls}]"}
+        last = f"[{fmu.balls}]" if name.startswith("contact.") else None
+        values |= {key: text for key, text in named.items() if last is None or not key.endswith(last)}
     return numbers(fmu, values)
 
 

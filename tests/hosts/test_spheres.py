@@ -61,6 +61,7 @@ def test_start_values():
         ("tapered", [0.015 * 0.8**i for i in range(5)], "steel"),
         ("unlike", 0.011, ["steel", "steel", "lead", "steel", "steel"]),
         ("desk", 0.011, "steel"),
+        ("clay", 0.011, "steel"),
     ],
 )
 def test_presets_are_of_such_spheres(preset, radii, materials):

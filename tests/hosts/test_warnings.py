@@ -11,35 +11,53 @@ RIGID, HERTZ = {"contact.model": "rigid"}, {"contact.model": "hertz"}
 HUNT_CROSSLEY, VISCOELASTIC = ({"contact.dampingLaw": law} for law in ("huntCrossley", "viscoelastic"))
 RK4 = {"solver.method": "rk4"}
 
+RESTITUTION = {"contact.dampingLaw": "constantRestitution"}
+HALF = {"contact.restitution": 0.5}
+
 #: Parameters that need something: a value that is not the default, settings with which it has no effect, others with
 #: which it has one, and what the warning says that it needs.
-NEEDY = {
-    "ball.radiusRatio[1]": (
+NEEDY = [
+    (
+        "ball.radiusRatio[1]",
         2.0,
-        RIGID,
-        {"pendulum.model": "circular"},
+        [{}, RIGID],
+        [HERTZ, {"pendulum.model": "circular"}],
         "contact.model = hertz or pendulum.model = circular",
     ),
-    "ball.youngModulus": (1e11, {}, HERTZ, "contact.model = hertz"),
-    "ball.youngModulusRatio[1]": (2.0, {}, HERTZ, "contact.model = hertz"),
-    "ball.poissonRatio": (0.2, RIGID, HERTZ, "contact.model = hertz"),
-    "contact.stiffness": (1e9, HERTZ, {}, "contact.model = powerLaw"),
-    "contact.stiffnessRatio[2]": (2.0, RIGID, HERTZ, "contact.model = powerLaw or hertz"),
-    "contact.overlapRef": (1e-5, HERTZ, {}, "contact.model = powerLaw"),
-    "contact.exponent": (2.0, RIGID, {}, "contact.model = powerLaw"),
-    "contact.dampingLaw": ("huntCrossley", RIGID, {}, "contact.model = powerLaw or hertz"),
-    "contact.damping": (5.0, HUNT_CROSSLEY, HERTZ, "contact.dampingLaw = kelvinVoigt or kelvinVoigtNoPull"),
-    "contact.huntCrossley": (
+    ("ball.youngModulus", 1e11, [{}], [HERTZ], "contact.model = hertz"),
+    ("ball.youngModulusRatio[1]", 2.0, [{}, RIGID], [HERTZ], "contact.model = hertz"),
+    ("ball.poissonRatio", 0.2, [RIGID], [HERTZ], "contact.model = hertz"),
+    ("contact.stiffness", 1e9, [HERTZ], [{}], "contact.model = powerLaw"),
+    ("contact.stiffnessRatio[2]", 2.0, [RIGID], [HERTZ], "contact.model = powerLaw or hertz"),
+    ("contact.overlapRef", 1e-5, [HERTZ], [{}], "contact.model = powerLaw"),
+    ("contact.exponent", 2.0, [RIGID], [{}], "contact.model = powerLaw"),
+    ("contact.dampingLaw", "huntCrossley", [RIGID], [{}], "contact.model = powerLaw or hertz"),
+    ("contact.damping", 5.0, [HUNT_CROSSLEY], [HERTZ], "contact.dampingLaw = kelvinVoigt or kelvinVoigtNoPull"),
+    (
+        "contact.huntCrossley",
         0.3,
-        RIGID,
-        HUNT_CROSSLEY,
+        [RIGID],
+        [HUNT_CROSSLEY],
         "contact.model = powerLaw or hertz and contact.dampingLaw = huntCrossley",
     ),
-    "contact.relaxationTime": (1e-6, HUNT_CROSSLEY, VISCOELASTIC, "contact.dampingLaw = viscoelastic"),
-    "contact.restitution": (0.5, {}, RIGID, "contact.model = rigid"),
-    "solver.tolerance": (1e-9, RK4, {}, "solver.method = eventDriven, bdf or adams"),
-    "solver.fixedStep": (1e-5, {}, RK4, "solver.method = rk4"),
-}
+    ("contact.relaxationTime", 1e-6, [HUNT_CROSSLEY, RESTITUTION], [VISCOELASTIC], "contact.dampingLaw = viscoelastic"),
+    (
+        "contact.restitution",
+        0.5,
+        [{}, HUNT_CROSSLEY],
+        [RIGID, RESTITUTION, RESTITUTION | HERTZ],
+        "contact.model = rigid or contact.dampingLaw = constantRestitution",
+    ),
+    (
+        "contact.lossRatio[2]",
+        3.0,
+        [{}, RIGID, RESTITUTION, HUNT_CROSSLEY],
+        [RIGID | HALF, RESTITUTION | HALF, {"contact.damping": 5.0}, HUNT_CROSSLEY | {"contact.huntCrossley": 0.3}],
+        "contacts with losses (contact.restitution below 1, or a coefficient of contact.dampingLaw above 0)",
+    ),
+    ("solver.tolerance", 1e-9, [RK4], [{}], "solver.method = eventDriven, bdf or adams"),
+    ("solver.fixedStep", 1e-5, [{}], [RK4], "solver.method = rk4"),
+]
 #: Those that need an instance of one kind; `build` and Python do not know which a file will be used for.
 OF_ONE_KIND = {"exchange.contacts": ("resolved", "model exchange"), "solver.method": ("rk4", "co-simulation")}
 
@@ -76,15 +94,16 @@ def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tm
         with warnings.catch_warnings(action="ignore"), fmu.start(values, **options) as run:
             return [line.text for line in run.log if line.category == "logStatusWarning"]
 
-    for name, (value, without, with_effect, needs) in NEEDY.items():
-        wasted, used = without | {name: value}, with_effect | {name: value}
-        python, built = told(wasted, name, fmu.start, build)
-        assert len(python) == 1 and python == built, (name, python, built)
-        assert python[0].endswith(f" has no effect: it needs {needs}")
-        for said in (program(wasted), logged(wasted)):
-            assert [line for line in said if line.startswith(f"{name} = ")] == python
-        assert told(used, name, fmu.start, build) == [[], []], name
-        assert not [line for line in program(used) + logged(used) if line.startswith(f"{name} = ")]
+    for name, value, without, with_effect, needs in NEEDY:
+        for wasted in (others | {name: value} for others in without):
+            python, built = told(wasted, name, fmu.start, build)
+            assert len(python) == 1 and python == built, (name, python, built)
+            assert python[0].endswith(f" has no effect: it needs {needs}")
+            for said in (program(wasted), logged(wasted)):
+                assert [line for line in said if line.startswith(f"{name} = ")] == python
+        for used in (others | {name: value} for others in with_effect):
+            assert told(used, name, fmu.start, build) == [[], []], name
+            assert not [line for line in program(used) + logged(used) if line.startswith(f"{name} = ")]
     for name, (value, needs) in OF_ONE_KIND.items():
         of_kind = {
             "co-simulation": logged({name: value}),
@@ -92,15 +111,30 @@ def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tm
         }
         assert {kind for kind, said in of_kind.items() if not said} == {needs}
         assert told({name: value}, name, build) == [[]]
-    others = {name for name in fmu.parameters if "[" not in name or name.endswith("[1]")} - {*NEEDY, *OF_ONE_KIND}
+    families = {name.partition("[")[0] for name, *_ in NEEDY}
+    others = {name for name in fmu.parameters if "[" not in name or name.endswith("[1]")} - {*OF_ONE_KIND}
+    others = {name for name in others if name.partition("[")[0] not in families}
     items = {"contact.model": "hertz", "pendulum.model": "circular", "pendulum.length": 1.5}
-    values = {name: items.get(name, 0.015) for name in others - {"contact.stiffnessRatio[1]"}}
+    values = {name: items.get(name, 0.015) for name in others}
     for name, value in values.items():
         one = {name: value}
         said = told(one, name, fmu.start)[0] + [line for line in logged(one) if " has no effect" in line]
         assert not said, said
     on_lines = values | {"pendulum.model": "linear"}
     assert not [line for line in program(on_lines) if " has no effect" in line]
+
+
+@pytest.mark.all
+def test_the_page_tells_the_same(page, fmu):
+    """Of each parameter that needs something, with and without it, but for methods, of which it has one."""
+    start = "return cradle.engine.start({ balls: 5, start: arguments[0] }).warnings"
+    for name, value, without, with_effect, _ in NEEDY:
+        for others in [] if name.startswith("solver.") else without + with_effect:
+            values = others | {name: value}
+            with warnings.catch_warnings(action="ignore"), fmu.start(values) as run:
+                logged = [line.text for line in run.log if line.category == "logStatusWarning"]
+            assert page.execute_script(start, values) == ". ".join(logged), values
+            assert bool(logged) >= (others in without)
 
 
 def test_what_comes_from_a_preset_is_meant(either):
@@ -111,7 +145,7 @@ def test_what_comes_from_a_preset_is_meant(either):
         either.start(desk | {"x_start[1]": -0.02} | {"contact.model": "rigid"}).close()
         for values in (desk | {"contact.restitution": 0.5}, desk | {"contact.restitution": 0.5} | {"gravity": 9.8}):
             with pytest.raises(
-                nc.DoubtfulStart, match=r"restitution = 0.5 has no effect: it needs contact.model = rigid"
+                nc.DoubtfulStart, match=r"restitution = 0.5 has no effect: it needs contact.model = rigid or"
             ):
                 either.start(values)
             with pytest.raises(nc.DoubtfulStart, match=r"restitution = 0.5 has no effect"):

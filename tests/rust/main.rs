@@ -13,6 +13,7 @@ mod exchange;
 mod ffi;
 mod fmi3;
 mod hopeless;
+mod losses;
 mod methods;
 mod peaks;
 mod properties;

@@ -192,7 +192,7 @@ fn what_is_told_to_have_no_effect_has_none() {
             .map(|method| format!("contact.model={model} contact.dampingLaw={law} solver.method={method}"))
     };
     let models = ["powerLaw", "hertz", "rigid"].into_iter();
-    let laws = ["kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic"];
+    let laws = ["kelvinVoigt", "kelvinVoigtNoPull", "huntCrossley", "viscoelastic", "constantRestitution"];
     let choices: Vec<String> =
         models.flat_map(|model| laws.into_iter().flat_map(move |law| items(model, law))).collect();
     let mut seen = [0, 0];

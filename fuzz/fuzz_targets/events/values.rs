@@ -69,6 +69,7 @@ const EVERYDAY: &[(&str, f64, f64, bool)] = &[
     ("contact.damping", 0.0, 1e4, false),
     ("contact.huntCrossley", 0.0, 2.0, false),
     ("contact.relaxationTime", 1e-9, 1e-3, true),
+    ("contact.lossRatio", 0.0, 3.0, false),
     // No ball is put far into its neighbour, wherever that one is.
     ("x_start[1]", -0.2, -0.1, false),
     ("x_start[2]", -0.1, -0.01, false),

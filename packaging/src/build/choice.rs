@@ -28,8 +28,9 @@ macro_rules! presets {
 }
 
 /// Every preset, in the order of every list of presets: `packaging/presets/order.txt`.
-pub static PRESETS: &[Preset] =
-    presets!["textbook", "figure3", "figure5", "figure6", "steel", "desk", "tapered", "unlike", "rigid", "buzzing"];
+pub static PRESETS: &[Preset] = presets![
+    "textbook", "figure3", "figure5", "figure6", "steel", "desk", "tapered", "unlike", "clay", "rigid", "buzzing"
+];
 
 impl Preset {
     /// One line for the help.
@@ -142,6 +143,12 @@ impl Choice {
         let (name, values) = (name.trim().to_owned(), values.split(',').map(value).collect());
         self.sources.push(Source { origin, assignments: vec![Assignment { key: name.clone(), name, values }] });
         Ok(())
+    }
+
+    /// Whether an argument or a parameter file, not only the preset, gives this start value.
+    pub fn names(&self, name: &str) -> bool {
+        let own = if self.preset.is_some() { 1 } else { 0 };
+        self.sources.iter().skip(own).any(|source| source.assignments.iter().any(|given| given.name == name))
     }
 
     /// The cradle, with every start value checked as the FMU checks it.

@@ -8,9 +8,11 @@ mod compile;
 mod contents;
 mod names;
 mod page;
+mod restitution;
 mod source;
 
 pub use choice::{Choice, PRESETS, Preset};
 pub use compile::Workspace;
 pub use contents::{Binary, entries};
+pub use restitution::Restitution;
 pub use source::{Ready, replaced};

@@ -5,4 +5,5 @@
 mod command;
 mod damage;
 mod installed;
+mod restitution;
 mod support;

@@ -14,8 +14,8 @@ from fmpy.fmi1 import FMICallException
 
 from ..errors import FmuError
 from ..fmu import Fmu
-from ..losses import runge_kutta
 from ..run import Run
+from ..runge_kutta import runge_kutta
 from .cases import Case, Points
 
 Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.

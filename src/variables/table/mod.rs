@@ -77,6 +77,10 @@ fn period(parameters: &Parameters) -> f64 {
     }
 }
 
+/// The parameters of which contacts use one to lose energy.
+pub(super) const LOSS_PARAMETERS: &[&str] =
+    &["contact.damping", "contact.huntCrossley", "contact.relaxationTime", "contact.restitution"];
+
 // What initial values depend on. During initialization rigid contacts transmit nothing.
 const MASSES: &[&str] = &["ball.mass", "ball.massRatio"];
 const PENDULUMS: &[&str] = &["gravity", "pendulum.length", "pendulum.lengthRatio", "pendulum.model"];
@@ -94,15 +98,8 @@ const ELASTIC: &[&str] = &[
     "contact.overlapRef",
     "contact.exponent",
 ];
-const DAMPED: &[&str] = &[
-    "contact.dampingLaw",
-    "contact.damping",
-    "contact.huntCrossley",
-    "contact.relaxationTime",
-    "contact.restitution",
-    "contact.lossRatio",
-];
-const FORCE_AT_START: &[&[&str]] = &[OVERLAP, ELASTIC, DAMPED, MASSES, &["v_start"]];
+const DAMPED: &[&str] = &["contact.dampingLaw", "contact.lossRatio"];
+const FORCE_AT_START: &[&[&str]] = &[OVERLAP, ELASTIC, DAMPED, LOSS_PARAMETERS, MASSES, &["v_start"]];
 const SUPPORT: &[&str] = &["pendulum.drag", "x_start", "v_start"];
 
 /// Every variable of the FMU. The position of a row is part of its variables' value references.
@@ -237,8 +234,8 @@ pub static TABLE: &[Row] = &[
         .initially(&[OVERLAP]).derivative(|d, i| d.overlap[i]),
     real("a", Balls, Local, &ACCELERATION, |s, i| s.a(i),
         "Rate of v[{i}]")
-        .initially(&[MASSES, PENDULUMS, CLEARANCE, ELASTIC, DAMPED,
-            &["pendulum.drag", "x_start*", "v_start*", "F_ext", "a_support"]])
+        .initially(&[PENDULUMS, CLEARANCE, ELASTIC, DAMPED, LOSS_PARAMETERS,
+            &["ball.mass", "ball.massRatio*", "pendulum.drag", "x_start*", "v_start*", "F_ext", "a_support"]])
         .follows(&[&["position", "overlap", "v*", "F_ext", "a_support"]]).derivative(|d, i| d.a[i]),
     real("E_kinetic", Balls, Local, &ENERGY, |s, i| s.kinetic_energy(i),
         "Kinetic energy of ball {i}").within(NOT_NEGATIVE),
@@ -264,7 +261,8 @@ pub static TABLE: &[Row] = &[
         "Rate of overlap[{i}], with linear pendulums v[{i}] - v[{j}]").initially(&[&["v_start", "pendulum.model"]])
         .follows(&[&["v"]]).derivative(|d, i| d.overlap_rate[i]),
     real("der(E_dissipated)", Scalar, Local, &POWER, |s, _| s.dissipation(),
-        "Power dissipated by drag and contacts").initially(&[OVERLAP, ELASTIC, DAMPED, MASSES, &["v_start", "pendulum.drag"]])
+        "Power dissipated by drag and contacts")
+        .initially(&[OVERLAP, ELASTIC, DAMPED, LOSS_PARAMETERS, MASSES, &["v_start", "pendulum.drag"]])
         .follows(&[&["overlap", "v"]]).derivative(|d, _| d.dissipation),
     real("der(W_external)", Scalar, Local, &POWER, |s, _| s.external_power(),
         "Power of the external forces and the moving support")

@@ -29,7 +29,7 @@ fn parameters_out_of_range_are_refused() {
         host.refused(host.set(name, value), &format!("fmi2SetReal: {expected}"));
     }
     let expected = "contact.dampingLaw = 99 is refused; allowed: kelvinVoigt (1) or kelvinVoigtNoPull (2) or \
-                    huntCrossley (3) or viscoelastic (4)";
+                    huntCrossley (3) or viscoelastic (4) or constantRestitution (5)";
     host.refused(host.set("contact.dampingLaw", 99.0), expected);
     host.assert_usable();
 }

@@ -163,12 +163,13 @@ fn every_state_leads_back_by_a_reset() {
 
 #[test]
 fn what_may_be_set_depends_on_the_state() {
-    const TUNABLE: [&str; 6] = [
+    const TUNABLE: [&str; 7] = [
         "pendulum.drag",
         "contact.damping",
         "contact.huntCrossley",
         "contact.relaxationTime",
         "contact.restitution",
+        "contact.lossRatio[1]",
         "a_support",
     ];
     for state in STATES[0] {

@@ -69,7 +69,7 @@ export class Setup {
   }
 
   resized(balls) {
-    return new Setup(balls, { ...this.values, "contact.gap": [], "contact.stiffnessRatio": [] }).atRest();
+    return new Setup(balls, { ...this.values, "contact.gap": [], "contact.stiffnessRatio": [], "contact.lossRatio": [] }).atRest();
   }
 
   /** Values that do not change while balls move. */
@@ -236,6 +236,7 @@ export const PRESETS = {
   desk: ready("desk", { "contact.huntCrossley": 0 }),
   tapered: ready("tapered", { "ball.massRatio": [], "ball.radiusRatio": [] }),
   unlike: ready("unlike", { "ball.massRatio": [], "ball.youngModulusRatio": [] }),
+  clay: ready("clay", { "contact.lossRatio": [] }),
   rigid: ready("rigid", { "contact.restitution": 0.95 }, true),
   buzzing: ready("buzzing", { "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": 0.3 }),
 };

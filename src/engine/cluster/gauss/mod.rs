@@ -5,6 +5,7 @@
 //! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
 
 mod arcs;
+mod branch_point;
 mod iteration;
 mod motion;
 mod output;
@@ -21,8 +22,8 @@ use crate::model::{ContactLaw, Mode};
 use plan::Planner;
 
 pub(crate) use arcs::{BallOnArc, ContactDirection};
+pub(crate) use branch_point::power_of_stretching;
 pub(crate) use motion::GaussStep;
-pub(crate) use plan::power_of_stretching;
 
 /// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration would need
 /// short steps, and balls at rest decide within much less than a step.

@@ -3,7 +3,7 @@
 use std::cell::{OnceCell, RefCell};
 
 use super::arcs::{ArcNodes, BallOnArc, ContactDirection};
-use super::plan::BranchPoint;
+use super::branch_point::BranchPoint;
 use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window, WindowContact};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree};

@@ -8,7 +8,7 @@ use super::switching::fall;
 use crate::engine::cluster::step_control::Problem;
 use crate::engine::cluster::window::{Switch, Window};
 use crate::engine::flight::{Flight, Rounding};
-use crate::model::{BallModel, ContactLaw, Mode};
+use crate::model::{BallModel, Mode};
 use crate::solver::{NODES, Power, Stretching, Table};
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
@@ -42,11 +42,6 @@ const LONGEST: f64 = 0.25;
 
 /// Angle (rad) by which balls on arcs turn in a step at most.
 const SMALL_ANGLE: f64 = 1e-3;
-
-/// See [`BranchPoint`]; guarded by `awkward_starts_keep_their_energy` and
-/// `balls_that_rattle_keep_their_energy_at_all_times`.
-const ROUGH: f64 = 0.01;
-const FRACTIONAL: f64 = 0.3;
 
 /// A step feels the branch point of a contact that has just closed or is about to open if it is longer than this many
 /// times the time to it. Guarded by `contacts_at_the_start` and `balls_that_rattle`.
@@ -157,32 +152,6 @@ impl<'a> Planner<'a> {
     }
 }
 
-/// Where forces have a branch point at an overlap of 0.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BranchPoint {
-    /// The power by which time is stretched there.
-    pub power: Power,
-    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional power
-    /// of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most of all a
-    /// damping force that starts with a power below 1.
-    smoothness: f64,
-}
-
-impl BranchPoint {
-    /// That of contacts with this law.
-    pub fn new(law: &ContactLaw) -> Option<Self> {
-        let power = power_of_stretching(law)?;
-        let smoothness = if power.resolves(law.branch_exponents()) {
-            1.0
-        } else if law.branch_exponents().any(|exponent| exponent < 1.0) {
-            ROUGH
-        } else {
-            FRACTIONAL
-        };
-        Some(Self { power, smoothness })
-    }
-}
-
 impl GaussStep {
     /// The stretching for contacts that have just closed at a rate that matters at this `speed` (m/s).
     fn onset_stretching(&self, rounding: &Rounding, speed: f64) -> Stretching {
@@ -271,16 +240,6 @@ impl GaussStep {
 fn to_branch_point(contact: &StepContact, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
     let is_near = contact.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
     (is_near && !contact.law.is_smooth()).then_some(overlap / rate)
-}
-
-/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, a force that goes
-/// with `d^e` goes, times the pace of the time, with `c^(q e + q - 1)`: a polynomial if that is whole, nearly one if it
-/// is large. Higher powers than necessary shorten the steps; whole exponents need none.
-pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
-    let exponents = law.branch_exponents();
-    let least = exponents.clone().reduce(f64::min)?;
-    let otherwise = if least > 2.0 { Power::Square } else { Power::Cube };
-    Some(Power::ALL.into_iter().find(|power| power.resolves(exponents.clone())).unwrap_or(otherwise))
 }
 
 /// The step that ends where contact `j` opens, in about this `time` (s).

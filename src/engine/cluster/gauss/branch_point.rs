@@ -1,0 +1,45 @@
+//! Where forces are not smooth: at an overlap of 0, if they go with fractional powers of it.
+
+use crate::model::ContactLaw;
+use crate::solver::Power;
+
+/// See [`BranchPoint`]; guarded by `awkward_starts_keep_their_energy` and
+/// `balls_that_rattle_keep_their_energy_at_all_times`.
+const ROUGH: f64 = 0.01;
+const FRACTIONAL: f64 = 0.3;
+
+/// Where forces have a branch point at an overlap of 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BranchPoint {
+    /// The power by which time is stretched there.
+    pub power: Power,
+    /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional power
+    /// of `c` for any stretching has coefficients that fall slowly, and the end of the step is less exact; most of all a
+    /// damping force that starts with a power below 1.
+    pub smoothness: f64,
+}
+
+impl BranchPoint {
+    /// That of contacts with this law.
+    pub fn new(law: &ContactLaw) -> Option<Self> {
+        let power = power_of_stretching(law)?;
+        let smoothness = if power.resolves(law.branch_exponents()) {
+            1.0
+        } else if law.branch_exponents().any(|exponent| exponent < 1.0) {
+            ROUGH
+        } else {
+            FRACTIONAL
+        };
+        Some(Self { power, smoothness })
+    }
+}
+
+/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, a force that goes
+/// with `d^e` goes, times the pace of the time, with `c^(q e + q - 1)`: a polynomial if that is whole, nearly one if it
+/// is large. Higher powers than necessary shorten the steps; whole exponents need none.
+pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
+    let exponents = law.branch_exponents();
+    let least = exponents.clone().reduce(f64::min)?;
+    let otherwise = if least > 2.0 { Power::Square } else { Power::Cube };
+    Some(Power::ALL.into_iter().find(|power| power.resolves(exponents.clone())).unwrap_or(otherwise))
+}
