@@ -75,10 +75,13 @@ impl SignOfForce {
         slope * position / self.overlap_ref + self.by_rate * velocity
     }
 
-    /// As a power series of the time, from those of the overlap (m) and of its rate (m/s), which may be shorter.
-    pub fn series(&self, overlap: &[f64], rate: &[f64]) -> Vec<f64> {
+    /// As a power series of the time, from those of the overlap (m) and of its rate (m/s), which may be shorter. Of an
+    /// overlap that is `negligible` fractional powers are left out.
+    pub fn series(&self, overlap: &[f64], rate: &[f64], negligible: bool) -> Vec<f64> {
         let mut powers = PowerSeries::new(self.exponent, 1.0 / self.overlap_ref);
-        rate.iter().enumerate().map(|(k, rate)| powers.term(overlap, k) + self.by_rate * rate).collect()
+        let left_out = negligible && !is_whole(self.exponent);
+        let mut power = |k: usize| if left_out { 0.0 } else { powers.term(overlap, k) };
+        rate.iter().enumerate().map(|(k, rate)| power(k) + self.by_rate * rate).collect()
     }
 }
 
@@ -122,6 +125,10 @@ impl<S: Scalar> ContactLaw<S> {
     /// unless one of them has a branch point there.
     pub fn parts(&self, d: S) -> Option<(S, S)> {
         let power = self.power(d)?;
+        let elastic = self.stiffness * power * d;
+        if self.damping.coefficient == S::default() {
+            return Some((elastic, S::default()));
+        }
         let grown = match self.damping.growth {
             Growth::Constant => S::from(1.0),
             Growth::Force => power * d / self.overlap_ref,
@@ -132,7 +139,7 @@ impl<S: Scalar> ContactLaw<S> {
                 _ => power.sqrt(),
             },
         };
-        Some((self.stiffness * power * d, self.damping.coefficient * grown))
+        Some((elastic, self.damping.coefficient * grown))
     }
 
     /// Exponent s of the overlap in its damping.

@@ -92,11 +92,8 @@ pub fn power_term(c: &[f64], power: &[f64], p: f64, k: usize) -> f64 {
     sum / (k as f64 * c[0])
 }
 
-/// Over its rate, a value that counts as 0 in a fractional power: the coefficients of the latter would overflow.
-const VANISHING: f64 = 1e-6;
-
-/// The series of `(c scale)^exponent` for a series c, term by term. Where c begins with 0, or nearly so for its rate, a
-/// fractional power has none: zero.
+/// The series of `(c scale)^exponent` for a series c, term by term. Where c begins with 0, a fractional power has none:
+/// zero.
 pub struct PowerSeries {
     exponent: f64,
     scale: f64,
@@ -115,7 +112,7 @@ impl PowerSeries {
         let (stride, whole) = (c.len(), self.exponent as usize);
         if whole as f64 != self.exponent {
             self.rows.resize(stride, 0.0);
-            self.rows[k] = if c[0] <= VANISHING * c[1].abs() {
+            self.rows[k] = if c[0] <= 0.0 {
                 0.0
             } else if k == 0 {
                 power(c[0] * self.scale, self.exponent)

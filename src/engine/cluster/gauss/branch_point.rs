@@ -41,5 +41,7 @@ pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
     let exponents = law.branch_exponents();
     let least = exponents.clone().reduce(f64::min)?;
     let otherwise = if least > 2.0 { Power::Square } else { Power::Cube };
-    Some(Power::ALL.into_iter().find(|power| power.resolves(exponents.clone())).unwrap_or(otherwise))
+    // Fourth powers pay only for the roughest forces.
+    let powers = if least < 1.0 { &Power::ALL[..] } else { &[Power::Square, Power::Cube] };
+    Some(powers.iter().copied().find(|power| power.resolves(exponents.clone())).unwrap_or(otherwise))
 }

@@ -200,23 +200,31 @@ impl Series {
 
     fn clip(&self, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Forecast {
         let (law, mode) = (&window.laws[j], window.contacts[j].mode);
+        let (row, end) = (self.overlap_row(j), until / self.unit);
+        if end <= 0.0 {
+            return Forecast::Never;
+        }
+        // In a unit of time in which the overlap does not vanish, coefficients of its powers stay in range.
+        let unit = end.min(1.0);
+        let scaled = |row: &[f64]| -> Vec<f64> {
+            row.iter().scan(1.0, |power, c| Some(*c * std::mem::replace(power, *power * unit))).collect()
+        };
         let (pressing, noise) = match law.sign_of_force() {
             Some(sign) => {
-                let row = self.overlap_row(j);
-                let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, until / self.unit);
+                let fastest = row[1].abs() + series::bound_of_change_of_derivative(row, end);
                 if mode == Mode::Pressing && sign.by_rate * fastest < (1.0 - 1e-9) * sign.least() * self.unit {
                     return Forecast::Never;
                 }
+                let left_out = mode == Mode::Pressing && self.elastic_row(j).iter().all(|c| *c == 0.0);
                 let noise = sign.noise(row[0], rounding.position, rounding.velocity);
-                (sign.series(row, &self.rate(row)), noise)
+                (sign.series(&scaled(row), &scaled(&self.rate(row)), left_out), noise)
             }
-            None => (self.force_row(j).to_vec(), law.unclipped_force(rounding.position, rounding.velocity)),
+            None => (scaled(self.force_row(j)), law.unclipped_force(rounding.position, rounding.velocity)),
         };
         let sign = sign_after_clip(mode);
-        match crossing::first_positive(&pressing, sign, sign * noise, until / self.unit) {
-            Some(_) => self.crossing(&pressing, sign, 0.0, until),
-            None => Forecast::Never,
-        }
+        let first = |level: f64| crossing::first_positive(&pressing, sign, level, end / unit);
+        let clip = first(sign * noise).and_then(|_| first(0.0));
+        self.switching(clip.map(|s| s * unit), until)
     }
 
     /// `integral a b` over the first `tau` (s) of a segment, of the rate b of what a row holds and a function a, given
