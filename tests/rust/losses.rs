@@ -49,6 +49,24 @@ fn two_balls_part_as_asked() {
     }
 }
 
+/// By the law of constant restitution at any speed, exponent and ratio of masses, as rigid balls beside them.
+#[test]
+fn a_constant_restitution_is_exact() {
+    for exponent in [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 7.3] {
+        for e in [0.02, libm::exp(-2.0), 0.5, 0.9, 0.999] {
+            for (v, mass) in [(1e-6, 1e-3), (1e-3, 1.0), (1.0, 0.3), (1.0, 1e3), (10.0, 1.0)] {
+                let mut p = pair(DampingLaw::ConstantRestitution, exponent, v).parameters;
+                (p.restitution, p.mass_ratio[1], p.loss_ratio[0]) = (e.sqrt(), mass, 2.0);
+                let rigid = Parameters { contact_model: ContactModel::Rigid, ..p.clone() };
+                for p in [p, rigid] {
+                    let found = outcome(&p);
+                    assert!((found - e).abs() < 1e-14, "{:?} {exponent} {v} {mass}: {found}, {e}", p.contact_model);
+                }
+            }
+        }
+    }
+}
+
 /// Hertz contacts of unlike balls, and rigid ones.
 #[test]
 fn each_contact_has_its_own() {
