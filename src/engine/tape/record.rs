@@ -225,12 +225,9 @@ impl Recorder {
         }
         let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
         let push = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
-        let (mut on_arcs, mut on_line) = (None, None);
-        if cradle.on_arcs() {
-            on_arcs = ArcImpactPart::new(&pair, j, (start, forcing, push), coefficients);
-        } else {
-            on_line = ImpactPart::shape(&pair, start, forcing, coefficients);
-        }
+        let acting = (start, forcing, push);
+        let on_arcs = if cradle.on_arcs() { ArcImpactPart::new(&pair, j, acting, coefficients) } else { None };
+        let on_line = if cradle.on_arcs() { None } else { ImpactPart::shape(&pair, start, forcing, coefficients) };
         if on_arcs.is_none() && on_line.is_none() {
             return false;
         }
