@@ -2,10 +2,12 @@
 //! at the start.
 
 use std::cell::Cell;
+use std::sync::Arc;
 
 use super::history::Stretch;
 use crate::engine::chain_state::ChainState;
 use crate::engine::flight::{Flight, integral_of};
+use crate::engine::pair_impact::ImpactCoefficients;
 use crate::engine::tape::{
     Direction, End, Recorder, Sink, Tape, Unfollowed, along_direction, change_of_start, cradle_along,
 };
@@ -28,6 +30,7 @@ pub struct LastStep<'a> {
     start: ChainState,
     /// When it began, s, and its length, s; 0 before the first.
     began: f64,
+    impacts: Arc<ImpactCoefficients>,
     length: f64,
     pub(crate) end: ChainState,
     /// Whether to follow the motion beyond its end, for the derivative of the time of the next onset.
@@ -42,13 +45,16 @@ pub(crate) struct StepEnds {
     pub end: ChainState,
     pub began: f64,
     pub inputs: HeldInputs,
+    /// What the run has computed for impacts, which a repetition needs, too.
+    pub impacts: Arc<ImpactCoefficients>,
 }
 
 impl Engine {
     /// The ends of the last step; before the first, both are the start.
     pub(crate) fn step_ends(&self) -> StepEnds {
         let (start, end) = (self.state_at_start(), self.state_of_all(self.time.into()));
-        StepEnds { start, end, began: self.step.time, inputs: self.inputs.at(self.time) }
+        let (inputs, impacts) = (self.inputs.at(self.time), self.impact_coefficients.clone());
+        StepEnds { start, end, began: self.step.time, inputs, impacts }
     }
 }
 
@@ -58,11 +64,12 @@ type Start<'a> = (f64, &'a ChainState);
 impl<'a> LastStep<'a> {
     /// Of this run and its current parameters.
     pub(crate) fn new(run: &'a dyn Results, parameters: &'a Parameters, ends: StepEnds) -> Self {
-        let StepEnds { start, end, began, inputs } = ends;
+        let StepEnds { start, end, began, inputs, impacts } = ends;
         Self {
             run,
             parameters,
             inputs,
+            impacts,
             start,
             began,
             length: run.step_length(),
@@ -146,6 +153,7 @@ impl<'a> LastStep<'a> {
             let engine = match &mut run {
                 None => {
                     let mut begun = Engine::begun_from(&acting, inputs, since, start);
+                    begun.impact_coefficients = self.impacts.clone();
                     begun.recorder = Some(Box::new(Recorder::new(sink.clone(), &begun.cradle, self.began)));
                     run.insert(begun)
                 }

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! with the accelerations f without contact and their decrease W with the overlap. A and W load the free impact; C makes
-//! the coordinate d longer; what goes with B works, half of it before the middle, and so do drag and damping. What is
+//! the impact shorter; what goes with B works, half of it before the middle, and so do drag and damping. What is
 //! left out are products of two of these, [`SMALL`].
 
 use super::coefficients::{CLEARANCE, Coefficients, GRAVITY, IMPULSE, LENGTH, MASS, OF_LAW, PEAK, STATE, V, X};
@@ -129,8 +129,8 @@ impl ArcImpactPart {
         let motion = Motion::new(pair, start.map(|(x, _)| x), start.map(|(_, v)| v), forcing);
         let [alpha, beta] = motion.loads();
         let shape = coefficients.pulse(pair.law, alpha, beta)?;
-        let ([_, _, works, lengthens], time) = (motion.of, 2.0 * motion.reach / motion.rate * shape.integrals[0][0]);
-        let varies = alpha.abs() + beta.abs() + (works * time).abs() + (lengthens * motion.reach).abs();
+        let ([_, _, works, shortens], time) = (motion.of, 2.0 * motion.reach / motion.rate * shape.integrals[0][0]);
+        let varies = alpha.abs() + beta.abs() + (works * time).abs() + (shortens * motion.reach).abs();
         (varies < SMALL).then_some(Self { contact, start, forcing, push, shape, largest: None })
     }
 
@@ -175,7 +175,7 @@ impl ArcImpactPart {
         let motion = Motion::new(&along, places, v, forcing);
         let Motion { masses, gradient, turned, a, b, rate, inverse_mass, free: f, by_place, reach: deepest, .. } =
             motion;
-        let [load, less, works, lengthens] = motion.of;
+        let [load, less, works, shortens] = motion.of;
         // Duration, and integrals of the overlap and of the square of its rate, of the free impact.
         let p = law.exponent;
         let integral = |k: usize, [alpha, beta]: [Dual; 2]| {
@@ -197,7 +197,7 @@ impl ArcImpactPart {
         let quick = rate + there / rate;
         let part = reach(&law, inverse_mass, quick) / quick;
         let beta = -two * load * deepest / (rate * rate);
-        let time = two * part * integral(0, [loads[0], beta]) * (one - half * works * time) - lengthens * sum;
+        let time = two * part * integral(0, [loads[0], beta]) * (one - half * works * time) - shortens * sum;
         // The forces act along directions that turn.
         let pushed = |k: usize, of: &dyn Fn(usize) -> Dual| of(k) / (masses[k] * inverse_mass);
         let by_turn = [0, 1].map(|k| pushed(k, &|k| turned[0][k] * rate * time + turned[1][k] * squares));
