@@ -19,8 +19,8 @@ use crate::model::{BallModel, ContactLaw, Cradle, Pair};
 use crate::solver::power::power;
 use crate::solver::{Dual, Scalar};
 
-/// Largest change of the overlap's motion by the turn of the directions, gravity and inputs. The error of derivatives
-/// is the square of it.
+/// Largest sum of the turns of the paths (rad) and of the parts of the overlap's motion that the terms without contact
+/// make. The error of derivatives is the square of it.
 const SMALL: f64 = 1e-4;
 
 /// An impact in contact `contact`.
@@ -130,7 +130,8 @@ impl ArcImpactPart {
         let [alpha, beta] = motion.loads();
         let shape = coefficients.pulse(pair.law, alpha, beta)?;
         let ([_, _, works, shortens], time) = (motion.of, 2.0 * motion.reach / motion.rate * shape.integrals[0][0]);
-        let varies = alpha.abs() + beta.abs() + (works * time).abs() + (shortens * motion.reach).abs();
+        let turn: f64 = pair.balls.iter().zip(start).map(|(ball, (_, v))| (v * time / ball.length).abs()).sum();
+        let varies = turn + alpha.abs() + beta.abs() + (works * time).abs() + (shortens * motion.reach).abs();
         (varies < SMALL).then_some(Self { contact, start, forcing, push, shape, largest: None })
     }
 
