@@ -143,7 +143,7 @@ impl<'a> LastStep<'a> {
         End { state: self.end.clone(), inputs: self.inputs.clone(), length: self.length, support_speed }
     }
 
-    /// The run again, from this start on; it stands at its end.
+    /// The run again, from this start on; it stands at its end, interrupted.
     fn record(&self, (mut since, start): Start, stretches: &[Stretch], sink: Sink) -> Result<Engine, Unfollowed> {
         let another = |_: EngineError| Unfollowed::Another;
         let (mut acting, mut run): (Parameters, Option<Engine>) = (self.parameters.clone(), None);
@@ -174,7 +174,7 @@ impl<'a> LastStep<'a> {
             since = stretch.until;
         }
         let mut run = run.ok_or(Unfollowed::NoHistory)?;
-        run.interrupt();
+        run.suspend();
         let end = run.state_of_all(run.time.into());
         let unit = run.cradle.balls[0].unit_of_time();
         let size = |x: f64, v: f64| x.abs() + v.abs() * unit;
@@ -237,6 +237,7 @@ impl<'a> LastStep<'a> {
             (true, None, _) => return 0.0,
             (true, Some(_), Some(recorder)) => recorder.next_onset = None,
         }
+        run.interrupt();
         // The same onset by a motion that differs by rounding.
         let until = next.map_or(0.0, |next| next + 1e-9 * (next - run.time).max(run.time));
         let before = run.work().steps;

@@ -226,7 +226,7 @@ impl Engine {
     }
 
     /// Puts all balls in flight, anchored at the current time as their contacts are.
-    pub(super) fn suspend(&mut self) {
+    pub(crate) fn suspend(&mut self) {
         self.stop_all();
         if let Some(mut recorder) = self.recorder.take() {
             let state = self.state_of_all(self.time.into());

@@ -142,6 +142,7 @@ impl Recorder {
         let since = self.undisturbed_for(scene, &balls, from);
         let [mut swing, mut decay] = match known {
             Some(paces) => paces.map(|pace| 0.5 * pace),
+            None if balls.len() == 1 => [0.0; 2],
             None => paces(cradle, first, length, &scene.nodes(&balls, [from, to], &[1.0])),
         };
         // Halves of halves are as long as the time before them in which nothing has happened. So what decays fast is
