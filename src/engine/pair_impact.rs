@@ -32,8 +32,8 @@ pub(crate) struct ImpactCoefficients {
     shape: OnceLock<Box<Shape>>,
 }
 
-/// The derivatives of these by the exponent, and those of the integrals of `q^g sqrt(...) dq` for g = 0 and for the exponent
-/// s of the damping.
+/// The derivatives of these by the exponent, and those of the integrals of `q^g sqrt(...) dq` for g = 0 and for the
+/// exponent s of the damping.
 #[derive(Clone, Debug)]
 struct PulseCoefficients {
     by_exponent: [Expansion; 2],

@@ -8,9 +8,9 @@
 //! d'' = A - W d + 2 B d' + C d'^2 - nu F(d) (1 + 2 B t + 2 C d),   A = n f + a H a,  B = a H b,  C = b H b
 //! ```
 //!
-//! with the accelerations f without contact and their decrease W with the overlap. A and W load the free impact; C makes
-//! the impact shorter; what goes with B works, half of it before the middle, and so do drag and damping. What is
-//! left out are products of two of these, [`SMALL`].
+//! with the accelerations f without contact and their decrease W with the overlap. A and W load the free impact; C
+//! makes it shorter; what goes with B works, and so do drag and damping, half of that before the middle. Products of
+//! two of these are left out ([`SMALL`]).
 
 use super::coefficients::{CLEARANCE, Coefficients, GRAVITY, IMPULSE, LENGTH, MASS, OF_LAW, PEAK, STATE, V, X};
 use super::part::Part;

@@ -23,8 +23,8 @@ const EXPLICIT: f64 = 6.0;
 /// take three times the time.
 const SETTLED: f64 = 400.0;
 
-/// Longest implicit step of balls that press on each other, times the pace of a pendulum, which does not decay. In longer
-/// ones rounding grows with the square of the length: the changes of the forces cancel in the motion of all.
+/// Longest implicit step of balls that press on each other, times the pace of a pendulum, which does not decay. Rounding
+/// grows with the square of the length: the changes of the forces cancel in the motion of all.
 const PENDULUM: f64 = 0.1;
 
 /// Longest implicit step of one ball, times its pace: nine stages of order 17 leave some 1e-15 of it.
@@ -44,8 +44,8 @@ const UNKNOWN: (Option<[f64; 2]>, u32) = (None, 0);
 /// Balls and their contacts at nodes.
 type AtNodes<const N: usize> = (Vec<BallNodes<N>>, Vec<ContactNodes<N>>);
 
-/// The fastest change in a motion of neighbours, the `first` of them this ball, times its `length` (s): of oscillations,
-/// and of decays.
+/// The fastest change in a motion of neighbours from ball `first` on, times its `length` (s): of oscillations, and of
+/// decays.
 fn paces<const N: usize>(cradle: &Cradle, first: usize, length: f64, (balls, contacts): &AtNodes<N>) -> [f64; 2] {
     let [mut stiffness, mut decay] = [0.0_f64; 2];
     for (i, ball) in balls.iter().enumerate() {
