@@ -23,8 +23,8 @@ const EXPLICIT: f64 = 6.0;
 /// take three times the time.
 const SETTLED: f64 = 400.0;
 
-/// Longest implicit step of balls that press on each other, times the pace of a pendulum, which does not decay. Rounding
-/// grows with the square of the length: the changes of the forces cancel in the motion of all.
+/// Longest implicit step of balls that press on each other, times the pace of a pendulum, which does not decay.
+/// Rounding grows with the square of the length: the changes of the forces cancel in the motion of all.
 const PENDULUM: f64 = 0.1;
 
 /// Longest implicit step of one ball, times its pace: nine stages of order 17 leave some 1e-15 of it.
