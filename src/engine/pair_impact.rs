@@ -2,6 +2,7 @@
 
 use std::cell::OnceCell;
 use std::f64::consts::PI;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +10,7 @@ use crate::engine::Peak;
 use crate::engine::arc_impact::{ImpactResult, Shape, outcome};
 use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
-use crate::model::ContactLaw;
+use crate::model::{ContactLaw, Cradle};
 use crate::solver::{DoubleDouble, Dual, Scalar, hypotenuse};
 
 /// Terms of the expansion, and the largest `alpha + |beta|` for which its error is below the rounding.
@@ -19,21 +20,20 @@ const SMALL: f64 = 1e-3;
 /// Coefficients of `beta^(k-j) alpha^j` in an expansion.
 type Expansion<S = f64> = [[S; TERMS]; TERMS];
 
-/// Coefficients of the expansions for one exponent of the force law.
+/// Coefficients of the expansions for one exponent of the force law, each computed on first use.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ImpactCoefficients {
-    /// Of the integral of `dq / sqrt(...)`.
-    time: Expansion,
-    /// The same for `q dq / sqrt(...)`.
-    overlap: Expansion,
-    /// For derivatives, computed on first use.
-    derivatives: OnceCell<Box<PulseCoefficients>>,
-    /// For balls on arcs, computed on first use.
-    shape: OnceCell<Box<Shape>>,
+    p: f64,
+    /// Of the integrals of `dq / sqrt(...)` and of `q dq / sqrt(...)`.
+    integrals: OnceLock<Box<[Expansion; 2]>>,
+    /// For derivatives.
+    derivatives: OnceLock<Box<PulseCoefficients>>,
+    /// For balls on arcs.
+    shape: OnceLock<Box<Shape>>,
 }
 
-/// The derivatives of these by the exponent, and those of the integrals of `q^g sqrt(...) dq` for g = 0 and for the exponent
-/// s of the damping.
+/// The derivatives of these by the exponent, and those of the integrals of `q^g sqrt(...) dq` for g = 0 and for the
+/// exponent s of the damping.
 #[derive(Clone, Debug)]
 struct PulseCoefficients {
     by_exponent: [Expansion; 2],
@@ -50,10 +50,18 @@ pub(crate) struct PulseShape {
 }
 
 impl ImpactCoefficients {
+    /// For the contacts of a cradle, which have one exponent.
+    pub fn of(cradle: &Cradle) -> Arc<Self> {
+        Arc::new(Self::new(cradle.contacts.first().map_or(1.0, |law| law.exponent)))
+    }
+
     /// For the exponent `p` of the force law.
     pub fn new(p: f64) -> Self {
-        let [time, overlap] = [0.0, 1.0].map(|g| coefficients(p, g, -0.5));
-        Self { time, overlap, derivatives: OnceCell::new(), shape: OnceCell::new() }
+        Self { p, ..Self::default() }
+    }
+
+    fn integrals(&self) -> &[Expansion; 2] {
+        self.integrals.get_or_init(|| Box::new([0.0, 1.0].map(|g| coefficients(self.p, g, -0.5))))
     }
 
     /// The shape of an impact by this law; `None` where its expansion does not hold.
@@ -73,7 +81,7 @@ impl ImpactCoefficients {
         });
         let number = Dual::with_tangent;
         let integral = |of: usize| {
-            let (table, by_exponent) = ([&self.time, &self.overlap][of], &derivatives.by_exponent[of]);
+            let (table, by_exponent) = (&self.integrals()[of], &derivatives.by_exponent[of]);
             let by_alpha = expansion(table, number(alpha, 1.0), beta.into());
             let by_beta = expansion(table, alpha.into(), number(beta, 1.0)).tangent();
             [by_alpha.value(), by_alpha.tangent(), by_beta, expansion(by_exponent, alpha, beta)]
@@ -108,8 +116,9 @@ impl ImpactCoefficients {
             let power = libm::pow(q, p);
             q -= (q * (power + alpha * q + beta) - 1.0) / ((p + 1.0) * power + 2.0 * alpha * q + beta);
         }
-        let duration = 2.0 * reach / rate * expansion(&self.time, alpha, beta);
-        let overlap_integral = 2.0 * reach * reach / rate * expansion(&self.overlap, alpha, beta);
+        let [time, overlap] = self.integrals();
+        let duration = 2.0 * reach / rate * expansion(time, alpha, beta);
+        let overlap_integral = 2.0 * reach * reach / rate * expansion(overlap, alpha, beta);
         Some([duration, reach * q, overlap_integral])
     }
 }
@@ -329,7 +338,7 @@ mod tests {
         for p in [1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0] {
             for (alpha, beta) in disturbances {
                 let coefficients = ImpactCoefficients::new(p);
-                for (table, g) in [(&coefficients.time, 0), (&coefficients.overlap, 1)] {
+                for (table, g) in coefficients.integrals().iter().zip([0, 1]) {
                     let (sum, quadrature) = (expansion(table, alpha, beta), by_quadrature(p, alpha, beta, g));
                     let off = sum / quadrature - 1.0;
                     assert!(off.abs() < 1e-14, "p={p} g={g} alpha={alpha:e} beta={beta:e}: off by {off:e}");

@@ -5,6 +5,7 @@ use super::trajectory::{ContactEvent, Trajectory};
 use crate::engine::Forecast;
 use crate::engine::chain_state::ChainState;
 use crate::engine::derivatives::{StepEnds, by_time};
+use crate::engine::pair_impact::ImpactCoefficients;
 use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
@@ -39,7 +40,8 @@ impl Continuous {
 
     pub(crate) fn step_ends(&self) -> StepEnds {
         let [start, end] = [&self.y_at_step, &self.y()].map(|y| self.chain(y));
-        StepEnds { start, end, began: self.step_start, inputs: self.inputs.at(self.time) }
+        let (inputs, impacts) = (self.inputs.at(self.time), ImpactCoefficients::of(self.cradle()));
+        StepEnds { start, end, began: self.step_start, inputs, impacts }
     }
 
     /// See [`by_time`]. The polynomials of the steps have too low an order for overlaps: the second and third

@@ -2,10 +2,12 @@
 //! at the start.
 
 use std::cell::Cell;
+use std::sync::Arc;
 
 use super::history::Stretch;
 use crate::engine::chain_state::ChainState;
 use crate::engine::flight::{Flight, integral_of};
+use crate::engine::pair_impact::ImpactCoefficients;
 use crate::engine::tape::{
     Direction, End, Recorder, Sink, Tape, Unfollowed, along_direction, change_of_start, cradle_along,
 };
@@ -28,6 +30,7 @@ pub struct LastStep<'a> {
     start: ChainState,
     /// When it began, s, and its length, s; 0 before the first.
     began: f64,
+    impacts: Arc<ImpactCoefficients>,
     length: f64,
     pub(crate) end: ChainState,
     /// Whether to follow the motion beyond its end, for the derivative of the time of the next onset.
@@ -42,13 +45,16 @@ pub(crate) struct StepEnds {
     pub end: ChainState,
     pub began: f64,
     pub inputs: HeldInputs,
+    /// What the run has computed for impacts, which a repetition needs, too.
+    pub impacts: Arc<ImpactCoefficients>,
 }
 
 impl Engine {
     /// The ends of the last step; before the first, both are the start.
     pub(crate) fn step_ends(&self) -> StepEnds {
         let (start, end) = (self.state_at_start(), self.state_of_all(self.time.into()));
-        StepEnds { start, end, began: self.step.time, inputs: self.inputs.at(self.time) }
+        let (inputs, impacts) = (self.inputs.at(self.time), self.impact_coefficients.clone());
+        StepEnds { start, end, began: self.step.time, inputs, impacts }
     }
 }
 
@@ -58,11 +64,12 @@ type Start<'a> = (f64, &'a ChainState);
 impl<'a> LastStep<'a> {
     /// Of this run and its current parameters.
     pub(crate) fn new(run: &'a dyn Results, parameters: &'a Parameters, ends: StepEnds) -> Self {
-        let StepEnds { start, end, began, inputs } = ends;
+        let StepEnds { start, end, began, inputs, impacts } = ends;
         Self {
             run,
             parameters,
             inputs,
+            impacts,
             start,
             began,
             length: run.step_length(),
@@ -136,7 +143,7 @@ impl<'a> LastStep<'a> {
         End { state: self.end.clone(), inputs: self.inputs.clone(), length: self.length, support_speed }
     }
 
-    /// The run again, from this start on; it stands at its end.
+    /// The run again, from this start on; it stands at its end, interrupted.
     fn record(&self, (mut since, start): Start, stretches: &[Stretch], sink: Sink) -> Result<Engine, Unfollowed> {
         let another = |_: EngineError| Unfollowed::Another;
         let (mut acting, mut run): (Parameters, Option<Engine>) = (self.parameters.clone(), None);
@@ -146,6 +153,7 @@ impl<'a> LastStep<'a> {
             let engine = match &mut run {
                 None => {
                     let mut begun = Engine::begun_from(&acting, inputs, since, start);
+                    begun.impact_coefficients = self.impacts.clone();
                     begun.recorder = Some(Box::new(Recorder::new(sink.clone(), &begun.cradle, self.began)));
                     run.insert(begun)
                 }
@@ -166,7 +174,7 @@ impl<'a> LastStep<'a> {
             since = stretch.until;
         }
         let mut run = run.ok_or(Unfollowed::NoHistory)?;
-        run.interrupt();
+        run.suspend();
         let end = run.state_of_all(run.time.into());
         let unit = run.cradle.balls[0].unit_of_time();
         let size = |x: f64, v: f64| x.abs() + v.abs() * unit;
@@ -229,6 +237,7 @@ impl<'a> LastStep<'a> {
             (true, None, _) => return 0.0,
             (true, Some(_), Some(recorder)) => recorder.next_onset = None,
         }
+        run.interrupt();
         // The same onset by a motion that differs by rounding.
         let until = next.map_or(0.0, |next| next + 1e-9 * (next - run.time).max(run.time));
         let before = run.work().steps;

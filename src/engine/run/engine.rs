@@ -2,6 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 use std::ops::Range;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +29,7 @@ pub struct Engine {
     #[serde(skip)]
     pub(crate) control: Control,
     #[serde(skip)]
-    pub(crate) impact_coefficients: ImpactCoefficients,
+    pub(crate) impact_coefficients: Arc<ImpactCoefficients>,
     pub(crate) time: f64,
     pub(crate) balls: Vec<Ball>,
     pub(crate) contacts: Vec<Contact>,
@@ -145,7 +146,7 @@ impl Engine {
             queue: EventQueue::new(contacts.len()),
             inputs,
             control: Control::new(parameters.tolerance),
-            impact_coefficients: ImpactCoefficients::new(cradle.contacts.first().map_or(1.0, |law| law.exponent)),
+            impact_coefficients: ImpactCoefficients::of(&cradle),
             time: start_time,
             balls,
             contacts,
@@ -225,7 +226,7 @@ impl Engine {
     }
 
     /// Puts all balls in flight, anchored at the current time as their contacts are.
-    pub(super) fn suspend(&mut self) {
+    pub(crate) fn suspend(&mut self) {
         self.stop_all();
         if let Some(mut recorder) = self.recorder.take() {
             let state = self.state_of_all(self.time.into());

@@ -124,9 +124,11 @@ impl Coefficients {
         &mut self.0[end - 1]
     }
 
-    /// The sum of the products with these changes. Those along a direction are mostly zeros.
+    /// The sum of the products with these changes. Those along a direction are mostly zeros; that of a restitution of 0
+    /// with a loss ratio below 1 is infinite, which is none where nothing depends on it.
     pub fn dot(&self, changes: &Self) -> f64 {
-        let products = self.0.iter().zip(&changes.0).filter(|(_, change)| **change != 0.0);
+        let acts = |(by, change): &(&f64, &f64)| **change != 0.0 && **by != 0.0;
+        let products = self.0.iter().zip(&changes.0).filter(acts);
         products.map(|(by, change)| by * change).sum()
     }
 }

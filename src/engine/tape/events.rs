@@ -5,7 +5,6 @@ use super::coefficients::{BEFORE, CLEARANCE, Coefficients, IMPULSE, LENGTH, MASS
 use super::nodes::ContactNodes;
 use super::part::Part;
 use crate::model::{Cradle, Linkage};
-use crate::solver::NODES;
 
 /// The overlap of a contact as a function of the state and of the coefficients.
 #[derive(Debug)]
@@ -233,8 +232,8 @@ impl Part for LastStepBegins {
 #[derive(Debug)]
 pub(super) struct Peak {
     pub contact: usize,
-    /// The contact then; the nodes do not differ.
-    pub at: ContactNodes,
+    /// The contact then.
+    pub at: ContactNodes<1>,
     /// What the overlap adds (N/m) at an onset, whose time it changes; otherwise 0.
     pub by_overlap: f64,
     /// What a later time takes off, N/s, at the end of a motion on the way to the peak; otherwise 0.
@@ -269,8 +268,6 @@ impl Part for Peak {
         let by_contact = &mut by_state[j * STATE..];
         by_contact[OVERLAP] += by_overlap + self.by_overlap * by_peak;
         by_contact[TIME] -= self.by_time * by_peak;
-        let (mut by_force, nothing) = ([0.0; NODES], [0.0; NODES]);
-        by_force[0] = by_peak;
-        self.at.add_derivatives(&cradle.contacts[j], j, [&by_force, &nothing, &nothing], by_changes);
+        self.at.add_derivatives(&cradle.contacts[j], j, [&[by_peak], &[0.0], &[0.0]], by_changes);
     }
 }

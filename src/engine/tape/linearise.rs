@@ -3,14 +3,15 @@
 use std::ops::Range;
 
 use super::flight::FlightPart;
-use super::nodes::ContactNodes;
+use super::nodes::{BallNodes, ContactNodes};
 use super::record::Recorder;
 use super::scene::Scene;
-use super::step::{Rule, Step};
+use super::step::{IMPLICIT, Rule, Step};
 use super::unfollowed::Unfollowed;
 use crate::engine::cluster::power_of_stretching;
 use crate::engine::flight::Flight;
 use crate::model::Cradle;
+use crate::solver::radau::STAGES;
 use crate::solver::{NODES, Oscillator, Power, Stretching, Table, weighted};
 
 /// Longest explicit step, times the pace of the fastest change. With more, the series of a step takes more terms; with
@@ -22,9 +23,12 @@ const EXPLICIT: f64 = 6.0;
 /// take three times the time.
 const SETTLED: f64 = 400.0;
 
-/// Longest implicit step, times the pace of a pendulum, which does not decay: the error is the sixth power of it over
-/// some thousands.
+/// Longest implicit step of balls that press on each other, times the pace of a pendulum, which does not decay.
+/// Rounding grows with the square of the length: the changes of the forces cancel in the motion of all.
 const PENDULUM: f64 = 0.1;
+
+/// Longest implicit step of one ball, times its pace: nine stages of order 17 leave some 1e-15 of it.
+const ALONE: f64 = 2.0;
 
 /// Largest part of an overlap by which the two highest terms of the interpolation of its force may change it. The error
 /// at the end is far smaller: 1e-10 of the derivatives, for viscoelastic contacts 4e-7. With 1e-11 tapes take up to
@@ -35,38 +39,42 @@ const TAIL: f64 = 1e-8;
 const HALVINGS: u32 = 40;
 
 /// Of a motion that has not been halved.
-const UNKNOWN: ([f64; 2], u32) = ([0.0; 2], 0);
+const UNKNOWN: (Option<[f64; 2]>, u32) = (None, 0);
 
-impl Step {
-    /// The fastest change in it times its length: of oscillations, and of decays.
-    fn paces(&self, cradle: &Cradle) -> [f64; 2] {
-        let [mut stiffness, mut decay] = [0.0_f64; 2];
-        for (i, ball) in self.balls.iter().enumerate() {
-            let model = &cradle.balls[self.first + i];
-            let beside = [i.checked_sub(1), Some(i)].into_iter().flatten().filter_map(|j| self.contacts.get(j));
-            for m in 0..NODES {
-                let [mut by_place, mut by_rate] = [ball.by_place[m].abs(), 2.0 * model.gamma];
-                for contact in beside.clone() {
-                    by_place += 2.0 * contact.by_overlap[m].abs() / model.mass;
-                    by_rate += 2.0 * contact.by_rate[m].abs() / model.mass;
-                }
-                (stiffness, decay) = (stiffness.max(by_place), decay.max(by_rate));
+/// Balls and their contacts at nodes.
+type AtNodes<const N: usize> = (Vec<BallNodes<N>>, Vec<ContactNodes<N>>);
+
+/// The fastest change in a motion of neighbours from ball `first` on, times its `length` (s): of oscillations, and of
+/// decays.
+fn paces<const N: usize>(cradle: &Cradle, first: usize, length: f64, (balls, contacts): &AtNodes<N>) -> [f64; 2] {
+    let [mut stiffness, mut decay] = [0.0_f64; 2];
+    for (i, ball) in balls.iter().enumerate() {
+        let model = &cradle.balls[first + i];
+        let beside = [i.checked_sub(1), Some(i)].into_iter().flatten().filter_map(|j| contacts.get(j));
+        for m in 0..N {
+            let [mut by_place, mut by_rate] = [ball.by_place[m].abs(), 2.0 * model.gamma];
+            for contact in beside.clone() {
+                by_place += 2.0 * contact.by_overlap[m].abs() / model.mass;
+                by_rate += 2.0 * contact.by_rate[m].abs() / model.mass;
             }
+            (stiffness, decay) = (stiffness.max(by_place), decay.max(by_rate));
         }
-        [self.length * stiffness.sqrt(), self.length * decay]
     }
+    [length * stiffness.sqrt(), length * decay]
+}
 
-    /// The pace of the fastest pendulum without its contacts, 1/s.
-    fn fastest_pendulum(&self) -> f64 {
-        let by_places = self.balls.iter().flat_map(|ball| ball.by_place);
-        by_places.fold(0.0, |most: f64, by_place| most.max(by_place.abs())).sqrt()
-    }
+/// The pace of the fastest pendulum without its contacts, 1/s.
+fn fastest_pendulum(balls: &[BallNodes<STAGES>]) -> f64 {
+    let by_places = balls.iter().flat_map(|ball| ball.by_place);
+    by_places.fold(0.0, |most: f64, by_place| most.max(by_place.abs())).sqrt()
+}
 
+impl Step<NODES, Table> {
     /// Whether the nodes resolve the forces: what they do not changes the overlaps by less than a part of them.
-    fn is_resolved(&self, cradle: &Cradle, table: &Table) -> bool {
-        let resolved = |(j, contact): (usize, &ContactNodes)| {
+    fn is_resolved(&self, cradle: &Cradle) -> bool {
+        let resolved = |(j, contact): (usize, &ContactNodes<NODES>)| {
             let largest = contact.overlap.iter().fold(0.0, |most: f64, overlap| most.max(overlap.abs()));
-            let force = table.tail.iter().map(|tail| weighted(tail, &contact.force).abs()).fold(0.0, f64::max);
+            let force = self.rule.tail.iter().map(|tail| weighted(tail, &contact.force).abs()).fold(0.0, f64::max);
             self.length * self.length * force <= TAIL * cradle.reduced_mass(self.first + j) * largest
         };
         self.contacts.iter().enumerate().all(resolved)
@@ -120,48 +128,58 @@ impl Recorder {
         }
     }
 
-    /// Adds the motion of `balls` from `from` to `to` (s) in as many parts as needed. A motion twice as long was found
-    /// to have these paces, and was halved so often.
+    /// Adds the motion of `balls` from `from` to `to` (s) in as many parts as needed. If it is known, a motion twice as
+    /// long was found to have these paces; it was halved so often.
     fn linearise(
         &mut self,
         scene: &Scene,
         balls: Range<usize>,
         [from, to]: [f64; 2],
         stretching: Stretching,
-        (paces, halvings): ([f64; 2], u32),
+        (known, halvings): (Option<[f64; 2]>, u32),
     ) {
-        let (table, length, since) = (stretching.table(), to - from, self.undisturbed_for(scene, &balls, from));
-        let step_by = |rule: Rule| {
-            let (nodes, contacts) = scene.nodes(&balls, [from, to], rule.times());
-            Step { first: balls.start, length, rule, balls: nodes, contacts }
+        let (cradle, first, length) = (scene.cradle, balls.start, to - from);
+        let since = self.undisturbed_for(scene, &balls, from);
+        let [mut swing, mut decay] = match known {
+            Some(paces) => paces.map(|pace| 0.5 * pace),
+            None if balls.len() == 1 => [0.0; 2],
+            None => paces(cradle, first, length, &scene.nodes(&balls, [from, to], &[1.0])),
         };
         // Halves of halves are as long as the time before them in which nothing has happened. So what decays fast is
         // over, and what decays slowly is resolved; oscillations, too, have to be one or the other.
         let graded = since > 0.0 && length <= 1.01 * since;
-        let [swing, decay] = paces.map(|pace| 0.5 * pace);
-        let mut halves = [swing, decay];
-        if swing + decay <= 2.0 * EXPLICIT || graded && 2.0 * decay > EXPLICIT {
-            let step = step_by(Rule::Explicit(table));
-            let [swing, decay] = step.paces(scene.cradle);
-            if swing + decay <= EXPLICIT && step.is_resolved(scene.cradle, table) {
-                return self.enter(scene.cradle, step);
+        let alone = |[swing, decay]: [f64; 2]| balls.len() == 1 && swing + decay <= ALONE;
+        if alone([swing, decay]) || graded && 2.0 * decay > EXPLICIT {
+            let rule = &*IMPLICIT;
+            let at_nodes = scene.nodes(&balls, [from, to], rule.times());
+            [swing, decay] = paces(cradle, first, length, &at_nodes);
+            let settled = decay > EXPLICIT && (swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * length);
+            let alone = alone([swing, decay]);
+            let (balls, contacts) = at_nodes;
+            if alone || settled && length * fastest_pendulum(&balls) <= PENDULUM {
+                return self.enter(cradle, Step { first, length, rule, balls, contacts });
             }
-            let settled = swing <= 2.0 * EXPLICIT || decay * since >= SETTLED * length;
-            if graded && decay > EXPLICIT && settled && length * step.fastest_pendulum() <= PENDULUM {
-                return self.enter(scene.cradle, step_by(Rule::Implicit));
+        }
+        if swing + decay <= 2.0 * EXPLICIT {
+            let rule = stretching.table();
+            let at_nodes = scene.nodes(&balls, [from, to], rule.times());
+            [swing, decay] = paces(cradle, first, length, &at_nodes);
+            let (balls, contacts) = at_nodes;
+            let step = Step { first, length, rule, balls, contacts };
+            if swing + decay <= EXPLICIT && step.is_resolved(cradle) {
+                return self.enter(cradle, step);
             }
-            halves = [swing, decay];
         }
         if halvings == HALVINGS || self.failure().is_some() {
             return self.fail(Unfollowed::Unresolved);
         }
-        let (first, second) = match stretching {
+        let (early, late) = match stretching {
             Stretching::None => (Stretching::None, Stretching::None),
             Stretching::AtStart(_) => (stretching, Stretching::None),
             Stretching::AtEnd(_) => (Stretching::None, stretching),
         };
-        let (middle, known) = (0.5 * (from + to), (halves, halvings + 1));
-        self.linearise(scene, balls.clone(), [from, middle], first, known);
-        self.linearise(scene, balls, [middle, to], second, known);
+        let (middle, known) = (0.5 * (from + to), (Some([swing, decay]), halvings + 1));
+        self.linearise(scene, balls.clone(), [from, middle], early, known);
+        self.linearise(scene, balls, [middle, to], late, known);
     }
 }

@@ -3,6 +3,7 @@
 //! balls (`rigid`), and what happens at one time (`events`). Each is a map (`part`) from changes of the state before it
 //! and of the coefficients to those of the state after it, and backwards. See "Derivatives" in docs/theory.md.
 
+mod arc_impact;
 mod coefficients;
 mod end;
 mod events;

@@ -3,28 +3,28 @@
 
 use super::coefficients::{Coefficients, FORCE, GAMMA, GRAVITY, LENGTH, MASS, OF_LAW, law_derivatives};
 use crate::model::{BallModel, ContactLaw, Cradle, Linkage};
-use crate::solver::{NODES, Nodes, weighted};
+use crate::solver::weighted;
 
 /// A ball at the nodes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BallNodes {
+pub(super) struct BallNodes<const N: usize> {
     /// Position (m) and velocity (m/s) along the path.
-    pub x: Nodes,
-    pub v: Nodes,
+    pub x: [f64; N],
+    pub v: [f64; N],
     /// Acceleration by contacts and external force, m/s2, and derivative of the acceleration by the position, 1/s2.
-    pub pushed: Nodes,
-    pub by_place: Nodes,
+    pub pushed: [f64; N],
+    pub by_place: [f64; N],
     /// Rate of the acceleration by the inputs, m/s3.
-    pub by_time: Nodes,
+    pub by_time: [f64; N],
 }
 
-impl BallNodes {
+impl<const N: usize> BallNodes<N> {
     /// At these positions (m) and velocities (m/s), under these forces of contacts (N) along the path, external force
     /// (N) and acceleration of the support (m/s2), each with its rate.
-    pub fn new(model: &BallModel, [x, v]: [Nodes; 2], contacts: &Nodes, inputs: [[Nodes; 2]; 2]) -> Self {
+    pub fn new(model: &BallModel, [x, v]: [[f64; N]; 2], contacts: &[f64; N], inputs: [[[f64; N]; 2]; 2]) -> Self {
         let [[force, force_rate], [support, support_rate]] = inputs;
-        let [mut pushed, mut by_place, mut by_time] = [[0.0; NODES]; 3];
-        for m in 0..NODES {
+        let [mut pushed, mut by_place, mut by_time] = [[0.0; N]; 3];
+        for m in 0..N {
             let place = model.place(x[m]);
             let forcing = force[m] / model.mass - support[m];
             pushed[m] = (contacts[m] + force[m] * place.cos) / model.mass;
@@ -41,9 +41,9 @@ impl BallNodes {
     }
 
     /// Changes of the acceleration (m/s2) by those of the coefficients of ball `i`.
-    pub fn accelerations(&self, model: &BallModel, i: usize, changes: &Coefficients) -> Nodes {
+    pub fn accelerations(&self, model: &BallModel, i: usize, changes: &Coefficients) -> [f64; N] {
         if changes.leave(i) {
-            return [0.0; NODES];
+            return [0.0; N];
         }
         let of = changes.of_ball(i);
         let input = of[FORCE] / model.mass - changes.support();
@@ -56,7 +56,7 @@ impl BallNodes {
     }
 
     /// Adds the derivatives of a number by the coefficients of ball `i`, from those `by` the accelerations.
-    pub fn add_derivatives(&self, model: &BallModel, i: usize, by: &Nodes, sums: &mut Coefficients) {
+    pub fn add_derivatives(&self, model: &BallModel, i: usize, by: &[f64; N], sums: &mut Coefficients) {
         let [mut inputs, mut by_gravity, mut by_length] = [0.0; 3];
         for ((by, x), by_place) in by.iter().zip(&self.x).zip(&self.by_place) {
             inputs += by * model.place(*x).cos;
@@ -75,21 +75,21 @@ impl BallNodes {
 
 /// A contact at the nodes, pressing.
 #[derive(Clone, Debug)]
-pub(super) struct ContactNodes {
+pub(super) struct ContactNodes<const N: usize> {
     /// Overlap, m, its rate, m/s, the force, N, and its derivatives by these two, N/m and N.s/m.
-    pub overlap: Nodes,
-    pub rate: Nodes,
-    pub force: Nodes,
-    pub by_overlap: Nodes,
-    pub by_rate: Nodes,
+    pub overlap: [f64; N],
+    pub rate: [f64; N],
+    pub force: [f64; N],
+    pub by_overlap: [f64; N],
+    pub by_rate: [f64; N],
     /// How it is linked to the balls; `None` where that is straight.
-    links: Option<Box<Links>>,
+    links: Option<Box<Links<N>>>,
 }
 
 /// Linkages at the nodes, with the velocities of the balls (m/s) there, at the start and at the end.
 #[derive(Clone, Debug)]
-struct Links {
-    nodes: [(Linkage, [f64; 2]); NODES],
+struct Links<const N: usize> {
+    nodes: [(Linkage, [f64; 2]); N],
     ends: [Linkage; 2],
 }
 
@@ -110,19 +110,19 @@ fn dot<const N: usize>(by: &[f64; N], changes: &[f64; N]) -> f64 {
     by.iter().zip(changes).map(|(by, change)| by * change).sum()
 }
 
-impl ContactNodes {
+impl<const N: usize> ContactNodes<N> {
     /// At these overlaps and rates, between balls with these positions (m) and velocities (m/s); with the positions at
     /// the start and at the end.
     pub fn new(
         cradle: &Cradle,
         j: usize,
-        [overlap, rate]: [Nodes; 2],
-        balls: [[&Nodes; 2]; 2],
+        [overlap, rate]: [[f64; N]; 2],
+        balls: [[&[f64; N]; 2]; 2],
         ends: [Both; 2],
     ) -> Self {
         let (pair, law) = (cradle.pair(j), &cradle.contacts[j]);
-        let [mut force, mut by_overlap, mut by_rate] = [[0.0; NODES]; 3];
-        for m in 0..NODES {
+        let [mut force, mut by_overlap, mut by_rate] = [[0.0; N]; 3];
+        for m in 0..N {
             if overlap[m] > 0.0 {
                 (force[m], by_overlap[m], by_rate[m]) = law.continued(overlap[m], rate[m]).unwrap_or_default();
             } else {
@@ -142,7 +142,7 @@ impl ContactNodes {
 
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
-        5 * NODES + self.links.as_ref().map_or(0, |links| size_of_val(&**links) / size_of::<f64>())
+        5 * N + self.links.as_ref().map_or(0, |links| size_of_val(&**links) / size_of::<f64>())
     }
 
     fn link(&self, m: usize) -> (&Linkage, Both) {
@@ -227,12 +227,12 @@ impl ContactNodes {
 
     /// Changes of the force and of the forces on the balls (N) by those of the coefficients of contact `j`; `None` if
     /// they do not change.
-    pub fn by_coefficients(&self, law: &ContactLaw, j: usize, changes: &Coefficients) -> Option<[Nodes; 3]> {
+    pub fn by_coefficients(&self, law: &ContactLaw, j: usize, changes: &Coefficients) -> Option<[[f64; N]; 3]> {
         let (of_law, geometry) = (changes.of_law(j), changes.of_linkage(j));
         let unchanged = of_law.iter().chain(&geometry).all(|change| *change == 0.0);
         (!unchanged).then(|| {
-            let [mut forces, mut on_left, mut on_right] = [[0.0; NODES]; 3];
-            for m in 0..NODES {
+            let [mut forces, mut on_left, mut on_right] = [[0.0; N]; 3];
+            for m in 0..N {
                 let (turn, by) = (self.turn(m), &self.link(m).0.by);
                 let derivatives = law_derivatives(law, self.overlap[m], self.rate[m]);
                 let change = Change {
@@ -250,9 +250,9 @@ impl ContactNodes {
 
     /// Adds the derivatives of a number by the coefficients of contact `j`, from those `by` its force and by the forces
     /// on its balls.
-    pub fn add_derivatives(&self, law: &ContactLaw, j: usize, by: [&Nodes; 3], sums: &mut Coefficients) {
+    pub fn add_derivatives(&self, law: &ContactLaw, j: usize, by: [&[f64; N]; 3], sums: &mut Coefficients) {
         let (mut of_law, mut geometry) = ([0.0; OF_LAW], [0.0; 5]);
-        for m in 0..NODES {
+        for m in 0..N {
             let back = self.back(m, by[0][m], [by[1][m], by[2][m]]);
             let (turn, by) = (self.turn(m), &self.link(m).0.by);
             for (k, sum) in geometry.iter_mut().enumerate() {

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::arc_impact::ArcImpactPart;
 use super::coefficients::{Coefficients, numbers_of_state};
 use super::end::{Direction, End, cradle_along};
 use super::events::{Closing, Jump, LastStepBegins, Overlap, Time, TimeShift};
@@ -215,7 +216,7 @@ impl Recorder {
         let scene = Scene { motion: &balls, start: impact.start, cradle, inputs };
         let j = impact.contact;
         let (pair, length, begins) = (cradle.pair(j), impact.outcome.duration, self.step_start - impact.start);
-        if cradle.on_arcs() || 0.0 < begins.value() && begins.value() < length {
+        if 0.0 < begins.value() && begins.value() < length {
             return false;
         }
         let start @ [(_, left), (_, right)] = [j, j + 1].map(|i| (balls[i].flight.x, balls[i].flight.v));
@@ -223,7 +224,13 @@ impl Recorder {
             return false;
         }
         let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
-        let Some((shape, reach)) = ImpactPart::shape(&pair, start, forcing, coefficients) else { return false };
+        let push = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
+        let acting = (start, forcing, push);
+        let on_arcs = if cradle.on_arcs() { ArcImpactPart::new(&pair, j, acting, coefficients) } else { None };
+        let on_line = if cradle.on_arcs() { None } else { ImpactPart::shape(&pair, start, forcing, coefficients) };
+        if on_arcs.is_none() && on_line.is_none() {
+            return false;
+        }
         for i in j..j + 2 {
             self.begin_step(&scene, i..i + 1, [0.0, length]);
             self.use_common_time(&scene, &(i..i + 1), 0.0);
@@ -234,8 +241,12 @@ impl Recorder {
             self.peaks[j] = peak;
         }
         self.pressing[j] = false;
-        let push = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
-        self.enter(cradle, ImpactPart { contact: j, start, forcing, push, shape, reach, largest });
+        if let Some(part) = on_arcs {
+            self.enter(cradle, ArcImpactPart { largest, ..part });
+        }
+        if let Some((shape, reach)) = on_line {
+            self.enter(cradle, ImpactPart { contact: j, start, forcing, push, shape, reach, largest });
+        }
         true
     }
 

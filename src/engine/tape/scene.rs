@@ -9,7 +9,7 @@ use crate::engine::cluster::Cluster;
 use crate::engine::flight::{Ball, Forcing, forcing_at, shifted};
 use crate::engine::{self, HeldInputs};
 use crate::model::Cradle;
-use crate::solver::{DoubleDouble, NODES, Nodes, Stretching};
+use crate::solver::{DoubleDouble, Stretching};
 
 /// The motion of neighbours in a part of a run, and what acts.
 pub(super) struct Scene<'a> {
@@ -108,20 +108,16 @@ impl Scene<'_> {
     }
 
     /// Contacts between `balls` at nodes, and the balls.
-    pub fn nodes(
+    pub fn nodes<const N: usize>(
         &self,
         balls: &Range<usize>,
         [from, to]: [f64; 2],
-        times: &Nodes,
-    ) -> (Vec<BallNodes>, Vec<ContactNodes>) {
-        let mut motions = vec![[[0.0; NODES]; 2]; balls.len()];
-        let mut overlaps = vec![[[0.0; NODES]; 2]; balls.len() - 1];
+        times: &[f64; N],
+    ) -> (Vec<BallNodes<N>>, Vec<ContactNodes<N>>) {
+        let mut motions = vec![[[0.0; N]; 2]; balls.len()];
+        let mut overlaps = vec![[[0.0; N]; 2]; balls.len() - 1];
         // Node by node: what is known of one time serves all.
-        for m in 0..NODES {
-            if m > 0 && (from == to || times[m] == times[m - 1]) {
-                motions.iter_mut().chain(&mut overlaps).flatten().for_each(|nodes| nodes[m] = nodes[m - 1]);
-                continue;
-            }
+        for m in 0..N {
             let tau = from + (to - from) * times[m];
             for (k, [x, v]) in motions.iter_mut().enumerate() {
                 (x[m], v[m]) = self.motion.state(balls.start + k, tau);
@@ -130,7 +126,7 @@ impl Scene<'_> {
                 (overlap[m], rate[m]) = self.motion.overlap(balls.start + k, tau);
             }
         }
-        let contact = |(k, overlaps): (usize, &[Nodes; 2])| {
+        let contact = |(k, overlaps): (usize, &[[f64; N]; 2])| {
             let (j, [left, right]) = (balls.start + k, [0, 1].map(|side| motions[k + side].each_ref()));
             let ends = match self.cradle.on_arcs() {
                 true => [from, to].map(|tau| [j, j + 1].map(|i| self.motion.state(i, tau).0)),
@@ -138,8 +134,8 @@ impl Scene<'_> {
             };
             ContactNodes::new(self.cradle, j, *overlaps, [left, right], ends)
         };
-        let contacts: Vec<ContactNodes> = overlaps.iter().enumerate().map(contact).collect();
-        let ball = |(k, motion): (usize, &[Nodes; 2])| {
+        let contacts: Vec<ContactNodes<N>> = overlaps.iter().enumerate().map(contact).collect();
+        let ball = |(k, motion): (usize, &[[f64; N]; 2])| {
             let pushed = std::array::from_fn(|m| {
                 let from_left = k.checked_sub(1).map_or(0.0, |left| contacts[left].forces(m)[1]);
                 from_left + contacts.get(k).map_or(0.0, |right| right.forces(m)[0])
@@ -156,9 +152,9 @@ impl Scene<'_> {
     /// Velocity (m/s) and acceleration (m/s2) of each of `balls` at a time (s), and the force of the contact at its
     /// right (N) and the rate of its overlap (m/s); without or `with` the force of a contact that just closes.
     pub fn motions(&self, balls: &Range<usize>, tau: f64, with: bool) -> Vec<[f64; 4]> {
-        let (nodes, contacts) = self.nodes(balls, [tau, tau], &[0.0; NODES]);
-        let acts = |contact: &&ContactNodes| with || contact.overlap[0] > 0.0;
-        let motion = |(k, node): (usize, &BallNodes)| {
+        let (nodes, contacts) = self.nodes(balls, [tau, tau], &[0.0]);
+        let acts = |contact: &&ContactNodes<1>| with || contact.overlap[0] > 0.0;
+        let motion = |(k, node): (usize, &BallNodes<1>)| {
             let model = &self.cradle.balls[balls.start + k];
             let ignored = |k: usize, side: usize| {
                 contacts.get(k).filter(|contact| !acts(contact)).map_or(0.0, |contact| contact.forces(0)[side])
@@ -184,7 +180,7 @@ impl Scene<'_> {
     /// The force of contact `j` between `balls` at a time (s) as a function of the state, where it is largest or, at
     /// the end of a motion, may still grow.
     pub fn peak(&self, balls: &Range<usize>, j: usize, tau: f64, at_end: bool) -> Peak {
-        let (_, mut contacts) = self.nodes(balls, [tau, tau], &[0.0; NODES]);
+        let (_, mut contacts) = self.nodes(balls, [tau, tau], &[0.0]);
         let (k, motions) = (j - balls.start, self.motions(balls, tau, true));
         let at = contacts.swap_remove(k);
         let states = [j, j + 1].map(|i| self.motion.state(i, tau));

@@ -6,6 +6,7 @@
 //! + T T known + ...`; the derivatives of a number by what is known follow likewise from those by the accelerations,
 //! with the transposed `T`. Stiff equations are solved at once, on the nodes of an implicit step.
 
+use std::fmt::Debug;
 use std::sync::LazyLock;
 
 use super::coefficients::{Coefficients, IMPULSE, OVERLAP, STATE, TIME, V, X};
@@ -13,84 +14,175 @@ use super::nodes::{BallNodes, ContactNodes};
 use super::part::Part;
 use crate::model::Cradle;
 use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
-use crate::solver::{NODES, Nodes, Table, combine, weighted};
+use crate::solver::{NODES, Table, combine, weighted};
 
 /// Terms of the series at most.
 const TERMS: usize = 60;
 
-/// A part of the motion of neighbours between which all contacts press.
+/// A part of the motion of neighbours between which all contacts press, at the nodes of a rule.
 #[derive(Debug)]
-pub(super) struct Step {
+pub(super) struct Step<const N: usize, R: 'static> {
     /// The first of its balls.
     pub first: usize,
     /// In s.
     pub length: f64,
-    pub rule: Rule,
-    pub balls: Vec<BallNodes>,
-    pub contacts: Vec<ContactNodes>,
+    pub rule: &'static R,
+    pub balls: Vec<BallNodes<N>>,
+    pub contacts: Vec<ContactNodes<N>>,
 }
 
-/// The nodes of a step.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Rule {
-    Explicit(&'static Table),
-    Implicit,
+/// A collocation rule with N nodes.
+pub(super) trait Rule<const N: usize>: Debug + Send + Sync {
+    /// The times of the nodes, over the length of the step.
+    fn times(&self) -> &[f64; N];
+
+    /// Weights of the rate and of the position at the end.
+    fn at_end(&self) -> [&[f64; N]; 2];
+
+    /// `Q1 g` and `Q2 g` at the nodes.
+    fn integrate(&self, g: &[f64; N]) -> [[f64; N]; 2];
+
+    /// The transposed, `h Q1 v + h^2 Q2 x`, of a step of length h.
+    fn integrate_back(&self, h: f64, motion: &Motion<N>) -> [f64; N];
+
+    /// Solves `g = known + T g` for the changes of the accelerations or, backwards, with the transposed `T` for the
+    /// derivatives by them.
+    fn solve(step: &Step<N, Self>, cradle: &Cradle, known: Vec<[f64; N]>, way: Way) -> Vec<[f64; N]>
+    where
+        Self: Sized;
 }
 
-/// The coefficients of implicit collocation, with nodes without weight after its own.
-struct Implicit {
-    times: Nodes,
-    rates: [Nodes; NODES],
-    positions: [Nodes; NODES],
-    of_rate: Nodes,
-    of_position: Nodes,
+/// Which map is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    Forwards,
+    Backwards,
 }
 
-static IMPLICIT: LazyLock<Implicit> = LazyLock::new(|| {
-    let twice = RADAU.integral * RADAU.integral;
-    let entry = |matrix: &Matrix, m: usize, l: usize| {
-        if m < STAGES && l < STAGES { matrix[(m, l)] } else { 0.0 }
-    };
-    let columns = |matrix| std::array::from_fn(|l| std::array::from_fn(|m| entry(matrix, m, l)));
-    let last = |matrix| std::array::from_fn(|l| entry(matrix, STAGES - 1, l));
+/// Explicit steps: Gauss collocation with time that may be stretched.
+impl Rule<NODES> for Table {
+    fn times(&self) -> &[f64; NODES] {
+        &self.times
+    }
+
+    fn at_end(&self) -> [&[f64; NODES]; 2] {
+        [&self.of_rate, &self.of_position]
+    }
+
+    fn integrate(&self, g: &[f64; NODES]) -> [[f64; NODES]; 2] {
+        self.integrate_both(g)
+    }
+
+    fn integrate_back(&self, h: f64, [x, v]: &Motion<NODES>) -> [f64; NODES] {
+        let of_x = self.integrate_back(x);
+        self.integrate_back(&std::array::from_fn(|m| h * (h * of_x[m] + v[m])))
+    }
+
+    fn solve(step: &Step<NODES, Self>, cradle: &Cradle, known: Vec<[f64; NODES]>, way: Way) -> Vec<[f64; NODES]> {
+        let size = |of: &[[f64; NODES]]| of.iter().flatten().fold(0.0, |most: f64, g| most.max(g.abs()));
+        let nothing = vec![[0.0; NODES]; step.contacts.len()];
+        let (mut term, mut sum) = (known.clone(), known);
+        for _ in 0..TERMS {
+            term = match way {
+                Way::Forwards => step.accelerations(cradle, &step.integrate(&term)),
+                Way::Backwards => step.integrate_back(&step.back(cradle, &term, &nothing)),
+            };
+            sum.iter_mut().flatten().zip(term.iter().flatten()).for_each(|(sum, term)| *sum += term);
+            if size(&term) <= f64::EPSILON * size(&sum) {
+                break;
+            }
+        }
+        sum
+    }
+}
+
+/// Implicit steps: Radau collocation.
+#[derive(Debug)]
+pub(super) struct Implicit {
+    times: [f64; STAGES],
+    /// One column per node.
+    rates: [[f64; STAGES]; STAGES],
+    positions: [[f64; STAGES]; STAGES],
+    at_end: [[f64; STAGES]; 2],
+    twice: Matrix,
+}
+
+pub(super) static IMPLICIT: LazyLock<Implicit> = LazyLock::new(|| {
+    let (once, twice) = (RADAU.integral, RADAU.integral * RADAU.integral);
+    let last = |matrix: &Matrix| std::array::from_fn(|l| matrix[(STAGES - 1, l)]);
     Implicit {
-        times: std::array::from_fn(|m| if m < STAGES { RADAU.nodes[m] } else { 1.0 }),
-        rates: columns(&RADAU.integral),
-        positions: columns(&twice),
-        of_rate: last(&RADAU.integral),
-        of_position: last(&twice),
+        times: RADAU.nodes.into(),
+        rates: once.into(),
+        positions: twice.into(),
+        at_end: [last(&once), last(&twice)],
+        twice,
     }
 });
 
-impl Rule {
-    /// The times of the nodes, over the length of the step.
-    pub fn times(self) -> &'static Nodes {
-        match self {
-            Self::Explicit(table) => &table.times,
-            Self::Implicit => &IMPLICIT.times,
-        }
+impl Rule<STAGES> for Implicit {
+    fn times(&self) -> &[f64; STAGES] {
+        &self.times
     }
 
-    /// Weights of the rate and of the position at the end.
-    fn at_end(self) -> [&'static Nodes; 2] {
-        match self {
-            Self::Explicit(table) => [&table.of_rate, &table.of_position],
-            Self::Implicit => [&IMPLICIT.of_rate, &IMPLICIT.of_position],
+    fn at_end(&self) -> [&[f64; STAGES]; 2] {
+        self.at_end.each_ref()
+    }
+
+    fn integrate(&self, g: &[f64; STAGES]) -> [[f64; STAGES]; 2] {
+        [combine(&self.rates, g), combine(&self.positions, g)]
+    }
+
+    fn integrate_back(&self, h: f64, [x, v]: &Motion<STAGES>) -> [f64; STAGES] {
+        std::array::from_fn(|l| h * (h * weighted(&self.positions[l], x) + weighted(&self.rates[l], v)))
+    }
+
+    /// By elimination: what a ball does depends on its neighbours only.
+    fn solve(step: &Step<STAGES, Self>, cradle: &Cradle, known: Vec<[f64; STAGES]>, way: Way) -> Vec<[f64; STAGES]> {
+        let (balls, h) = (known.len(), step.length);
+        let row = |known: &[f64; STAGES]| Row {
+            lower: Matrix::zeros(),
+            diagonal: Matrix::identity(),
+            upper: Matrix::zeros(),
+            known: Stages::from(*known),
+        };
+        let mut rows: Vec<Row> = known.iter().map(row).collect();
+        // Forces at a node depend on the motion then. Every third ball at once: a ball depends on one of them.
+        for (ball, number) in (0..balls.min(3)).flat_map(|ball| [0, 1].map(|number| (ball, number))) {
+            let mut units = vec![[[0.0; STAGES]; 2]; balls];
+            units.iter_mut().skip(ball).step_by(3).for_each(|unit| unit[number] = [1.0; STAGES]);
+            let integral = if number == 0 { step.rule.twice * (h * h) } else { RADAU.integral * h };
+            for (i, by) in step.accelerations(cradle, &units).into_iter().enumerate() {
+                let block = Matrix::from_fn(|m, l| by[m] * integral[(m, l)]);
+                // What acts on ball i is that itself, the left, or the right one.
+                match ((i + 3 - ball) % 3, way) {
+                    (0, Way::Forwards) => rows[i].diagonal -= block,
+                    (0, Way::Backwards) => rows[i].diagonal -= block.transpose(),
+                    (1, Way::Forwards) => rows[i].lower -= block,
+                    (1, Way::Backwards) if i > 0 => rows[i - 1].upper -= block.transpose(),
+                    (2, Way::Forwards) => rows[i].upper -= block,
+                    (2, Way::Backwards) if i + 1 < balls => rows[i + 1].lower -= block.transpose(),
+                    _ => {}
+                }
+            }
+        }
+        match solve(&mut rows) {
+            Some(solved) => solved.map(Into::into).collect(),
+            None => vec![[f64::NAN; STAGES]; balls],
         }
     }
 }
 
 /// Positions and velocities of a ball, or derivatives by them, at the nodes.
-type Motion = [Nodes; 2];
+type Motion<const N: usize> = [[f64; N]; 2];
 
-impl Step {
+impl<const N: usize, R: Rule<N>> Step<N, R> {
     /// The accelerations by changes of the motion (m, m/s).
-    fn accelerations(&self, cradle: &Cradle, motion: &[Motion]) -> Vec<Nodes> {
-        let of_ball = |(i, (ball, [x, v])): (usize, (&BallNodes, &Motion))| {
+    fn accelerations(&self, cradle: &Cradle, motion: &[Motion<N>]) -> Vec<[f64; N]> {
+        let of_ball = |(i, (ball, [x, v])): (usize, (&BallNodes<N>, &Motion<N>))| {
             let gamma = cradle.balls[self.first + i].gamma;
             std::array::from_fn(|m| ball.by_place[m] * x[m] - 2.0 * gamma * v[m])
         };
-        let mut found: Vec<Nodes> = self.balls.iter().zip(motion).enumerate().map(of_ball).collect();
+        let mut found: Vec<[f64; N]> = self.balls.iter().zip(motion).enumerate().map(of_ball).collect();
         for (j, contact) in self.contacts.iter().enumerate() {
             let lightness = [j, j + 1].map(|i| 1.0 / cradle.balls[self.first + i].mass);
             let (before, after) = found.split_at_mut(j + 1);
@@ -105,12 +197,12 @@ impl Step {
 
     /// The transposed: derivatives of a number by the motion, from those by the accelerations and by the forces of the
     /// contacts.
-    fn back(&self, cradle: &Cradle, accelerations: &[Nodes], forces: &[Nodes]) -> Vec<Motion> {
-        let of_ball = |(i, (ball, by)): (usize, (&BallNodes, &Nodes))| {
+    fn back(&self, cradle: &Cradle, accelerations: &[[f64; N]], forces: &[[f64; N]]) -> Vec<Motion<N>> {
+        let of_ball = |(i, (ball, by)): (usize, (&BallNodes<N>, &[f64; N]))| {
             let gamma = cradle.balls[self.first + i].gamma;
             [std::array::from_fn(|m| ball.by_place[m] * by[m]), std::array::from_fn(|m| -2.0 * gamma * by[m])]
         };
-        let mut found: Vec<Motion> = self.balls.iter().zip(accelerations).enumerate().map(of_ball).collect();
+        let mut found: Vec<Motion<N>> = self.balls.iter().zip(accelerations).enumerate().map(of_ball).collect();
         for (j, (contact, by_force)) in self.contacts.iter().zip(forces).enumerate() {
             let lightness = [j, j + 1].map(|i| 1.0 / cradle.balls[self.first + i].mass);
             for (m, by_force) in by_force.iter().enumerate() {
@@ -126,124 +218,56 @@ impl Step {
     }
 
     /// The motion by accelerations, and the transposed.
-    fn integrate(&self, accelerations: &[Nodes]) -> Vec<Motion> {
+    fn integrate(&self, accelerations: &[[f64; N]]) -> Vec<Motion<N>> {
         let h = self.length;
-        let of_ball = |g: &Nodes| {
-            let [once, twice] = match self.rule {
-                Rule::Explicit(table) => table.integrate_both(g),
-                Rule::Implicit => [combine(&IMPLICIT.rates, g), combine(&IMPLICIT.positions, g)],
-            };
+        let of_ball = |g: &[f64; N]| {
+            let [once, twice] = self.rule.integrate(g);
             [twice.map(|x| h * h * x), once.map(|v| h * v)]
         };
         accelerations.iter().map(of_ball).collect()
     }
 
-    fn integrate_back(&self, motion: &[Motion]) -> Vec<Nodes> {
-        let h = self.length;
-        let of_ball = |[x, v]: &Motion| -> Nodes {
-            match self.rule {
-                Rule::Explicit(table) => {
-                    let of_x = table.integrate_back(x);
-                    table.integrate_back(&std::array::from_fn(|m| h * (h * of_x[m] + v[m])))
-                }
-                Rule::Implicit => {
-                    let mut found = [0.0; NODES];
-                    for (l, found) in found[..STAGES].iter_mut().enumerate() {
-                        let sum =
-                            |by: &Nodes, of: &Nodes| by[..STAGES].iter().zip(of).map(|(by, of)| by * of).sum::<f64>();
-                        *found = h * (h * sum(&IMPLICIT.positions[l], x) + sum(&IMPLICIT.rates[l], v));
-                    }
-                    found
-                }
-            }
-        };
-        motion.iter().map(of_ball).collect()
-    }
-
-    /// Solves `g = known + T g` for the map `T` of accelerations, or of derivatives by them.
-    fn solve(&self, known: Vec<Nodes>, map: impl Fn(&[Nodes]) -> Vec<Nodes>) -> Vec<Nodes> {
-        if let Rule::Implicit = self.rule {
-            return solve_at_once(&known, map);
-        }
-        let size = |of: &[Nodes]| of.iter().flatten().fold(0.0, |most: f64, g| most.max(g.abs()));
-        let (mut term, mut sum) = (known.clone(), known);
-        for _ in 0..TERMS {
-            term = map(&term);
-            sum.iter_mut().flatten().zip(term.iter().flatten()).for_each(|(sum, term)| *sum += term);
-            if size(&term) <= f64::EPSILON * size(&sum) {
-                break;
-            }
-        }
-        sum
-    }
-}
-
-/// The same by elimination, at the nodes of an implicit step. The map makes balls depend on their neighbours only.
-fn solve_at_once(known: &[Nodes], map: impl Fn(&[Nodes]) -> Vec<Nodes>) -> Vec<Nodes> {
-    let stages = |nodes: &Nodes| Stages::from_fn(|m, _| nodes[m]);
-    let row = |known: &Nodes| Row {
-        lower: Matrix::zeros(),
-        diagonal: Matrix::identity(),
-        upper: Matrix::zeros(),
-        known: stages(known),
-    };
-    let mut rows: Vec<Row> = known.iter().map(row).collect();
-    // Every third ball at once: a ball depends on one of them.
-    for (ball, stage) in (0..known.len().min(3)).flat_map(|ball| (0..STAGES).map(move |stage| (ball, stage))) {
-        let mut units = vec![[0.0; NODES]; known.len()];
-        units.iter_mut().skip(ball).step_by(3).for_each(|unit| unit[stage] = 1.0);
-        for (i, (row, found)) in rows.iter_mut().zip(map(&units)).enumerate() {
-            let block = match (i + 3 - ball) % 3 {
-                0 => &mut row.diagonal,
-                1 => &mut row.lower,
-                _ => &mut row.upper,
-            };
-            block.column_mut(stage).iter_mut().zip(found).for_each(|(entry, of)| *entry -= of);
-        }
-    }
-    let nodes = |solved: Stages| std::array::from_fn(|m| if m < STAGES { solved[m] } else { 0.0 });
-    match solve(&mut rows) {
-        Some(solved) => solved.map(nodes).collect(),
-        None => vec![[f64::NAN; NODES]; known.len()],
+    fn integrate_back(&self, motion: &[Motion<N>]) -> Vec<[f64; N]> {
+        motion.iter().map(|motion| self.rule.integrate_back(self.length, motion)).collect()
     }
 }
 
 /// Changes of the balls of contact `j` of a step at a node.
-fn moves(motion: &[Motion], j: usize, m: usize) -> [[f64; 2]; 2] {
+fn moves<const N: usize>(motion: &[Motion<N>], j: usize, m: usize) -> [[f64; 2]; 2] {
     [0, 1].map(|number| [j, j + 1].map(|i| motion[i][number][m]))
 }
 
-impl Part for Step {
+impl<const N: usize, R: Rule<N>> Part for Step<N, R> {
     fn numbers(&self) -> usize {
-        5 * NODES * self.balls.len() + self.contacts.iter().map(ContactNodes::numbers).sum::<usize>()
+        5 * N * self.balls.len() + self.contacts.iter().map(ContactNodes::numbers).sum::<usize>()
     }
 
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
         let (h, first, times) = (self.length, self.first, self.rule.times());
         let state = &mut state[first * STATE..][..self.balls.len() * STATE];
         let mass = |k: usize| cradle.balls[first + k].mass;
-        let undisturbed: Vec<Motion> =
-            state.chunks(STATE).map(|state| [times.map(|c| h * c * state[V]), [state[V]; NODES]]).collect();
+        let undisturbed: Vec<Motion<N>> =
+            state.chunks(STATE).map(|state| [times.map(|c| h * c * state[V]), [state[V]; N]]).collect();
         let mut known = self.accelerations(cradle, &undisturbed);
         for (k, (ball, known)) in self.balls.iter().zip(&mut known).enumerate() {
             let by = ball.accelerations(&cradle.balls[first + k], first + k, changes);
             let [x, later] = [X, TIME].map(|number| state[k * STATE + number]);
-            (0..NODES).for_each(|m| known[m] += ball.by_place[m] * x + by[m] + ball.by_time[m] * later);
+            (0..N).for_each(|m| known[m] += ball.by_place[m] * x + by[m] + ball.by_time[m] * later);
         }
         // Without moves since the start.
-        let mut forces = vec![[0.0; NODES]; self.contacts.len()];
+        let mut forces = vec![[0.0; N]; self.contacts.len()];
         for (j, contact) in self.contacts.iter().enumerate() {
             let by = contact.by_coefficients(&cradle.contacts[first + j], first + j, changes);
-            let [force, left, right] = by.unwrap_or_default();
+            let [force, left, right] = by.unwrap_or([[0.0; N]; 3]);
             let places = [j, j + 1].map(|k| state[k * STATE + X]);
-            for m in 0..NODES {
+            for m in 0..N {
                 let (of_start, on_balls) = contact.by_start(m, state[j * STATE + OVERLAP], places);
                 forces[j][m] = force[m] + of_start;
                 known[j][m] += (left[m] + on_balls[0]) / mass(j);
                 known[j + 1][m] += (right[m] + on_balls[1]) / mass(j + 1);
             }
         }
-        let found = self.solve(known, |g| self.accelerations(cradle, &self.integrate(g)));
+        let found = R::solve(self, cradle, known, Way::Forwards);
         let mut motion = self.integrate(&found);
         for (own, start) in motion.iter_mut().flatten().flatten().zip(undisturbed.iter().flatten().flatten()) {
             *own += start;
@@ -255,7 +279,7 @@ impl Part for Step {
             .map(|(g, state)| h * (state[V] + h * weighted(of_position, g)))
             .collect();
         for (j, (contact, force)) in self.contacts.iter().zip(&mut forces).enumerate() {
-            (0..NODES).for_each(|m| force[m] += contact.by_moves(m, moves(&motion, j, m)).0);
+            (0..N).for_each(|m| force[m] += contact.by_moves(m, moves(&motion, j, m)).0);
             state[j * STATE + IMPULSE] += h * weighted(of_rate, force);
             let ([left, right], turn) = contact.at_end();
             let mut geometry = changes.of_linkage(first + j);
@@ -283,15 +307,14 @@ impl Part for Step {
             by_state[(j + 1) * STATE + X] += turn[1] * by_overlap;
             by_changes.add_of_linkage(first + j, &turn.map(|turn| turn * by_overlap));
         }
-        let by_forces: Vec<Nodes> =
+        let by_forces: Vec<[f64; N]> =
             (0..self.contacts.len()).map(|j| of_rate.map(|of| h * of * by_state[j * STATE + IMPULSE])).collect();
-        let none = vec![[0.0; NODES]; self.balls.len()];
+        let none = vec![[0.0; N]; self.balls.len()];
         let mut known = self.integrate_back(&self.back(cradle, &none, &by_forces));
         for ((known, by), by_way) in known.iter_mut().zip(by_state.chunks(STATE)).zip(&by_ways) {
-            (0..NODES).for_each(|m| known[m] += h * (h * of_position[m] * by_way + of_rate[m] * by[V]));
+            (0..N).for_each(|m| known[m] += h * (h * of_position[m] * by_way + of_rate[m] * by[V]));
         }
-        let nothing = vec![[0.0; NODES]; self.contacts.len()];
-        let found = self.solve(known, |g| self.integrate_back(&self.back(cradle, g, &nothing)));
+        let found = R::solve(self, cradle, known, Way::Backwards);
         let motion = self.back(cradle, &found, &by_forces);
         for (k, ([by_x, by_v], ball)) in motion.iter().zip(&self.balls).enumerate() {
             let by = &mut by_state[k * STATE..];
@@ -302,7 +325,7 @@ impl Part for Step {
         }
         for (j, (contact, by_force)) in self.contacts.iter().zip(&by_forces).enumerate() {
             let [left, right] = [j, j + 1].map(|k| found[k].map(|by| by / cradle.balls[first + k].mass));
-            for m in 0..NODES {
+            for m in 0..N {
                 let (by_overlap, by_places) = contact.to_start(m, by_force[m], [left[m], right[m]]);
                 by_state[j * STATE + OVERLAP] += by_overlap;
                 (0..2).for_each(|k| by_state[(j + k) * STATE + X] += by_places[k]);

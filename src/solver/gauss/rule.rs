@@ -222,10 +222,11 @@ pub fn combine<const N: usize>(columns: &[[f64; N]; N], values: &[f64; N]) -> [f
 #[inline(always)]
 pub fn weighted<const N: usize>(weights: &[f64; N], values: &[f64; N]) -> f64 {
     let mut sums = [0.0; 4];
-    for (weights, values) in weights.chunks_exact(4).zip(values.chunks_exact(4)) {
+    let ((of_four, last), (values, others)) = (weights.as_chunks::<4>(), values.as_chunks::<4>());
+    for (weights, values) in of_four.iter().zip(values) {
         for (sum, (weight, value)) in sums.iter_mut().zip(weights.iter().zip(values)) {
             *sum += value * weight;
         }
     }
-    (sums[0] + sums[2]) + (sums[1] + sums[3])
+    last.iter().zip(others).fold((sums[0] + sums[2]) + (sums[1] + sums[3]), |sum, (weight, value)| sum + value * weight)
 }

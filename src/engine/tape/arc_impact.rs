@@ -1,0 +1,292 @@
+//! Elastic impacts of two balls on arcs, linearised in dual numbers by a closed form, each at its own time.
+//!
+//! The overlap d is a function of the two places, with the gradient n and the second derivatives H. With the masses M,
+//! `nu = n M^-1 n` and `b = M^-1 n / nu`, the velocities are `a + b d'` with a constant a along which the balls keep
+//! touching. To first order in the turn of n, in gravity and in inputs
+//!
+//! ```text
+//! d'' = A - W d + 2 B d' + C d'^2 - nu F(d) (1 + 2 B t + 2 C d),   A = n f + a H a,  B = a H b,  C = b H b
+//! ```
+//!
+//! with the accelerations f without contact and their decrease W with the overlap. A and W load the free impact; C
+//! makes it shorter; what goes with B works, and so do drag and damping, half of that before the middle. Products of
+//! two of these are left out ([`SMALL`]).
+
+use super::coefficients::{CLEARANCE, Coefficients, GRAVITY, IMPULSE, LENGTH, MASS, OF_LAW, PEAK, STATE, V, X};
+use super::part::Part;
+use crate::engine::pair_impact::{ImpactCoefficients, PulseShape};
+use crate::model::{BallModel, ContactLaw, Cradle, Pair};
+use crate::solver::power::power;
+use crate::solver::{Dual, Scalar};
+
+/// Largest sum of the turns of the paths (rad) and of the parts of the overlap's motion that the terms without contact
+/// make. The error of derivatives is the square of it.
+const SMALL: f64 = 1e-4;
+
+/// An impact in contact `contact`.
+#[derive(Debug)]
+pub(super) struct ArcImpactPart {
+    pub contact: usize,
+    /// Position (m) and velocity (m/s) of its balls at the onset, and their accelerations by the inputs and by the
+    /// external forces among them, m/s2.
+    pub start: [(f64, f64); 2],
+    pub forcing: [f64; 2],
+    pub push: [f64; 2],
+    pub shape: PulseShape,
+    /// The largest overlap, m, if its force is larger than before in the step.
+    pub largest: Option<f64>,
+}
+
+/// What an impact depends on: of each ball position, velocity, mass, decay rate, length, gravity, and acceleration by
+/// the inputs; of the contact stiffness, reference overlap, exponent, coefficient of its damping, clearance and
+/// distance of the pivots.
+#[derive(Clone, Copy, Default)]
+struct Causes {
+    balls: [[f64; 7]; 2],
+    contact: [f64; 6],
+}
+
+/// Positions and velocities of the left and of the right ball, impulse and largest force.
+type Effects = [f64; 6];
+
+/// Two numbers, of the left and of the right ball.
+type Both<S> = [S; 2];
+
+/// The terms of the equation of the overlap, and the largest overlap without them, m.
+struct Motion<S> {
+    masses: Both<S>,
+    /// The gradient n, and the two products of H with a and b.
+    gradient: Both<S>,
+    turned: [Both<S>; 2],
+    /// The parts a (m/s) and b of the velocities, the rate at the onset (m/s), and nu (1/kg).
+    a: Both<S>,
+    b: Both<S>,
+    rate: S,
+    inverse_mass: S,
+    /// Accelerations without contact, m/s2, and their derivatives by the places, 1/s2.
+    free: Both<S>,
+    by_place: Both<S>,
+    reach: S,
+    /// A (m/s2), W (1/s2), B (1/s), C (1/m).
+    of: [S; 4],
+}
+
+fn dot<S: Scalar>(a: &Both<S>, b: &Both<S>) -> S {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// The largest overlap of a free impact, m.
+fn reach<S: Scalar>(law: &ContactLaw<S>, inverse_mass: S, rate: S) -> S {
+    let (one, unit) = (S::from(1.0), law.stiffness * law.overlap_ref * law.overlap_ref);
+    let energies = S::from(0.5) * (law.exponent + one) * rate * rate / (inverse_mass * unit);
+    law.overlap_ref * energies.pow(one / (law.exponent + one))
+}
+
+impl<S: Scalar> Motion<S> {
+    fn new(pair: &Pair<S>, places: Both<S>, velocities: Both<S>, forcing: Both<S>) -> Self {
+        let Pair { balls, law } = pair;
+        let at = [0, 1].map(|k| balls[k].place(places[k]));
+        let [width, height] = pair.distances(places);
+        let distance = (width * width + height * height).sqrt();
+        let parts = [0, 1].map(|k| pair.parts_of(k, at.each_ref()));
+        let (gradient, [left, right]) = ([parts[0][0], -parts[1][0]], [parts[0][1], parts[1][1]]);
+        let bends = [
+            -left / balls[0].length - left * left / distance,
+            left * right / distance,
+            right / balls[1].length - right * right / distance,
+        ];
+        let turn = |of: &Both<S>| [bends[0] * of[0] + bends[1] * of[1], bends[1] * of[0] + bends[2] * of[1]];
+        let masses = balls.map(|ball| ball.mass);
+        let pushed = [0, 1].map(|k| gradient[k] / masses[k]);
+        let inverse_mass = dot(&gradient, &pushed);
+        let (b, rate) = (pushed.map(|pushed| pushed / inverse_mass), dot(&gradient, &velocities));
+        let a = [0, 1].map(|k| velocities[k] - b[k] * rate);
+        let turned = [turn(&a), turn(&b)];
+        let free = [0, 1].map(|k| forcing[k] * at[k].cos - balls[k].gravity * at[k].restoring);
+        let by_place = [0, 1].map(|k| -(balls[k].gravity * at[k].cos + forcing[k] * at[k].sin) / balls[k].length);
+        let less: Both<S> = [0, 1].map(|k| -by_place[k] * gradient[k]);
+        let load = dot(&gradient, &free) + dot(&a, &turned[0]);
+        let of = [load, dot(&less, &b), dot(&a, &turned[1]), dot(&b, &turned[1])];
+        let reach = reach(law, inverse_mass, rate);
+        Self { masses, gradient, turned, a, b, rate, inverse_mass, free, by_place, reach, of }
+    }
+
+    /// The two numbers of the load by A and W that the shape of the pulse depends on.
+    fn loads(&self) -> [S; 2] {
+        let ([load, less, ..], part) = (self.of, self.reach / self.rate);
+        [less * part * part, -S::from(2.0) * load * part / self.rate]
+    }
+}
+
+impl ArcImpactPart {
+    /// The impact in `contact` of balls in these states; `None` where it changes too much in it.
+    pub fn new(
+        pair: &Pair,
+        contact: usize,
+        (start, forcing, push): ([(f64, f64); 2], [f64; 2], [f64; 2]),
+        coefficients: &ImpactCoefficients,
+    ) -> Option<Self> {
+        let motion = Motion::new(pair, start.map(|(x, _)| x), start.map(|(_, v)| v), forcing);
+        let [alpha, beta] = motion.loads();
+        let shape = coefficients.pulse(pair.law, alpha, beta)?;
+        let ([_, _, works, shortens], time) = (motion.of, 2.0 * motion.reach / motion.rate * shape.integrals[0][0]);
+        let turn: f64 = pair.balls.iter().zip(start).map(|(ball, (_, v))| (v * time / ball.length).abs()).sum();
+        let varies = turn + alpha.abs() + beta.abs() + (works * time).abs() + (shortens * motion.reach).abs();
+        (varies < SMALL).then_some(Self { contact, start, forcing, push, shape, largest: None })
+    }
+
+    /// Changes of the state afterwards, at the common time.
+    fn effects(&self, pair: &Pair, causes: &Causes) -> Effects {
+        let number = Dual::with_tangent;
+        let (half, one, two) = (Dual::from(0.5), Dual::from(1.0), Dual::from(2.0));
+        let ball = |k: usize| {
+            let ([_, _, mass, gamma, length, gravity, _], ball) = (causes.balls[k], pair.balls[k].map(Dual::from));
+            BallModel {
+                mass: number(ball.mass.value(), mass),
+                gamma: number(ball.gamma.value(), gamma),
+                length: number(ball.length.value(), length),
+                gravity: number(ball.gravity.value(), gravity),
+                ..ball
+            }
+        };
+        let [stiffness, overlap_ref, exponent, damping, clearance, pivots] = causes.contact;
+        let of_law = pair.law.map(Dual::from);
+        let law = ContactLaw {
+            stiffness: number(pair.law.stiffness, stiffness),
+            overlap_ref: number(pair.law.overlap_ref, overlap_ref),
+            exponent: number(pair.law.exponent, exponent),
+            clearance: number(pair.law.clearance, clearance),
+            pivots: number(pair.law.pivots, pivots),
+            ..of_law
+        };
+        let balls = [ball(0), ball(1)];
+        let along = Pair { balls: balls.each_ref(), law: &law };
+        // At the onset, which is later.
+        let forcing = [0, 1].map(|k| number(self.forcing[k], causes.balls[k][6]));
+        let early = [0, 1].map(|k| number(self.start[k].0, causes.balls[k][0]));
+        let parts = pair.parts_along(self.start.map(|(x, _)| x));
+        let rate = parts[0] * self.start[0].1 - parts[1] * self.start[1].1;
+        let late = -along.overlap(early).tangent() / rate;
+        let places = [0, 1].map(|k| early[k] + number(0.0, self.start[k].1 * late));
+        let free = |k: usize, x: f64| {
+            let place = pair.balls[k].place(x);
+            self.forcing[k] * place.cos - pair.balls[k].gravity * place.restoring
+        };
+        let v = [0, 1].map(|k| number(self.start[k].1, causes.balls[k][1] + free(k, self.start[k].0) * late));
+        let motion = Motion::new(&along, places, v, forcing);
+        let Motion { masses, gradient, turned, a, b, rate, inverse_mass, free: f, by_place, reach: deepest, .. } =
+            motion;
+        let [load, less, works, shortens] = motion.of;
+        // Duration, and integrals of the overlap and of the square of its rate, of the free impact.
+        let p = law.exponent;
+        let integral = |k: usize, [alpha, beta]: [Dual; 2]| {
+            let [value, by_alpha, by_beta, by_exponent] = self.shape.integrals[k];
+            number(value, by_alpha * alpha.tangent() + by_beta * beta.tangent() + by_exponent * p.tangent())
+        };
+        let loads = motion.loads();
+        let (part, none) = (two * deepest / rate, [Dual::default(); 2]);
+        let (time, sum) = (part * integral(0, none), part * deepest * integral(1, loads));
+        let squares = rate * rate * time * (p + one) / (p + one + two);
+        // Drag and damping, which the motion is without, take energy, the drift of what loads it gives some.
+        let of_drag = [0, 1].map(|k| balls[k].gamma * gradient[k]);
+        let drift = -(gradient[0] * by_place[0] * a[0] + gradient[1] * by_place[1] * a[1]);
+        let load = load - two * dot(&of_drag, &a) - half * time * drift;
+        let grown = power(deepest.value() / pair.law.overlap_ref, pair.law.damping_exponent());
+        let lost = 2.0 * (rate * deepest).value() * grown * self.shape.works[1] * inverse_mass.value() * damping;
+        let taken = two * dot(&of_drag, &b) * squares + number(0.0, lost) - drift * sum;
+        let (there, gained) = (half * (works * squares - taken), works * (squares + time * rate * rate) - taken);
+        let quick = rate + there / rate;
+        let part = reach(&law, inverse_mass, quick) / quick;
+        let beta = -two * load * deepest / (rate * rate);
+        let time = two * part * integral(0, [loads[0], beta]) * (one - half * works * time) - shortens * sum;
+        // The forces act along directions that turn.
+        let pushed = |k: usize, of: &dyn Fn(usize) -> Dual| of(k) / (masses[k] * inverse_mass);
+        let by_turn = [0, 1].map(|k| pushed(k, &|k| turned[0][k] * rate * time + turned[1][k] * squares));
+        let given = [0, 1].map(|k| {
+            let drag = two * balls[k].gamma * a[k] * time;
+            f[k] * time + by_place[k] * (half * a[k] * time * time + b[k] * sum) - drag - by_turn[k]
+        });
+        let after = [0, 1].map(|k| v[k] + given[k]);
+        let end = [0, 1].map(|k| gradient[k] + turned[0][k] * time);
+        let lightness = [0, 1].map(|k| gradient[k] / masses[k]);
+        let impulse = (dot(&end, &after) + rate + gained / rate) / dot(&end, &lightness);
+        let after = [0, 1].map(|k| after[k] - lightness[k] * impulse);
+        // The ways, at whose ends the overlap is 0.
+        let moved = [0, 1].map(|k| {
+            let turned = pushed(k, &|k| two * turned[0][k] * sum + half * turned[1][k] * time * squares);
+            v[k] * time + half * f[k] * time * time - turned
+        });
+        let way = (dot(&gradient, &moved) + half * time * time * dot(&a, &turned[0])) / inverse_mass;
+        let moved = [0, 1].map(|k| moved[k] - lightness[k] * way);
+        let peak = self.largest.map_or(0.0, |overlap| {
+            let overlap = Dual::from(overlap);
+            let energy = half * rate * rate + there + overlap * (load - half * less * overlap);
+            let missing = energy - inverse_mass * law.elastic_energy(overlap);
+            let force = law.elastic_force(overlap);
+            let stiffness = inverse_mass * force - load + less * overlap;
+            force.tangent() + (law.exponent * force / overlap).value() * missing.tangent() / stiffness.value()
+        });
+        // At the common time, which is earlier.
+        let later = late + time.tangent();
+        let place = |k: usize| places[k].tangent() + moved[k].tangent() - after[k].value() * later;
+        let velocity = |k: usize| after[k].tangent() - free(k, (places[k] + moved[k]).value()) * later;
+        [place(0), place(1), velocity(0), velocity(1), impulse.tangent(), peak]
+    }
+}
+
+impl Part for ArcImpactPart {
+    fn numbers(&self) -> usize {
+        24
+    }
+
+    fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
+        let (j, pair) = (self.contact, cradle.pair(self.contact));
+        let balls = [0, 1].map(|k| {
+            let (i, of) = (j + k, changes.of_ball(j + k));
+            let [gamma, _, forcing] = changes.of_motion(i, pair.balls[k]);
+            let forcing = forcing - self.push[k] / pair.balls[k].mass * of[MASS];
+            [state[i * STATE + X], state[i * STATE + V], of[MASS], gamma, of[LENGTH], of[GRAVITY], forcing]
+        });
+        let [stiffness, overlap_ref, exponent, damping] = *changes.of_law(j);
+        let (clearance, [.., pivots]) = (changes.of_ball(j)[CLEARANCE], changes.of_linkage(j));
+        let contact = [stiffness, overlap_ref, exponent, damping, clearance, pivots];
+        let effects = self.effects(&pair, &Causes { balls, contact });
+        for k in 0..2 {
+            let state = &mut state[(j + k) * STATE..];
+            (state[X], state[V]) = (effects[k], effects[2 + k]);
+        }
+        state[j * STATE + IMPULSE] += effects[4];
+        if self.largest.is_some() {
+            state[j * STATE + PEAK] = effects[5];
+        }
+    }
+
+    fn backward(&self, cradle: &Cradle, by_changes: &mut Coefficients, by_state: &mut [f64]) {
+        let (j, pair) = (self.contact, cradle.pair(self.contact));
+        let [x, v] = [X, V].map(|number| [j, j + 1].map(|i| by_state[i * STATE + number]));
+        let by_peak = if self.largest.is_some() { std::mem::take(&mut by_state[j * STATE + PEAK]) } else { 0.0 };
+        let by_effects = [x[0], x[1], v[0], v[1], by_state[j * STATE + IMPULSE], by_peak];
+        let by = |cause: &dyn Fn(&mut Causes)| {
+            let mut causes = Causes::default();
+            cause(&mut causes);
+            let effects = self.effects(&pair, &causes);
+            by_effects.iter().zip(effects).map(|(by, effect)| by * effect).sum::<f64>()
+        };
+        for k in 0..2 {
+            let [x, v, mass, gamma, length, gravity, forcing] =
+                std::array::from_fn(|n| by(&|causes| causes.balls[k][n] = 1.0));
+            let i = j + k;
+            (by_state[i * STATE + X], by_state[i * STATE + V]) = (x, v);
+            by_changes.add_of_motion(i, pair.balls[k], [gamma, 0.0, forcing]);
+            let of = by_changes.of_ball_mut(i);
+            of[MASS] += mass - forcing * self.push[k] / pair.balls[k].mass;
+            of[LENGTH] += length;
+            of[GRAVITY] += gravity;
+        }
+        let [law @ .., clearance, pivots]: [f64; OF_LAW + 2] =
+            std::array::from_fn(|n| by(&|causes| causes.contact[n] = 1.0));
+        by_changes.of_law_mut(j).iter_mut().zip(law).for_each(|(sum, by)| *sum += by);
+        by_changes.of_ball_mut(j)[CLEARANCE] += clearance;
+        by_changes.add_of_linkage(j, &[0.0, 0.0, 0.0, 0.0, pivots]);
+    }
+}
