@@ -134,7 +134,7 @@ pub struct Build {
     /// Take the number of balls and start values from a TOML file in the format of the presets
     #[arg(long, value_name = "FILE.toml")]
     pub parameters: Vec<PathBuf>,
-    /// Let two balls, free and alone, part with this part of the speed at which they meet, such as `0.9`; where that
+    /// Let two balls, free and alone, part at this fraction of the speed at which they meet, such as `0.9`; where that
     /// depends on the speed, it is given as well (m/s): `0.9@1.0`
     ///
     /// Sets contact.restitution or the coefficient of the damping law. If contacts lose nothing otherwise, and neither

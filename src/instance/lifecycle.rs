@@ -141,7 +141,7 @@ impl InstanceState {
     /// Whether these parameters are in their ranges.
     pub(super) fn allows(&self, parameters: &Parameters) -> bool {
         let settings = Settings { parameters: parameters.clone(), ..self.settings.clone() };
-        settings.are_sound(parameters.balls())
+        settings.are_sound(parameters.balls()) && parameters.check_coefficients().is_ok()
     }
 }
 

@@ -279,6 +279,9 @@ impl Instance {
     /// at once. Setting the same value again is no change.
     fn set_checked(&mut self, elements: Vec<(Variable, f64)>) -> Result<(), Refusal> {
         let balls = self.balls();
+        if self.run.phase > Phase::InitializationMode {
+            self.check_tuned(&elements)?;
+        }
         let (mut wanted, mut any, mut states) = (balls, false, Vec::new());
         if self.run.phase == Phase::IntermediateUpdate {
             self.keep_inputs();
@@ -314,6 +317,22 @@ impl Instance {
             self.resize(wanted);
         }
         Ok(())
+    }
+
+    /// Refuses tunable parameters, each in its range, of which the cradle's coefficients are not finite.
+    fn check_tuned(&self, elements: &[(Variable, f64)]) -> Result<(), Refusal> {
+        let is_tuned = |(variable, _): &&(Variable, f64)| {
+            variable.row.causality == Causality::Parameter && variable.index < variable.row.shape.len(self.balls())
+        };
+        let mut tuned = elements.iter().filter(is_tuned).peekable();
+        if tuned.peek().is_none() {
+            return Ok(());
+        }
+        let mut settings = self.run.settings.clone();
+        tuned.for_each(|(variable, value)| {
+            variable.set(&mut settings, *value);
+        });
+        settings.parameters.check_coefficients().map_err(Refusal::new)
     }
 
     /// Changes the number of balls. This resets arrays to their defaults and keeps scalars.

@@ -1,4 +1,4 @@
-//! The force law of one contact, by which the engine uses damping laws: all code that depends on these.
+//! The force law of one contact, by which the engine uses damping laws.
 
 use super::damping::{Damping, Growth};
 use crate::solver::dual::{Dual, Scalar};

@@ -95,10 +95,10 @@ impl Cradle {
         for (i, law) in (1..).zip(&self.contacts) {
             finite(format_args!("the stiffness times contact.stiffnessRatio[{i}]"), law.stiffness)?;
             let damping = law.damping.coefficient;
-            if law.damping.growth == Growth::RootOfStiffness && !damping.is_finite() {
+            if law.damping.growth == Growth::RootOfStiffness && damping == f64::INFINITY {
                 return Err(format!(
                     "contact.restitution ^ contact.lossRatio[{i}] is too small for contact.dampingLaw = \
-                     constantRestitution; allowed: above 0, at least about 1e-300"
+                     constantRestitution; allowed: above 0, not below about 1e-600"
                 ));
             }
             finite(format_args!("the damping of contact {i}"), damping)?;
@@ -135,6 +135,13 @@ impl Cradle {
             0.0 => f64::INFINITY,
             omega2 => std::f64::consts::TAU / omega2.sqrt(),
         }
+    }
+}
+
+impl Parameters {
+    /// Refuses products or quotients of them that leave the range of doubles; see [`Cradle::check`].
+    pub(crate) fn check_coefficients(&self) -> Result<(), String> {
+        Cradle::new(self).check(self)
     }
 }
 
@@ -186,7 +193,7 @@ impl<S: Scalar> Cradle<S> {
         let (ratios, gaps, losses) = (each(|p| &p.stiffness_ratio), each(|p| &p.gap), each(|p| &p.loss_ratio));
         let contact = |j: usize| {
             let [left, right] = [balls[j].mass, balls[j + 1].mass];
-            let reduced_mass = left * (right / (left + right));
+            let reduced_mass = reduced([left, right]);
             let (stiffness, overlap_ref, exponent) = elastic_constants(j);
             let elastic = Elastic { stiffness: stiffness * ratios[j], overlap_ref, exponent, reduced_mass };
             ContactLaw {

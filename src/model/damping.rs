@@ -1,5 +1,6 @@
 //! The damping laws of contacts. All of them add `C (d / d_ref)^s r` to the elastic force `k d (d / d_ref)^(p-1)`, for
-//! an overlap d > 0 and its rate r. [`contact`](super::contact) computes the forces.
+//! an overlap d > 0 and its rate r. [`contact`](super::contact) and [`forces`](super::forces)
+//! compute the forces.
 
 use super::parameters::{DampingLaw, Parameters};
 use crate::solver::dual::Scalar;
@@ -37,15 +38,6 @@ impl Growth {
             Self::Force => p,
             Self::Stiffness => p - S::from(1.0),
             Self::RootOfStiffness => S::from(0.5) * (p - S::from(1.0)),
-        }
-    }
-
-    /// Its derivative by p.
-    pub fn by_exponent(self) -> f64 {
-        match self {
-            Self::Constant => 0.0,
-            Self::Force | Self::Stiffness => 1.0,
-            Self::RootOfStiffness => 0.5,
         }
     }
 }
@@ -103,7 +95,7 @@ fn half_decrement<S: Scalar>(restitution: S, loss_ratio: S) -> S {
     let (e, q) = (restitution.value(), loss_ratio.value());
     let product = |a: f64, b: f64| if a == 0.0 { 0.0 } else { a * b };
     let log = libm::log(e);
-    let change = product(loss_ratio.tangent(), log) + product(restitution.tangent(), q / e);
+    let change = product(loss_ratio.tangent(), log) + product(restitution.tangent(), product(q, 1.0 / e));
     S::with_tangent(-0.5 * product(q, log), -0.5 * change)
 }
 

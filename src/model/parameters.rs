@@ -22,7 +22,7 @@ enumerations! {
         KelvinVoigtNoPull "kelvinVoigtNoPull" "as kelvinVoigt, with the total force clipped at 0",
         HuntCrossley "huntCrossley" "multiplies the elastic force by 1 + alpha times the overlap rate, clipped at 0",
         Viscoelastic "viscoelastic" "adds A times the rate of the elastic force, clipped at 0",
-        ConstantRestitution "constantRestitution" "two balls alone part at contact.restitution times the speed of approach",
+        ConstantRestitution "constantRestitution" "two balls alone part at e times their speed of approach, e = restitution ^ lossRatio[i]",
     }
 
     /// How balls hang, `pendulum.model`.

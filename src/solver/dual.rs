@@ -86,6 +86,7 @@ impl Scalar for Dual {
         let value = libm::pow(self.value, exponent.value);
         let of_base = match (self.tangent, self.value) {
             (0.0, _) => 0.0,
+            _ if exponent.value == 0.0 => 0.0,
             (tangent, 0.0) => exponent.value * tangent * libm::pow(0.0, exponent.value - 1.0),
             (tangent, base) => value * (exponent.value * tangent / base),
         };

@@ -45,7 +45,8 @@ pub fn is_whole(value: f64) -> bool {
     value as usize as f64 == value
 }
 
-/// A number, 0 or more, to an `exponent`, 0 or more: multiples of a quarter by roots, which take less time.
+/// A number, 0 or more, to an `exponent`, 0 or more: quarters, halves and three quarters by roots, which take
+/// less time.
 pub fn power(value: f64, exponent: f64) -> f64 {
     let whole = exponent as usize;
     let part = match exponent - whole as f64 {

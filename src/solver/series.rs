@@ -109,6 +109,9 @@ impl PowerSeries {
 
     /// Coefficient `k`, from the first `k + 1` of `c`, after those before. Every call has the same length of `c`.
     pub fn term(&mut self, c: &[f64], k: usize) -> f64 {
+        if self.exponent == 1.0 {
+            return c[k] * self.scale;
+        }
         let (stride, whole) = (c.len(), self.exponent as usize);
         if whole as f64 != self.exponent {
             self.rows.resize(stride, 0.0);

@@ -58,8 +58,9 @@ impl Settings {
             if needs_speed { 0.0 } else { 1.0 }
         } else if needs_speed {
             // The damping is proportional to its parameter.
-            parameter.set(self, 1.0);
-            let cradle = Cradle::new(&self.parameters);
+            let mut unit = self.clone();
+            parameter.set(&mut unit, 1.0);
+            let cradle = Cradle::new(&unit.parameters);
             let law = &cradle.contacts[contact];
             law.damping_for(restitution, cradle.reduced_mass(contact), speed) / law.damping.coefficient
         } else {

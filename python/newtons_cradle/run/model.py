@@ -93,7 +93,7 @@ class Table(dict[str, Row]):
 def general(text: str, index: int | None) -> str:
     """The description of an array's element with i and i+1 for the numbers."""
     numbers = {} if index is None else {str(index): "i", str(index + 1): "i+1"}
-    return re.sub(r"\b\d+\b", lambda number: numbers.get(number[0], number[0]), text)
+    return re.sub(r"(?<![\^/.])\b\d+\b", lambda number: numbers.get(number[0], number[0]), text)
 
 
 class Preset(dict[str, Any]):

@@ -10,7 +10,7 @@ mod step_control;
 mod taylor;
 mod window;
 
-pub(crate) use gauss::{BallOnArc, ContactDirection, power_of_stretching};
+pub(crate) use gauss::{BallOnArc, BranchPoint, ContactDirection, power_of_stretching};
 pub(crate) use segment::Cluster;
 pub(crate) use step_control::{Control, Method, StepHistory};
 pub(crate) use taylor::{INVERSE_FACTORIAL, Series};

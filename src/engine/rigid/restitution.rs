@@ -105,9 +105,9 @@ pub(crate) fn collide(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: 
     for block in pool(&row.masses, v, |j, difference| row.parts[j] * difference > 0.0) {
         if block.members.len() > 1 {
             outcome.groups.push((block.members.clone(), false));
+            let e = vec![0.0; block.members.len() - 1];
+            joint_impact(&row.masses, v, &e, block.members, block.mean, &mut outcome);
         }
-        let e = vec![0.0; block.members.len() - 1];
-        joint_impact(&row.masses, v, &e, block.members, block.mean, &mut outcome);
     }
     finish(row, v, &mut outcome);
     outcome
@@ -221,10 +221,17 @@ fn joint_impact<S: Scalar>(
     let (before, first) = (v[balls.clone()].to_vec(), balls.start);
     // Velocities up to a common one; as sums from both sides, for mirrored results from mirrored starts.
     let parting = |j: usize| e[j] * (before[j] - before[j + 1]);
-    let half = S::from(0.5);
-    let relative: Vec<S> = (0..before.len())
-        .map(|k| half * ((0..k).map(parting).sum::<S>() - (k..e.len()).rev().map(parting).sum::<S>()))
-        .collect();
+    let (half, mut sum) = (S::from(0.5), S::default());
+    let mut relative = vec![S::default(); before.len()];
+    for k in 0..e.len() {
+        sum += parting(k);
+        relative[k + 1] = half * sum;
+    }
+    sum = S::default();
+    for k in (0..e.len()).rev() {
+        sum += parting(k);
+        relative[k] = relative[k] - half * sum;
+    }
     let mean = pool(&masses[balls.clone()], &relative, |_, _| true)[0].mean;
     for (v, relative) in v[balls.clone()].iter_mut().zip(relative) {
         *v = centre + (relative - mean);

@@ -61,14 +61,9 @@ impl Engine {
         balls.clone().for_each(|ball| self.record_start(ball));
         self.separate(group.clone(), t);
         self.align(group.clone());
-        let row = match Row::new(&self.cradle, balls.clone(), |ball| self.balls[ball].flight.x) {
-            Ok(row) => {
-                if clock_stands {
-                    row.without_rebound()
-                } else {
-                    row
-                }
-            }
+        let row = Row::new(&self.cradle, balls.clone(), |ball| self.balls[ball].flight.x);
+        let row = match row.map(|row| if clock_stands { row.without_rebound() } else { row }) {
+            Ok(row) => row,
             Err(left) => return self.note(left, Some((t, Fault::Across))),
         };
         let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();

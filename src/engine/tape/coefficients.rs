@@ -140,7 +140,8 @@ pub(super) fn law_derivatives(law: &ContactLaw, overlap: f64, rate: f64) -> [f64
     let (elastic, s) = (law.elastic_force(overlap), law.damping_exponent());
     let grown = power(overlap / law.overlap_ref, s) * rate;
     let damping = law.damping.coefficient * grown;
-    let by_exponent = (elastic + law.damping.growth.by_exponent() * damping) * libm::log(overlap / law.overlap_ref);
+    let faster = law.damping.growth.exponent(Dual::with_tangent(law.exponent, 1.0)).tangent();
+    let by_exponent = (elastic + faster * damping) * libm::log(overlap / law.overlap_ref);
     let by_reference = ((1.0 - law.exponent) * elastic - s * damping) / law.overlap_ref;
     [elastic / law.stiffness, by_reference, by_exponent, grown]
 }

@@ -8,7 +8,7 @@ use super::record::Recorder;
 use super::scene::Scene;
 use super::step::{IMPLICIT, Rule, Step};
 use super::unfollowed::Unfollowed;
-use crate::engine::cluster::power_of_stretching;
+use crate::engine::cluster::BranchPoint;
 use crate::engine::flight::Flight;
 use crate::model::Cradle;
 use crate::solver::radau::STAGES;
@@ -99,7 +99,7 @@ impl Recorder {
         // The derivative by the exponent goes with the logarithm of an overlap, which begins or ends at 0.
         let vanishes = |tau: f64| (balls.start..balls.end - 1).any(|j| scene.motion.overlap(j, tau).0 <= 0.0);
         let stretched = scene.motion.stretching();
-        let power = scene.cradle.contacts.first().and_then(power_of_stretching).unwrap_or(Power::Square);
+        let power = BranchPoint::of(scene.cradle.contacts.iter()).map_or(Power::Square, |point| point.power);
         let [start, end] = [Stretching::AtStart(power), Stretching::AtEnd(power)];
         match (stretched, vanishes(from), releases || vanishes(to)) {
             (Stretching::None, true, false) => self.linearise(scene, balls, [from, to], start, UNKNOWN),

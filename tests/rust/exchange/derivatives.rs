@@ -13,7 +13,7 @@ use crate::differences::{by_differences, dependencies};
 const BALLS: usize = 5;
 
 /// Compliant contacts of all laws.
-const LAWS: [&str; 7] = [
+const LAWS: [&str; 8] = [
     "",
     "contact.dampingLaw=kelvinVoigtNoPull",
     "contact.dampingLaw=huntCrossley contact.exponent=1.5",
@@ -21,6 +21,7 @@ const LAWS: [&str; 7] = [
     "contact.model=hertz",
     "contact.model=hertz contact.dampingLaw=viscoelastic",
     "contact.exponent=3",
+    "contact.dampingLaw=constantRestitution contact.exponent=1.5 contact.restitution=0.9 contact.lossRatio=1,0,2,0.5",
 ];
 const RIGID: &str = "contact.model=rigid";
 const ARCS: &str = "pendulum.model=circular";

@@ -42,7 +42,7 @@ fn touching_balls_that_drag_presses_together_close_once() {
 prop_compose! {
     /// A row that touches but for next to nothing: balls and settings.
     fn touching()(
-        balls in 2..6_usize, model in 1..=2_u8, law in 1..=4_u8, contacts in 1..=2_u8,
+        balls in 2..6_usize, model in 1..=2_u8, law in 1..=5_u8, contacts in 1..=2_u8,
         [mass, length, gravity, drag, force, shift] in prop::array::uniform6(0..3_usize),
         rows in prop::array::uniform5((
             0.5..2.0_f64, 0.8..1.2_f64, prop::sample::select(vec![0.0, 0.0, 1e-22, -1e-22, 1e-17, -1e-12]),
@@ -51,10 +51,11 @@ prop_compose! {
     ) -> (usize, String) {
         let mut values = format!(
             "contact.deadBand=0 contact.stiffness=1e7 ball.youngModulus=2e8 contact.exponent={} gravity={} \
-             pendulum.drag={} contact.damping={} contact.huntCrossley={} contact.relaxationTime={} a_support={} \
+             pendulum.drag={} contact.damping={} contact.huntCrossley={} contact.relaxationTime={} contact.restitution={} \
+             a_support={} \
              contact.model={model} contact.dampingLaw={law} exchange.contacts={contacts}",
             [1.0, 1.5, 2.0][force], [9.81, 9.81, 0.0][gravity], [0.0, 0.02, 1.0][drag], [0.0, 10.0, 1e3][drag],
-            [0.0, 0.1, 1.0][drag], [0.0, 1e-6, 1e-5][drag], [0.0, 1.0, -3.0][shift],
+            [0.0, 0.1, 1.0][drag], [0.0, 1e-6, 1e-5][drag], [1.0, 0.9, 0.3][drag], [0.0, 1.0, -3.0][shift],
         );
         for (i, (own_mass, own_length, nudge, rate, own_force)) in (1..=balls).zip(rows) {
             values += &format!(

@@ -134,7 +134,7 @@ fn rows(balls: impl Strategy<Value = usize>) -> impl Strategy<Value = Row> {
     let of_balls = (lengths, vec(0.5..2.0, MOST), vec(0.0..0.01, MOST), places, or_none(1.0), or_none(2.0), spheres);
     let losses = (prop_oneof![Just(0.0), decades(-3.0, 0.0)], prop_oneof![Just(0.0), 0.0..0.5]);
     let balls = (balls, 0.003..0.06, prop_oneof![3 => Just(true), 1 => Just(false)]);
-    (balls, of_balls, (1..=2u8, 1..=4u8, 1..=2u8, losses)).prop_map(|((n, radius, side_by_side), of_balls, laws)| {
+    (balls, of_balls, (1..=2u8, 1..=5u8, 1..=2u8, losses)).prop_map(|((n, radius, side_by_side), of_balls, laws)| {
         let (mut lengths, mut masses, mut gaps, places, mut rates, mut forces, spheres) = of_balls;
         let (radius_ratios, modulus_ratios): (Vec<f64>, Vec<f64>) = spheres[..n].iter().copied().unzip();
         let radii = radius_ratios.iter().map(|ratio| radius * ratio).collect();
@@ -170,6 +170,7 @@ fn rows(balls: impl Strategy<Value = usize>) -> impl Strategy<Value = Row> {
             ("contact.damping", 1e3 * loss),
             ("contact.huntCrossley", loss),
             ("contact.relaxationTime", 1e-4 * loss),
+            ("contact.restitution", libm::exp(-2.0 * loss)),
         ];
         row.items = vec![
             ("pendulum.model", 2),

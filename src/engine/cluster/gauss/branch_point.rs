@@ -3,14 +3,14 @@
 use crate::model::ContactLaw;
 use crate::solver::Power;
 
-/// See [`BranchPoint`]; guarded by `awkward_starts_keep_their_energy` and
+/// See [`BranchPoint::smoothness`]; guarded by `awkward_starts_keep_their_energy` and
 /// `balls_that_rattle_keep_their_energy_at_all_times`.
 const ROUGH: f64 = 0.01;
 const FRACTIONAL: f64 = 0.3;
 
 /// Where forces have a branch point at an overlap of 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BranchPoint {
+pub(crate) struct BranchPoint {
     /// The power by which time is stretched there.
     pub power: Power,
     /// Allowed size of the highest Legendre coefficients over that for smooth forces. A force that is a fractional power
@@ -20,8 +20,13 @@ pub(super) struct BranchPoint {
 }
 
 impl BranchPoint {
+    /// That of contacts with these laws, which have one exponent and one law of damping, but some may be elastic.
+    pub fn of<'a>(laws: impl Iterator<Item = &'a ContactLaw> + Clone) -> Option<Self> {
+        laws.clone().find(|law| !law.is_elastic()).or(laws.clone().next()).and_then(Self::new)
+    }
+
     /// That of contacts with this law.
-    pub fn new(law: &ContactLaw) -> Option<Self> {
+    fn new(law: &ContactLaw) -> Option<Self> {
         let power = power_of_stretching(law)?;
         let smoothness = if power.resolves(law.branch_exponents()) {
             1.0

@@ -22,7 +22,7 @@ use crate::model::{ContactLaw, Mode};
 use plan::Planner;
 
 pub(crate) use arcs::{BallOnArc, ContactDirection};
-pub(crate) use branch_point::power_of_stretching;
+pub(crate) use branch_point::{BranchPoint, power_of_stretching};
 pub(crate) use motion::GaussStep;
 
 /// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration would need

@@ -174,10 +174,9 @@ impl GaussStep {
             self.drags = self.oscillators.iter().any(|o| o.gamma() > 0.0);
             self.start_on_lines(window);
         }
-        // Contacts have one exponent and one law of damping, but some may be elastic.
-        let lossy = self.contacts.iter().find(|contact| !contact.law.is_elastic());
-        self.branch_point = lossy.or(self.contacts.first()).and_then(|contact| BranchPoint::new(&contact.law));
-        self.needs_rates = self.drags || self.varies || lossy.is_some();
+        self.branch_point = BranchPoint::of(self.contacts.iter().map(|contact| &contact.law));
+        let lossy = self.contacts.iter().any(|contact| !contact.law.is_elastic());
+        self.needs_rates = self.drags || self.varies || lossy;
         let count = self.contacts.len();
         let Samples { overlaps, rates, forces, balls, .. } = &mut self.at_nodes;
         for values in [overlaps, rates, &mut self.accelerations] {

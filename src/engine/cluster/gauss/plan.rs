@@ -82,7 +82,8 @@ impl<'a> Planner<'a> {
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
-        // A step that begins at a branch point does not end at one.
+        // A step that begins at a branch point does not end at one. Fourth powers make steps too short to reach one, and
+        // forces that need them clip before the balls part.
         let plan = if stretching == Stretching::None
             && let Some((j, time)) = near(release)
             && motion.branch_point.is_none_or(|branch_point| branch_point.power != Power::Fourth)

@@ -25,7 +25,7 @@ const TERMS_AT_LEAST: usize = 3;
 /// `tests/rust/reference.rs`).
 const HIGHER: f64 = 1.5;
 
-/// A closed contact: what the series of its force consist of, and the coefficient before in that of its damping.
+/// A closed contact, and what the series of its force consist of.
 struct Force {
     contact: usize,
     parts: [Option<(f64, PowerSeries)>; 2],
@@ -188,7 +188,7 @@ impl Series {
         self.converges_for = self.convergence(local_error).min(control.longest);
         self.shorten_where_above(&negligible);
         for (j, law) in window.laws.iter().enumerate() {
-            if window.needs_force(j) && negligible[j] == 0.0 && law.exponent > 1.0 {
+            if window.needs_force(j) && negligible[j] == 0.0 && !law.is_linear() {
                 self.shorten_where_wrong(j, law, window.reduced_mass(j), speed);
             }
         }
