@@ -30,6 +30,8 @@ fn runs(c: &mut Criterion) {
         ("pressed chain", "undamped, p = 1.5, 0.05 s", scenes::RATTLING, 0.0, 0.05),
         ("pressed chain", "Hunt-Crossley, unequal, 1 s", scenes::RINGING, 0.0, 1.0),
         ("pressed chain", "rigid, elastic, 600 s", scenes::ELASTIC_CHATTER, 0.0, 600.0),
+        ("lossy steel, 60 s", "Hunt-Crossley", scenes::STEEL_HUNT_CROSSLEY, 0.0, 60.0),
+        ("lossy steel, 60 s", "constant restitution", scenes::STEEL_CONSTANT, 0.0, 60.0),
         ("call", "doStep over an impact sequence", scenes::DEFAULT, 0.7, 0.71),
     ] {
         let before = || {

@@ -27,6 +27,20 @@ pub const CUBIC: Scene = (
 /// Five touching steel balls, to be run for 60 s.
 pub const STEEL: Scene = (5, "x_start=-0.1,-0.1,0,0,0 contact.model=hertz contact.deadBand=0");
 
+/// The same with losses of 5 % of the speed of the first click, by Hunt and Crossley's law.
+pub const STEEL_HUNT_CROSSLEY: Scene = (
+    5,
+    "x_start=-0.1,-0.1,0,0,0 contact.model=hertz contact.deadBand=0 contact.dampingLaw=huntCrossley \
+     contact.huntCrossley=0.36",
+);
+
+/// The same at any speed.
+pub const STEEL_CONSTANT: Scene = (
+    5,
+    "x_start=-0.1,-0.1,0,0,0 contact.model=hertz contact.deadBand=0 contact.dampingLaw=constantRestitution \
+     contact.restitution=0.95",
+);
+
 /// Figure 3: waves that cross in thirteen balls, three lifted on the left and two on the right.
 pub const FIGURE_3: Scene =
     (13, "x_start=-0.1,-0.1,-0.1,0,0,0,0,0,0,0,0,0.1,0.1 pendulum.length=1 contact.stiffness=4e4 contact.deadBand=0");
