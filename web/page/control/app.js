@@ -298,7 +298,7 @@ class App {
   /** Offers 3D where a picture takes little time, shown if it was chosen before. */
   offerSpace() {
     const known = kept();
-    this.spaceTime = known.picture;
+    this.spaceTime = known.picture ?? undefined; // JSON keeps null where there is no 3D, which is tried again
     if (known.space && !this.space) this.setSpace(true, false);
     if (this.spaceTime === undefined) setTimeout(() => {
       this.spaceTime = this.stages[0].timeOfSpace(this.theme);
