@@ -77,7 +77,13 @@ export class Setup {
     const mass = this.get("ball.mass"), ratio = this.get("ball.massRatio");
     return { balls: this.balls, radius: this.get("ball.radius"), mass, ratio,
       masses: ratio.map((part) => part * mass), length: this.get("pendulum.length"), rigid: this.law === "rigid",
-      sizes: this.sizes, moduli: this.get("ball.youngModulusRatio"), swing: this.swing(1) };
+      sizes: this.sizes, moduli: this.moduli, swing: this.swing(1) };
+  }
+
+  /** Young's moduli, as multiples of the default one, of steel. */
+  get moduli() {
+    const common = this.get("ball.youngModulus") / DEFAULTS["ball.youngModulus"];
+    return this.get("ball.youngModulusRatio").map((ratio) => common * ratio);
   }
 
   /** Radii over the common one; where all balls are alike but for their masses, those of one material. */
