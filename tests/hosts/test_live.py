@@ -247,6 +247,31 @@ def test_what_the_engine_refuses_changes_nothing(page):
     assert page.js(f"return {status}") == ""
 
 
+KEPT, LOSS = "Speed kept in an impact", "Loss in contacts"
+OWN = "balls=3&contact.dampingLaw="
+TOLD = [  # of the losses of a set-up, and the sliders that change these
+    ("preset=textbook", "", [LOSS]),
+    ("preset=clay", f"{KEPT}: 98 % : 98 % : 4.83 % : 98 %", [KEPT]),
+    ("preset=rigid&contact.restitution=0.9", f"{KEPT}: 90 %", [KEPT]),
+    (f"{OWN}constantRestitution&contact.restitution=0.9", f"{KEPT}: 90 %", [KEPT]),
+    (f"{OWN}kelvinVoigt&contact.damping=2000", f"{LOSS}: 2000 N s/m", []),
+    (f"{OWN}kelvinVoigtNoPull&contact.damping=2000", f"{LOSS}: 2000 N s/m", []),
+    (f"{OWN}viscoelastic&contact.relaxationTime=2e-6", f"{LOSS}: 2 µs", []),
+    (f"{OWN}huntCrossley&contact.huntCrossley=0.3&contact.lossRatio=1,2", f"{LOSS}: 0.3 s/m : 0.6 s/m", [LOSS]),
+]
+
+
+@pytest.mark.parametrize(("link", "told", "sliders"), TOLD)
+def test_losses_are_told_by_every_law(page, link, told, sliders):
+    """No slider shows another law's parameter, which it would change the law for."""
+    page.js("location.hash = arguments[0]", link)
+    page.wait(f"source.setup.alike(Setup.fromLink({json.dumps(link)}).setup)")
+    parts = page.js("return cradle.stages[0].named").split(" · ")
+    assert [part for part in parts if KEPT in part or LOSS in part] == ([told] if told else [])
+    page.js("cradle.panels.toggle('change')")
+    assert [title for title in (KEPT, LOSS) if title in page.text("#panelbody")] == sliders
+
+
 def test_inside_a_click(page):
     """Time slows down by itself; then it is ordinary time again."""
     page.js("cradle.choose('steel'); cradle.lift(2); cradle.inside()")

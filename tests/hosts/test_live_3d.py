@@ -114,6 +114,9 @@ def test_unlike_balls_are_drawn_as_they_are(space, dimensions):
     space.drawn()
     bright = space.execute_async_script(BRIGHT)
     assert bright[2] < 0.8 * min(bright[1], bright[3]) and max(bright) > 80
+    # What counts is the modulus itself: the same ratios of another common one.
+    tints = "cradle.change({'ball.youngModulus': arguments[0]}); return source.setup.drawing.moduli"
+    assert space.js(tints, 1.05e11) == pytest.approx([0.5, 0.5, 0.0432581, 0.5, 0.5])
 
 
 @pytest.mark.parametrize("size", ["desktop", "phone"])
@@ -202,3 +205,10 @@ def test_without_webgl_it_is_flat(space):
     assert space.js(flat) == [False, True, 0]
     space.drag(0, -60)
     assert space.js("return source.setup.values.x_start[0]") < -0.02
+    # Neither is it offered later, by what is kept of this visit.
+    space.js("let kept = '{}'; Object.assign(Storage.prototype, {getItem: () => kept, setItem(_, text) { kept = text; }})")
+    for _ in range(2):
+        space.js("cradle.offerSpace()")
+        assert not space.js("return cradle.offersSpace")
+        space.wait("cradle.spaceTime === Infinity")
+        assert not space.js("return cradle.offersSpace")

@@ -152,6 +152,34 @@ def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
     assert browser.js(PLAYED, 2.9) == pytest.approx(2.9, abs=0.1)
 
 
+RIGID = {"contact.model": "rigid", "contact.deadBand": 0.0}
+PLAYABLE = {  # start values, and whether overlaps are known
+    "bdf": ({"solver.method": "bdf"}, True),
+    "adams": ({"solver.method": "adams"}, True),
+    "rk4": ({"solver.method": "rk4", "solver.fixedStep": 2e-6}, True),
+    "losing": (RIGID | {"contact.restitution": 0.8}, False),
+    "unlike": (RIGID | {"ball.massRatio[2]": 3.0, "contact.restitution": 0.5}, False),
+}
+
+
+@pytest.mark.parametrize("name", PLAYABLE)
+def test_it_plays_whatever_the_engine_would_refuse(browser, fmu_path, tmp_path, name):
+    """Methods that the page has not; rigid balls that overlap between two samples, as they are drawn."""
+    values, known = PLAYABLE[name]
+    path = tmp_path / "run.html"
+    save_page(path, from_fmu(fmu_path, values, stop=1.5))
+    browser.open_cradle(path)
+    browser.js(STOP)
+    assert browser.js(PLAYED, 1.4) == pytest.approx(1.4, abs=0.1)
+    pressed = """const [{onset, release}] = source.pulses; source.seek(0.5 * (onset + release));
+      return Math.max(...source.state.overlap) > 0"""
+    assert browser.js(pressed) is known
+    browser.js("cradle.setRunning(false)")
+    browser.press("goOn")
+    assert browser.js("return source.live && cradle.clock.running")
+    browser.assert_quiet()
+
+
 #: The points of ball 1's curve, and the texts beside it.
 CURVE = """cradle.set("velocity", true);
 const [stage] = cradle.stages, {graph} = stage.strips, {prototype} = CanvasRenderingContext2D, curves = [], texts = [];

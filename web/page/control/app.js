@@ -12,7 +12,7 @@ import { Engine, Refusal } from "#engine/engine.js";
 import { Live } from "#engine/live.js";
 import { Recording } from "#engine/recording.js";
 import { FILES, learnDefaults, PRESETS } from "#engine/setup.js";
-import { aria, unpacked, write } from "#view/common.js";
+import { unpacked, write } from "#view/common.js";
 import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
 import { learn, paceText, say, speak, textsOf } from "#view/texts.js";
@@ -263,7 +263,7 @@ class App {
     write(play, say(clock.running ? "pause" : "play"));
     write(view, say(`views.${this.eye.next}`));
     write(inside, say(clock.inside ? "insideNow" : "inside"));
-    aria(inside, { pressed: clock.slow === "next" || clock.inside });
+    inside.classList.toggle("on", clock.slow === "next" || clock.inside);
     const percent = clock.late > 0.25 && clock.running ? Math.min(90, Math.round(10 * clock.late) * 10) : null;
     if (percent && percent !== this.lateTold) this.tell(say("late", { percent }), 4);
     this.lateTold = percent;
@@ -298,7 +298,7 @@ class App {
   /** Offers 3D where a picture takes little time, shown if it was chosen before. */
   offerSpace() {
     const known = kept();
-    this.spaceTime = known.picture;
+    this.spaceTime = known.picture ?? undefined; // JSON keeps null where there is no 3D, which is tried again
     if (known.space && !this.space) this.setSpace(true, false);
     if (this.spaceTime === undefined) setTimeout(() => {
       this.spaceTime = this.stages[0].timeOfSpace(this.theme);

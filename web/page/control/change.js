@@ -8,7 +8,7 @@ const GRAVITIES = { earth: 9.81, moon: 1.62, mars: 3.71, jupiter: 24.8 };
 const WEIGHTS = [0.125, 0.25, 0.5, 0.75, 1, 1.5, 2, 4, 8];
 
 const some = (value, text) => (value ? text : say("none")), length = (m) => some(m, withPrefix(m, "m"));
-const isRigid = ({ law }) => law === "rigid";
+const restores = ({ lossName }) => lossName === "contact.restitution";
 
 /** Numbers on scales: the set-ups that have them, the place of a number, its text, and the values of a place. */
 const SCALES = {
@@ -19,9 +19,10 @@ const SCALES = {
     at: (get) =>
       Math.log10(get("contact.stiffness") * (get("contact.overlapRef") / 1e-6) ** (1 - get("contact.exponent"))),
     values: (power) => ({ "contact.stiffness": 10 ** power, "contact.overlapRef": 1e-6 }) },
-  restitution: { max: 100, show: (percent) => `${percent} %`, needs: isRigid,
+  restitution: { max: 100, show: (percent) => `${percent} %`, needs: restores,
     at: (get) => 100 * get("contact.restitution"), values: (percent) => ({ "contact.restitution": percent / 100 }) },
-  loss: { max: 1, step: 0.05, show: (alpha) => some(alpha, `${rounded(alpha)} s/m`), needs: (setup) => !isRigid(setup),
+  loss: { max: 1, step: 0.05, show: (alpha) => some(alpha, `${rounded(alpha)} s/m`),
+    needs: (setup) => setup.lossName === "contact.huntCrossley" || !(restores(setup) || setup.losses.length),
     at: (get) => (get("contact.dampingLaw") === "huntCrossley" ? get("contact.huntCrossley") : 0),
     values: (alpha) => ({ "contact.dampingLaw": "huntCrossley", "contact.huntCrossley": alpha }) },
   drag: { max: 0.5, step: 0.01, show: (rate, get) => some(rate, `${rounded(rate * get("ball.mass"))} kg/s`),

@@ -1,7 +1,7 @@
 // A recorded source: a run from the page's data or from a file, for the same player and scene as a live one.
 
 import { LONGEST, QUIET, QUIET_LEAST } from "#engine/click.js";
-import { State } from "#engine/engine.js";
+import { Refusal, State } from "#engine/engine.js";
 import { Track } from "#engine/history.js";
 import { Setup, swingOf } from "#engine/setup.js";
 import { fromCsv, LENGTH, RADIUS, runOf } from "#engine/table.js";
@@ -24,10 +24,10 @@ export class Recording extends Track {
   static read(file, text) { return new Recording({ title: file, ...fromCsv(file, text) }); }
 
   /** `pulses`: {contact, from 0, onset, release, peak, impulse}. `start`: what it was run with, if that is known; with
-   *  an `engine` it can go on from there, and overlaps are known. */
+   *  an `engine` it can go on from there, by the engine's own method, and overlaps of what is not rigid are known. */
   constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length = LENGTH, radius = RADIUS, start },
     engine = null) {
-    const setup = engine && start ? new Setup(balls, start) : null;
+    const setup = engine && start ? new Setup(balls, withoutSolver(start)) : null;
     const extent = largest(x), long = Math.max(length, extent / 1.1);
     const drawing = setup ? setup.with({ "pendulum.length": long }).drawing
       : drawingOf(balls, radius, long, start);
@@ -37,8 +37,10 @@ export class Recording extends Track {
       Object.keys(energy), setup && drawing.masses);
     const rigid = pulses.length > 0 && largest(F) === 0 && pulses.every(({ onset, release }) => onset === release);
     this.drawing = { ...drawing, rigid, reach: drawing.swing.angle(extent) };
+    const soft = setup && setup.law !== "rigid"; // rigid balls do not overlap, but as drawn between two samples
     Object.assign(this, { live: false, account: false, origin: 0, name: title, x, parameters, setup,
-      run: setup && engine.start(setup.atRest().recipe()), begin: time[0], end: time.at(-1), state: new State(balls) });
+      run: soft ? unlessRefused(() => engine.start(setup.atRest().recipe())) : null, begin: time[0], end: time.at(-1),
+      state: new State(balls) });
     this.findClicks(pulses);
     for (const kind of ["velocity", "force", "momentum"]) this.see(kind, this.curves[kind]);
     this.see("force", [pulses.map(({ peak }) => peak)]);
@@ -90,7 +92,7 @@ export class Recording extends Track {
   }
 
   go(now) {
-    const { times, x, curves: { velocity: v, force: F }, state, setup } = this, place = placeIn(times, now);
+    const { times, x, curves: { velocity: v, force: F }, state } = this, place = placeIn(times, now);
     this.now = now;
     state.x.set(x.map((column, i) => cubic(column, v[i], place)));
     state.v.set(this.speedsAt(now));
@@ -98,13 +100,16 @@ export class Recording extends Track {
     state.closed.fill(0);
     for (const { contact, onset, release } of this.lastClick?.pulses ?? [])
       if (onset <= now && now < release) state.closed[contact] = 1;
-    if (setup) state.overlap.set(this.overlapsAt(state.x));
+    state.overlap.set(this.overlapsAt(state.x));
   }
 
-  /** Overlaps of the contacts (m) at these deflections of the balls. */
+  /** Overlaps of the contacts (m) at these deflections of the balls; 0 where they are not known. */
   overlapsAt(x) {
-    this.run.setMotion(x, x.map(() => 0));
-    return this.run.look().overlap;
+    const found = this.run && unlessRefused(() => {
+      this.run.setMotion(x, x.map(() => 0));
+      return this.run.look().overlap;
+    });
+    return found ?? Array(this.balls - 1).fill(0);
   }
 
   takePulses() {
@@ -141,6 +146,21 @@ export class Recording extends Track {
   get lastClick() { return this.clicks[begun(this.clicks, this.now) - 1]; }
 
   forget() { this.run?.forget(); }
+}
+
+/** Start values but for those that say how a run was computed, as a page does not. */
+function withoutSolver(start) {
+  return Object.fromEntries(Object.entries(start).filter(([name]) => !name.startsWith("solver.")));
+}
+
+/** What `act` returns; null where the engine refuses, as a recording is played all the same. */
+function unlessRefused(act) {
+  try {
+    return act();
+  } catch (problem) {
+    if (!(problem instanceof Refusal)) throw problem;
+    return null;
+  }
 }
 
 /** How many of these clicks have begun at `now`. */

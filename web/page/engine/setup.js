@@ -34,6 +34,11 @@ export function swingOf(length, circular) {
     : { angle: (x) => x / length, deflection: (angle) => length * angle };
 }
 
+/** By what parameter contacts lose energy, by the damping law. */
+const LOSSES = { kelvinVoigt: "contact.damping", kelvinVoigtNoPull: "contact.damping",
+  huntCrossley: "contact.huntCrossley", viscoelastic: "contact.relaxationTime",
+  constantRestitution: "contact.restitution" };
+
 export class Setup {
   /** `values`: start values by name; vectors as arrays, filled up with defaults. */
   constructor(balls, values) {
@@ -69,7 +74,8 @@ export class Setup {
   }
 
   resized(balls) {
-    return new Setup(balls, { ...this.values, "contact.gap": [], "contact.stiffnessRatio": [], "contact.lossRatio": [] }).atRest();
+    const contacts = Object.keys(USUAL).filter((name) => name.startsWith("contact."));
+    return new Setup(balls, { ...this.values, ...Object.fromEntries(contacts.map((name) => [name, []])) }).atRest();
   }
 
   /** Values that do not change while balls move. */
@@ -77,7 +83,13 @@ export class Setup {
     const mass = this.get("ball.mass"), ratio = this.get("ball.massRatio");
     return { balls: this.balls, radius: this.get("ball.radius"), mass, ratio,
       masses: ratio.map((part) => part * mass), length: this.get("pendulum.length"), rigid: this.law === "rigid",
-      sizes: this.sizes, moduli: this.get("ball.youngModulusRatio"), swing: this.swing(1) };
+      sizes: this.sizes, moduli: this.moduli, swing: this.swing(1) };
+  }
+
+  /** Young's moduli, as multiples of the default one, of steel. */
+  get moduli() {
+    const common = this.get("ball.youngModulus") / DEFAULTS["ball.youngModulus"];
+    return this.get("ball.youngModulusRatio").map((ratio) => common * ratio);
   }
 
   /** Radii over the common one; where all balls are alike but for their masses, those of one material. */
@@ -98,6 +110,16 @@ export class Setup {
     const model = this.get("contact.model"), exponent = this.get("contact.exponent");
     const known = Object.keys(LAWS).find((law) => LAWS[law]["contact.exponent"] === exponent) ?? "linear";
     return model === "powerLaw" ? known : model;
+  }
+
+  /** Name of the parameter by which its contacts lose energy. */
+  get lossName() { return this.law === "rigid" ? "contact.restitution" : LOSSES[this.get("contact.dampingLaw")]; }
+
+  /** What that parameter is for each contact; none where nothing is lost. */
+  get losses() {
+    const { lossName: name } = this, common = this.get(name), restores = name === "contact.restitution";
+    return common === (restores ? 1 : 0) ? []
+      : this.get("contact.lossRatio").map((ratio) => (restores ? common ** ratio : common * ratio));
   }
 
   recipe() {

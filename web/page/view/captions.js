@@ -66,14 +66,26 @@ export function outcome({ speeds, after }) {
   return list.length ? say("outcome", { list: list.join(", ") }) : say("all");
 }
 
+/** How a parameter of losses is told. */
+const LOSSES = {
+  "contact.damping": ["loss", (value) => `${rounded(value)} N s/m`],
+  "contact.huntCrossley": ["loss", (value) => `${rounded(value)} s/m`],
+  "contact.relaxationTime": ["loss", (value) => withPrefix(value, "s")],
+  "contact.restitution": ["restitution", (value) => `${rounded(100 * value)} %`],
+};
+
+/** What contacts lose, of each contact where they differ; nothing where nothing is lost. */
+function lossText({ losses, lossName }) {
+  const [title, told] = LOSSES[lossName], texts = losses.map(told), alike = new Set(texts).size === 1;
+  return texts.length && `${say(title)}: ${alike ? texts[0] : texts.join(" : ")}`;
+}
+
 /** A set-up in a few words. */
 export function describeSetup(setup) {
   const band = setup.get("contact.deadBand"), ratios = setup.get("ball.massRatio");
-  const loss = { huntCrossley: "contact.huntCrossley",
-    viscoelastic: "contact.relaxationTime" }[setup.get("contact.dampingLaw")];
   return [say(`laws.${setup.law}`),
     setup.law !== "rigid" && `${say("deadBand")}: ${band ? withPrefix(band, "m") : say("none")}`,
-    loss && setup.get(loss) && say("besides.lossy"),
+    lossText(setup),
     setup.get("pendulum.model") === "linear" && say("besides.linear"),
     ratios.some((ratio) => ratio !== 1) && ratios.map((ratio) => rounded(ratio)).join(" : "),
   ].filter(Boolean).join(" · ");

@@ -13,7 +13,7 @@ const STEEPEST = 1.4; // rad by which a hand can lift a ball
 const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
-/** How balls look by the ratio of their Young's modulus to the common one: the largest of each metal, and its parts of
+/** How balls look by the ratio of their Young's modulus to that of steel: the largest of each metal, and its parts of
  *  red, green and blue: as lead is, brass, steel, and what is stiffer. */
 const PLAIN = [1, 1, 1];
 const METALS = [[0.3, [0.5, 0.53, 0.62]], [0.8, [1, 0.8, 0.42]], [1.3, PLAIN], [Infinity, [0.68, 0.7, 0.78]]];
