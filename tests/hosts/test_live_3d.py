@@ -206,7 +206,9 @@ def test_without_webgl_it_is_flat(space):
     space.drag(0, -60)
     assert space.js("return source.setup.values.x_start[0]") < -0.02
     # Neither is it offered later, by what is kept of this visit.
-    space.js("let kept = '{}'; Object.assign(Storage.prototype, {getItem: () => kept, setItem(_, text) { kept = text; }})")
+    space.js(
+        "let kept = '{}'; Object.assign(Storage.prototype, {getItem: () => kept, setItem(_, text) { kept = text; }})"
+    )
     for _ in range(2):
         space.js("cradle.offerSpace()")
         assert not space.js("return cradle.offersSpace")
