@@ -19,7 +19,7 @@ new MutationObserver((changes) => {
 def heard(page, pattern: str, seconds: float = 120) -> str:
     """Waits until something is announced that matches; that. What was announced before it is forgotten."""
     page.wait(f"heard.some((text) => /{pattern}/.test(text))", seconds)
-    found = page.js(f"return heard.splice(0).find((text) => /{pattern}/.test(text))")
+    found = page.js(f"return heard.splice(0, heard.findIndex((text) => /{pattern}/.test(text)) + 1).pop()")
     page.assert_quiet()
     return found
 
