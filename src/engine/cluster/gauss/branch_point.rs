@@ -25,28 +25,23 @@ impl BranchPoint {
         laws.clone().find(|law| !law.is_elastic()).or(laws.clone().next()).and_then(Self::new)
     }
 
-    /// That of contacts with this law.
+    /// That of contacts with this law. With `c^q`, a force that goes with `d^e` goes, times the pace of the time, with
+    /// `c^(q e + q - 1)`: a polynomial if that is whole, nearly one if it is large. Higher powers than necessary shorten
+    /// the steps; whole exponents need none.
     fn new(law: &ContactLaw) -> Option<Self> {
-        let power = power_of_stretching(law)?;
-        let smoothness = if power.resolves(law.branch_exponents()) {
-            1.0
-        } else if law.branch_exponents().any(|exponent| exponent < 1.0) {
-            ROUGH
-        } else {
-            FRACTIONAL
-        };
-        Some(Self { power, smoothness })
+        let exponents = law.branch_exponents();
+        let least = exponents.clone().reduce(f64::min)?;
+        // Fourth powers pay only for the roughest forces.
+        let powers = if least < 1.0 { &Power::ALL[..] } else { &[Power::Square, Power::Cube] };
+        if let Some(power) = powers.iter().copied().find(|power| power.resolves(exponents.clone())) {
+            return Some(Self { power, smoothness: 1.0 });
+        }
+        let power = if least > 2.0 { Power::Square } else { Power::Cube };
+        Some(Self { power, smoothness: if least < 1.0 { ROUGH } else { FRACTIONAL } })
     }
 }
 
-/// The power by which time is stretched where a contact with this law opens or closes. With `c^q`, a force that goes
-/// with `d^e` goes, times the pace of the time, with `c^(q e + q - 1)`: a polynomial if that is whole, nearly one if it
-/// is large. Higher powers than necessary shorten the steps; whole exponents need none.
+/// The power by which time is stretched where a contact with this law opens or closes.
 pub(crate) fn power_of_stretching(law: &ContactLaw) -> Option<Power> {
-    let exponents = law.branch_exponents();
-    let least = exponents.clone().reduce(f64::min)?;
-    let otherwise = if least > 2.0 { Power::Square } else { Power::Cube };
-    // Fourth powers pay only for the roughest forces.
-    let powers = if least < 1.0 { &Power::ALL[..] } else { &[Power::Square, Power::Cube] };
-    Some(powers.iter().copied().find(|power| power.resolves(exponents.clone())).unwrap_or(otherwise))
+    BranchPoint::new(law).map(|branch_point| branch_point.power)
 }
