@@ -48,6 +48,8 @@
 //! # Ok::<(), newtons_cradle::engine::EngineError>(())
 //! ```
 
+// In tests what goes wrong fails the test.
+#![cfg_attr(test, allow(clippy::unwrap_used))]
 // A browser calls the instance directly: what only the C interfaces use is unused there.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports))]
 

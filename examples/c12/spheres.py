@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path += [str(Path(__file__).resolve().parents[2] / name) for name in ("examples/paper", "benchmark")]
+sys.path += [str(Path(__file__).resolve().parents[2] / name) for name in ("examples/paper", "exact-rows")]
 
 from plots import diagrams
 from rigid import impacts

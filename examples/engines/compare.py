@@ -1,4 +1,4 @@
-"""What other engines make of rows of balls: error over processor time, against the exact results of benchmark/.
+"""What other engines make of rows of balls: error over processor time, against the exact results of exact-rows/.
 
     python examples/engines/compare.py
 
@@ -22,7 +22,7 @@ from engines import ENGINES, Row
 HERE = Path(__file__).resolve().parent
 OUT = HERE.parents[1] / "target/engines"
 PYTHON = OUT / "venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-CASES = HERE.parents[1] / "benchmark/cases.json"
+CASES = HERE.parents[1] / "exact-rows/cases.json"
 ROWS = [  # cases of the benchmark
     "equal-2-hertz", "equal-5-hertz", "equal-5-linear", "siconos-monodisperse", "tapered-10-hertz", "damped-5-ve-hertz",
     "damped-5-hc-hertz", "damped-5-hc-linear", "damped-5-kv-linear", "damped-5-kv-no-pull-linear", "rigid-5-lossy",

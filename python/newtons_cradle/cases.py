@@ -67,7 +67,7 @@ class Judgement:
 
 
 class Case(SimpleNamespace):
-    """One case, with the fields of benchmark/cases.json. Units are SI; lists have an element for each ball or contact.
+    """One case, with the fields of exact-rows/cases.json. Units are SI; lists have an element for each ball or contact.
 
     `stiffness`: K of F = K overlap^`exponent`, N/m^p, both None for `restitution`; `law`: `elastic`, a damping law of
     the FMU, or `restitution`; `damping`: its coefficient; `g_over_length`: 1/s2, 0 for free balls; `stop`: s; `order`:

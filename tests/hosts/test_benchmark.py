@@ -29,10 +29,10 @@ def test_the_fmu_is_exact(case, cradle, fmu_path):
 
 def test_the_data_is_whole():
     """The version, the number of cases, and lines of the CSV file."""
-    data = json.loads((ROOT / "benchmark/cases.json").read_text(encoding="utf-8"))
-    assert f"version: {data['version']}\n" in (ROOT / "benchmark/CITATION.cff").read_text(encoding="utf-8")
+    data = json.loads((ROOT / "exact-rows/cases.json").read_text(encoding="utf-8"))
+    assert f"version: {data['version']}\n" in (ROOT / "exact-rows/CITATION.cff").read_text(encoding="utf-8")
     assert f"has {len(CASES)} rows" in DOCUMENT and max(case.n for case in CASES) == 1000
-    rows = (ROOT / "benchmark/cases.csv").read_text(encoding="utf-8").splitlines()
+    rows = (ROOT / "exact-rows/cases.csv").read_text(encoding="utf-8").splitlines()
     peak = data["cases"][0]["results"]["peak"]
     more = f"{peak['sensitivity'][0]},{peak['scale']},{peak['agreement']}"
     assert f"equal-2-hertz,peak,1,{peak['value'][0]},{more}" in rows

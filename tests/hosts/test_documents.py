@@ -12,9 +12,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from checkout import FMU, VENV, old_linux, rustc
 from conftest import ROOT, SCRIPTS, ended, table
 from markdown_it import MarkdownIt
+
+from checkout import FMU, VENV, old_linux, rustc
 
 pytestmark = pytest.mark.all
 

@@ -19,8 +19,9 @@ from pathlib import Path
 import fmpy
 import pytest
 from conftest import ROOT, ended
-from platforms import TO_TEST
-from suite import COPY
+
+from checkout.platforms import TO_TEST
+from checkout.suite import COPY
 
 pytestmark = pytest.mark.all
 

@@ -5,11 +5,11 @@ import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-import licences
 import pytest
-from checkout import ROOT
 from conftest import ended
-from licences import FILES, OF_STD, STD, packages, texts
+
+from checkout import ROOT, licences
+from checkout.licences import FILES, OF_STD, STD, packages, texts
 
 
 def modules(folder) -> dict:
