@@ -4,7 +4,7 @@
 
 Makes a virtual environment of its own in target/engines, installs the engines pinned in requirements.txt, runs each in
 a process of its own, and writes results.json, table.md and engines.png there. Needs nothing but Python, and a quarter
-of an hour. An engine that cannot be installed here is named and left out. docs/engines.md shows what came out.
+of an hour. An engine that cannot be installed here is named and left out. docs/makers/engines.md shows what came out.
 """
 
 import json
@@ -69,7 +69,7 @@ def runs_of(results: dict, row: str) -> list[list[dict]]:
 
 
 def table(results: dict) -> str:
-    """The table of docs/engines.md: error and time of each engine as recommended, and at its best."""
+    """The table of docs/makers/engines.md: error and time of each engine as recommended, and at its best."""
 
     def cell(runs: list[dict]) -> str:
         chosen = [*runs[:1], *sorted(runs, key=lambda run: run["error"])[:1]]

@@ -4,7 +4,7 @@
     print(case)                       # the row, and how it starts
     print(case.judge(case.run()))     # a result of the FMU; of another code: case.judge({"v": [...], "peak": [...]})
 
-The cases, their model and units: docs/benchmark.md. The data is CC0.
+The cases, their model and units: docs/makers/exact-rows.md. The data is CC0.
 """
 
 import functools

@@ -10,7 +10,7 @@ import pytest
 from conftest import ROOT
 
 CASES = [nc.benchmark(name) for name in nc.benchmarks()]
-DOCUMENT = (ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
+DOCUMENT = (ROOT / "docs/makers/exact-rows.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -57,7 +57,7 @@ def test_two_balls_part_at_their_coefficient_of_restitution():
 
 @pytest.mark.parametrize("case", [case for case in CASES if case.material], ids=lambda case: case.name)
 def test_steel_rows_are_of_spheres(case):
-    """Masses, and stiffnesses after Hertz, by the formulas of docs/benchmark.md."""
+    """Masses, and stiffnesses after Hertz, by the formulas of docs/makers/exact-rows.md."""
     r, e = np.array(case.radius), case.material["youngModulus"] / (1.0 - case.material["poissonRatio"] ** 2)
     assert case.mass == pytest.approx(4.0 / 3.0 * math.pi * case.material["density"] * r**3, rel=1e-15)
     stiffness = 2.0 / 3.0 * e * np.sqrt(r[:-1] * r[1:] / (r[:-1] + r[1:]))
@@ -71,7 +71,7 @@ def test_steel_rows_by_radii_are_as_exact(cradle, fmu_path, case):
 
 
 def test_published_results_beside_the_exact_ones():
-    """docs/benchmark.md shows them; a chain that is tested to 1e-12 elsewhere is off by 4.7e-4."""
+    """docs/makers/exact-rows.md shows them; a chain that is tested to 1e-12 elsewhere is off by 4.7e-4."""
     names = ("siconos-monodisperse", "siconos-tapered-as-run", "siconos-tapered")
     equal, as_run, tapered = map(nc.benchmark, names)
     columns = equal.published["v"], equal.expected["v"], as_run.published["v"], as_run.expected["v"]
@@ -81,7 +81,7 @@ def test_published_results_beside_the_exact_ones():
 
 
 def test_judgements():
-    """The ten lines of docs/benchmark.md have a few digits of case 1, and it tells which; exact results have all."""
+    """The ten lines of docs/makers/exact-rows.md have a few digits of case 1, and it tells which; exact results have all."""
     scope = {}
     exec(DOCUMENT.split("```python\n")[1].split("```")[0], scope)
     verdicts = scope["judgement"].verdicts

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.all
 
 # The pictures, in docs/paper.md, show what the commands of the others leave.
 LAST = "docs/paper.md"
-DOCUMENTS = [f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")]
+DOCUMENTS = [path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")]
 DOCUMENTS = ["README.md", *sorted(DOCUMENTS, key=lambda name: (name == LAST, name))]
 PAPER = "python3 cradle.py paper\n"
 # What would take long gets less to do: a build for the target that the first command has compiled for, fewer cases.

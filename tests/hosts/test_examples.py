@@ -132,7 +132,7 @@ def test_the_page_on_engines_shows_the_results(monkeypatch):
     import compare
 
     results = json.loads((EXAMPLES / "engines/results.json").read_text(encoding="utf-8"))
-    assert compare.table(results) in (ROOT / "docs/engines.md").read_text(encoding="utf-8")
+    assert compare.table(results) in (ROOT / "docs/makers/engines.md").read_text(encoding="utf-8")
     cases = json.loads((ROOT / "exact-rows/cases.json").read_text(encoding="utf-8"))["cases"]
     assert {run["row"] for run in results["runs"]} == set(compare.ROWS) <= {case["name"] for case in cases}
     pinned = (EXAMPLES / "engines/requirements.txt").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ import pytest
 from conftest import ROOT
 from newtons_cradle.materials import MATERIALS
 
-PUBLISHED = (ROOT / "docs/benchmark.md").read_text(encoding="utf-8")
+PUBLISHED = (ROOT / "docs/makers/exact-rows.md").read_text(encoding="utf-8")
 
 
 def pulse_of_two(fmu, values: dict, v: float):

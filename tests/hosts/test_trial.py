@@ -171,7 +171,7 @@ def test_the_program_hands_over(producer, folders, tmp_path):
 
 def expected(host: str) -> dict[str, str]:
     """The verdicts on a host in the document's table, by case, without digits."""
-    rows = table("docs/hosts.md", "## The hosts")
+    rows = table("docs/makers/hosts.md", "## The hosts")
     column = rows["case"].index(host)
     return {case.strip("`"): numberless(verdicts[column]) for case, verdicts in rows.items()}
 
