@@ -1,7 +1,10 @@
-"""The cases: the right result is found right, each known mistake is named, and other results are described."""
+"""The cases: the right result is found right, each known mistake is named, and other results are described. What the
+program says, and how it ends."""
 
+import os
 import re
 import shutil
+import subprocess
 import sys
 from dataclasses import replace
 
@@ -167,6 +170,70 @@ def test_the_program_hands_over(producer, folders, tmp_path):
     assert "is not an FMU that can be read" in done.stderr
     done = ended(producer, "judge", "--", "--python", "nothing", code=2)
     assert "cannot run nothing" not in done.stderr
+
+
+@pytest.fixture(scope="module")
+def results(folders, tmp_path_factory):
+    """The folder of the cases, and one with a right, a wrong, an incomplete and a short result."""
+    cases, results = folders["grid"].parent, tmp_path_factory.mktemp("results")
+    for name in ("start", "whole", "inputs", "getters"):
+        lines = (cases / name / "expected.csv").read_text().splitlines()
+        if name == "inputs":
+            lines = [line.rpartition(",")[0] for line in lines]
+        if name == "whole":
+            lines[2] = lines[2].replace(lines[2].split(",")[1], "7.0")
+        (results / f"{name}.csv").write_text("\n".join(lines[: 9 if name == "getters" else None]))
+    return cases, results
+
+
+def test_the_exit_code_is_the_verdict(producer, results):
+    cases, results = results
+    judge = [producer, "judge", "--python", sys.executable]
+    for name, code, said in (
+        ("start", 0, "right to the last bit: x[1], x[2], v[1], v[2]\n"),
+        ("whole", 1, "wrong, and by no known mistake: x[1] differs first, at 0.1 s: 7 where "),
+        ("inputs", 2, "not judged: no column v[2]\nright to the last bit: x[1], v[1], x[2]\n"),
+        ("getters", 1, "wrong: the result ends at 0.7 s, where it is to end at 2 s\n"),
+    ):
+        done = ended(*judge, cases / name, results / f"{name}.csv", code=code)
+        assert done.stdout.startswith(said) and done.stderr == ""
+    everything = ended(*judge, cases, results, code=1).stdout.splitlines()
+    assert [line.split(":")[0] for line in everything if "there is no such file" not in line] == [
+        "inputs", "inputs", "getters", "start", "whole",
+    ]  # fmt: skip
+    assert f"pair: not judged: {results / 'pair.csv'}: there is no such file" in everything
+    (cases / "start/result.csv").write_bytes((results / "start.csv").read_bytes())
+    assert "start: right to the last bit" in ended(*judge, cases, code=2).stdout
+    assert ended(*judge, cases / "start").stdout.startswith("right")
+    (cases / "start/result.csv").unlink()
+    refused = ended(*judge, results, results, code=2)
+    assert "is not the folder of a case; allowed: folders named grid, " in refused.stderr
+
+
+def test_names_beyond_the_locale_are_escaped(producer, results):
+    """As Python's standard error does."""
+    cases, folder = results
+    (other := folder.parent / "Kür\u7b2c").mkdir()
+    (other / "start.csv").write_bytes((folder / "start.csv").read_bytes())
+    judge = [producer, "judge", cases, other, "--python", sys.executable]
+    said = ended(*judge, code=2, env=os.environ | {"PYTHONIOENCODING": "ascii"}).stdout
+    assert "start: right to the last bit" in said and r"K\xfcr\u7b2c/grid.csv: there is no such file" in said
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no device that is always full")
+def test_output_that_nobody_takes(producer, results):
+    """A closed pipe ends it quietly, a full disk with one line."""
+    judge = [producer, "judge", results[0] / "start", results[1] / "start.csv", "--python", sys.executable]
+    for command in (judge, [producer, "judge", "--help", "--python", sys.executable]):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+        assert done.returncode == 1
+        assert done.stderr == "error: cannot write to standard output: No space left on device\n"
+        read, write = os.pipe()
+        os.close(read)
+        with open(write, "w") as closed:
+            done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 def expected(host: str) -> dict[str, str]:
