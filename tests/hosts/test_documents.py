@@ -95,10 +95,19 @@ def test_everything_in_a_document_runs(checkout, producer, fmu_path, document):
 
 
 def test_every_link_leads_somewhere():
-    """Also to a heading, but for links into the live page, which test_live_page.py opens."""
-    command = [SCRIPTS / "rumdl", "check", "--no-cache", "--enable", "MD051,MD057", "README.md", "docs", "tests/README.md"]
+    """Also to a heading, but for links to the live page: the site has it, and test_live_page.py opens them."""
+    command = [
+        SCRIPTS / "rumdl",
+        "check",
+        "--no-cache",
+        "--enable",
+        "MD051,MD057",
+        "README.md",
+        "docs",
+        "tests/README.md",
+    ]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    wrong = [line for line in done.stdout.splitlines() if "[MD" in line and "../out/cradle.html" not in line]
+    wrong = [line for line in done.stdout.splitlines() if "[MD" in line and "'cradle.html'" not in line]
     assert done.returncode in (0, 1) and not wrong, done.stdout + done.stderr
 
 

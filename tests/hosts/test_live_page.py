@@ -138,7 +138,7 @@ def test_only_the_pages_own_scripts_run(page):
 
 def test_the_links_of_the_lesson(page):
     """Each opens the step that the page's own lesson has, and is understood."""
-    links = re.findall(r"out/cradle\.html#([^)]+)", (ROOT / "docs/lesson.md").read_text(encoding="utf-8"))
+    links = re.findall(r"\(cradle\.html#([^)]+)", (ROOT / "docs/lesson.md").read_text(encoding="utf-8"))
     assert set(page.execute_script("return LESSON")) <= set(links)
     for link in links:
         page.js("location.hash = arguments[0]", link)
@@ -153,6 +153,18 @@ def test_the_links_of_the_lesson(page):
         page.js(f"cradle.compare('stop'); location.hash = '#beside={beside}&right.gravity=1.62'")
         page.wait("cradle.stages[1]?.source.setup.get('gravity') === 1.62")
         assert page.js("return cradle.besideChoice") == "usual"
+
+
+def test_addresses_of_the_documents_are_understood(page, live_path):
+    """All parts of addresses in docs/page.md, which names every cradle to compare with."""
+    text = (ROOT / "docs/page.md").read_text(encoding="utf-8").split("## Addresses")[1]
+    others = re.findall(r"`(\w+)`", re.search(r"compares with (.+?);", text)[1])
+    assert set(others) == set(TEXTS["en"]["besides"]) - {"stop"}
+    parts = [*re.findall(r"`(?:cradle.html#)?([\w.]+=[^`]+|ask)`", text), *(f"beside={name}" for name in others)]
+    assert len(parts) > 20
+    for part in parts:
+        page.load(f"{live_path.as_uri()}#{part}")
+        assert page.js("return cradle.controls.status.textContent") in ("", TEXTS["en"]["turn"]), part
 
 
 def test_a_web_server_is_as_good(browser, live_path, tmp_path):
