@@ -67,7 +67,7 @@ def checkout(tmp_path_factory, fmu_path) -> Path:
 @pytest.mark.skipif(os.name == "nt", reason="the documents' commands are those of a Unix shell")
 @pytest.mark.skipif(Path(sys.prefix).resolve() != VENV.resolve(), reason="they need the .venv that cradle.py makes")
 @pytest.mark.parametrize("document", [document for document in DOCUMENTS if blocks(document)])
-def test_everything_in_a_document_runs(checkout, producer, fmu_path, document):
+def test_documents_commands_run(checkout, producer, fmu_path, document):
     path = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{producer.parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path}
     for cache in ("ZIG_GLOBAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR"):
@@ -94,7 +94,7 @@ def test_everything_in_a_document_runs(checkout, producer, fmu_path, document):
     assert PAPER in RAN or document != DOCUMENTS[0]
 
 
-def test_every_link_leads_somewhere():
+def test_documents_links_lead_somewhere():
     """Also to a heading, but for links to the live page: the site has it, and test_live_page.py opens them."""
     command = [
         SCRIPTS / "rumdl",
@@ -111,7 +111,7 @@ def test_every_link_leads_somewhere():
     assert done.returncode in (0, 1) and not wrong, done.stdout + done.stderr
 
 
-def test_the_readme_shows_the_times_that_were_measured():
+def test_documents_readme_shows_the_measured_times():
     shown = table("README.md", "## How fast")
     measured = table("docs/performance.md", "## Ten minutes of Figure 6")
     for name, solver in (

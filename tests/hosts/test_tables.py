@@ -45,7 +45,7 @@ FORMS = {
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_every_form_is_the_same_table(form, tmp_path):
+def test_tables_in_every_form_are_the_same(form, tmp_path):
     path = tmp_path / "result.csv"
     path.write_bytes(FORMS[form])
     run = from_csv(path)
@@ -58,7 +58,7 @@ def test_every_form_is_the_same_table(form, tmp_path):
     assert judged.keys() == {"time", "x[1]", "x[2]"}
 
 
-def test_arrays_in_one_column_are_their_elements(tmp_path):
+def test_tables_with_arrays_in_one_column(tmp_path):
     """As in FMI 3.0: forces have as many elements as there are balls."""
     path = tmp_path / "result.csv"
     rows = [f"{row[0]},{row[1]} {row[2]},{row[3]} {row[4]},{row[5]} 0.0" for row in ROWS]
@@ -68,7 +68,7 @@ def test_arrays_in_one_column_are_their_elements(tmp_path):
     assert columns(path, CASES["pair"])["x[2]"] == ROWS[:, 2].tolist()
 
 
-def test_digits_are_those_of_the_file():
+def test_tables_keep_their_digits():
     for cells, expected in ((["0.5", "-1.25e-3"], 3), (["12", "7"], 0), (["0.00012345"], 5), ([0.5], 17)):
         assert tables.digits({"x": cells}) == expected, cells
 
@@ -91,7 +91,7 @@ AWKWARD = [
 
 
 @pytest.mark.parametrize("row", range(len(AWKWARD)))
-def test_awkward_tables_are_refused_in_words(row, tmp_path):
+def test_tables_that_are_awkward_are_refused_in_words(row, tmp_path):
     text, by_page, by_judge = AWKWARD[row]
     path = tmp_path / "result.csv"
     path.write_text(text, encoding="latin-1")
@@ -103,7 +103,7 @@ def test_awkward_tables_are_refused_in_words(row, tmp_path):
             columns(path, CASES["pair"])
 
 
-def test_a_line_without_end_is_refused(tmp_path):
+def test_tables_with_an_endless_line_are_refused(tmp_path):
     """Of 100 MB, in a second: it is not cut into cells."""
     path = tmp_path / "result.csv"
     for line in (b"1" * 100_000_000, b"1," * 50_000_000):

@@ -86,7 +86,7 @@ def told(values: dict, *calls) -> list[list[str]]:
     return found
 
 
-def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tmp_path):
+def test_warnings_of_parameters_without_effect_are_one_everywhere(fmu, producer, tmp_path):
     """Over the whole table, in the same words; none where it has an effect."""
 
     def build(values: dict) -> None:
@@ -140,7 +140,7 @@ def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tm
 
 
 @pytest.mark.all
-def test_the_page_tells_the_same(page, fmu):
+def test_warnings_of_the_page_are_those_of_the_log(page, fmu):
     """Of each parameter that needs something, with and without it, but for methods, of which it has one."""
     start = "return cradle.engine.start({ balls: 5, start: arguments[0] }).warnings"
     for name, value, without, with_effect, _ in NEEDY:
@@ -152,7 +152,7 @@ def test_the_page_tells_the_same(page, fmu):
             assert bool(logged) >= (others in without)
 
 
-def test_what_comes_from_a_preset_is_meant(either):
+def test_warnings_leave_presets_alone(either):
     """Only what somebody has set himself is told in Python, and again after a merge."""
     desk = nc.preset("desk")
     with warnings.catch_warnings(action="error"):
@@ -169,7 +169,7 @@ def test_what_comes_from_a_preset_is_meant(either):
             either.start({"contact.model": "rigid", "contact.stiffnessRatio": [1.5] * 4})
 
 
-def test_a_wrong_sign_is_told(either):
+def test_warnings_of_a_wrong_sign(either):
     """In the FMU's words; what a preset has is meant."""
     pressed = r"x_start\[3\] = 0.1 m and x_start\[4\] = 0 m press balls 3 and 4"
     with warnings.catch_warnings(action="error"):
