@@ -4,6 +4,7 @@
     python3 cradle.py paper         build the FMU, run the experiments in FMPy, write a report and pictures to out/paper
     python3 cradle.py test          run what a change needs, in minutes
     python3 cradle.py test --all    run everything that checks this project
+    python3 cradle.py page          make the page without a recording, live in a browser: target/web/cradle.html
     python3 cradle.py wheel         make a wheel for pip with the FMU, cradle-fmu and the Python package
 
 They need cargo, a C compiler and Python 3.11 or newer. Everything else goes into this folder: Python packages
@@ -17,11 +18,11 @@ from pathlib import Path
 
 if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an old Python meets
     sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
-sys.path[:0] = [str(Path(__file__).resolve().parent / folder) for folder in ("packaging", "tests")]
 
-from checkout import ENGINE, PYTHON, SOME, Stop, check_machine, fmu_build, make_venv, run, say, stage  # noqa: E402
-from make_wheel import make_wheel  # noqa: E402
-from suite import test  # noqa: E402
+from checkout import ENGINE, LIVE, PYTHON, SOME, Stop, check_machine, fmu_build, make_venv, run, say, stage
+from checkout.page import make_page
+from checkout.suite import test
+from checkout.wheel import make_wheel
 
 
 def paper(_options) -> int:
@@ -38,7 +39,7 @@ def paper(_options) -> int:
         say("\nThe cradle live, in a browser:")
         run([PYTHON, "-m", "newtons_cradle", "live", "--out", "out/cradle.html"])
     else:
-        say("\nThe cradle live, in a browser: `python3 web/build.py` makes target/web/cradle.html.")
+        say("\nThe cradle live, in a browser: `python3 cradle.py page` makes target/web/cradle.html.")
     say(f"\nTotal: {time.perf_counter() - begin:.0f} s.")
     return code
 
@@ -47,13 +48,21 @@ def main() -> int:
     """Parses the command line and runs the command."""
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="cradle.py", description=__doc__, formatter_class=form)
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test,wheel}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test,page,wheel}")
     commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
     tests = commands.add_parser("test", help=test.__doc__)
     tests.add_argument("--all", action="store_true", help="run everything that checks this project")
     strict = "fail if anything is skipped that a machine with everything installed can run, as CI does"
     tests.add_argument("--strict", action="store_true", help=strict)
     tests.set_defaults(function=test)
+    pages = commands.add_parser("page", help=make_page.__doc__)
+    pages.add_argument(
+        "--out", type=Path, default=LIVE, metavar="FILE", help="where to write it [default: %(default)s]"
+    )
+    pages.add_argument(
+        "--or-skip", action="store_true", help="say SKIPPED, without failing, if Rust's target is missing"
+    )
+    pages.set_defaults(function=lambda options: make_page(options.out, options.or_skip))
     wheels = commands.add_parser("wheel", help=make_wheel.__doc__)
     included = "the FMU to include [default: one with this platform's binary only]"
     wheels.add_argument("--fmu", type=Path, metavar="FILE", help=included)

@@ -46,6 +46,8 @@
 //! # Ok::<(), newtons_cradle::engine::EngineError>(())
 //! ```
 
+// Tests may unwrap: a panic fails the test.
+#![cfg_attr(test, allow(clippy::unwrap_used))]
 // A browser calls the instance directly, so items that only the C interfaces use are unused there.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports))]
 
@@ -67,6 +69,9 @@ pub mod model;
 mod number;
 #[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 mod solver;
+// Here the page's link to the loss laws leads to the item instead of another page.
+#[doc = "[loss laws]: crate::model::DampingLaw"]
+#[doc = ""]
 #[doc = include_str!("../docs/theory.md")]
 #[cfg(doc)]
 pub mod theory {}

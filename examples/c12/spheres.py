@@ -3,7 +3,7 @@
     python examples/c12/spheres.py [--fmu FILE] [--out FOLDER]
 
 Four equal spheres at distances a; sphere 1 starts with v0, and each collision has the coefficient of restitution e.
-docs/c12.md tells which sentences of the benchmark are public and what stands in for the others. Each result is
+docs/makers/c12.md tells which sentences of the benchmark are public and what stands in for the others. Each result is
 compared with one that does not come from the FMU. Writes report.md with its plots into the folder (out/c12).
 """
 
@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path += [str(Path(__file__).resolve().parents[2] / name) for name in ("examples/paper", "benchmark")]
+sys.path += [str(Path(__file__).resolve().parents[2] / name) for name in ("examples/paper", "exact-rows")]
 
 from plots import diagrams
 from rigid import impacts

@@ -1,10 +1,10 @@
-"""What other engines make of rows of balls: error over processor time, against the exact results of benchmark/.
+"""What other engines make of rows of balls: error over processor time, against the exact results of exact-rows/.
 
     python examples/engines/compare.py
 
 Makes a virtual environment of its own in target/engines, installs the engines pinned in requirements.txt, runs each in
 a process of its own, and writes results.json, table.md and engines.png there. Needs nothing but Python, and a quarter
-of an hour. An engine that cannot be installed here is named and left out. docs/engines.md shows what came out.
+of an hour. An engine that cannot be installed here is named and left out. docs/makers/engines.md shows what came out.
 """
 
 import json
@@ -22,7 +22,7 @@ from engines import ENGINES, Row
 HERE = Path(__file__).resolve().parent
 OUT = HERE.parents[1] / "target/engines"
 PYTHON = OUT / "venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-CASES = HERE.parents[1] / "benchmark/cases.json"
+CASES = HERE.parents[1] / "exact-rows/cases.json"
 ROWS = [  # cases of the benchmark
     "equal-2-hertz", "equal-5-hertz", "equal-5-linear", "siconos-monodisperse", "tapered-10-hertz", "damped-5-ve-hertz",
     "damped-5-hc-hertz", "damped-5-hc-linear", "damped-5-kv-linear", "damped-5-kv-no-pull-linear", "rigid-5-lossy",
@@ -69,7 +69,7 @@ def runs_of(results: dict, row: str) -> list[list[dict]]:
 
 
 def table(results: dict) -> str:
-    """The table of docs/engines.md: error and time of each engine as recommended, and at its best."""
+    """The table of docs/makers/engines.md: error and time of each engine as recommended, and at its best."""
 
     def cell(runs: list[dict]) -> str:
         chosen = [*runs[:1], *sorted(runs, key=lambda run: run["error"])[:1]]

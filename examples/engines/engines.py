@@ -15,7 +15,7 @@ from pathlib import Path
 
 
 class Row:
-    """A case of benchmark/cases.json with its fields; free balls from the first contact to after the last. SI units."""
+    """A case of exact-rows/cases.json with its fields; free balls from the first contact to after the last. SI units."""
 
     def __init__(self, case: dict):
         vars(self).update(case)

@@ -13,6 +13,9 @@
 //!
 //! Failures that the user sees are [`Error`]s.
 
+// In tests what goes wrong fails the test.
+#![cfg_attr(test, allow(clippy::unwrap_used))]
+
 pub mod archive;
 pub mod build;
 pub mod check;

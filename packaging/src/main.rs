@@ -1,5 +1,8 @@
 //! `cradle-fmu`: builds, checks and shows FMUs on the command line. `cargo pack` runs it from the sources.
 
+// In tests what goes wrong fails the test.
+#![cfg_attr(test, allow(clippy::unwrap_used))]
+
 mod arguments;
 mod build_command;
 mod say;

@@ -4,7 +4,7 @@
     print(case)                       # the row, and how it starts
     print(case.judge(case.run()))     # a result of the FMU; of another code: case.judge({"v": [...], "peak": [...]})
 
-The cases, their model and units: docs/benchmark.md. The data is CC0.
+The cases, their model and units: docs/makers/exact-rows.md. The data is CC0.
 """
 
 import functools
@@ -67,7 +67,7 @@ class Judgement:
 
 
 class Case(SimpleNamespace):
-    """One case, with the fields of benchmark/cases.json. Units are SI; lists have an element for each ball or contact.
+    """One case, with the fields of exact-rows/cases.json. Units are SI; lists have an element for each ball or contact.
 
     `stiffness`: K of F = K overlap^`exponent`, N/m^p, both None for `restitution`; `law`: `elastic`, a damping law of
     the FMU, or `restitution`; `damping`: its coefficient; `g_over_length`: 1/s2, 0 for free balls; `stop`: s; `order`:

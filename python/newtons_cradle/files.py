@@ -22,8 +22,8 @@ def own(sources: str, wheel: str) -> Path:
 FMU = own("target/fmu/NewtonsCradle.fmu", "NewtonsCradle.fmu")
 PRESETS = own("packaging/presets", "presets")
 PAGE = own("web/page", "web")  # the page's template, style and scripts
-CASES = own("benchmark/cases.json", "cases.json")  # of the benchmark
-# For browsers, as a part of a page, if built; see web/build.py.
+CASES = own("exact-rows/cases.json", "cases.json")  # of the benchmark
+# For browsers, as a part of a page, if built; see checkout/page.py.
 ENGINE = own("target/web/engine.html", "engine.html")
 
 

@@ -35,7 +35,7 @@ def save_page(
     if recording is None and not ENGINE.is_file():
         raise PageError(
             "the engine for browsers is missing: the wheels of a release have it; in the folder of the sources, "
-            "`rustup target add wasm32-unknown-unknown` and `python3 web/build.py` make it, for `cradle.py wheel` too"
+            "`rustup target add wasm32-unknown-unknown` and `python3 cradle.py page` make it, for `cradle.py wheel` too"
         )
     parts = {
         "head": head,

@@ -50,8 +50,8 @@ impl<S: Scalar> BallModel<S> {
         S::from(2.0) * self.length * half
     }
 
-    /// Acceleration (m/s2) along the path at `s` (m) by gravity and by the horizontal acceleration `forcing` (m/s2) of
-    /// the inputs, minus its value on a line.
+    /// Acceleration (m/s2) along the path at `s` (m) by gravity and the horizontal `forcing` (m/s2), less its value on
+    /// a line.
     pub(crate) fn bend(&self, s: S, forcing: S) -> S {
         if !self.on_arc {
             return S::default();
@@ -60,8 +60,7 @@ impl<S: Scalar> BallModel<S> {
         forcing * (cos - S::from(1.0)) + self.gravity * (s / self.length - sin)
     }
 
-    /// State along the path (m, m/s) for the horizontal deflection `x` (m), `|x|` below the length, and its rate `v`
-    /// (m/s).
+    /// State along the path (m, m/s) for the horizontal deflection `x` (m, `|x|` < length) and its rate `v` (m/s).
     pub fn along_path(&self, x: S, v: S) -> (S, S) {
         if !self.on_arc {
             return (x, v);
@@ -153,8 +152,7 @@ impl<S: Scalar> Pair<'_, S> {
         [line.along(&left), line.along(&right)]
     }
 
-    /// Components of the unit vector from the left centre to the right one: along the path of the left (0) or the right
-    /// (1) ball, and away from its pivot.
+    /// Components of the [`Line`] along the path of the left (0) or right (1) ball, and away from its pivot.
     pub fn parts_of(&self, side: usize, places: [&Place<S>; 2]) -> [S; 2] {
         if !self.balls[0].on_arc {
             return [S::from(1.0), S::default()];
@@ -187,9 +185,8 @@ impl<S: Scalar> Pair<'_, S> {
         line.along(&l) * left - line.along(&r) * right + (round - across * across / distance)
     }
 
-    /// Whether the right ball lies beyond the line from the left centre to the right pivot. At one distance from the
-    /// left centre the arc has two places, one on either side of that line. Balls that hang side by side are not beyond
-    /// it; balls that swing far out to both sides may be.
+    /// Whether the right ball lies beyond the line from the left centre to the right pivot; for one overlap it has a
+    /// place on either side. Only balls that swing far out to both sides may be beyond, not those side by side.
     pub fn is_beyond(&self, places: [S; 2]) -> bool {
         self.parts_along(places)[1].value() < 0.0
     }
@@ -197,10 +194,9 @@ impl<S: Scalar> Pair<'_, S> {
     /// Place of the right ball (m) for the place `left` and the `overlap` (m), [beyond](Self::is_beyond) that line or
     /// not. NaN if there is none within 90 degrees.
     ///
-    /// With the right ball at the angle of the left one, let V be the vector between the centres, l its component along
-    /// the path and o that away from the pivot of the right ball. Turned from there by an angle whose half has the
-    /// tangent t, the right ball is at the distance D (law of cosines): `(L - o + c) t^2 + l t + c = 0` with
-    /// `c = (V^2 - D^2) / (4 L)`.
+    /// With the right ball at the angle of the left one, the vector V between the centres has the components l along
+    /// the path of the right ball and o away from its pivot. Turned further by an angle whose half has the tangent t,
+    /// the right ball is at the distance D (law of cosines): `(L - o + c) t^2 + l t + c = 0` with `c = (V^2 - D^2) / (4 L)`.
     pub fn place_beside(&self, left: S, overlap: S, beyond: bool) -> S {
         let Self { balls: [_, ball], law } = self;
         if !ball.on_arc {
@@ -249,14 +245,12 @@ impl Pair<'_> {
         beyond(0, -1.0) || beyond(1, 1.0)
     }
 
-    /// Place of the left ball less that of the right one (m). On a line it follows from the overlap, which has more
-    /// digits.
+    /// Place of the left ball less the right one's, m; on a line from the overlap, which has more digits.
     pub fn apart(&self, [left, right]: [f64; 2], overlap: f64) -> f64 {
         if self.balls[0].on_arc { left - right } else { overlap + self.law.clearance }
     }
 
-    /// Change of the overlap (m) when the balls move by `moves` (m) from `places`, with the relative accuracy of the
-    /// moves.
+    /// Change of the overlap (m) by `moves` (m) from `places`, with the relative accuracy of the moves.
     #[inline]
     pub fn change_of_overlap(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
         if self.balls[0].on_arc { self.change_along_arcs(places, moves) } else { moves[0] - moves[1] }

@@ -1,5 +1,43 @@
 //! The damping laws of contacts. Each adds `C (d / d_ref)^s r` to the elastic force `k d (d / d_ref)^(p-1)`, for an
 //! overlap d > 0 and its rate r. [`contact`](super::contact) and [`forces`](super::forces) compute the forces.
+//!
+//! # A new law
+//!
+//! A damping law of this form needs a variant of [`DampingLaw`], with arms in [`Parameters::contacts_lose`] and
+//! [`Damping::selected`]; C = 0 means no damping. A new exponent s is a variant of [`Growth`]: the compiler then asks
+//! for arms in `contact.rs` and `forces.rs`. A new coefficient is one more parameter, whose name goes into
+//! `LOSS_PARAMETERS` of the table of variables. The methods use these functions of a
+//! [`ContactLaw`](super::ContactLaw):
+//!
+//! - outputs, `bdf`, `adams` and `rk4`: `force`; `bdf` and peaks also `force_slopes`;
+//! - series and derivatives by time: `force_series`, `unclipped_force`, `sign_of_force`, `damping_coefficient`, and, to
+//!   an order of magnitude, `relaxation_time` and `largest_negligible_overlap`;
+//! - Gauss collocation: `unclipped_forces`, `damping_forces`, `sign_of_force`, `branch_exponents` and `relaxes_within`;
+//!   at the start of a step `unclipped_force` and `force_slopes`;
+//! - implicit collocation: `continued`; where it is `None`, only steps that stay at d > 0 succeed;
+//! - natural modes: `is_linear` and `damping_coefficient`; the impact of two: `is_elastic`;
+//! - events: `mode_when_closed` and `clips`.
+//!
+//! Clipping follows from `sign_of_force`, `(d / d_ref)^(p-s) + b r`, because rounding may change the sign of the
+//! computed force where the elastic force almost vanishes.
+//!
+//! A new elastic law needs arms in `elastic_force`, `elastic_energy`, `elastic_continued`, `power`, `force_series`,
+//! `unclipped_forces`, `whole_exponent`, `branch_exponents`, `static_overlap` (finite even where nothing balances the
+//! force, because scales of velocities follow from it) and `largest_overlap` (to a few digits). Under a power law the
+//! deepest contact is the stiffest, and many scales rest on that. The following places assume a power law; each needs
+//! an arm for the new law or must refuse it:
+//!
+//! - `is_linear`, [`Damping::selected`], `sign_of_force` and `damping_for`; `largest_negligible_overlap` and
+//!   `relaxation_time`, which use inverse powers; `relaxes_within`, which takes force times overlap as p + 1 times
+//!   the energy;
+//! - `PairImpact::new` and `along_arcs`, which ask only whether the law is elastic; `law_derivatives` of the tape;
+//! - Gauss collocation, for which a step that suits the largest overlap suits all smaller ones. A slope that changes
+//!   within much less than the largest overlap needs a limit where a step is planned (`Planner::new`) and one at its
+//!   nodes (`conclude` returns `TooLong`), or all nodes may lie beyond the change. `SENSITIVITY` and the forecasts of
+//!   `plan.rs` use the exponent;
+//! - `Cluster::describe`: by implicit collocation, undamped contacts that ring by a small part of the largest speed
+//!   lose 1e-10 of the energy;
+//! - `Dynamics::new`, whose scale of overlaps is `largest_overlap`: `adams` and `bdf` may lose two digits.
 
 use super::parameters::{DampingLaw, Parameters};
 use crate::solver::dual::Scalar;

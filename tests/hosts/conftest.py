@@ -12,11 +12,12 @@ from pathlib import Path
 
 import newtons_cradle as nc
 import pytest
-from checkout import FMU
 from fmi3_host import Cradle
 from newtons_cradle import files, testing
 from newtons_cradle.page import PageError, save_page
 from newtons_cradle.views import from_fmu
+
+from checkout import FMU
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(sys.executable).parent  # the virtual environment's programs

@@ -3,7 +3,7 @@
     python python_hosts.py HOST REQUEST
 
 REQUEST is JSON with the arguments of the functions below: the path of the FMU, the step (s), the number of steps, and
-names of outputs. Ends with code 77 if the package cannot be imported; requirements.txt says how to install it.
+names of outputs. Ends with code 77 if the package cannot be imported; checkout/requirements/hosts.txt says how to install it.
 """
 
 import contextlib

@@ -1,6 +1,6 @@
 """The hosts on trial: the cases of the package in every host that is installed, as a table of verdicts.
 
-.venv/bin/python tests/hosts/trial.py [FMU]      prints the table of docs/hosts.md
+.venv/bin/python tests/hosts/trial.py [FMU]      prints the table of docs/makers/hosts.md
 """
 
 import json

@@ -28,7 +28,7 @@ pub const STEP_SIZE: f64 = 0.01;
 /// The prose and the fixed attributes.
 const TEMPLATE: &str = include_str!("../../../modelDescription.xml.in");
 /// The same for FMI 3.0.
-const TEMPLATE_OF_FMI3: &str = include_str!("../../../modelDescription.fmi3.xml.in");
+const TEMPLATE_OF_FMI3: &str = include_str!("../../fmi3/modelDescription.xml.in");
 
 /// Namespace of the GUIDs: any constant, but never another one.
 const NAMESPACE: uuid::Uuid = uuid::Uuid::from_u128(0x6c1f_9a52_54f0_4b0e_9c4e_27a5_8d31_70b6);

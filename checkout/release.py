@@ -1,9 +1,8 @@
-#!/usr/bin/env python3
 """Makes the files of a release in target/dist.
 
-    python3 packaging/release.py fmus       the FMU for all platforms, one for each preset, and the page
-    python3 packaging/release.py programs   for this machine, with what `fmus` has left there: wheel, cradle-fmu
-    python3 packaging/release.py finish     when all files are in target/dist: bill of materials, SHA256SUMS
+    python3 -m checkout.release fmus       the FMU for all platforms, one for each preset, and the page
+    python3 -m checkout.release programs   for this machine, with what `fmus` has left there: wheel, cradle-fmu
+    python3 -m checkout.release finish     when all files are in target/dist: bill of materials, SHA256SUMS
 
 .github/workflows/release.yml calls it, and you can, too.
 """
@@ -19,8 +18,8 @@ import tomllib
 import zipfile
 
 from checkout import ALL, ENGINE, FMU, LIVE, PRODUCER, PYTHON, ROOT, Stop, fmu_build, make_venv, run, rustc, say
-from make_wheel import FOLDER, SCRIPTS
-from platforms import PLATFORMS
+from checkout.platforms import PLATFORMS
+from checkout.wheel import FOLDER, SCRIPTS
 
 DIST = ROOT / "target/dist"
 VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
@@ -31,11 +30,11 @@ TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.
 def fmus() -> None:
     """An FMU of the default cradle and one for each preset, all checked; the page without a recording."""
     make_venv(ALL)
-    run([sys.executable, "web/build.py", "--out", DIST / LIVE.name])
+    run([sys.executable, "cradle.py", "page", "--out", DIST / LIVE.name])
     run(["cargo", "build", "--package", "cradle-packaging"])
     command, environment = fmu_build(PRODUCER)
     run(command, env=environment)
-    run([sys.executable, "packaging/platforms.py"], env=environment)
+    run([sys.executable, "-m", "checkout.platforms"], env=environment)
     given = ROOT / "target/fmu/platforms" / FMU.name
     # The binaries that `cradle.py test --all` runs are hardly optimised.
     run([PYTHON, "-m", "pytest", "tests/hosts/test_platforms.py", "--fmu", FMU])
@@ -55,7 +54,7 @@ def programs() -> None:
     make_venv(ALL)
     page = DIST / LIVE.name
     if not page.is_file():
-        raise Stop(f"{page} is missing: `release.py fmus` makes it and the FMU.")
+        raise Stop(f"{page} is missing: `python3 -m checkout.release fmus` makes it and the FMU.")
     ENGINE.parent.mkdir(parents=True, exist_ok=True)
     parts = re.findall(r'<script type="text/plain".*?</script>', page.read_text(encoding="utf-8"), re.DOTALL)
     ENGINE.write_text("\n".join(parts), encoding="utf-8")
@@ -79,7 +78,7 @@ def finish() -> None:
     if re.match(r"v\d", tag) and tag != f"v{VERSION}":
         raise Stop(f"the tag {tag} does not match the version in Cargo.toml, {VERSION}.")
     make_venv(ALL)
-    run([PYTHON, "packaging/sbom.py", DIST / f"newtons-cradle-{VERSION}.cdx.json"])
+    run([PYTHON, "-m", "checkout.sbom", DIST / f"newtons-cradle-{VERSION}.cdx.json"])
     files = sorted(path for path in DIST.iterdir() if path.name != "SHA256SUMS")
     lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
     (DIST / "SHA256SUMS").write_text("".join(lines), newline="\n")

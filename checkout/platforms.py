@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """Makes target/fmu/platforms/NewtonsCradle.fmu: one FMU with a binary for each platform that this machine
 can compile for.
 
-    python3 packaging/platforms.py [--to-test] [PLATFORM...]
+    python3 -m checkout.platforms [--to-test] [PLATFORM...]
 
 It needs `cargo build --package cradle-packaging`, and reuses the binary of target/fmu/NewtonsCradle.fmu, which is for
 this machine. For the other platforms it takes the

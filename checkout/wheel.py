@@ -1,4 +1,4 @@
-"""Builds the contents of the wheel. pyproject.toml says where they go, wheel_hook.py the wheel's platform."""
+"""Builds the contents of the wheel. pyproject.toml says where they go, packaging/wheel_hook.py the wheel's platform."""
 
 import shutil
 import sys
@@ -38,7 +38,7 @@ def make_wheel(fmu: Path | None) -> int:
             (PACKAGE / FMU.name).write_bytes(given)
     with stage("3/3 wheel"):
         if not ENGINE.exists():
-            run([sys.executable, "web/build.py", "--or-skip"])
+            run([sys.executable, "cradle.py", "page", "--or-skip"])
         if ENGINE.exists():
             shutil.copyfile(ENGINE, PACKAGE / ENGINE.name)
         # zig has linked for glibc 2.17, whichever version this machine has.
@@ -48,5 +48,5 @@ def make_wheel(fmu: Path | None) -> int:
         say(f"  pip install '{wheel.relative_to(ROOT)}[plot]'   ({wheel.stat().st_size / 1e6:.1f} MB)")
     if not ENGINE.exists():
         say("!! This wheel has no engine for browsers: `cradle-fmu live` will not work. `rustup target add")
-        say("!! wasm32-unknown-unknown` and `python3 web/build.py` make it; then make the wheel again.")
+        say("!! wasm32-unknown-unknown` and `python3 cradle.py page` make it; then make the wheel again.")
     return 0

@@ -1,4 +1,5 @@
-"""Common parts of cradle.py's commands: the virtual environment, FMUs, programs run with progress shown."""
+"""What works on a checkout: cradle.py's commands, releases, binaries for other platforms. Here is what they have in
+common: paths, the virtual environment, FMUs, programs run with progress shown."""
 
 import hashlib
 import os
@@ -21,11 +22,9 @@ FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
 ENGINE = LIVE.with_name("engine.html")  # for browsers, as a part of a page
 # Packages for the paper, for the short test, and for everything; each file includes those before it.
-REQUIREMENTS = SOME, TESTS, ALL = [
-    ROOT / name for name in ("requirements.txt", "requirements-test.txt", "requirements-all.txt")
-]
+REQUIREMENTS = SOME, TESTS, ALL = [ROOT / f"checkout/requirements/{name}.txt" for name in ("paper", "test", "all")]
 # Linkers, which come with ALL; pip wants their hashes, and takes hashes for all of a call or for none.
-LINKERS = ROOT / "packaging/linkers.txt"
+LINKERS = SOME.with_name("linkers.txt")
 LANE = threading.local()  # its `name`: the lane that a thread runs, printed in front of its lines
 
 

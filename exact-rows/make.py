@@ -1,8 +1,8 @@
 """Computes the exact results of the benchmark for the rows in cases.json: `results` and `order` there, and cases.csv.
 
-    python3 benchmark/make.py [CASE ...]
+    python3 exact-rows/make.py [CASE ...]
 
-A new case is a line there with the other fields (docs/benchmark.md), and a `stop` behind the last release. All cases
+A new case is a line there with the other fields (docs/makers/exact-rows.md), and a `stop` behind the last release. All cases
 take a quarter of an hour on two idle cores; with names, only these are computed. It needs g++ with libquadmath, and
 numpy. Each row is computed twice in quadruple precision, by Taylor series (exact/taylor.cpp) and by extrapolation
 (exact/gragg.cpp), rigid ones in fractions and in decimals (rigid.py); then again with each start value changed by 1e-16

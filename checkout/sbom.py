@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Writes the bill of materials of a release in the format CycloneDX.
 
-    .venv/bin/python packaging/sbom.py FILE.json
+    .venv/bin/python -m checkout.sbom FILE.json
 
 Two components contain third-party code: the FMU's library, which the page's engine is as well, and the program
 cradle-fmu. Cargo says what is linked into them.
@@ -13,14 +12,15 @@ from datetime import UTC, datetime
 from os import environ
 from uuid import NAMESPACE_URL, uuid5
 
-from checkout import ROOT
 from cyclonedx.model import HashAlgorithm, HashType
 from cyclonedx.model.bom import Bom, BomMetaData
 from cyclonedx.model.component import Component, ComponentType
 from cyclonedx.model.license import LicenseExpression
 from cyclonedx.output.json import JsonV1Dot6
-from licences import STD, linked_into
 from packageurl import PackageURL
+
+from checkout import ROOT
+from checkout.licences import STD, linked_into
 
 # This project's packages that become binaries, and their types.
 PROGRAMS = {"newtons-cradle": ComponentType.LIBRARY, "cradle-packaging": ComponentType.APPLICATION}
