@@ -104,7 +104,7 @@ impl<V: Version> Component<V> {
     pub(crate) unsafe fn call_host<T>(c: *mut c_void, host: impl FnOnce(&V) -> T) -> Option<T> {
         // SAFETY: as the caller promises.
         let component = unsafe { Self::from_raw(c) }?;
-        // The host may ask for the same meanwhile, and be refused.
+        // Meanwhile the host may try another step. It is refused, but also passes here: the flag must stay set.
         let before = component.calling_host.replace(true);
         let done = host(&component.callbacks);
         component.calling_host.set(before);

@@ -140,7 +140,7 @@ mod registers {
                 let (mut control, mut status) = (0_u16, 0_u16);
                 // SAFETY: writes these two bytes only.
                 unsafe { asm!("fnstcw [{}]", in(reg) &raw mut control, options(nostack, preserves_flags)) };
-                // SAFETY: as above.
+                // SAFETY: writes the two bytes of `status` only.
                 unsafe { asm!("fnstsw [{}]", in(reg) &raw mut status, options(nostack, preserves_flags)) };
                 Self { control, flags: status & FLAGS }
             }

@@ -52,7 +52,7 @@ pub(super) struct InstanceState {
     /// setting changes.
     #[serde(skip)]
     pub(super) simulation: Option<Simulation>,
-    /// The run in model exchange, built and dropped in the same way.
+    /// The run in model exchange, built and dropped like `simulation`.
     #[serde(skip)]
     pub(super) exchange: Option<Exchange>,
     /// Derivatives of the inputs by time over the next step, from the first on; those beyond are zero.

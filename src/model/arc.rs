@@ -196,7 +196,7 @@ impl<S: Scalar> Pair<'_, S> {
     ///
     /// With the right ball at the angle of the left one, the vector V between the centres has the components l along
     /// the path of the right ball and o away from its pivot. Turned further by an angle whose half has the tangent t,
-    /// the right ball is at the distance D (law of cosines): `(L - o + c) t^2 + l t + c = 0` with `c = (V^2 - D^2) / (4 L)`.
+    /// that ball is at the distance D (law of cosines): `(L - o + c) t^2 + l t + c = 0` with `c = (V^2 - D^2) / (4 L)`.
     pub fn place_beside(&self, left: S, overlap: S, beyond: bool) -> S {
         let Self { balls: [_, ball], law } = self;
         if !ball.on_arc {
@@ -295,7 +295,7 @@ impl Pair<'_> {
     }
 }
 
-/// Overlap of two neighbours (m), its rate (m/s) and acceleration (m/s2), from the same of
+/// Overlap of two neighbours (m), its rate (m/s) and acceleration (m/s2), from the value and derivatives of
 /// `G = (touch^2 - D^2) / (2 touch)`, where `touch` (m) is the distance of the centres at first contact.
 pub(crate) fn overlap_of_approach<S: Scalar>([g, rate, bend]: [S; 3], touch: S) -> [S; 3] {
     let (one, two) = (S::from(1.0), S::from(2.0));

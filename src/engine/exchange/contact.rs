@@ -18,8 +18,8 @@ pub(super) struct Reached {
 }
 
 impl Reached {
-    /// The largest force on a step from `before` to here: that of the polynomial of order 4 through the forces and
-    /// rates at both ends that has the step's impulse. A host need not report all steps of its solver, so one step may
+    /// The largest force on a step from `before` to here, by the polynomial of order 4 that has the forces and rates at
+    /// both ends and the step's impulse. A host need not report all steps of its solver, so one step may
     /// hold a whole pulse.
     fn peak_since(&self, before: &Self) -> Peak {
         let h = self.time - before.time;

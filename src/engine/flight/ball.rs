@@ -68,8 +68,8 @@ impl Ball {
         self.model.on_arc.then(|| self.piece(t, say))
     }
 
-    /// Applies `say` to the part of its flight that holds at the time `t` or, after at most so many series on the way
-    /// there, to the part reached; the flag tells which.
+    /// Goes on by at most so many series to the part of its flight for the time `t`. Applies `say` to the part reached,
+    /// and to whether that is the one for `t`.
     #[inline(always)]
     fn go_on<T>(&self, t: DoubleDouble, most: u64, say: impl FnOnce(&Piece, bool) -> T) -> T {
         let (mut known, origin) = (self.pieces.borrow_mut(), (self.anchor, self.flight, self.starts_long));
@@ -195,8 +195,8 @@ impl Ball {
             return pendulum;
         }
         let drag = 2.0 * model.gamma * displacement;
-        // The impulse of the inputs less the change of momentum is the same. Where pendulum and drag nearly cancel, its
-        // terms are the smaller ones.
+        // The impulse of the inputs less the change of momentum equals the sum of both. If they nearly cancel, it has
+        // the smaller terms.
         let given = if N < BASIS { flight.forcing[0] * tau } else { integral_of(&flight.forcing, tau) };
         let small = given.abs() + v.abs() + flight.v.abs() < pendulum.abs() + drag.abs();
         if small && self.interaction.is_none() { given - (v - flight.v) } else { pendulum + drag }

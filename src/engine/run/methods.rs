@@ -34,7 +34,8 @@ fn scenes() -> Vec<(Method, Parameters, f64, f64)> {
     ]
 }
 
-/// Without any one method the others give the same result. As the methods share no equation of contact, all are right.
+/// Without any one method the others give the same result. The methods share no equation of contact, so agreement shows
+/// that each is right.
 #[test]
 fn each_method_can_do_without_the_others() {
     for (own, p, force, end) in scenes() {

@@ -60,8 +60,7 @@ impl Tape {
         (start, changes, cradle)
     }
 
-    /// Derivatives of the outputs at the end along a direction of parameters and inputs; without that of the next
-    /// onset.
+    /// Derivatives of the outputs at the end along a direction of parameters and inputs; the next onset is left out.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let (mut state, changes, last) = self.changes((Some(tangent), inputs));
         for (tuning, part) in &self.parts {

@@ -3,8 +3,8 @@
 //! Changes `g` of the accelerations at the nodes move a ball by `h^2 Q2 g` and change its velocity by `h Q1 g` (see
 //! [`gauss`](crate::solver::gauss)); these change the accelerations by `T g`. So `g = known + T g`, where `known` has
 //! all other causes. An explicit step is short enough for the Neumann series, `g = known + T known + T T known + ...`.
-//! The derivatives of a number by what is known follow likewise, with the transposed `T`. Stiff equations are solved at
-//! once, on the nodes of an implicit step.
+//! With the transposed `T`, such a series also gives the derivatives of a number by `known`. Stiff equations are solved
+//! at once, on the nodes of an implicit step.
 
 use std::fmt::Debug;
 use std::sync::LazyLock;

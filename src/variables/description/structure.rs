@@ -154,7 +154,7 @@ struct Known {
 #[derive(Clone, Copy)]
 enum Reach {
     All,
-    /// Those of the same ball or contact.
+    /// Variables of its own ball or contact.
     Own,
     /// Also those of the balls next to this one.
     Beside,

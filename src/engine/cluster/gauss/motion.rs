@@ -249,7 +249,6 @@ impl GaussStep {
         self.stretching
     }
 
-    /// Whether balls move on arcs.
     pub(super) fn on_arcs(&self) -> bool {
         !self.arcs.models.is_empty()
     }

@@ -49,8 +49,8 @@ const SMALL_ANGLE: f64 = 1e-3;
 /// times the time to it. Guarded by `contacts_at_the_start` and `balls_that_rattle`.
 const BEYOND: f64 = 8.0;
 
-/// The next plan; or the length of the step (s; 0 if a contact switches at its start) and that of the next one, `None`
-/// if the motion is left to another method.
+/// The next plan; or the lengths (s) of this step, 0 if a contact switches at its start, and of the next; `None` if the
+/// motion is left to another method.
 pub(super) type Decision = ControlFlow<Option<(f64, f64)>, Plan>;
 
 pub(super) struct Planner<'a> {

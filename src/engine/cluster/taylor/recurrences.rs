@@ -270,9 +270,8 @@ fn negligible_overlap(j: usize, window: &Window<'_>, dv: f64, scale: f64) -> f64
     0.0
 }
 
-/// A time (s) within a few powers of ten of the radius of convergence: that of the fastest contact; or in which an
-/// overlap vanishes that is not `negligible`, because its power is singular there; without contact, that of the
-/// pendulums.
+/// A time (s) within a few powers of ten of the radius of convergence: the time unit of the fastest contact, or of the
+/// pendulums without contact; less if an overlap that is not `negligible` vanishes sooner, where its power is singular.
 fn unit_of_time(window: &Window<'_>, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
     let swing = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
     let swing = window.models.iter().map(swing).fold(0.0, f64::max);
