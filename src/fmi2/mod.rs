@@ -86,7 +86,7 @@ mod tests {
         let mut inner = fmi2Status::fmi2OK;
         let outer = reset(c, |_| {
             inner = reset(c, |_| {});
-            unsafe { Component::<Fmi2>::free(c) }; // Left alone.
+            unsafe { Component::<Fmi2>::free(c) }; // Ignored during a call.
         });
         assert_eq!((outer, inner), (fmi2Status::fmi2OK, fmi2Status::fmi2Error));
         assert_eq!(reset(c, |_| {}), fmi2Status::fmi2OK);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// `hi + lo` with `|lo|` at most half a unit in the last place of `hi`.
 ///
-/// The order is that of the value: for normalised pairs it is the lexicographic one.
+/// The order is lexicographic, which for normalised pairs is the order of the values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct DoubleDouble {
     hi: f64,

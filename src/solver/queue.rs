@@ -27,7 +27,8 @@ impl EventQueue {
         Some((self.time[key], key)).filter(|(time, _)| time.value() < f64::INFINITY)
     }
 
-    /// Enters `key` at `time`, in place of its old entry if any. NaN comes first, as minus infinity, to be noticed.
+    /// Enters `key` at `time`, in place of its old entry if any. NaN becomes minus infinity: it comes first and is
+    /// noticed.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {
         self.time[key] = if time.value().is_nan() { f64::NEG_INFINITY.into() } else { time };
         let (mut place, mut earlier) = (self.time.len() + key, (self.time[key], key as u32));

@@ -1,4 +1,4 @@
-//! The file in the FMU's resources by which the producer tells the instance n and changed start values.
+//! The file in the FMU's resources that tells an instance n and the changed start values.
 
 use std::collections::BTreeMap;
 use std::fmt::Formatter;
@@ -40,7 +40,7 @@ pub enum StartValue {
     Item(String),
 }
 
-/// The start values of a file, which gives none twice.
+/// Reads the start values of a file, none of which may be given twice.
 fn each_once<'de, D: Deserializer<'de>>(file: D) -> Result<BTreeMap<String, StartValue>, D::Error> {
     struct Each;
 
@@ -94,7 +94,7 @@ impl Recipe {
         text
     }
 
-    /// The start values, checked as by setters.
+    /// The settings with these start values, checked as setters check them.
     pub fn settings(&self) -> Result<Settings, Refusal> {
         let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");
         let known = (MIN_BALLS..=MAX_BALLS).contains(&self.balls);

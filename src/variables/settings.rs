@@ -8,16 +8,16 @@ use crate::model::{Inputs, Parameters, enumerations};
 pub const MIN_BALLS: usize = 1;
 /// Largest number of balls; every index fits into a value reference.
 pub const MAX_BALLS: usize = 10_000;
-/// Number of balls without resources.
+/// Number of balls of an FMU without resources.
 pub const DEFAULT_BALLS: usize = 5;
 
 /// What an instance does for its host.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
-    /// It solves the equations.
+    /// The instance solves the equations.
     #[default]
     CoSimulation,
-    /// The host solves them.
+    /// The host solves the equations.
     ModelExchange,
 }
 
