@@ -335,7 +335,7 @@ mod tests {
 
     /// Includes vanishing terms: for p = 3 the one linear in beta, for p = 5 the one linear in alpha.
     #[test]
-    fn expansion_agrees_with_quadrature() {
+    fn pair_impact_expansion_agrees_with_quadrature() {
         let disturbances =
             [(0.0, 0.0), (0.0, 9e-4), (0.0, -9e-4), (9e-4, 0.0), (1e-4, 2e-4), (3e-4, -6e-4), (1e-30, 1e-5)];
         for p in [1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0] {

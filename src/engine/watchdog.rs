@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_given_up_where_all_looks_in_a_row_are_hopeless() {
+    fn watchdog_gives_up_after_hopeless_looks_in_a_row() {
         let look = Watchdog::LOOK + 4 * Watchdog::LOOK_OF_A_CONTACT;
         // At this pace a look comes after 1 s, and the end after 4e12 units.
         let (error, reports) = watch(look, std::iter::repeat_n(1.0, 8));

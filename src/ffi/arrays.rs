@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_in_a_message_is_expanded() {
+    fn message_with_percent_signs_is_not_expanded() {
         let message = |format| log_line(LogCategory::Error, "100 %s of #r1#\0!", format)[1].clone();
         assert_eq!(
             (message(true).as_c_str(), message(false).as_c_str()),

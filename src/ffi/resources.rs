@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_description_is_no_other() {
+    fn resources_description_is_recognised() {
         let (five, six) = (Recipe::default(), Recipe::new(6));
         let settings = five.settings().unwrap();
         let [fmi2, fmi3] = [Description::of(&settings), Description::fmi3(&settings)].map(|own| own.guid());
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn every_host_is_understood() {
+    fn resources_location_of_every_host_is_understood() {
         for location in ["file:///a/r", "file:/a/r", "file:////a/r", "file://localhost/a/r", "FILE:///a/r", "/a/r"] {
             assert_eq!(on(false, location), ["/a/r"], "{location}");
         }
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_is_understood() {
+    fn resources_location_on_windows_is_understood() {
         for location in ["file:///C:/a/r", "file:/C:/a/r", "file:////C:/a/r", "file://C:/a/r", "file:///C|/a/r"] {
             assert_eq!(on(true, location), ["C:/a/r"], "{location}");
         }
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn other_places_are_refused() {
+    fn resources_location_elsewhere_is_refused() {
         for location in ["http://example.org/r", "file:r", "file://elsewhere/r"] {
             assert!(folders(location.as_bytes(), false).unwrap_err().to_string().contains("allowed: "), "{location}");
         }

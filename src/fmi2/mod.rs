@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_fatal_and_the_instance_can_only_be_freed() {
+    fn panic_is_fatal_and_the_instance_can_only_be_freed() {
         let lines = Rc::new(RefCell::new(Vec::new()));
         let kept = lines.clone();
         let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_call_from_within_a_call_is_refused() {
+    fn call_from_within_a_call_is_refused() {
         let c = component(Log::new(None, false, true));
         let mut inner = fmi2Status::fmi2OK;
         let outer = reset(c, |_| {

@@ -211,7 +211,7 @@ mod tests {
     use crate::engine::Peak;
 
     #[test]
-    fn the_text_is_bounded_and_has_the_last_pulses() {
+    fn pulses_text_is_bounded_and_has_the_last_pulses() {
         let mut pulses = Pulses::default();
         let value = -1.234_567_890_123_456_7e-300;
         for contact in 0..10_000 {

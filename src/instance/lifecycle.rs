@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tolerance_only_tightens() {
+    fn tolerance_only_tightens() {
         assert_eq!(with(1e-4).tighten(1e-12), 1e-12);
         assert_eq!(with(1e-13).tighten(1e-12), 1e-13);
         assert_eq!(with(1e-20).tighten(1e-12), 1e-14);

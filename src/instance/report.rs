@@ -104,7 +104,7 @@ mod tests {
     use crate::instance::Kind;
 
     #[test]
-    fn a_step_that_takes_long_is_logged_and_not_too_often() {
+    fn long_step_is_logged_and_not_too_often() {
         let lines = Rc::new(RefCell::new(Vec::new()));
         let kept = lines.clone();
         let sink = move |severity, category, text: &str| kept.borrow_mut().push((severity, category, text.to_owned()));

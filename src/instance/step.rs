@@ -276,7 +276,7 @@ mod tests {
     use crate::variables::Settings;
 
     #[test]
-    fn a_refused_step_changes_nothing() {
+    fn refused_step_changes_nothing() {
         let mut settings = Settings::default_for(2);
         settings.slopes.support_acceleration = 1e308;
         let purpose = Purpose { fmi3: true, ..Purpose::default() };

@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_follows_from_that_beside_and_the_overlap() {
+    fn arc_position_follows_from_a_neighbour_and_the_overlap() {
         let mut beyond_some = false;
         each(|pair, [left, right], beyond| {
             let overlap = pair.overlap([left, right]);
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn there_is_no_place_beyond_90_degrees_or_out_of_reach() {
+    fn arc_position_beyond_90_degrees_or_out_of_reach_does_not_exist() {
         let cradle = cradle([1.0, 0.5]);
         let pair = cradle.pair(0);
         // Centres closer than 0 apart, and distances too short and too long for the arc.
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_of_a_place_are_differences() {
+    fn arc_position_derivatives_agree_with_differences() {
         each(|pair, [left, right], beyond| {
             let (overlap, part) = (pair.overlap([left, right]), pair.parts_along([left, right])[1]);
             // Derivatives by the left place, the overlap and the right length in turn.
@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn the_acceleration_of_an_overlap_is_that_along_the_motion() {
+    fn arc_overlap_acceleration_is_that_along_the_motion() {
         each(|pair, places, _| {
             let ([u, w], [a, b], h) = ([0.7, -0.4], [0.3, 1.1], 1e-4);
             let at = |t: f64| {

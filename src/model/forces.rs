@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn open_contacts_have_none_and_nan_stays() {
+    fn force_of_an_open_contact_is_zero_and_nan_stays() {
         let grown = [Growth::Force, Growth::Stiffness, Growth::RootOfStiffness];
         let dampings = grown.map(|growth| Damping { coefficient: 1e3, growth, clipped: true });
         for (damping, exponent) in

@@ -141,7 +141,7 @@ mod tests {
 
     /// From a start above 0 that falls, only a rise above the start is a crossing.
     #[test]
-    fn a_crossing_exceeds_the_start() {
+    fn crossing_exceeds_the_start() {
         for c in [[1e-3, 0.0, 0.0, -1.0, 2.0], [1e-3, 0.0, -1.0, 2.0, 0.0], [0.0, 0.0, 0.0, -1.0, 2.0]] {
             let found = first_positive(&c, 1.0, 0.0, 1.0);
             assert!(found.is_some_and(|t| (t - 0.5).abs() < 1e-9), "{c:?}: {found:?}");
@@ -150,7 +150,7 @@ mod tests {
 
     /// A coefficient that is not a finite number gives no false crossing, and the search ends.
     #[test]
-    fn what_is_no_number_gives_none() {
+    fn crossing_of_nan_is_none() {
         for (k, strange) in (0..12).flat_map(|k| [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX].map(|c| (k, c)))
         {
             let mut c = wave(0.5, 1.9, -1.4);
@@ -171,7 +171,7 @@ mod tests {
 
     /// Near 0 the steps become ever shorter, down to 1e-17 of the interval.
     #[test]
-    fn crossings_right_after_the_start() {
+    fn crossing_right_after_the_start_is_found() {
         for exponent in [-1, -10, -30, -100, -300] {
             let gap = libm::exp10(f64::from(exponent));
             // t^2 - gap, and t^3 - gap, which turns only after the crossing.
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_crossing_of_many_waves() {
+    fn crossing_of_many_waves_is_the_first() {
         for (omega, phase) in [(0.7, 0.1), (1.9, -1.4), (3.7, 1.0), (3.7, 3.0), (3.7, -3.0)] {
             for level in [-0.99, -0.3, 0.0, 0.3, 0.9, 0.999_999, 1.000_001] {
                 // It rises through the level where the phase is the arc sine, after the start.

@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_root_has_the_digits_of_two_doubles() {
+    fn double_double_root_has_the_digits_of_two_doubles() {
         let (root, two) = (DoubleDouble::from(2.0).sqrt(), DoubleDouble::from(2.0));
         for off in [root * root - two, root * 3.0 - (root + root + root)] {
             assert!(off.value().abs() < 1e-31, "{off:?}");

@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn they_are_those_of_libm() {
+    fn powers_by_roots_are_those_of_libm() {
         for exponent in [-0.9, -1e-4, f64::MIN_POSITIVE, 1e-9, 0.1, 0.25, 0.3, 0.5, 0.7, 0.9, 1.0 - f64::EPSILON] {
             for k in -1022..1024 {
                 let mantissa = 1.0 + 0.618_033_988_749_895 * f64::from(k + 1022) % 1.0;

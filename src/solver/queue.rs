@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_number_comes_first_and_ties_in_the_order_of_their_keys() {
+    fn queue_has_nan_first_and_ties_by_key() {
         let mut queue = EventQueue::new(5);
         (0..5).for_each(|key| queue.set(key, [1.0, f64::NAN, 0.0, 1.0, 0.0][key].into()));
         let keys = std::iter::from_fn(|| queue.first().map(|(_, key)| key).inspect(|key| queue.remove(*key)));

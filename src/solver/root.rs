@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn takes_no_short_step_for_a_crossing() {
+    fn root_finder_takes_no_short_step_for_a_crossing() {
         let t = search_within(&Decaying, 0.0, 10.0, &mut 1000).found().unwrap();
         assert!((t - 2.0).abs() < 1e-15, "{t}");
     }

@@ -238,7 +238,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lanes_sum_what_horner_sums() {
+    fn series_lanes_sum_as_horner() {
         let c: Vec<f64> = (0..31).map(|k| libm::sin(1.0 + k as f64)).collect();
         for count in 0..c.len() {
             let (c, t) = (&c[..count], 0.8);

@@ -133,7 +133,7 @@ mod tests {
     use crate::model::DampingLaw;
 
     #[test]
-    fn a_recipe_survives_its_file_bit_for_bit() {
+    fn recipe_survives_its_file_bit_for_bit() {
         for value in [-0.1 - 1e-17, 0.1 + 0.2, 1.0 / 3.0, f64::MIN_POSITIVE, f64::MAX, 0.702481473104] {
             let mut recipe = Recipe::new(3);
             recipe.start.insert("x_start[1]".into(), StartValue::Number(value));
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_refused() {
+    fn recipe_damage_is_refused() {
         let bad = [
             ("{\"format\":1,\"balls\":5,\"extra\":1}", "extra"),
             ("{\"format\":2,\"balls\":5}", "format 2"),

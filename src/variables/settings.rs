@@ -81,7 +81,7 @@ mod tests {
     use crate::variables::{Causality, Shape, Variable, variables};
 
     #[test]
-    fn a_part_has_the_values_of_its_balls_and_contacts() {
+    fn settings_of_a_part_are_those_of_its_balls_and_contacts() {
         let mut all = Settings::default_for(6);
         for variable in variables(6).filter(|variable| variable.row.shape != Shape::Scalar) {
             variable.set(&mut all, 0.5 + 0.01 * variable.index as f64);

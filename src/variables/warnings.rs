@@ -84,7 +84,7 @@ mod tests {
     use crate::model::{ContactModel, Parameters};
 
     #[test]
-    fn a_wrong_sign_and_a_wide_swing_are_warned_of() {
+    fn warnings_of_a_wrong_sign_and_a_wide_swing() {
         let warnings = |change: &dyn Fn(&mut Parameters)| {
             let mut settings = Settings::default_for(5);
             change(&mut settings.parameters);

@@ -183,7 +183,7 @@ mod tests {
     use super::shapes;
 
     #[test]
-    fn what_is_too_unequal_has_no_modes_here() {
+    fn modes_exist_only_for_similar_balls() {
         assert!(shapes(&[1.0, 1e-300, 2.0], &[1.0, 1.5]).is_none());
         assert!(shapes(&[1.0, 1e-30, 1.0], &[1.0, 1e300]).is_none());
         assert!(shapes(&[1.0, 1e-2, 2.0], &[1.0, 1.5]).is_some());

@@ -130,7 +130,7 @@ mod tests {
     use crate::model::Inputs;
 
     #[test]
-    fn what_has_acted_for_no_time_is_not_kept() {
+    fn history_drops_what_has_acted_for_no_time() {
         let (p, held) = (Parameters::default_for(3), HeldInputs::constant(Inputs::zero(3), 0.0));
         let stretch = |until| Stretch { until, inputs: held.clone(), tunables: p.tunables() };
         let mut history = History::default();

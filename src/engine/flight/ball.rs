@@ -293,7 +293,7 @@ mod tests {
     /// Strong gravity makes the series of a flight short. The way from the anchor is computed only once, even if
     /// results at the start of the step are asked for in between.
     #[test]
-    fn a_long_flight_is_followed_once() {
+    fn flight_over_long_times_is_followed_once() {
         let p = Parameters { pendulum: PendulumModel::Circular, gravity: 1e10, ..Parameters::default_for(1) };
         let flight = Flight { x: -0.1, v: 0.0, forcing: Forcing::default() };
         let ball = Ball::new(&Cradle::new(&p).balls[0], DoubleDouble::ZERO, flight);

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_look_takes_a_fixed_amount_of_work_and_the_next_goes_on() {
+    fn look_ahead_takes_a_fixed_amount_of_work_and_continues() {
         let pressed = Parameters { damping: 3e5, exponent: 7.3, gap: vec![-1e-6; 12], ..at_rest(13) };
         // A gap that closes slowly under drag while an input of this order grows.
         let driven = |drag: f64, order: usize| {
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_over_an_onset_costs_what_happens_in_it() {
+    fn look_ahead_adds_nothing_to_a_step_over_an_onset() {
         let costs = [5, 1000].map(|balls| {
             // One ball lifted; the wave passes from contact to contact.
             let x_start = (0..balls).map(|i| if i == 0 { -0.1 } else { 0.0 }).collect();

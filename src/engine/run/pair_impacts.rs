@@ -300,7 +300,7 @@ mod tests {
     /// Two balls without gravity collide at speeds whose squares underflow, or with a contact that lasts for ever: they
     /// move, and the number of segments of the impact is the usual one.
     #[test]
-    fn impacts_of_any_speed() {
+    fn pair_impacts_of_any_speed() {
         for (speed, exponent) in [(1.0, 10.0), (1e-30, 10.0), (1e-165, 1.0), (1e-165, 10.0), (1e-250, 1.5)] {
             let (x_start, v_start) = (vec![0.0; 2], vec![speed, 0.0]);
             let p =

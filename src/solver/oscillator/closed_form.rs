@@ -316,7 +316,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn recursion_holds_in_every_regime() {
+    fn oscillator_recursion_holds_in_every_regime() {
         for t in [1e-9, 1e-3, 0.2, 0.7, 1.9, 13.0] {
             let regimes = [(5.0, 0.0), (5.0, 0.3), (5.0, 2.3), (5.0, 40.0), (0.0, 0.0), (0.0, 0.5), (0.0, 30.0)];
             for (omega2, gamma) in regimes {

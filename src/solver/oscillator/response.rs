@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_derivative_exceeds_its_bound_from_then_on() {
+    fn oscillator_derivatives_stay_below_their_bounds() {
         let free = ForcedOscillator::new(Oscillator::new(0.0, 0.0), 1.0, 2.0);
         assert_eq!([2, 3].map(|k| free.derivative_bound(0.1, k, 1.0, 0.0)), [2.0, 0.0]);
         for gamma in [0.0, 0.3, 0.79, 0.9, 1.0, 1.1, 1.2, 1.24, 1.3, 5.0] {

@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn they_are_the_derivatives_of_the_functions() {
+    fn oscillator_sensitivities_are_derivatives() {
         for (omega2, gamma) in [(5.0, 0.0), (5.0, 0.3), (5.0, 2.3), (5.0, 40.0), (0.0, 0.0), (0.0, 0.5), (0.0, 30.0)] {
             for t in [1e-3, 0.2, 0.7, 1.9, 5.0, 13.0] {
                 let at = |omega2: f64, gamma: f64| Oscillator::new(omega2, gamma).basis::<BASIS>(t.into());

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_hold_and_let_a_settled_motion_go() {
+    fn oscillator_bounds_hold_and_let_a_settled_motion_go() {
         for (omega2, gamma) in [(5.0, 0.1), (0.0, 0.2), (0.0, 1e-3), (5.0, 30.0)] {
             let o = Oscillator::new(omega2, gamma);
             let push = [0.3, -0.2, 0.05, 0.01];

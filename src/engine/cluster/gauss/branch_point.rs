@@ -3,8 +3,8 @@
 use crate::model::ContactLaw;
 use crate::solver::Power;
 
-/// See [`BranchPoint::smoothness`]; guarded by `awkward_starts_keep_their_energy` and
-/// `balls_that_rattle_keep_their_energy_at_all_times`.
+/// See [`BranchPoint::smoothness`]; guarded by `touching_rows_keep_their_energy_from_awkward_starts` and
+/// `rattling_balls_keep_their_energy_at_all_times`.
 const ROUGH: f64 = 0.01;
 const FRACTIONAL: f64 = 0.3;
 

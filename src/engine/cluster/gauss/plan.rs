@@ -13,7 +13,7 @@ use crate::solver::{NODES, Power, Stretching, Table};
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
 /// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step
-/// 3e-14. Guarded by `balls_that_rattle_keep_their_energy_at_all_times`.
+/// 3e-14. Guarded by `rattling_balls_keep_their_energy_at_all_times`.
 const TAIL: f64 = 1.5e-10;
 const EPSILON: f64 = 1e-17;
 
@@ -46,7 +46,7 @@ const LONGEST: f64 = 0.25;
 const SMALL_ANGLE: f64 = 1e-3;
 
 /// A step feels the branch point of a contact that has just closed or is about to open if it is longer than this many
-/// times the time to it. Guarded by `contacts_at_the_start` and `balls_that_rattle`.
+/// times the time to it. Guarded by `onset_of_contacts_closed_at_the_start` and `rattling_balls_cost_little_and_keep_their_energy`.
 const BEYOND: f64 = 8.0;
 
 /// The next plan; or the lengths (s) of this step, 0 if a contact switches at its start, and of the next; `None` if the

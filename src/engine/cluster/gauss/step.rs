@@ -17,7 +17,7 @@ const STILL_CHANGING: f64 = 1e5;
 
 /// The iteration has converged if it changes overlaps by less than `CONVERGED` of their size. It also has if, at the
 /// present rate, the next change would be less, or `SENSITIVITY` p^2 times the one after it: velocities at the end are
-/// more sensitive, the more so the larger the exponent p. Guarded by `balls_that_rattle`. Changes below `NOISE` that no
+/// more sensitive, the more so the larger the exponent p. Guarded by `rattling_balls_cost_little_and_keep_their_energy`. Changes below `NOISE` that no
 /// longer fall are rounding.
 const CONVERGED: f64 = 8e-16;
 const SENSITIVITY: f64 = 7.0;
@@ -25,7 +25,7 @@ const NOISE: f64 = 2e-15;
 
 /// Rates, if forces depend on them, have converged if their next change, or the one after it with the same factor, is
 /// less than this part of the scale of velocities. Under strong damping they converge long after the overlaps. Guarded
-/// by `deep_overlaps_at_the_start_of_lossy_contacts`.
+/// by `clipped_contacts_overlapping_deeply_at_the_start`.
 const CONVERGED_RATE: f64 = 4e-15;
 
 /// Switchings are looked for once the iteration changes overlaps by no more than this part of the overlap of the
@@ -41,7 +41,7 @@ const STANDS: f64 = 1e-15;
 
 /// Factor on the error where the state at the end has fewer digits than the coefficients promise: if a step is left
 /// where a force changes its sign, or if the branch point of a second contact follows soon after the end. Guarded by
-/// `balls_that_rattle`.
+/// `rattling_balls_cost_little_and_keep_their_energy`.
 const FEWER_DIGITS: f64 = 100.0;
 
 /// Largest factor by which the iteration may lengthen the step.
