@@ -46,7 +46,8 @@ const LONGEST: f64 = 0.25;
 const SMALL_ANGLE: f64 = 1e-3;
 
 /// A step feels the branch point of a contact that has just closed or is about to open if it is longer than this many
-/// times the time to it. Guarded by `onset_of_contacts_closed_at_the_start` and `rattling_balls_cost_little_and_keep_their_energy`.
+/// times the time to it. Guarded by `onset_of_contacts_closed_at_the_start` and
+/// `rattling_balls_cost_little_and_keep_their_energy`.
 const BEYOND: f64 = 8.0;
 
 /// The next plan; or the lengths (s) of this step, 0 if a contact switches at its start, and of the next; `None` if the

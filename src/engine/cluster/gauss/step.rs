@@ -17,8 +17,8 @@ const STILL_CHANGING: f64 = 1e5;
 
 /// The iteration has converged if it changes overlaps by less than `CONVERGED` of their size. It also has if, at the
 /// present rate, the next change would be less, or `SENSITIVITY` p^2 times the one after it: velocities at the end are
-/// more sensitive, the more so the larger the exponent p. Guarded by `rattling_balls_cost_little_and_keep_their_energy`. Changes below `NOISE` that no
-/// longer fall are rounding.
+/// more sensitive, the more so the larger the exponent p. Changes below `NOISE` that no longer fall are rounding.
+/// Guarded by `rattling_balls_cost_little_and_keep_their_energy`.
 const CONVERGED: f64 = 8e-16;
 const SENSITIVITY: f64 = 7.0;
 const NOISE: f64 = 2e-15;
