@@ -1,5 +1,5 @@
-"""Commands that work on a checkout: cradle.py's, releases, binaries for other platforms. Here is what they share:
-paths, the virtual environment, building the FMU, running programs."""
+"""Commands that work on a checkout: cradle.py's, releases, binaries for other platforms. Shared here: paths, the
+virtual environment, building the FMU, running programs."""
 
 import hashlib
 import os
@@ -15,8 +15,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-# As the tests compile it, with the feature `engine`. Asked for this program alone, cargo would compile it without the
-# feature, and again for the next tests.
+# As the tests compile it, with the feature `engine`: alone, cargo would compile it without, and again for the next
+# tests.
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
@@ -47,8 +47,7 @@ def run(command: list, check: bool = True, lines: list | None = None, **options)
     Raises `Stop` if the command fails and `check` is true."""
     command = [str(part) for part in command]
     say("  $ " + " ".join(part.removeprefix(f"{ROOT}{os.sep}") for part in command))
-    # Python keeps compiled modules even if the environment says otherwise, because hundreds of programs import the
-    # same.
+    # Keeps compiled modules, whatever the environment says: hundreds of programs import the same.
     python = {"PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": ""}
     environment = os.environ | python | options.pop("env", {})
     options = {"cwd": ROOT, "env": environment} | options

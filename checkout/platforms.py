@@ -38,8 +38,8 @@ PLATFORMS = {
     "win32": ("i686-pc-windows-gnu",),
 }
 
-# Makes Cargo compile the standard library, too, with less optimisation, which saves a third of the time: what is
-# inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
+# Makes Cargo compile the standard library, too, with less optimisation, which saves a third of the time: inlined and
+# generic code is compiled with the FMU's own. No backtraces: no host shows them.
 WITH_SOURCES = """
 [unstable]
 build-std = ["std", "panic_unwind"]
@@ -158,7 +158,7 @@ def main() -> int:
         archive.extractall(FOLDER, ready)
     command = [PRODUCER, "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
     command += [f"--binary={name.split('/')[1]}={FOLDER / name}" for name in ready]
-    # Cargo's target folder: build scripts and procedural macros in it serve all targets.
+    # Cargo's target folder; all targets share its build scripts and macros.
     build = TO_TEST if options.to_test else ROOT / "target/platforms"
     # Cargo reads settings from the folder that it runs in, and from its parents.
     (build / ".cargo").mkdir(parents=True, exist_ok=True)

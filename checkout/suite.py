@@ -39,8 +39,8 @@ OF_PLATFORMS = "tests/hosts/test_platforms.py"
 COPY = ROOT / "target/another folder/newtons-cradle"
 OF_BOTH_LINKERS = ("darwin64", "win64")
 CLIPPY = "clippy-driver"
-# The environment in which clippy, if it is there, compiles the workspace, and a warning is an error. Run by itself, it
-# would look at all packages again, which costs a minute of processor time.
+# The environment in which clippy, if it is there, compiles the workspace, and a warning is an error. Run separately, it
+# would check all packages again, which costs a minute of processor time.
 LINTING = {"RUSTC_WORKSPACE_WRAPPER": CLIPPY, "CLIPPY_ARGS": "-Dwarnings"} if shutil.which(CLIPPY) else {}
 UNREACHABLE = "their database cannot be reached"  # a skip that `--strict` accepts
 
@@ -166,7 +166,7 @@ def everything(results: Results) -> None:
         results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
         # All Python hosts except those for other platforms, which need the FMU of the background.
         python_hosts(results, FMU, "--ignore", OF_PLATFORMS)
-    results.platforms.result()  # raises what the background raised
+    results.platforms.result()  # raises its exceptions
     python_hosts(results, FMU, files=OF_PLATFORMS)
 
 

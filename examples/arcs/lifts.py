@@ -36,7 +36,7 @@ def one_run(fmu: nc.Fmu, lifted: int, degrees: float, model: str) -> dict:
         run.step_to_onset(before=1e-9)
         first, speed = run.time, run["v[1]"]
         run.step_to(first + 1.5 * SWING)
-        # The balls that were hit come back; the first of them strikes hard, which tells this click from weak contacts.
+        # The balls that were hit come back; the first of them strikes hard.
         back = run.pulses[(run.pulses["contact"] == 5 - lifted) & (run.pulses["onset"] > first + 0.5 * SWING)]
         interval = back["onset"][back["impulse"] > 0.5 * back["impulse"].max()][0] - first
     with fmu.start(start | {"pendulum.model": model}) as run:

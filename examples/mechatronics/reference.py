@@ -1,4 +1,4 @@
-"""The same machine as one set of equations, integrated with tight tolerance: the reference for the coupling."""
+"""The machine as one set of equations, integrated with tight tolerance: the reference for the coupling."""
 
 import math
 from itertools import pairwise

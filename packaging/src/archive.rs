@@ -34,13 +34,12 @@ pub fn replace(path: &Path, contents: &[u8]) -> Result<(), Error> {
     let draft = target.with_file_name(format!(".{}.{}", name.to_string_lossy(), process::id()));
     let write = || {
         target.parent().map_or(Ok(()), fs::create_dir_all)?;
-        // It may be left by a process with the same number that was killed, or be a link, which would lead elsewhere.
+        // A leftover of a killed process with this number; or a link, which would lead elsewhere.
         let _ = fs::remove_file(&draft);
         fs::File::create_new(&draft)?.write_all(contents)?;
         fs::rename(&draft, &target)
     };
     write().map_err(|error| {
-        // It may not be there.
         let _ = fs::remove_file(&draft);
         failed(error)
     })

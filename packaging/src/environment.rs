@@ -54,7 +54,7 @@ pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]
         .args(arguments)
         .status()
         .map_err(|error| Error::Failure(format!("cannot run {}: {error}; {ADVICE}", python.display())))?;
-    // If a package is missing, Python prints an error of its own before.
+    // Python itself has printed which package is missing.
     if !status.success() && !succeeds(&python, &format!("import {PACKAGE}.page")) {
         let python = python.display();
         return Err(Error::Failure(format!("{python} cannot import {PACKAGE}; {ADVICE}")));

@@ -18,8 +18,8 @@ pub struct Platform {
     library: (&'static str, BinaryFormat),
 }
 
-/// Every platform that FMI 2.0 names. Since 2.0.4 it uses FMI 3.0's tuple for Linux on ARM. For macOS, hosts of FMI 2.0
-/// look in `darwin64`, whatever the processor.
+/// Every platform that FMI 2.0 names; since 2.0.4 it uses FMI 3.0's tuple for Linux on ARM. Hosts of FMI 2.0 look for
+/// macOS in `darwin64`, whatever the processor.
 pub static PLATFORMS: &[Platform] = &[
     Platform { folder: "linux64", tuples: &["x86_64-linux"], library: ("so", Elf) },
     Platform { folder: "linux32", tuples: &["x86-linux"], library: ("so", Elf) },

@@ -38,7 +38,7 @@ class OutputError(CradleError):
 
 
 def say(text: str) -> None:
-    """Prints to standard output; that the reader has closed the pipe is no error. Raises OutputError."""
+    """Prints to standard output. A closed pipe is no error. Raises OutputError."""
     try:
         print(text, flush=True)
     except OSError as problem:

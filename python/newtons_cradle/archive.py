@@ -1,4 +1,4 @@
-"""The file of an FMU: what is read from it, and where it is unpacked."""
+"""The file of an FMU: reading and unpacking."""
 
 import os
 import shutil

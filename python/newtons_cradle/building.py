@@ -27,8 +27,8 @@ def build(
     out: str | Path | None = None,
     binaries: str | Path | None = None,
 ) -> Fmu:
-    """Builds an FMU as `cradle-fmu build` does, and opens it: with this many `balls`, from a `preset`, with start
-    values changed by `set`.
+    """Builds and opens an FMU, as `cradle-fmu build` does: with this many `balls`, from a `preset`, with start values
+    changed by `set`.
 
     `nc.build(balls=13, set={"x_start": [-0.1] + 12 * [0], "contact.model": "hertz"})`. `fmi`: the version of the
     standard, 2 or 3. `out`: where to write the file; if None, into a temporary folder, removed with the FMU. Nothing is

@@ -2,9 +2,9 @@
 
 Balls swing on arcs of radius L: angle'' = -(g/L) sin(angle) - (b/m) angle'. One ball is lifted and let go; the others
 hang at rest. Its click passes through the chain ball by ball. Each hit passes on the share (1 + e)/2 of the speed
-(equal masses, e the coefficient of restitution), and the last ball rises. From the equation follow two speeds at the
-lowest point: the speed at which the first ball arrives, and the speed at which the last ball leaves to rise as filmed.
-Their ratio, second over first, is ((1 + e)/2)^(n - 1).
+(equal masses, e the coefficient of restitution), and the last ball rises. The equation gives two speeds at the lowest
+point: the first ball's on arrival, and the last ball's, which then rises as filmed. Their ratio, last over first, is
+((1 + e)/2)^(n - 1).
 
 After a few dozen clicks all balls swing together. By then the contacts lose nothing, and the amplitudes are small and
 fall as exp(-delta t) with delta = b/(2 m), which gives the drag b.

@@ -13,7 +13,7 @@ from .fmu import Fmu
 from .pulses import Array
 from .run.model import Values
 
-PROMISE = 0.01  # a predicted reduction of the sum of squares counts from this share; so much of it must be reached
+PROMISE = 0.01  # least share: of a predicted reduction in the sum of squares that counts, and of the reduction reached
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def fit(
     fmu: Fmu | None = None,
     values: Values | None = None,
 ) -> Fit:
-    """The parameters `by` with which a run comes closest to what was measured, by least squares.
+    """The parameters `by` with which a run comes closest to the measurements, by least squares.
 
     `track`: `time` (s, rising, from 0 on) and what was measured then, by name: a dict, a data frame or a result, arrays
     as a whole or by element. `by`: names of parameters, none of which is 0. First guesses: those of `by` if it is a

@@ -253,7 +253,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
 
     @cached_property
     def _outputs(self) -> list[str]:
-        """What is recorded by default."""
+        """The names that are recorded by default."""
         return [*self.variables.named("output"), *(["E_residual"] if "E_residual" in self.variables else [])]
 
 

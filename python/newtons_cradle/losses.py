@@ -10,7 +10,7 @@ from .errors import InvalidValue, needed, number, whole
 from .fmu import Fmu
 from .run.model import Values
 
-#: What the force between two balls depends on, besides its damping.
+#: Parameters on which the force between two balls depends, besides its damping.
 OF_ALL = (
     "ball.mass",
     "ball.radius",

@@ -51,8 +51,8 @@ class Worker:
             return None
 
     def end(self) -> None:
-        """Kills it, and waits for its end: with a timeout also for its children, which end with it and share its
-        sentinel."""
+        """Kills it, and waits for its end and (with a timeout) its children's, which share the sentinel and end by
+        themselves."""
         self.process.kill()
         self.process.join(PATIENCE)
         self.process.join()

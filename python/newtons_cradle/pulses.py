@@ -1,4 +1,4 @@
-"""The pulse log: what the FMU writes to its category `logEvents`, as a table.
+"""The pulse log: lines of the FMU's log category `logEvents`, as a table.
 
 A contact pulse lasts about a microsecond, a communication step milliseconds. After a step with several
 pulses, the variables show only the last one. The log has them all, one line per finished pulse.

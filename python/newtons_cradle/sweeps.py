@@ -46,7 +46,7 @@ class Sweep(Mapping[str, Array]):
 
     @property
     def results(self) -> list[Any]:
-        """Each case's result, or what was measured; None where it has failed."""
+        """The result or measured numbers of each case; None where it has failed."""
         return [outcome.found for outcome in self.outcomes]
 
     @property
@@ -112,7 +112,7 @@ class Sweep(Mapping[str, Array]):
         return iter(self._names)
 
     def __contains__(self, name: object) -> bool:
-        """Whether any case has it."""
+        """Whether any case has this name."""
         return isinstance(name, str) and any(found is not None and name in found for found in self.results)
 
     def __len__(self) -> int:

@@ -32,7 +32,7 @@ PLAIN = "numbers, arrays and results can be"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a case has given: a result, a dict of what was measured, or an error. `seconds`: how long it took."""
+    """Outcome of a case: a result, a dict of what was measured, or an error. `seconds`: how long it took."""
 
     found: Result | dict[str, Any] | None
     error: str

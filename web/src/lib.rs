@@ -14,7 +14,7 @@ use newtons_cradle::variables::{Causality, Kind, Recipe, Settings, StartValue, v
 
 mod hands;
 
-/// A run, and what it was started with.
+/// A run, with the parameters and inputs that it was started with.
 #[derive(Clone)]
 struct Run {
     engine: Engine,

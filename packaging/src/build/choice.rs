@@ -200,7 +200,6 @@ fn of_table(assignments: &mut Vec<Assignment>, before: [&str; 2], table: Table) 
             Value::Array(values) => values,
             value => vec![value],
         };
-        // Deserializing makes integers reals.
         let start = |value: Value| {
             let (given, allowed) = (shown(&value), "a number, the name of an item, or a list of numbers");
             value.try_into::<StartValue>().map_err(|_| format!("{name} = {given} is refused; allowed: {allowed}"))

@@ -10,7 +10,7 @@ const TEMPLATE: &str = include_str!("../../assets/index.html");
 const LOOK: &str = include_str!("../../../python/newtons_cradle/look/look.css");
 /// A run with the default parameters, drawn by `examples/paper/pictures.py`.
 const PICTURE: &str = include_str!("../../assets/run.svg");
-/// The same run inside its first click, as the cradle's page shows it.
+/// The run of [`PICTURE`] inside its first click, as the cradle's page shows it.
 const SCENE: &str = include_str!("../../assets/scene.svg");
 
 /// The template, with only those of its marked parts that apply to this description. Such a part begins with

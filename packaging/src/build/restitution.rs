@@ -35,9 +35,9 @@ impl std::fmt::Display for Restitution {
 }
 
 impl Restitution {
-    /// Gives a cradle the losses with which the first two balls have this restitution. They come from its damping law;
-    /// but if its contacts lose nothing and the user has not chosen a law (`is_chosen`), from the law of constant
-    /// restitution. Returns in words what it has set.
+    /// Gives a cradle the losses with which its first two balls have this restitution: by its damping law or, if its
+    /// contacts lose nothing and no law `is_chosen` by the user, by the law of constant restitution. Returns in words
+    /// what it has set.
     pub fn apply(self, recipe: &mut Recipe, is_chosen: bool) -> Result<String, Error> {
         let refused = |reason: &dyn std::fmt::Display| Error::Usage(format!("--restitution {self}: {reason}"));
         let mut settings = recipe.settings()?;

@@ -13,7 +13,7 @@ use crate::archive::Entries;
 const LONG_PATH: usize = 160;
 
 /// Offset of the Unix file type in an entry of the zip file's directory, and its mask. The type is `FILE` or `FOLDER`,
-/// or 0 if unset; it has a meaning whatever system made the file.
+/// or 0 if unset; it counts, whatever system made the file.
 const KIND: (usize, u16) = (40, 0o170_000);
 const FILE: u16 = 0o100_000;
 const FOLDER: u16 = 0o040_000;

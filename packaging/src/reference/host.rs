@@ -110,7 +110,7 @@ pub fn run(
     times.iter().map(sample).collect()
 }
 
-/// The error that the binary has logged; if none, what it `did`.
+/// The error that the binary has logged, else what it `did`.
 fn reason(said: &RefCell<String>, did: &str) -> String {
     let said = said.borrow();
     if said.is_empty() { did.to_owned() } else { said.clone() }

@@ -84,7 +84,7 @@ pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<Result<String, St
     let mut child = child(&folder, names).map_err(cannot_start)?;
     let mut input = child.stdin.take();
     for block in [resources, binary] {
-        // If this fails, the child has ended, which shows below.
+        // An error means that the child has ended, which shows below.
         let _ = input.as_mut().map(|input| write_block(input, block));
     }
     let outcome = child.stdout.take().and_then(|output| outcome(BufReader::new(output)));
@@ -158,7 +158,7 @@ pub fn run(folder: PathBuf, names: Vec<String>) -> ! {
             Some(Failure::Binary(reason)) => format!("binary {reason}"),
             None => String::new(),
         };
-        // On a line of its own, whatever the binary has written.
+        // The outcome begins a line, whatever the binary has written before.
         let said = [b"\n", OUTCOME, problem.replace('\n', " ").as_bytes(), b"\n"].concat();
         let _ = io::stdout().write_all(&said);
     });

@@ -96,7 +96,7 @@ class Access:
         self.names = list(names)
 
     def read(self) -> Failure:
-        """Reads all values; see `values`."""
+        """Reads all values; `values` returns them."""
         for call in self.calls:
             failed = call.get()
             if failed[1]:
@@ -104,7 +104,7 @@ class Access:
         return FINE
 
     def values(self) -> list[Any]:
-        """What was read, in the order of the names."""
+        """The values read last, in the order of the names."""
         return self.listed([call.values for call in self.calls])
 
     def listed(self, read: Sequence[Array]) -> list[Any]:

@@ -41,7 +41,7 @@ class LogLine:
 
 
 class Sink:
-    """Where an instance writes its messages. `environment`: what the instance hands back to `callback`."""
+    """The buffer for an instance's messages. `environment`: what the instance hands back to `callback`."""
 
     def __init__(self, fmi2: bool):
         self.buffer, self.fmi2 = io.BytesIO(), fmi2

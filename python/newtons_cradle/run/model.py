@@ -142,7 +142,7 @@ class Model:
 
     @property
     def variables(self) -> Variables:
-        """What is known of each variable, by name."""
+        """The variables by name."""
         return self.described.variables
 
     @property
@@ -185,7 +185,7 @@ class Model:
         return dict(items)
 
     def variable(self, name: str) -> Variable:
-        """What is known of one variable. Raises UnknownName."""
+        """The variable of this name. Raises UnknownName."""
         needed("name", name, str, "a variable's, such as 'x[1]',")
         try:
             return self.variables[name]

@@ -54,7 +54,7 @@ class Recorder:
         self._room = rows
 
     def __len__(self) -> int:
-        """How many samples there are."""
+        """The number of samples."""
         return len(self._times)
 
     def reserve(self, samples: int) -> None:

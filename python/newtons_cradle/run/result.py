@@ -63,7 +63,7 @@ class Result(Mapping[str, Array]):
         return made
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Result":
-        """With arrays of its own; the model is the same."""
+        """Copies the arrays; the model is shared."""
         made = copy(self)
         made.samples, made.pulses, made.given = self.samples.copy(), self.pulses.copy(), dict(self.given)
         made.units, made.dims = dict(self.units), dict(self.dims)
@@ -91,7 +91,7 @@ class Result(Mapping[str, Array]):
         return html_table(["name", "unit", "smallest", "largest"], *rows, below=self._summary())
 
     def vectors(self) -> list[str]:
-        """What was recorded, arrays by their names."""
+        """The recorded names, arrays as a whole."""
         return list(dict.fromkeys(name.partition("[")[0] for name in self._names[1:]))
 
     def __eq__(self, other: object) -> bool:

@@ -67,7 +67,7 @@ class Unit:
         return self._at(time, x, what, self.sizes[0])
 
     def _at(self, time: float, x: Any, what: str, length: int) -> Any:
-        """What the FMU gives at a time (s) for these states."""
+        """A vector of the FMU at a time (s) with these states."""
         self.fmu.setTime(time)
         self.fmu.setContinuousStates(np.ascontiguousarray(x).ctypes.data_as(POINTER(c_double)), len(x))
         return self.fmu.vector(what, length)
@@ -140,7 +140,7 @@ def spoiled(table: Table, case: Case, wrong: str | None) -> Table:
 
 
 def settings(unit: Unit, case: Case, wrong: str | None) -> None:
-    """Sets what the host is to set before initialization, the number of balls in Configuration Mode."""
+    """Sets the case's settings before initialization, the number of balls in Configuration Mode."""
     arrays = {name: value for name, value in case.settings.items() if name != "n"}
     if "n" in case.settings:
         unit.fmu.resize(case.settings["n"])

@@ -114,7 +114,7 @@ pub struct Master {
     pub time: f64,
     /// When the next event is due, s.
     pub next: f64,
-    /// Events so far.
+    /// Number of events so far.
     pub events: usize,
     /// The event indicators after the last event or step.
     pub indicators: Vec<f64>,

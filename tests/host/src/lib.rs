@@ -71,7 +71,7 @@ impl Default for Instantiate<'_> {
 
 /// The GUID of the FMU with default start values.
 pub fn guid(balls: usize) -> String {
-    // Most hosts have five balls.
+    // Cached for five balls, because most hosts have five.
     static OF_FIVE: LazyLock<String> = LazyLock::new(|| Description::of(&Settings::default_for(5)).guid());
     if balls == 5 { OF_FIVE.clone() } else { Description::of(&Settings::default_for(balls)).guid() }
 }
