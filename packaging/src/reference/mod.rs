@@ -2,7 +2,7 @@
 //! standard of FMI (<https://github.com/modelica/fmi-ls-ref>), version 1.0.0-beta.1.
 //!
 //! `cases` are the cradles that a host makes of the FMU by setting parameters. `record` runs the FMU's own binary for
-//! the expected results, [`add`] puts them into the FMU, and [`check`] runs the binary again.
+//! the expected results, [`add`] puts them into the FMU, and [`check()`] runs the binary again.
 
 mod cases;
 mod host;
