@@ -1,5 +1,5 @@
-"""What works on a checkout: cradle.py's commands, releases, binaries for other platforms. Here is what they have in
-common: paths, the virtual environment, FMUs, programs run with progress shown."""
+"""Commands that work on a checkout: cradle.py's, releases, binaries for other platforms. Shared here: paths, the
+virtual environment, building the FMU, running programs."""
 
 import hashlib
 import os
@@ -15,17 +15,17 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-# As the tests compile it, with the engine. Cargo would compile it without when asked for it alone, and for the next
-# tests anew.
+# As the tests compile it, with the feature `engine`: alone, cargo would compile it without, and again for the next
+# tests.
 PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cradle-fmu")
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
-ENGINE = LIVE.with_name("engine.html")  # for browsers, as a part of a page
-# Packages for the paper, for the short test, and for everything; each file includes those before it.
+ENGINE = LIVE.with_name("engine.html")  # the engine for browsers, as a part of the page
+# Packages for the paper, for the short test, and for everything; each file includes the one before it.
 REQUIREMENTS = SOME, TESTS, ALL = [ROOT / f"checkout/requirements/{name}.txt" for name in ("paper", "test", "all")]
-# Linkers, which come with ALL; pip wants their hashes, and takes hashes for all of a call or for none.
+# Linkers, installed with ALL. They have hashes, and pip wants hashes for all packages of a call or for none.
 LINKERS = SOME.with_name("linkers.txt")
-LANE = threading.local()  # its `name`: the lane that a thread runs, printed in front of its lines
+LANE = threading.local()  # `name`: the lane that this thread runs, printed in front of its lines
 
 
 class Stop(Exception):
@@ -33,8 +33,8 @@ class Stop(Exception):
 
 
 def say(text: str) -> None:
-    """Prints lines at once, even into a pipe, and in one piece, because several threads may print; each after the name
-    of the thread's lane, if it has one."""
+    """Prints lines, each after the name of the thread's lane, if it has one: flushed even into a pipe, and in one
+    write, because several threads may print."""
     lane = getattr(LANE, "name", "")
     lines = [f"{lane:9}| {line}" if lane else line for line in text.split("\n")]
     sys.stdout.write("\n".join(lines) + "\n")
@@ -47,7 +47,7 @@ def run(command: list, check: bool = True, lines: list | None = None, **options)
     Raises `Stop` if the command fails and `check` is true."""
     command = [str(part) for part in command]
     say("  $ " + " ".join(part.removeprefix(f"{ROOT}{os.sep}") for part in command))
-    # Compiled modules are kept even where the environment says that they are not: hundreds of programs import the same.
+    # Keeps compiled modules, whatever the environment says: hundreds of programs import the same.
     python = {"PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": ""}
     environment = os.environ | python | options.pop("env", {})
     options = {"cwd": ROOT, "env": environment} | options
@@ -87,8 +87,8 @@ def check_machine() -> None:
 
 
 def make_venv(requirements: Path) -> None:
-    """Makes .venv with the packages of one of REQUIREMENTS, or adds them; does nothing if it has them. A new one has at
-    least what the old one had."""
+    """Makes .venv with the packages of one of REQUIREMENTS, or adds them, unless it has them. A .venv that is made anew
+    has at least the packages of the old one."""
     # Its path counts as well: a virtual environment does not survive being moved.
     files = b"".join(file.read_bytes() for file in (*REQUIREMENTS, LINKERS))
     digest = hashlib.sha256(str(VENV.resolve()).encode() + files).hexdigest()
@@ -103,7 +103,7 @@ def make_venv(requirements: Path) -> None:
         if run([sys.executable, "-m", "venv", VENV], check=False) != 0:
             raise Stop("this Python cannot make virtual environments: on Debian, `apt install python3-venv`.")
     quietly = ["--disable-pip-version-check", "--progress-bar", "off"]
-    # The files list all that is needed. Modules are compiled when they are first imported; most never are.
+    # The files list all dependencies. Python compiles modules at their first import, which most never see.
     for file in (wanted, LINKERS) if wanted == ALL else (wanted,):
         run([PYTHON, "-m", "pip", "install", *quietly, "--no-deps", "--no-compile", "-r", file])
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(VENV)}))
@@ -133,5 +133,5 @@ def old_linux() -> tuple[list, dict]:
 
 
 def rustc(what: str) -> str:
-    """What `rustc --print` says of itself: its `sysroot`, or the `host-tuple` that it compiles for."""
+    """What `rustc --print` prints: the `sysroot`, or the `host-tuple` for which it compiles."""
     return subprocess.run(["rustc", "--print", what], capture_output=True, text=True, check=True).stdout.strip()

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from checkout import ROOT
 
-# What lists the standard library, and the packages within it.
+# Arguments of `packages` for the standard library and the packages within it.
 STD, OF_STD = ROOT / "packaging/std", ("--depth", "1")
 SOURCES = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")) / "registry/src"
-# What each file of packaging/assets is for, and what it says first.
+# For each file of packaging/assets: the package whose licences it has, and its first words.
 FILES = {
     "third-party.txt": ("newtons-cradle", "The binaries of this FMU hold"),
     "third-party-program.txt": ("cradle-packaging", "The program cradle-fmu holds"),
@@ -28,10 +28,10 @@ HEADING = """ code of the packages below, and of the Rust standard library
 
 
 def packages(folder: Path, *options: str) -> dict[tuple[str, str], dict]:
-    """What `cargo tree` with these options lists in a folder with a Cargo.lock, by name and version."""
+    """The packages that `cargo tree` with these options lists in a folder with a Cargo.lock, by name and version."""
     command = ["cargo", "tree", "--locked", "--prefix", "none", "--format", "{p}\t{l}\t{r}", *options]
     tree = subprocess.run(command, cwd=folder, capture_output=True, check=True, encoding="utf-8").stdout
-    # Our own have a path; what has been listed with its dependencies before ends with a mark.
+    # This project's packages have a path; (*) marks a package listed before.
     pattern = r"(\S+) v(\S+)(?P<path> \(.+\))?\t(?P<license>.+)\t(?P<repository>\S*)( \(\*\))?"
     found = [re.fullmatch(pattern, line) for line in tree.splitlines() if line]
     assert all(found), f"a package without a licence: {tree}"
@@ -39,13 +39,15 @@ def packages(folder: Path, *options: str) -> dict[tuple[str, str], dict]:
 
 
 def linked_into(package: str) -> dict[tuple[str, str], dict]:
-    """What one of our packages is made of on any target, itself included: no build scripts, no procedural macros."""
+    """The packages linked into one of this project's packages, itself included, on any target: no build scripts, no
+    procedural macros."""
     options = ["--package", package, "--edges", "normal,no-proc-macro", "--target", "all"]
     return dict(sorted((packages(ROOT, *options) | packages(STD, *OF_STD)).items()))
 
 
 def texts(package: str, first: str) -> str:
-    """The packages of others in one of ours, and each text of a licence once, with those that have it."""
+    """A licence file: the third-party packages linked into `package`, then each text of a licence once, with its
+    packages."""
     listed, licences = "", {}
     for (name, version), other in linked_into(package).items():
         if other["path"]:
@@ -55,7 +57,7 @@ def texts(package: str, first: str) -> str:
         begin = ("LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE")
         found = [file for file in files if file.name.upper().startswith(begin) and file.is_file()]
         if not found:
-            # Some archives lack the text. Ours of the Apache License is the general one.
+            # Some archives lack the text. The Apache License has the same text for all.
             assert "Apache-2.0" in other["license"], f"{name} has no text of its licence"
             found = [ROOT / "LICENSE-APACHE"]
         for file in found:

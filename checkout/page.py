@@ -21,7 +21,7 @@ LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "packaging/assets/third-party.txt")
 
 def toolchain() -> dict:
     """The environment in which the program CARGO compiles for the target. Raises Stop, which says what is missing."""
-    # Paths of this machine have no place in the file; they may have spaces, as flags in RUSTFLAGS may not.
+    # The file must not contain paths of this machine. They may have spaces, which flags in RUSTFLAGS may not.
     home = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
     flags = [f"--remap-path-prefix={ROOT}=.", f"--remap-path-prefix={home}=/cargo"]
     folder = os.environ.get("CRADLE_DEBIAN_RUST")
@@ -37,7 +37,7 @@ def toolchain() -> dict:
             raise Stop("there is no linker for WebAssembly: rust-lld of rustup's Rust, or on Debian `apt install lld`")
         return with_sources(usr) | {
             "CARGO_UNSTABLE_BUILD_STD": "std,panic_abort",
-            "CARGO_UNSTABLE_BUILD_STD_FEATURES": "",  # no backtraces, which a page has no use for
+            "CARGO_UNSTABLE_BUILD_STD_FEATURES": "",  # no backtraces: a page has no use for them
             f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}_LINKER": linker,
             "CARGO_ENCODED_RUSTFLAGS": "\x1f".join([*flags, f"--remap-path-prefix={usr}=/rust"]),
         }
@@ -52,7 +52,7 @@ def toolchain() -> dict:
 
 
 def part() -> str:
-    """The engine with the licences that go with it, compressed, as a part of the page."""
+    """The engine and its licences, compressed, as a part of the page."""
     licences = b"\n\n".join((ROOT / name).read_bytes() for name in LICENCES)
     text = ""
     for id, data in {"engine": COMPILED.read_bytes(), "licences": licences}.items():

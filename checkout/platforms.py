@@ -4,11 +4,10 @@ can compile for.
     python3 -m checkout.platforms [--to-test] [PLATFORM...]
 
 It needs `cargo build --package cradle-packaging`, and reuses the binary of target/fmu/NewtonsCradle.fmu, which is for
-this machine. For the other platforms it takes the
-Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST, or else the targets that rustup has. Lines that
-begin with SKIPPED say what it skips. With --to-test, only the binary that runs in an emulator, that for Linux on ARM,
-is optimised, at level 1: the others are compiled in a third of the time. Platforms, such as win64, are those to compile
-for instead of all.
+this machine. For the other platforms it takes the Rust that .ci/debian-rust has put into the folder CRADLE_DEBIAN_RUST,
+or else the targets that rustup has. Lines that begin with SKIPPED say what it skips. With --to-test, only the binary
+for Linux on ARM is optimised, at level 1, because it runs in an emulator: the others compile in a third of the time.
+Given platforms, such as win64, it compiles for these only.
 """
 
 import argparse
@@ -25,9 +24,10 @@ from pathlib import Path
 from checkout import FMU, PRODUCER, ROOT, rustc
 
 FOLDER = ROOT / "target/fmu/platforms"
-TO_TEST = ROOT / "target/platforms-to-test"  # of Cargo
+TO_TEST = ROOT / "target/platforms-to-test"  # Cargo's target folder
 
-# Linked by Rust's lld with the names of the system's functions that zig knows: zig's own linker exports every function.
+# Linked by Rust's lld, because zig's own linker exports every function; zig provides the names of the system's
+# functions.
 MACOS = ("x86_64-apple-darwin", "aarch64-apple-darwin")
 # The targets for each folder of the standard, with a version of glibc where cargo-zigbuild is to link.
 PLATFORMS = {
@@ -38,8 +38,8 @@ PLATFORMS = {
     "win32": ("i686-pc-windows-gnu",),
 }
 
-# What makes Cargo compile the standard library as well. Its code is optimised less, which saves a third of the time:
-# what is inlined or generic is compiled with the FMU's own code. No backtraces, which nobody sees in a host.
+# Makes Cargo compile the standard library, too, with less optimisation, which saves a third of the time: inlined and
+# generic code is compiled with the FMU's own. No backtraces: no host shows them.
 WITH_SOURCES = """
 [unstable]
 build-std = ["std", "panic_unwind"]
@@ -53,7 +53,8 @@ proc_macro.opt-level = 0
 std.opt-level = 1
 """
 
-# lld has another option to leave out symbols that are not exported, and takes its own without the `-Wl,` of a compiler.
+# A wrapper that translates options for lld, which strips local symbols by -x instead of -s, and takes its options
+# without a compiler's `-Wl,`.
 LLD = """#!/bin/sh
 for argument; do
     shift
@@ -66,8 +67,8 @@ done
 exec {} "$@"
 """
 
-# Gets the compiler and its arguments. Unoptimised code would by default have debug assertions and overflow checks,
-# which released binaries do not have.
+# A wrapper that gets the compiler and its arguments. Without optimisation, code by default has debug assertions and
+# overflow checks, which released binaries do not have.
 UNOPTIMISED = """#!/bin/sh
 case " $* " in *aarch64-unknown-linux*) level=1;; *) level=0;; esac
 exec "$@" -Copt-level=$level -Cdebug-assertions=no
@@ -80,30 +81,30 @@ def with_sources(usr: Path) -> dict:
         "CARGO": str(usr / "bin/cargo"),
         "RUSTC": str(usr / "bin/rustc"),
         "LD_LIBRARY_PATH": str(usr / "lib/x86_64-linux-gnu"),
-        # As rustup's Rust has built in; glibc's allocator takes a tenth longer.
+        # rustup's Rust has this allocator built in; glibc's takes a tenth longer.
         "LD_PRELOAD": "libjemalloc.so.2",
         "RUSTC_BOOTSTRAP": "1",
     }
 
 
 def script(path: Path, text: str) -> Path:
-    """Writes a program, and says where."""
+    """Writes an executable script; returns its path."""
     path.write_text(text)
     path.chmod(0o755)
     return path
 
 
 def for_macos(sysroot: Path, build: Path) -> tuple[str, dict]:
-    """Cargo's settings and environment to link for macOS; makes the files that they name."""
+    """Cargo's settings and environment to link for macOS; makes the files that they refer to in the folder `build`."""
     (lld,) = sysroot.glob("lib/rustlib/*/bin/rust-lld")
-    linker = script(build / "rust-lld", LLD.format(shlex.quote(str(lld))))  # rustc knows by the name what it is
+    linker = script(build / "rust-lld", LLD.format(shlex.quote(str(lld))))  # by the name rustc knows the kind of linker
     library = build / "sdk/usr/lib"
     shutil.rmtree(library, ignore_errors=True)
     library.mkdir(parents=True)
-    # Beside the program lies the Python that has zig.
+    # The Python environment of cargo-zigbuild also has zig.
     environment = Path(shutil.which("cargo-zigbuild")).parents[1]
     (names,) = environment.glob("lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd")
-    # Apple's libraries are for arm64e, which takes calls from arm64. A later variant is one that lld does not know.
+    # Apple's libraries are for arm64e, which takes calls from arm64; lld does not know the later variant arm64e.x1.
     text = re.sub(r"arm64e\.x1-\w+,?\s*", "", names.read_text()).replace("arm64e-", "arm64-")
     (library / names.name).write_text(text)
     for part in ("c", "iconv", "m", "objc"):
@@ -113,7 +114,7 @@ def for_macos(sysroot: Path, build: Path) -> tuple[str, dict]:
 
 
 def linker(target: str) -> tuple[str, str]:
-    """The program that links for a target, and how to get it."""
+    """The program that links for a target, and advice on how to get it."""
     if "windows" not in target:
         return "cargo-zigbuild", "pip install ziglang cargo-zigbuild"
     processor = target.split("-")[0]
@@ -121,7 +122,8 @@ def linker(target: str) -> tuple[str, str]:
 
 
 def possible(wanted: list[str], toolchain: Path | None, sysroot: Path) -> Iterator[tuple[str, ...]]:
-    """The targets of each of these platforms that can be compiled for."""
+    """The targets of each of these platforms that this machine can compile for; prints which platforms it skips, and
+    why."""
     for folder in wanted:
         targets = PLATFORMS[folder]
         triples = [target.split(".")[0] for target in targets]
@@ -156,15 +158,15 @@ def main() -> int:
         archive.extractall(FOLDER, ready)
     command = [PRODUCER, "build", "--release", "--out", FOLDER / "NewtonsCradle.fmu"]
     command += [f"--binary={name.split('/')[1]}={FOLDER / name}" for name in ready]
-    # What is compiled: what runs while compiling serves all targets.
+    # Cargo's target folder; all targets share its build scripts and macros.
     build = TO_TEST if options.to_test else ROOT / "target/platforms"
-    # Cargo reads its settings from the folder it runs in, and from those above.
+    # Cargo reads settings from the folder that it runs in, and from its parents.
     (build / ".cargo").mkdir(parents=True, exist_ok=True)
     environment = {"CARGO_TARGET_DIR": str(build), "CARGO_TERM_QUIET": "true", "RUSTFLAGS": "-Clink-arg=-s"}
     environment |= with_sources(toolchain) if toolchain else {}
     if options.to_test:
         environment["RUSTC_WRAPPER"] = str(script(build / "unoptimised", UNOPTIMISED))
-    # The linkers strip the binaries: Debian's Rust has nothing to do it with for macOS.
+    # The linkers strip the binaries, because Debian's Rust cannot strip those for macOS.
     settings = '[profile.release]\nstrip = "none"\n' + (WITH_SOURCES if toolchain else "")
     for targets in possible(options.platforms or [*PLATFORMS], toolchain, sysroot):
         command += [f"--target={target}" for target in targets]

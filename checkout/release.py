@@ -23,7 +23,7 @@ from checkout.wheel import FOLDER, SCRIPTS
 
 DIST = ROOT / "target/dist"
 VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
-# What goes with the program.
+# Files that are packed with the program.
 TEXTS = ("LICENSE-APACHE", "LICENSE-MIT", "packaging/assets/third-party-program.txt", "CHANGELOG.md")
 
 
@@ -50,7 +50,7 @@ def fmus() -> None:
 
 
 def programs() -> None:
-    """The wheel, and its program in a separate archive."""
+    """The wheel, and the program cradle-fmu in an archive of its own."""
     make_venv(ALL)
     page = DIST / LIVE.name
     if not page.is_file():

@@ -2,8 +2,8 @@
 
     .venv/bin/python -m checkout.sbom FILE.json
 
-Two components contain third-party code: the FMU's library, which the page's engine is as well, and the program
-cradle-fmu. Cargo says what is linked into them.
+Two components contain third-party code: the FMU's library, which is also the page's engine, and the program cradle-fmu.
+Cargo says which packages are linked into them.
 """
 
 import re

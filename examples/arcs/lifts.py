@@ -30,18 +30,18 @@ QUANTITIES = {
 
 
 def one_run(fmu: nc.Fmu, lifted: int, degrees: float, model: str) -> dict:
-    """Lifts the same balls as far to the side, whatever the model, and lets go. Raises FmuError beyond 90 degrees."""
+    """Lifts balls as far to the side in either model, and lets go. Raises FmuError beyond 90 degrees."""
     start = STEEL | nc.lifted(lifted, amplitude=LENGTH * math.sin(math.radians(degrees)))
     with fmu.start(start | {"pendulum.model": model}) as run:
         run.step_to_onset(before=1e-9)
         first, speed = run.time, run["v[1]"]
         run.step_to(first + 1.5 * SWING)
-        # The balls that have been hit come back, and the first of them strikes hard.
+        # The balls that were hit come back; the first of them strikes hard.
         back = run.pulses[(run.pulses["contact"] == 5 - lifted) & (run.pulses["onset"] > first + 0.5 * SWING)]
         interval = back["onset"][back["impulse"] > 0.5 * back["impulse"].max()][0] - first
     with fmu.start(start | {"pendulum.model": model}) as run:
         shares = []
-        for click in range(1, CLICKS + 1):  # between two clicks, at rest, had nothing broken up
+        for click in range(1, CLICKS + 1):  # midway between clicks, where the swinging balls would be at rest
             run.step_to(first + (click - 0.5) * interval)
             energies = run["E_kinetic"] + run["E_gravity"]
             swinging = energies[-lifted:] if click % 2 else energies[:lifted]

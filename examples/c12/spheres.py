@@ -36,13 +36,14 @@ def start(e=1.0, v0=1.0) -> dict:
 
 
 def collisions(e, one=1.0) -> list[tuple]:
-    """The same for v0 = 1 without the FMU, in numbers like `one`: time, pair, places and velocities of each collision.
-    `e()` returns its restitution."""
+    """The collisions of the row for v0 = 1, computed without the FMU in numbers of the type of `one`: time, pair,
+    places and velocities after each. `e()` returns the restitution of a collision."""
     return [*impacts([one] * 4, [0 * one] * 4, [one, 0 * one, 0 * one, 0 * one], [one] * 3, e)]
 
 
 def to_the_end(fmu: nc.Fmu, values: dict, e=None) -> tuple[np.ndarray, int]:
-    """Steps from collision to collision until none is due: the velocities, and the collisions. `e()`: as above."""
+    """Steps from collision to collision until none is due; returns the velocities and the number of collisions. `e()`:
+    the restitution of the next collision; if None, as in `values`."""
     seen = -1
     with fmu.start(values) as run:
         while (onset := run["t_next"]) < nc.NEVER:
@@ -58,7 +59,7 @@ def distances(fmu: nc.Fmu, values: dict) -> np.ndarray:
 
 
 def table(*rows) -> str:
-    """In Markdown; the first row is the head."""
+    """A table in Markdown; the first row is the head."""
     head, *texts = [[f"{cell:.9f}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows]
     return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *texts))
 
@@ -106,7 +107,7 @@ def task_3(fmu: nc.Fmu):
         return pulses[pulses["contact"] == 3]["onset"][0]
 
     def zero(function, low: float, high: float) -> float:
-        """Of a function that rises, by bisection to the last digit."""
+        """The zero of a rising function, by bisection to the last digit."""
         while low < (middle := (low + high) / 2) < high:
             low, high = (middle, high) if function(middle) < 0 else (low, middle)
         return low
@@ -141,7 +142,8 @@ section.
 
 
 def compliant(fmu: nc.Fmu, axis):
-    """Task 1 with springs and dampers of the same restitution, and with Hertz contacts, the stiffer the shorter."""
+    """Task 1 with springs and dampers of the same restitution, and with Hertz contacts: the shorter the contacts, the
+    closer to rigid ones."""
     damped = -math.log(0.2) / math.hypot(math.pi, math.log(0.2))  # ratio of critical damping for e = 0.2
     yield "## Compliant contacts approach the rigid ones"
     for law, e, p, ratio in (("Kelvin-Voigt", 0.2, 1, damped), ("linear", 1, 1, 0), ("Hertz", 1, 1.5, 0)):

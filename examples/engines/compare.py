@@ -29,11 +29,11 @@ ROWS = [  # cases of the benchmark
     "rigid-8-random", "cradle-1-steel", "cradle-10-steel",
 ]  # fmt: skip
 NAMES = {engine.__name__: engine for engine in ENGINES}
-PATIENCE = 5.0  # s, of a run, after which none is made with finer steps
+PATIENCE = 5.0  # s: after a run that took longer, finer steps are not tried
 
 
 def install() -> None:
-    """Makes the environment, and names what cannot be installed."""
+    """Makes the environment, and prints which engines cannot be installed."""
     if not PYTHON.exists():
         venv.create(OUT / "venv", with_pip=True)
     for line in (HERE / "requirements.txt").read_text(encoding="utf-8").splitlines()[1:]:
@@ -43,7 +43,7 @@ def install() -> None:
 
 
 def run(name: str) -> list[dict]:
-    """The runs of one engine for all rows whose law it has, be it with another exponent, shown as they come."""
+    """The runs of one engine for all rows whose law it has, perhaps with another exponent; prints each."""
     cases = {case["name"]: case for case in json.loads(CASES.read_text(encoding="utf-8"))["cases"]}
     (module, laws, exponents, settings), found = ENGINES[NAMES[name]], []
     rows = [Row(cases[case]) for case in ROWS if cases[case]["law"] in laws.split()]
@@ -69,7 +69,8 @@ def runs_of(results: dict, row: str) -> list[list[dict]]:
 
 
 def table(results: dict) -> str:
-    """The table of docs/makers/engines.md: error and time of each engine as recommended, and at its best."""
+    """The table of docs/makers/engines.md: error and time of each engine with its recommended setting and with its best
+    one."""
 
     def cell(runs: list[dict]) -> str:
         chosen = [*runs[:1], *sorted(runs, key=lambda run: run["error"])[:1]]
@@ -110,7 +111,7 @@ def main() -> None:
     machine = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
     results = {"date": time.strftime("%Y-%m-%d"), "machine": machine, "versions": versions, "runs": []}
     for engine in versions:
-        with ProcessPoolExecutor(1) as process:  # which an engine may end
+        with ProcessPoolExecutor(1) as process:  # a process of its own, because an engine may end it
             try:
                 results["runs"] += process.submit(run, engine).result()
             except Exception as problem:

@@ -1,9 +1,9 @@
 """Rows of balls in other engines: one function for each, which compare.py calls in the environment that it has made.
 
 `engine(module, row, *setting)` sets up a row in the engine's Python module, and returns a function that steps, how
-often to call it, and one that then returns positions (None for engines of rigid bodies) and velocities. ENGINES has the
-laws of each engine and the settings that it is tried with: first what its documentation, or its own example of a
-cradle, has for such a case, then finer steps and stricter solvers.
+often to call it, and a function that returns the positions (None for engines of rigid bodies) and velocities at the
+end. ENGINES has each engine's laws and settings: first the setting that its documentation or its own example of a
+cradle recommends, then finer steps and stricter solvers.
 """
 
 import ctypes
@@ -15,7 +15,8 @@ from pathlib import Path
 
 
 class Row:
-    """A case of exact-rows/cases.json with its fields; free balls from the first contact to after the last. SI units."""
+    """A case of exact-rows/cases.json with its fields, in SI units. Free balls begin just at the first contact, and end
+    after the last."""
 
     def __init__(self, case: dict):
         vars(self).update(case)
@@ -25,12 +26,12 @@ class Row:
         self.reduced = [a * b / (a + b) for a, b in pairwise(self.mass)]
         self.bounce, self.radius = self.damping if self.rigid else 1.0, 1.0
         if not self.rigid:
-            # Largest overlap, and duration, if two balls meet at the largest speed.
+            # Largest overlap and duration of each contact, if its two balls alone meet at the largest speed.
             p, v, pairs = self.exponent, self.scale, zip(self.stiffness, self.reduced, strict=True)
             self.overlaps = [((p + 1) / 2 * m * v**2 / k) ** (1 / (p + 1)) for k, m in pairs]
             factor = 2 * math.sqrt(math.pi) * math.gamma(1 + 1 / (p + 1)) / math.gamma(0.5 + 1 / (p + 1))
             self.radius = max(100 * max(self.overlaps), *map(abs, self.x))
-            # Linear springs that make each contact last as long, for its two balls alone.
+            # Linear springs with which each contact of two balls alone lasts as long.
             times = [factor * overlap / v for overlap in self.overlaps]
             self.springs = [m * (math.pi / t) ** 2 for m, t in zip(self.reduced, times, strict=True)]
             self.duration = min(times)
@@ -44,16 +45,17 @@ class Row:
         self.balls = list(zip(self.start, self.mass, self.v, strict=True))
 
     def steps(self, per_contact: int) -> int:
-        """Steps of the run with this many in a contact."""
+        """The number of steps of a run with `per_contact` steps in a contact."""
         return math.ceil(self.stop / self.duration * per_contact)
 
     def rigid_steps(self, step: float) -> tuple[float, int]:
-        """A step (s, for balls at 1 m/s) at this row's speed, and their number: compliant contacts are instantaneous
-        to engines of rigid bodies, and a second holds all of them."""
+        """Scales a step (s, for balls at 1 m/s) to this row's speed; returns it (s) with the number of steps. In
+        engines of rigid bodies compliant contacts are instantaneous, and a second has all of them."""
         return step / self.scale, math.ceil((self.stop * self.scale if self.rigid else 1.0) / step)
 
     def error(self, places, speeds) -> float:
-        """The largest error of velocities and, of pendulums, of displacements times their frequency, over the scale."""
+        """The largest error of velocities and, for pendulums, of displacements times their angular frequency, relative
+        to the scale."""
         errors = [abs(v - exact) for v, exact in zip(speeds, self.exact["v"], strict=True)]
         if self.swing:
             found, factor = zip(places, self.rest, self.exact["x"], strict=True), math.sqrt(self.swing)
@@ -62,15 +64,15 @@ class Row:
 
 
 def mujoco(mj, row: Row, per_contact: int, own: bool = False):
-    """Constraints with an impedance, which make springs if it is small. `own`: as in the model newton_cradle.xml that
-    comes with MuJoCo, with the row's overlaps and as many steps in a contact."""
+    """Constraints, which act as springs if their impedance is small. `own`: settings of the model newton_cradle.xml
+    that comes with MuJoCo, adapted to the row's overlaps and to `per_contact` steps in a contact."""
     pairs, bodies, steps = "", "", row.steps(per_contact)
     for i, (k, m, overlap) in enumerate(zip(row.springs, row.reduced, row.overlaps, strict=True)):
         rate = (row.scale / overlap) ** 2
         solref, solimp = f"{-k / m} {-row.damping / m}", "1e-4 1e-4 1 0.5 1"
-        if own:  # force as overlap^5 up to half of the width
+        if own:  # force proportional to overlap^5 up to half of the width
             solref, solimp = f"{-21 * rate} {-row.damping / m}", f"0 0.01 {2.3 * overlap} 0.5 2"
-        elif row.exponent == 1.5:  # s (0.6 + 0.4 s)^2 is near s^1.5, s = overlap / its largest
+        elif row.exponent == 1.5:  # s (0.6 + 0.4 s)^2 is near s^1.5, s = overlap / largest overlap
             solref, solimp = f"{-rate / 0.76} 0", f"6e-4 1e-3 {overlap} 0.5 1"
         pairs += f'<pair geom1="g{i}" geom2="g{i + 1}" condim="1" solref="{solref}" solimp="{solimp}"/>'
     for i, (x, m) in enumerate(zip(row.rest, row.mass, strict=True)):
@@ -89,7 +91,7 @@ def drake(d, row: Row, per_contact: int, accuracy: float = 0.0):
     builder, step = d.DiagramBuilder(), row.duration / per_contact
     plant, _ = d.AddMultibodyPlantSceneGraph(builder, time_step=0.0 if accuracy else step)
     plant.mutable_gravity_field().set_gravity_vector([0, 0, 0])
-    # A ball has a stiffness, 1/k = 1/k1 + 1/k2 of a contact: all contacts get that of the first.
+    # Stiffness belongs to balls: 1/k = 1/k1 + 1/k2 for a contact. All contacts get the stiffness of the first.
     contact, friction, stiffness = d.ProximityProperties(), d.CoulombFriction(0.0, 0.0), 2 * row.springs[0]
     d.AddContactMaterial(row.damping, stiffness, friction, contact)
     for i, (x, m) in enumerate(zip(row.rest, row.mass, strict=True)):
@@ -111,8 +113,9 @@ def drake(d, row: Row, per_contact: int, accuracy: float = 0.0):
 
 
 def lammps(lmp, row: Row, per_contact: int):
-    """pair_style granular in velocity Verlet: Hertz or Hooke, damped as viscoelastic spheres or Kelvin-Voigt."""
-    for mpi in Path(sys.prefix, "lib").glob("libmpi.so.12"):  # of the package mpich, for systems without
+    """pair_style granular with velocity Verlet: Hertz or Hooke contacts, damped as viscoelastic spheres or
+    Kelvin-Voigt."""
+    for mpi in Path(sys.prefix, "lib").glob("libmpi.so.12"):  # of the package mpich, for systems without MPI
         ctypes.CDLL(mpi, ctypes.RTLD_GLOBAL)
     run, r = lmp.lammps(cmdargs=["-screen", "none", "-log", "none"]), row.radius
     wide, steps = 4 * r + abs(row.rest[-1]) + row.stop * row.scale, row.steps(per_contact)
@@ -126,7 +129,7 @@ def lammps(lmp, row: Row, per_contact: int):
     for i, (k, m) in enumerate(zip(row.stiffness, row.reduced, strict=True), start=1):
         hertz = k / math.sqrt(r / 2)
         form = f"hertz {hertz!r}" if row.exponent == 1.5 else f"hooke {k!r}"
-        # Viscoelastic spheres: eta sqrt(R overlap) m where the row has 1.5 A k sqrt(overlap).
+        # Viscoelastic spheres: LAMMPS has eta sqrt(R overlap) m where the row has 1.5 A k sqrt(overlap).
         eta = row.damping * (1.5 * hertz / m if row.law == "viscoelastic" else 1.0)
         run.command(f"pair_coeff {i} {i + 1} {form} {eta!r} {free} {limit}")
     for i, (rest, x, m, v) in enumerate(zip(row.rest, row.x, row.mass, row.v, strict=True), start=1):
@@ -155,7 +158,7 @@ def exudyn(exu, row: Row, per_contact: int, solver: str):
             system.CreateCartesianSpringDamper(itemNumbers=[ground, bodies[-1]], **spring)
     law = {"contactStiffnessExponent": row.exponent, "contactDamping": row.damping}
     if row.law == "huntCrossley":
-        # 1.5 (1 - e) / v times k overlap^p der(overlap); v is the impact's speed, but at least that given.
+        # 1.5 (1 - e) / v times k overlap^p der(overlap); v: the impact's speed, but at least minimumImpactVelocity.
         law |= {"impactModel": 1, "contactDamping": 0.0, "minimumImpactVelocity": 4 * row.scale}
         law |= {"restitutionCoefficient": 1 - row.damping * 4 * row.scale / 1.5}
     for i, k in enumerate(row.stiffness):
@@ -173,8 +176,8 @@ def exudyn(exu, row: Row, per_contact: int, solver: str):
 
 
 def pybullet(p, row: Row, step: float, iterations: int, own: bool = False):
-    """Rigid spheres; the coefficient of restitution of a pair is the product of those of its bodies. `own`: the engine
-    corrects overlaps by velocities, as it does unless told otherwise."""
+    """Rigid spheres; a pair's coefficient of restitution is the product of its bodies' restitutions. `own`: the
+    engine's default correction of overlaps by velocities stays on."""
     step, count = row.rigid_steps(step)
     if p.isConnected():
         p.disconnect()
@@ -192,7 +195,7 @@ def pybullet(p, row: Row, step: float, iterations: int, own: bool = False):
 
 
 def rapier(rp, row: Row, step: float, iterations: int):
-    """Rigid spheres in single precision; the coefficient of restitution of a pair is the mean of those of its balls."""
+    """Rigid spheres in single precision; a pair's coefficient of restitution is the mean of its balls' restitutions."""
     world, bodies, (step, count) = rp.PhysicsWorld(gravity=(0, 0, 0)), [], row.rigid_steps(step)
     world.integration_parameters.dt, world.integration_parameters.num_solver_iterations = step, iterations
     for x, m, v in row.balls:
@@ -203,7 +206,7 @@ def rapier(rp, row: Row, step: float, iterations: int):
 
 
 def pymunk(pm, row: Row, step: float, iterations: int):
-    """Rigid discs; the coefficient of restitution of a pair is the product of the elasticities of its shapes."""
+    """Rigid discs; a pair's coefficient of restitution is the product of its shapes' elasticities."""
     space, (step, count) = pm.Space(), row.rigid_steps(step)
     space.iterations = iterations
     for x, m, v in row.balls:
@@ -214,8 +217,8 @@ def pymunk(pm, row: Row, step: float, iterations: int):
     return lambda: space.step(step), count, lambda: (None, [body.velocity.x for body in space.bodies])
 
 
-BOUNCES = [(1e-3, 50), (1e-4, 50), (1e-5, 50)]  # steps (s, for balls of 1 m at 1 m/s), iterations
-ACCURACIES = [(20, 10.0**-k) for k in (3, 6, 9, 12)]  # at least this many steps in a contact
+BOUNCES = [(1e-3, 50), (1e-4, 50), (1e-5, 50)]  # step (s, for balls of 1 m at 1 m/s), iterations
+ACCURACIES = [(20, 10.0**-k) for k in (3, 6, 9, 12)]  # least number of steps in a contact, accuracy
 STEPS = [*((k, "GeneralizedAlpha") for k in (23, 115, 575)), *((k, "RK67") for k in (23, 115, 575, 2875))]
 SPHERES = "elastic kelvinVoigt kelvinVoigtNoPull viscoelastic"
 ENGINES = {  # module, laws, exponents that are the engine's own, settings

@@ -4,8 +4,8 @@
 
 A metronome out of a cradle: while an outer ball swings outside, a constant force drives it back, so that the cradle
 clicks faster than its pendulums would. The force is switched on when the ball leaves and off when it hits. Switched
-exactly there, it does no work: it takes on the way out what it gives on the way back. What is late by a step does
-work, at each click.
+exactly there, it does no work in all: on the way back it gives what it took on the way out. Switched a step late, it
+does work at each click.
 
 The balls are rigid and lose nothing, so the times of all clicks and the energy have closed forms. Prints a table and
 writes it, with a plot of both errors, into the folder (out/events).
@@ -40,7 +40,7 @@ VALUES = {
 
 
 def control(run: nc.Run) -> None:
-    """The controller, after a click: the ball that leaves is driven back, the other one is let go."""
+    """The controller, called after a click: drives back the ball that leaves, and lets the other one go."""
     v, forces = run["v"], [0.0] * BALLS
     forces[0] = FORCE if v[0] < -1e-9 else 0.0
     forces[-1] = -FORCE if v[-1] > 1e-9 else 0.0
@@ -48,8 +48,8 @@ def control(run: nc.Run) -> None:
 
 
 def by_events(run: nc.Run, stop: float) -> tuple[list[float], int]:
-    """A master with event mode: a step ends at the click, where the controller acts. The times of the clicks, s, and
-    the number of calls of fmi3DoStep and fmi3UpdateDiscreteStates."""
+    """A master with event mode: each step ends at a click, where the controller acts. Returns the times of the clicks
+    (s), and the number of calls of fmi3DoStep and fmi3UpdateDiscreteStates."""
     cradle, clicks, calls, now = run.slave, [], 0, 0.0
     event = True  # initialization ends in event mode
     while event:
@@ -74,7 +74,8 @@ def by_events(run: nc.Run, stop: float) -> tuple[list[float], int]:
 
 
 def by_grid(run: nc.Run, stop: float, step: float) -> tuple[list[float], int]:
-    """A master with steps of one length: it sees at the end of a step that there was a click, and acts from then on."""
+    """A master with equal steps (s): it sees a click at the end of a step, and acts from then on. Returns the times at
+    which it saw clicks (s), and the number of steps."""
     clicks, seen, steps = [], 0, round(stop / step)
     for i in range(1, steps + 1):
         run.step_to(i * step)
@@ -86,9 +87,9 @@ def by_grid(run: nc.Run, stop: float, step: float) -> tuple[list[float], int]:
 
 
 def exact() -> tuple[float, float, float]:
-    """Time of the first click and time between clicks, s; energy in a click, J.
+    """Exact results: time of the first click and time between clicks, s; energy at a click, J.
 
-    The driven ball swings about the place `rest`, where the force holds it; a click is at the lowest point."""
+    The driven ball swings about `rest`, the position where the force holds it; a click is at the lowest point."""
     frequency = math.sqrt(GRAVITY / LENGTH)
     rest = FORCE / (MASS * frequency**2)
     half = math.acos(rest / (AMPLITUDE + rest)) / frequency
@@ -107,8 +108,7 @@ def compare(path: Path, stop: float) -> tuple[list[dict], list[np.ndarray]]:
                 started = time.perf_counter()
                 clicks, calls = by_events(run, stop) if step is None else by_grid(run, stop, step)
                 seconds = time.perf_counter() - started
-                # All that moves beside the force is one ball: its energy in a click is the total less what it has
-                # stored against the force.
+                # Only one ball moves: its energy at a click is the total less what it has stored against the force.
                 total = run["E_total"] + FORCE * abs(sum(run["x"]))
             lates.append(np.array(clicks) - (first + period * np.arange(len(clicks))))
             row = {"way": "event mode" if step is None else f"grid of {step:g} s", "step": step, "calls": calls}
@@ -129,7 +129,7 @@ def save_plot(path: Path, rows: list[dict], lates: list[np.ndarray]) -> None:
 
 
 def main() -> None:
-    """Runs all of it."""
+    """Runs all ways, and writes table and plot."""
     parser = command_line(__doc__.splitlines()[0], "events", fmu="NewtonsCradle.fmi3.fmu")
     parser.add_argument("--stop", type=float, default=10.0, help="s")
     options = parsed(parser)

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "paper"))
 from plots import diagrams
 from support import command_line, ended, nc, parsed, print_rows, write_rows
 
-TOLERANCES = {  # by way: exchange.contacts of model exchange, or co-simulation
+TOLERANCES = {  # model exchange by its exchange.contacts, and co-simulation
     "resolved": [10.0**-k for k in range(4, 13)],
     "mapped": [10.0**-k for k in range(4, 14)],
     "co-simulation": [10.0**-k for k in (6, 8, 10, 12)],
@@ -60,7 +60,7 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float) -> dict:
             record_events=False,
         )
     except RuntimeError:
-        # CVODE gave up, as it does after 500 steps within one interval of the output.
+        # CVODE gives up after 500 steps within one interval of the output.
         return {"error": math.nan, "evaluations": evaluations, "seconds": math.nan, "pulses": ()}
     finally:
         instance.freeInstance()
@@ -73,7 +73,8 @@ def run(fmu: nc.Fmu, way: str, values: dict, tolerance: float) -> dict:
 
 
 def compare(path: Path) -> list[dict]:
-    """All runs, as rows of the table; `verdict`: right if the pulses are those of co-simulation, else wrong, or gave up."""
+    """All runs, as rows of the table. `verdict`: `right` if the pulses are those of co-simulation with the smallest
+    tolerance, else `wrong`, or `gave up`."""
     fmu, rows = nc.Fmu(path), []
     ways = [(way, tolerance) for way, tolerances in TOLERANCES.items() for tolerance in tolerances]
     for figure, values in FIGURES.items():
@@ -109,7 +110,7 @@ def save_plot(path: Path, rows: list[dict]) -> None:
 
 
 def main() -> None:
-    """Runs all of it."""
+    """Runs all comparisons, and writes table and plot."""
     options = parsed(command_line(__doc__.splitlines()[0], "exchange"))
     rows = compare(options.fmu)
     write_rows(options.out / "exchange.csv", rows)

@@ -30,7 +30,8 @@ NOISE, SEED = 2e-4, 2002  # standard deviation of a position, m
 
 
 def film(fmu: nc.Fmu, values: dict) -> np.ndarray:
-    """The positions (m; frames, balls) that a camera sees of a run with these values of the fitted parameters."""
+    """The positions (m) that a camera sees in a run with these values of the fitted parameters, shape (frames,
+    balls)."""
     return fmu.simulate(LINEAR | values, stop=STOP, step=1 / RATE, record=["x"])["x"][1:]
 
 

@@ -32,7 +32,7 @@ STYLES = {
 
 
 def restitution(fmu: nc.Fmu, values: dict, speed: float) -> float:
-    """That of balls 1 and 2, far from the others, at this speed (m/s)."""
+    """The coefficient of restitution of balls 1 and 2, far from the others, at this speed (m/s)."""
     still, apart = [0.0] * (fmu.balls - 1), [1.0] * (fmu.balls - 2)
     start = {"x_start": [0.0, *still], "v_start": [speed, *still], "contact.gap": [GAP, *apart]}
     end = 0.1 / speed

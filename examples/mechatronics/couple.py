@@ -17,10 +17,10 @@ from plots import COLOURS, Column, Strip, Trace
 from reference import reference
 from support import Found, command_line, ended, print_rows, tracked
 
-COMMON = 0.2  # s, between the times at which runs are compared
-STEPS = [0.1, 0.05, 0.025, 0.0125]  # s, of the comparison
-ITERATED = 0.1  # s, at which the trials per step are counted
-COARSE = 0.01  # s, steps of the run that is shown
+COMMON = 0.2  # s, interval of the times at which runs are compared
+STEPS = [0.1, 0.05, 0.025, 0.0125]  # s, the communication steps that are compared
+ITERATED = 0.1  # s, the step for counting trials per step
+COARSE = 0.01  # s, the step of the run that is shown
 TEXTS = {
     "hold": "hold the last step's means",
     "extrapolate": "extrapolate by derivatives",
@@ -28,7 +28,7 @@ TEXTS = {
     "smooth": "repeat, with input derivatives",
 }
 ENERGIES = ["balls", "cart", "lost", "put in"]
-# Lowest order that each way of coupling must show.
+# Lowest order of convergence that each way of coupling must show.
 ORDERS = {"FMPy": 0.9, "hold": 0.9, "extrapolate": 2.5, "repeat, at impacts": 1.8, "smooth, at impacts": 3.0}
 
 
@@ -132,7 +132,7 @@ def plot_machine(found: Found, table: np.ndarray, momenta: np.ndarray) -> None:
 
 
 def compare(fmus: Fmus, path: Path, steps: list[float]) -> dict[str, list[float]]:
-    """Largest deviation of a position from the reference, m, by way of coupling, for each step."""
+    """Largest deviation of a position from the reference, m, for each step; by way of coupling."""
     exact = reference(CRADLE, PARAMETERS, 5, COMMON * np.arange(round(STOP / COMMON) + 1))
     errors = {"FMPy": [ssp_error(path, h, exact) for h in steps]}
     ways = [(method, False) for method in METHODS] + [(method, True) for method in REPEATING]
@@ -143,7 +143,7 @@ def compare(fmus: Fmus, path: Path, steps: list[float]) -> dict[str, list[float]
 
 
 def error(fmus: Fmus, method: str, h: float, exact: np.ndarray, at_impacts: bool) -> float:
-    """Of one run by the master."""
+    """The largest deviation in one run by the master, m."""
     with fmus.started(method) as master:
         numbers = (time / COMMON for time in master.steps(STOP, h, at_impacts=at_impacts))
         common = (round(number) for number in numbers if abs(number - round(number)) < 1e-11)
@@ -151,7 +151,7 @@ def error(fmus: Fmus, method: str, h: float, exact: np.ndarray, at_impacts: bool
 
 
 def ssp_error(path: Path, h: float, exact: np.ndarray) -> float:
-    """Of one run by FMPy."""
+    """The largest deviation in one run by FMPy, m."""
     every = round(COMMON / h)
     rows = ssp.run(path, h)[every - 1 :: every]
     names = [*(f"cradle.x[{i}]" for i in range(1, 6)), "plant.s"]
@@ -168,7 +168,7 @@ def check_momentum(fmus: Fmus, found: Found, path: Path) -> None:
             defect = max(abs(sum(master.momenta().values())) for _ in master.steps(STOP, COARSE))
         found.at_most("momentum", f"{method}, free cart", defect, 1e-10, "kg.m/s")
     free = ssp.run(path, COARSE, {f"plant.{name}": value for name, value in FREE.items()})
-    # The cradle does in a step what the cart did in the one before; two impulses are still on their way.
+    # The cradle repeats in each step what the cart did in the step before; two impulses are still on their way.
     on_its_way = COARSE * (free["cradle.F_support_mean"] + free["plant.F_coil_mean"])[1:]
     balls = free["cradle.p_total"][1:] + 5.0 * free["plant.v"][:-1]
     whole = balls + 2.0 * free["plant.v"][1:] + on_its_way

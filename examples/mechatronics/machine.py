@@ -15,7 +15,7 @@ from support import nc
 
 STOP = 5.0  # s
 FREE = {"stiffness": 0.0, "damping": 0.0}  # no spring and damper to ground
-CRADLE = {  # all that the equations in reference.py take for granted
+CRADLE = {  # what the equations in reference.py assume
     "gravity": 9.81,
     "pendulum.length": 1.962,
     "pendulum.drag": 0.0,
@@ -33,7 +33,7 @@ PARAMETERS = {  # of the plant
     parameter.get("name"): float(parameter.find("Real").get("start"))
     for parameter in ElementTree.parse(DESCRIPTION).iterfind("ModelVariables/*[@causality='parameter']")
 }
-# These cannot be set by every tool that runs an SSP: the FMU must have been built with them.
+# Not every tool that runs an SSP can set these: the FMU must have been built with them.
 BUILT_IN = {"contact.model": "powerLaw", "contact.dampingLaw": "kelvinVoigt", "solver.method": "eventDriven"}
 
 
@@ -46,7 +46,7 @@ class Fmus:
 
     @contextmanager
     def started(self, method: str, values: dict | None = None, *, newton: bool = False) -> Iterator[Master]:
-        """A master at the start; `values` are the plant's."""
+        """A master at the start time; `values`: parameters of the plant."""
         with self.cradle.start(CRADLE) as cradle, self.plant.start(values) as of_plant:
             yield Master(cradle, of_plant, method, newton=newton)
 
@@ -61,8 +61,8 @@ def opened(cradle: Path, out: Path, language: str) -> Iterator[Fmus]:
 
 
 def plant(language: str, out: Path) -> Path:
-    """The plant's FMU from plant.c, for machines like this one, or from plant.py. Raises FileNotFoundError without a C
-    compiler."""
+    """The plant's FMU: from plant.c, which runs only on machines like this one, or from plant.py. Raises
+    FileNotFoundError without a C compiler."""
     if language == "c":
         return pack(DESCRIPTION.with_suffix(".c"), DESCRIPTION, out / "plant.fmu")
     from pythonfmu.builder import FmuBuilder
@@ -71,5 +71,5 @@ def plant(language: str, out: Path) -> Path:
 
 
 def positions(master: Master) -> list[float]:
-    """Of the balls relative to the cart, and of the cart, m."""
+    """Positions of the balls relative to the cart, then of the cart, m."""
     return [*master.cradle["x"], master.plant.get("s")]

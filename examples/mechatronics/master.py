@@ -1,16 +1,16 @@
 """A master for the cradle and its plant: four signals, and four ways to estimate them in advance.
 
-The two FMUs step side by side, each over the same step of length h. What one needs from the other during
-the step is passed as a value and a rate, chosen so that its integral over the step is correct:
+The two FMUs step side by side, each over the same step of length h. What one needs from the other during the step is
+passed as a value and a rate, which give the right integral over the step:
 
     hold         what the other one did over its last step, spread over this one: order 1
     extrapolate  value and rate at the start of the step, from output derivatives, passed on as input derivatives;
-                 the error of the last step's guess is made up for, so this is of order 3
-    repeat       what the other one did over this very step, held: the step is repeated from saved states until that
+                 the next step makes up for the error of this guess: order 3
+    repeat       what the other one does over this step, held: the step is repeated from saved states until this
                  no longer changes: order 2
-    smooth       the same, changing linearly over the step, by input derivatives: order 4
+    smooth       as `repeat`, but changing linearly over the step, by input derivatives: order 4
 
-Nothing is lost in transit: what has been sent but not delivered is added to the next step's share.
+Nothing is lost in transit: what one has sent but the other has not received is added to the next step.
 """
 
 from collections.abc import Iterator
@@ -22,19 +22,19 @@ METHODS = ("hold", "extrapolate", "repeat", "smooth")
 REPEATING = METHODS[2:]
 MOST_TRIALS = 50  # of a step
 SHORTEST = 1e-9  # s, of the steps to the next impact
-PULSE = 1e-4  # s, step after an impact: a pulse lasts about so long
+PULSE = 1e-4  # s, step after an impact: about the duration of a pulse
 TOLERANCE = 1e-13  # of the integrals (N.s, m, m/s, N.s), when steps are repeated
 FORCE, COIL, ACCELERATION, PUSH = range(4)  # the signals: two to the plant, two to the cradle
 
 
 class Master:
-    """A cradle and a plant at the same time, and the signals between them."""
+    """A cradle and a plant, and the signals between them."""
 
     def __init__(self, cradle: nc.Run, plant: nc.Run, method: str = "hold", *, newton: bool = False):
         self.cradle, self.plant, self.method, self.newton = cradle, plant, method, newton
         self.cradle_mass = cradle.get("ball.mass") * sum(cradle["ball.massRatio"])
-        self.trials = 0  # steps of the cradle, repeated ones counted
-        # Of each signal: integral sent and delivered so far, value and rate where the sender is.
+        self.trials = 0  # steps of the cradle, with repeated ones
+        # For each signal: the integral sent and delivered so far, and the sender's present value and rate.
         self.sent = np.zeros(4)
         self.sent = self._sent(0.0)
         self.delivered = self.sent.copy()
@@ -43,16 +43,16 @@ class Master:
 
     @property
     def time(self) -> float:
-        """s"""
+        """The present time, s."""
         return self.cradle.time
 
     @property
     def pending(self) -> np.ndarray:
-        """Sent but not yet delivered."""
+        """The integral of each signal that was sent but not yet delivered."""
         return self.sent - self.delivered
 
     def momenta(self) -> dict[str, float]:
-        """kg.m/s: of the balls, of the cart, and of what is on its way from one to the other."""
+        """The momenta of the balls, of the cart, and on its way from one to the other, kg.m/s."""
         return {
             "balls": self.cradle.get("p_total") + self.cradle_mass * self.delivered[ACCELERATION],
             "cart": self.plant.get("mass") * self.plant.get("v"),
@@ -60,7 +60,8 @@ class Master:
         }
 
     def energies(self) -> dict[str, float]:
-        """J: of the balls (at the velocity of the cart that they know), of the cart, lost, and put in by the coil."""
+        """Energies, J: of the balls, at the velocity that the cart has for them; of the cart; lost; put in by the
+        coil."""
         known = self.delivered[ACCELERATION]
         energy, momentum = self.cradle.get("E_total"), self.cradle.get("p_total")
         s, v, mass, stiffness = (self.plant.get(name) for name in ("s", "v", "mass", "stiffness"))
@@ -72,10 +73,10 @@ class Master:
         }
 
     def steps(self, stop: float, h: float, *, at_impacts: bool = False) -> Iterator[float]:
-        """Steps to `stop` (s) by way of all multiples of h; yields the times, the first one included.
+        """Steps to `stop` (s), ending a step at each multiple of h (s); yields the times, the first one included.
 
-        `at_impacts`: also by way of every onset of a contact, and of a point shortly after it. Only for methods
-        that repeat steps: the others would spend in a short step what was meant for a long one.
+        `at_impacts`: also ends a step at every onset of a contact, and shortly after it. Only for methods that repeat
+        steps: the others would put into a short step what was meant for a long one.
         """
         if at_impacts and self.method not in REPEATING:
             raise ValueError(f"the method {self.method} needs equal steps; only {REPEATING} can step to impacts")
@@ -92,7 +93,7 @@ class Master:
                 yield self.time
 
     def step_to(self, end: float) -> None:
-        """One communication step of both. Raises RuntimeError if a repeated one does not converge."""
+        """One communication step of both, to `end` (s). Raises RuntimeError if a repeated step does not converge."""
         begin, h, repeating = self.time, end - self.time, self.method in REPEATING
         share, rate = self.pending, np.zeros(4)
         if self.method == "extrapolate":
@@ -123,7 +124,7 @@ class Master:
         self.value, self.rate = self._look()
 
     def _try(self, end: float, h: float, share: np.ndarray, rate: np.ndarray) -> None:
-        """Steps both FMUs with these integrals over the step."""
+        """Steps both FMUs. `share`: the integral of each signal over the step; `rate`: its rate."""
         value = share / h - 0.5 * h * rate
         self.trials += 1
         self.cradle.set({"a_support": value[ACCELERATION], "F_ext[1]": value[PUSH]})
@@ -138,7 +139,7 @@ class Master:
         self.plant.step_to(end)
 
     def _sent(self, h: float) -> np.ndarray:
-        """Integrals that each side has sent, after a step of length h."""
+        """The integrals that each side has sent, after a step of length h (s)."""
         supported = self.sent[FORCE] + h * self.cradle.get("F_support_mean")
         pushed = self.plant.get("force_constant") * self.plant.get("q")
         return np.array([supported, self.cradle.get("x[1]"), self.plant.get("v"), pushed])
@@ -152,8 +153,7 @@ class Master:
         return np.array([*values, *plant[:2]]), np.array([*rates, *plant[2:]])
 
     def _response(self, begin: float, end: float, before) -> np.ndarray:
-        """How the signals that both send change with those that they receive; the cradle's part by directional
-        derivatives."""
+        """The derivatives of the sent signals by the received ones; for the cradle from directional derivatives."""
         cradle, h, response = self.cradle, end - begin, np.zeros((4, 4))
         for signal, name in ((ACCELERATION, "a_support"), (PUSH, "F_ext[1]")):
             force, position = cradle.derivative(["F_support_mean", "x[1]"], name, over="step") / h
@@ -162,8 +162,8 @@ class Master:
         return response
 
     def _plant_response(self, begin: float, end: float, before) -> np.ndarray:
-        """The same for the plant, which is linear but gives no derivatives: a difference of trial steps, once for
-        each length."""
+        """The derivatives of the plant's sent signals by its received ones. The plant is linear but gives no
+        derivatives: differences of trial steps give them, once for each length of step."""
         h = end - begin
         if h not in self._responses:
             plant, sent = self.plant, []

@@ -44,13 +44,13 @@ class CartAndCoil(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """One communication step."""
-        # The sensor: what the cradle reports is the mean over its last step, as long as the one done here.
+        # The sensor gets the cradle's mean over its last step.
         self.sensed += self.F_sensor * self.last_step
         if self.F_sensor > 0.0:
             self.impacts = self.pulses
         v, q, end = self.v, self.q, current_time + step_size
         z = [getattr(self, name) for name in INTEGRATED]
-        # Tight, because steps that a master repeats must agree to its tolerance; the pull has a kink at `pull_time`.
+        # Tight, because repeated steps must agree to the master's tolerance; the pull has a kink at `pull_time`.
         z = solve_ivp(self._rates, (current_time, end), z, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
         rate = dict(zip(INTEGRATED, self._rates(end, z), strict=True))
         for name, value in zip(INTEGRATED[:6], z[:6], strict=True):

@@ -1,4 +1,4 @@
-"""The same machine as one set of equations, integrated with tight tolerance: the reference for the coupling."""
+"""The machine as one set of equations, integrated with tight tolerance: the reference for the coupling."""
 
 import math
 from itertools import pairwise
@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 
 
 def reference(c: dict, p: dict, n: int, times: np.ndarray) -> np.ndarray:
-    """Positions of n equal balls relative to the cart, and of the cart (m) at these times (s), from rest at 0. The
-    contacts are linear, without damping. `c`, `p`: parameters of cradle and plant."""
+    """Positions (m) of n equal balls relative to the cart, then of the cart, at these times (s), from rest at 0: shape
+    (times, n + 1). The contacts are linear, without damping. `c`, `p`: parameters of cradle and plant."""
     omega2 = c["gravity"] / c["pendulum.length"]
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:

@@ -1,10 +1,10 @@
 """System structures (SSP 1.0): the machine of this example, and the cradle alone with its presets.
 
-FMPy's runner ignores the parameter bindings of an SSP, starts every connector at 0, and steps the FMUs side by side.
-So the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves, some only those
-of a component. So the cradle's parameters are bound both to the system and to the component. All of them are numbers,
-because some tools cannot set an enumeration, and others silently ignore it. Enumerations keep the values that the FMU
-was built with.
+FMPy's runner ignores the parameter bindings of an SSP, starts every connector at 0, and steps the FMUs side by side. So
+the parameter set is read from the SSP and passed to it. Other tools read the bindings themselves, some only the
+bindings of a component. So the cradle's parameters are bound both to the system and to the component. All are numbers:
+some tools cannot set an enumeration, and others silently ignore it. Enumerations keep the values that the FMU was built
+with.
 """
 
 import zipfile
@@ -30,10 +30,10 @@ TO_PLANT = {  # cradle's output: plant's input
     "pulses[4]": "pulses",
 }
 TO_CRADLE = {"a_mean": "a_support", "F_coil_mean": "F_ext[1]"}  # plant's output: cradle's input
-SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # by the cradle, without being connected
+SHOWN = ["p_total", *(f"x[{i}]" for i in range(1, 6))]  # outputs of the cradle that are not connected
 SHOWN_PLANT = ["s", "v", "sensed", "impacts"]
 PRESETS = {"default": {}, "figure5_overlapping": nc.figure5(0.0)}
-# Those whose enumerations are the ones that the FMU was built with.
+# Presets that need no other enumerations than the FMU was built with.
 PRESETS |= {name: nc.preset(name) for name in ("textbook", "figure5", "figure6")}
 
 
@@ -72,20 +72,20 @@ def run(path: Path, h: float, values: dict | None = None) -> np.ndarray:
     """
     start = read_ssv(path, "resources/start.ssv")
     for name, value in (values or {}).items():
-        start.parameters.append(SimpleNamespace(name=name, value=value))  # FMPy's runner reads no more than these
+        start.parameters.append(SimpleNamespace(name=name, value=value))  # FMPy's runner reads only name and value
     result = simulate_ssp(path, stop_time=STOP - 0.5 * h, step_size=h, parameter_set=start)
     result["time"] = h * np.arange(1, len(result) + 1)  # FMPy writes the start of the step
     return result
 
 
 def unit_of(variable) -> dict:
-    """The attribute of a value, if it has one."""
+    """The attribute `unit` of a value, if the variable has one."""
     return {"unit": variable.unit} if variable.unit else {}
 
 
 def component(name: str, fmu: nc.Fmu, shown: list[str], parameter_set: str | None = None):
-    """A component with connectors of these variables, its FMU in the folder resources; its own part of the parameter
-    set has its name."""
+    """A component with connectors for these variables; its FMU is in the folder resources. Its parameter set is named
+    after the system's set and the component."""
     source = {"type": "application/x-fmu-sharedlibrary", "source": f"resources/{fmu.path.name}"}
     connectors = [
         SSD.Connector(SSC(one.type, **unit_of(one)), name=one.name, kind=one.causality)
@@ -115,7 +115,7 @@ def system(name: str, fmus: Fmus, components: list, parameter_set: str, stop: fl
 
 
 def parameter_sets(name: str, values: dict, fmu: nc.Fmu) -> dict:
-    """Files with the cradle's start values: the parameter set of the system, and that of the component."""
+    """Files with the cradle's start values: one parameter set for the system, one for the component."""
     files = {}
     for file, prefix in ((name, "cradle."), (f"{name}_cradle", "")):
         found = []
@@ -129,13 +129,13 @@ def parameter_sets(name: str, values: dict, fmu: nc.Fmu) -> dict:
 
 
 def units(fmu: nc.Fmu) -> list:
-    """The FMU's units by their base units."""
+    """The FMU's units, expressed in base units."""
     described = etree.parse(Path(fmu.folder, "modelDescription.xml")).iterfind("UnitDefinitions/Unit")
     return [SSC.Unit(SSC.BaseUnit(dict(unit.find("BaseUnit").attrib)), name=unit.get("name")) for unit in described]
 
 
 def write(path: Path, files: dict, fmus: list[Path]) -> None:
-    """Writes the archive."""
+    """Writes the archive: these XML files, and the FMUs in the folder resources."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, root in files.items():
             archive.writestr(name, etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8"))

@@ -1,10 +1,10 @@
-"""What one would write without the FMU: the paper's cradle by hand in Modelica, two dozen lines, beside the FMU.
+"""The paper's cradle written by hand in Modelica, in two dozen lines, beside the FMU.
 
     .venv/bin/python examples/modelica/compare.py
 
 The compiler rumoca (`pip install rumoca`) simulates Paper.mo for ten seconds of the paper's Figures 5 and 6, by its two
-solvers and with several tolerances. The table has times, without compilation, the largest difference of a position from
-the FMU's, and the relative error of the energy.
+solvers and with several tolerances. The table has the time without compilation, the largest difference of a position
+from the FMU's, and the relative error of the energy.
 """
 
 import argparse
@@ -27,7 +27,7 @@ def modelica(values: dict, stop: float, solver: str, tolerance: float, step: flo
     begin = time.perf_counter()
     result = model.simulate((0.0, stop), dt=step, config=config, params=parameters)
     taken = time.perf_counter() - begin
-    # Rows at events are among the samples: of those at one time, the last one counts.
+    # Events add rows: of several rows at one time the last one counts.
     data, times = result.to_dict()["data"], np.asarray(result.time)
     rows = np.searchsorted(times, np.arange(round(stop / step) + 1) * step + 1e-9) - 1
     columns = {name: np.column_stack([data[f"{name}[{i}]"] for i in range(1, 6)])[rows] for name in "xv"}
@@ -35,7 +35,7 @@ def modelica(values: dict, stop: float, solver: str, tolerance: float, step: flo
 
 
 def by_fmu(values: dict, stop: float, step: float = 0.01) -> dict:
-    """The same by the FMU."""
+    """The positions and velocities of a run by the FMU, and its time, s; see `modelica`."""
     with nc.Fmu() as fmu, fmu.start(values) as run:
         recorder, taken = run.recorder(["x", "v"]), 0.0
         recorder.sample()
@@ -49,7 +49,7 @@ def by_fmu(values: dict, stop: float, step: float = 0.01) -> dict:
 
 
 def energy_error(run: dict) -> float:
-    """The largest change of the energy, relative to it; of 1 kg on 1.962 m."""
+    """The largest relative change of the energy, for balls of 1 kg on pendulums of 1.962 m."""
     energy = np.sum(run["v"] ** 2 + 9.81 / 1.962 * run["x"] ** 2, axis=1)
     return float(np.abs(energy / energy[0] - 1).max())
 

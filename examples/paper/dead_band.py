@@ -1,10 +1,10 @@
-"""Overlap of neighbouring pulses for each order p of the force law F = k overlap^p, and the dead band without any."""
+"""Overlap of neighbouring pulses for each order p of the force law F = k overlap^p, and the dead band that ends it."""
 
 import numpy as np
 from plots import COLOURS, Column, Strip, Trace
 from support import Found, nc, tracked
 
-# deadBand / largest overlap at which neighbouring pulses part: I_p = B(1/(p+1), 1/2)/(p+1).
+# deadBand / largest overlap from which neighbouring pulses do not overlap: I_p = B(1/(p+1), 1/2)/(p+1).
 THRESHOLD = {1.0: 1.5708, 1.5: 1.4716, 2.0: 1.4022, 3.0: 1.3110, 4.0: 1.2537, 5.0: 1.2143}
 # Overlap without a dead band, from an independent computation in quadruple precision.
 OVERLAP = {1.0: 0.536, 1.5: 0.357, 2.0: 0.234, 3.0: 0.108, 4.0: 0.0523, 5.0: 0.0261}
@@ -12,8 +12,8 @@ RATIOS = np.linspace(0.0, 1.6, 17)
 
 
 def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
-    """The overlap over the dead band for each order; the threshold by bisection, which does not depend on the number
-    of balls."""
+    """For each order, the overlap over the dead band and, by bisection, the threshold, which does not depend on the
+    number of balls."""
     orders = tracked("Dead band scan for orders 1 to 5", THRESHOLD)
     curves = {p: np.array([overlap(fmus[5], p, ratio) for ratio in RATIOS]) for p in orders}
     kinds = [("deadBand_over_overlap", "f8"), *((f"p={p:g}", "f8") for p in curves)]
@@ -58,7 +58,7 @@ def overlap(fmu: nc.Fmu, p: float, ratio: float) -> float:
 
 
 def threshold(fmu: nc.Fmu, p: float) -> float:
-    """Smallest ratio without overlap, to 1e-6."""
+    """Smallest ratio of dead band to largest overlap without overlapping pulses, to 1e-6."""
     overlapping, separate = 1.0, 2.0
     while separate - overlapping > 1e-6:
         ratio = 0.5 * (overlapping + separate)

@@ -77,7 +77,7 @@ def simulate(fmu: nc.Fmu, values: dict, progress: nc.Progress | None = None) -> 
 
 
 def velocities(result: nc.Result) -> np.ndarray:
-    """Amplitudes of the balls after the impacts, with the sign of v at x = 0, divided by that of a lifted ball."""
+    """Amplitudes of the balls after the impacts, with the sign of v at x = 0, relative to a lifted ball's amplitude."""
     phase = OMEGA * (result["time"][-1] - QUARTER)
     x, v = result["x"][-1], result["v"][-1]
     return (v * np.cos(phase) + OMEGA * x * np.sin(phase)) / SPEED

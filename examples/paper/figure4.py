@@ -7,7 +7,8 @@ from support import Found, nc
 
 
 def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
-    """Ten seconds as a host sees them, and once more with points in every pulse, from ten seconds down to one pulse."""
+    """Ten seconds as a host sees them, and the same run with samples in every pulse, to zoom in from ten seconds to one
+    pulse."""
     values = nc.figure5()
     result = fmus[5].simulate(values, stop=STOP, progress=nc.Progress("Figure 4, 10 s in steps of 10 ms"))
     resolved = nc.resolved(fmus[5], values, stop=STOP, record=["F"], per_pulse=48)

@@ -11,8 +11,8 @@ OMEGA = np.sqrt(5.0)  # 1/s, sqrt(g/L)
 AMPLITUDE = 1.0  # m
 DEAD_BAND = 1.46e-7  # m
 PULSE = np.pi / np.sqrt(2 * 2.9e14)  # s, length of a two-ball pulse at k/m = 2.9e14 1/s2
-SHIFT = 2 * (DEAD_BAND + AMPLITUDE * OMEGA * PULSE / 2)  # m, what each sequence adds to the middle ball
-SHOWN, MENTIONED, STOP = 30.0, 240.0, 600.0  # s; the paper shows the first and mentions the others
+SHIFT = 2 * (DEAD_BAND + AMPLITUDE * OMEGA * PULSE / 2)  # m, what each sequence adds to the middle ball's amplitude
+SHOWN, MENTIONED, STOP = 30.0, 240.0, 600.0  # s: the paper shows the first, and mentions the others
 RECORD = ["x", "v", "E_total", "E_residual", "p_total", "F_support_mean"]
 
 

@@ -40,7 +40,7 @@ def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
     touching, apart = outcomes
     for i, (v, wanted) in enumerate(zip(free, OUTCOME, strict=True), start=1):
         found.within("Hertz", f"chain: v[{i}] / speed", v, wanted, 1e-9)
-    # To within the effect of gravity in a millisecond.
+    # The tolerances allow for gravity during a millisecond.
     worst, ideal = np.abs(touching - OUTCOME).max(), np.abs(apart - [0, 0, 0, 0, 1]).max()
     found.within("Hertz", "steel cradle: worst difference from the chain", worst, 0.0, 1e-5)
     found.at_least("Hertz", "speed of ball 4 / striker's, touching", touching[3], 0.1)

@@ -27,7 +27,7 @@ sys.path.append(str(ROOT / "tests/hosts"))
 
 from browser import Browser
 
-# Of each step of the lesson: a name, and when, in seconds after the release or as a part of the click.
+# For each step of the lesson: a name, and the moment, in seconds after the release or as a fraction of the click.
 LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
 LESSON += (("beside", 10.05, None), ("faster", None, 1.04))
 OPEN = """const [step, opened] = arguments;
@@ -69,7 +69,7 @@ def default_run(fmu: nc.Fmu) -> Plot:
 
 
 def svg(plot: Plot, path: Path) -> None:
-    """A plot as SVG to be put into a page: text stays text, three digits are enough, colours are those of the page."""
+    """Writes a plot as SVG to be put into a page: with text as text, three digits, and the colours of the page."""
     plt.rcParams["svg.fonttype"] = "none"
     plt.rcParams["svg.hashsalt"] = "cradle"
     plt.rcParams["path.simplify_threshold"] = 0.3
@@ -86,7 +86,8 @@ def svg(plot: Plot, path: Path) -> None:
 
 
 def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
-    """The cradle in a click, for `docs` and, without what is around it, as `scene`; the lesson; the report's top."""
+    """Photographs the cradle in a click, for `docs`, and without its surroundings as `scene`; the lesson; the report's
+    top."""
     with Browser("hide-scrollbars") as browser, tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "cradle.html"
         save_page(page, from_fmu(fmus[5].path))
@@ -106,7 +107,7 @@ def photographs(fmus, report: Path, docs: Path, scene: Path) -> None:
 
 
 def save_scene(browser, path: Path, width: int = 960) -> None:
-    """The balls alone, as SVG to be put into a page: that needs no other file then."""
+    """Writes the balls alone as SVG to be put into a page, which then needs no other file."""
     picture = Image.open(io.BytesIO(browser.find(".cradle").screenshot_as_png)).convert("RGB")
     picture.thumbnail((width, width))
     (width, height), file = picture.size, io.BytesIO()
@@ -122,7 +123,7 @@ def lesson(browser, page: Path, folder: Path) -> None:
     """Opens each step of the lesson, and waits for its moment."""
     for step, (name, seconds, part) in enumerate(LESSON):
         browser.visit(page, "#preset=textbook")
-        # Without a GPU, each pixel takes time: there are few until shortly before the moment.
+        # Without a GPU, each pixel takes time: the resolution is low until shortly before the moment.
         set_screen(browser, 0.25)
         browser.execute_async_script(OPEN, step)
         if part is None:
@@ -139,7 +140,7 @@ def lesson(browser, page: Path, folder: Path) -> None:
 
 
 def set_screen(browser, scale: float) -> None:
-    """The size of the lesson's pictures, with this many pixels for a CSS pixel."""
+    """Sets the screen to the size of the lesson's pictures, with `scale` pixels for a CSS pixel."""
     screen = {"width": 960, "height": 600, "deviceScaleFactor": scale, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
 
@@ -150,7 +151,7 @@ def photograph(browser, path: Path, wait: float = 1.0, width: int = 1000) -> Non
 
 
 def small(picture: Image.Image, path: Path, width: int = 1000) -> None:
-    """At most `width` pixels wide; a PNG with at most 256 colours, or a JPEG."""
+    """Writes a picture at most `width` pixels wide, as a PNG with at most 256 colours, or a JPEG."""
     picture = picture.convert("RGB")
     picture.thumbnail((width, picture.height), Image.Resampling.LANCZOS, reducing_gap=None)
     if path.suffix == ".png":

@@ -42,8 +42,8 @@ class Strip:
 
 @dataclass(frozen=True)
 class Column:
-    """Strips above each other that share a horizontal axis. `views`: ranges of it to look at, by the name of their
-    button; the first one is shown first. In the report, columns side by side have the same."""
+    """Strips above each other that share a horizontal axis. `views`: ranges of this axis by the name of their button,
+    the one shown at first in front. In the report, columns side by side have views of the same names."""
 
     strips: list[Strip]
     views: dict[str, tuple[float, float]]
@@ -54,8 +54,8 @@ class Column:
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: columns of as many strips side by side, and a caption that says what to see. `height`: of a strip, in
-    inches; `files`: CSV files with its numbers, in the folder of the report."""
+    """A figure: columns side by side, all with as many strips, and a caption that says what to see. `height`: of a
+    strip, in inches; `files`: CSV files with its numbers, in the folder of the report."""
 
     name: str
     title: str
@@ -108,8 +108,8 @@ def save_picture(plot: Plot, path: Path, **options) -> None:
 
 @contextmanager
 def diagrams(path: Path, height: float, **options):
-    """Two diagrams side by side, for curves that no `Plot` has, such as those over a logarithmic axis: yields their
-    axes, and then writes the picture as PNG. `height`: in inches; `options`: those of `subplots`."""
+    """Two diagrams side by side, for what a `Plot` cannot show, such as a logarithmic axis: yields their axes, and then
+    writes the picture as PNG. `height`: in inches; `options`: those of `subplots`."""
     plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
     figure, axes = plt.subplots(1, 2, figsize=(9, height), layout="constrained", **options)
     yield axes

@@ -14,7 +14,7 @@ ASSETS = Path(__file__).parent / "report"
 
 
 def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path) -> None:
-    """Writes the report; `cradle`: the page beside it that it links."""
+    """Writes the report; `cradle`: the page beside it, to which it links."""
     places: dict[str, int] = {}
     figures = json.dumps(plots, default=lambda part: told(part, places))
     contents = [f'<li><a href="#{plot.name}">{escape(plot.title)}</a></li>' for plot in plots]
@@ -35,23 +35,23 @@ def save_report(path: Path, plots: list[Plot], checks: list[Check], cradle: Path
 
 
 def told(part: object, places: dict[str, int]) -> dict:
-    """A plot or a part of it as the script reads it; `places`: numbers of the arrays that are kept, each once."""
+    """A plot, or a part of it, as the script reads it. `places`: collects the arrays, each once, with their numbers."""
 
     def place(array: np.ndarray, kind: str) -> int:
         return places.setdefault(json.dumps(packed({"": array}, kind)), len(places))
 
     if isinstance(part, Plot):
         return {"name": part.name, "height": round(part.height * 80), "columns": part.columns}
-    if isinstance(part, Trace):  # what is zoomed into needs all digits
+    if isinstance(part, Trace):  # x needs all digits, because one can zoom in
         points = {"x": place(part.x, "f8"), "y": place(part.y, "f4")}
-        # The name of a colour that dark pages have another one for, else the colour.
+        # The name of a colour that differs on dark pages, else the colour.
         series = COLOURS.index(part.colour) + 1 if part.colour in COLOURS else None
         return vars(part) | points | {"colour": f"--series-{series}" if series else part.colour}
     return vars(part)
 
 
 def section(plot: Plot) -> str:
-    """Where the script puts a plot's charts, with its caption and the files with its numbers."""
+    """The section for a plot: a place for its charts, its caption, and links to its files."""
     names = ", ".join(f'<a href="{escape(name)}">{escape(name)}</a>' for name in plot.files)
     links = f'\n<p class="files">Numbers: {names}</p>' if names else ""
     return (

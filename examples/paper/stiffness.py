@@ -6,13 +6,13 @@ from plots import COLOURS, Column, Strip, Trace
 from support import Found, nc, tracked
 
 STIFFNESS = [1e10, 1e12, 1e13, 1e14]  # N/m
-SPAN, STEPS = 10.0, 1000  # how long to look after the onset, in sqrt(m/k), and in how many steps
+SPAN, STEPS = 10.0, 1000  # time after the onset in sqrt(m/k), and its number of steps
 TIME = np.linspace(0.0, SPAN, STEPS + 1)
 
 
 def run(fmus: dict[int, nc.Fmu], found: Found) -> None:
-    """The first impact of Figure 5 at four stiffnesses, in units of the impact, without and with dead band: the same
-    shape, apart from the effect of gravity (about omega^2 m/k) and rounding; not so with a fixed dead band."""
+    """The first impact of Figure 5 at four stiffnesses, in units of the impact. Without a dead band the shape is the
+    same, apart from gravity (about omega^2 m/k) and rounding; with a fixed dead band it is not."""
     cases = [(k, dead_band) for dead_band in (0.0, DEAD_BAND) for k in STIFFNESS]
     force, outcome, neighbours = {}, {}, {}
     for case in tracked("Stiffness from 1e10 to 1e14 N/m", cases):

@@ -1,4 +1,4 @@
-"""What the examples share: the command line, and what they find: checks, plots and CSV files."""
+"""What the examples share: the command line, and results: checks, plots and CSV files."""
 
 import argparse
 import csv
@@ -27,12 +27,12 @@ class Check:
 
 
 class Found:
-    """What experiments have found: checks of numbers, plots, and files with the numbers in the folder `out`."""
+    """The results of experiments: checks of numbers, plots, and CSV files in the folder `out`."""
 
     def __init__(self, out: Path):
         out.mkdir(parents=True, exist_ok=True)
         self.out, self.checks, self.plots = out, [], []
-        self._files: list[str] = []  # that the next plot shows
+        self._files: list[str] = []  # that the next plot links
 
     def _check(self, figure: str, what: str, measured: str, required: str, holds: bool) -> None:
         self.checks.append(Check(figure, what, measured.strip(), required.strip(), bool(holds)))
@@ -62,7 +62,8 @@ class Found:
         self._check(figure, what, str(value), str(wanted), value == wanted)
 
     def conserved(self, figure: str, result: nc.Result, speed: float) -> None:
-        """Energy over a run, and momentum over each impact sequence relative to that of 1 kg at `speed` (m/s)."""
+        """Checks that energy is conserved over a run, and momentum over each impact sequence, relative to the momentum
+        of 1 kg at `speed` (m/s)."""
         error, defect = nc.energy_error(result), np.abs(nc.momentum_of_sequences(result)).max()
         self.at_most(figure, f"energy error over {result['time'][-1]:g} s", error, 1e-10)
         self.at_most(figure, "momentum defect per sequence / m v", defect / speed, 1e-12)
@@ -84,7 +85,7 @@ class Found:
         self._files.append(name)
 
     def plot(self, name: str, title: str, caption: str, columns: list[Column], height: float = 1.25) -> None:
-        """Draws a plot as PNG; it links the files that were saved since the last one."""
+        """Draws a plot as PNG, and links it to the files saved since the last plot."""
         self.plots.append(Plot(name, title, caption, columns, height, tuple(self._files)))
         self._files.clear()
         path = self.out / f"{name}.png"
@@ -117,7 +118,7 @@ def print_rows(rows: list[dict], digits: int = 3) -> None:
 
 
 def tracked(label: str, items, count: int | None = None):
-    """The items one after the other; a bar shows how many of them, or of `count`, are done."""
+    """Yields the items; a bar shows how many of them, or of `count`, are done."""
     progress = nc.Progress(label)
     for number, item in enumerate(items, start=1):
         yield item
@@ -125,8 +126,8 @@ def tracked(label: str, items, count: int | None = None):
 
 
 def command_line(description: str, out: str, fmu: str = "NewtonsCradle.fmu") -> argparse.ArgumentParser:
-    """The options that all examples have: `--fmu`, this FMU of target/fmu unless given, and `--out`, a folder in out/
-    unless given."""
+    """A parser with the options that all examples have: `--fmu`, by default this FMU in target/fmu, and `--out`, by
+    default this folder in out/."""
     form, place = argparse.RawDescriptionHelpFormatter, f"target/fmu/{fmu}"
     parser = argparse.ArgumentParser(description=description, formatter_class=form)
     parser.add_argument("--fmu", type=Path, default=ROOT / place, help=f"FMU [default: {place}]")
@@ -135,7 +136,7 @@ def command_line(description: str, out: str, fmu: str = "NewtonsCradle.fmu") -> 
 
 
 def ended(main: Callable[[], int | None]) -> None:
-    """Runs a script's main function and ends the script, with one sentence where an FMU or a file is refused."""
+    """Runs a script's main function and ends the script; if an FMU or a file is refused, it prints one sentence."""
     try:
         sys.exit(main())
     except (OSError, nc.CradleError) as problem:

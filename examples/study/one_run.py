@@ -1,7 +1,7 @@
 """What a worker of the study does: one cradle, given by a few parameters, run for ten seconds.
 
-`study.py` sends this file and the FMU to the workers of dask. So they need Python with `newtons_cradle`, FMPy and
-distributed, but no copy of the two.
+`study.py` sends this file and the FMU to the workers of dask, which need Python with `newtons_cradle`, FMPy and
+distributed, but no copy of these files.
 """
 
 import newtons_cradle as nc
@@ -15,7 +15,7 @@ PERIOD = 2.81  # s, a little more than the cradle's period
 
 
 def given(n: int) -> dict:
-    """What is the same in every run: start values that an FMU must have been built with, and that runs set again."""
+    """Start values that are the same in every run: the FMU must have been built with them, and runs set them again."""
     return {
         "gravity": 9.81,
         "pendulum.length": 1.962,

@@ -79,7 +79,8 @@ def command_line() -> argparse.Namespace:
 
 
 def checked(path: Path) -> dict:
-    """What the rows come from. Raises OSError, or FmuError for an FMU that does not fit this study."""
+    """Where the rows come from: FMU, versions and start values. Raises OSError, or FmuError for an FMU that does not
+    fit this study."""
     with nc.Fmu(path) as fmu:
         fmu.require()
         if fmu.balls < 3:
@@ -102,8 +103,8 @@ def without_effect(rows: pd.DataFrame) -> list[str]:
 
 
 def connected(scheduler: str | None):
-    """A client of the dask scheduler at this address, whose workers get the code of a run; None without one. Raises
-    OSError."""
+    """A client of the dask scheduler at this address, whose workers get the code of a run; None without an address.
+    Raises OSError."""
     if scheduler is None:
         return nullcontext()
     from distributed import Client
@@ -114,7 +115,7 @@ def connected(scheduler: str | None):
 
 
 def report(rows: pd.DataFrame, seconds: float) -> pd.DataFrame:
-    """Says what failed and how long it took; returns the rows that succeeded."""
+    """Prints what failed and how long it took; returns the rows that succeeded."""
     failed = rows[rows["error"] != ""]
     for *case, error in failed[[*AXES, "error"]].head(20).itertuples(index=False):
         print(f"FAILED  {', '.join(f'{name} {x:g}' for name, x in zip(AXES, case, strict=True))}: {error}")

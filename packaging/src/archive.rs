@@ -16,7 +16,7 @@ use crate::error::Error;
 /// Files of an FMU by their path in it.
 pub type Entries = BTreeMap<String, Vec<u8>>;
 
-/// Where the file of this name is to be written: what a link leads to is replaced, and nothing but regular files.
+/// Where a file of this name is to be written: a link leads to the file that is replaced. Only regular files are.
 pub fn target(path: &Path) -> io::Result<PathBuf> {
     let is_link = match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(path.to_owned()),
@@ -34,13 +34,12 @@ pub fn replace(path: &Path, contents: &[u8]) -> Result<(), Error> {
     let draft = target.with_file_name(format!(".{}.{}", name.to_string_lossy(), process::id()));
     let write = || {
         target.parent().map_or(Ok(()), fs::create_dir_all)?;
-        // Of an earlier process with this number, if it was killed; or a link, which would lead elsewhere.
+        // A leftover of a killed process with this number; or a link, which would lead elsewhere.
         let _ = fs::remove_file(&draft);
         fs::File::create_new(&draft)?.write_all(contents)?;
         fs::rename(&draft, &target)
     };
     write().map_err(|error| {
-        // It may not be there.
         let _ = fs::remove_file(&draft);
         failed(error)
     })

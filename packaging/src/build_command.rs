@@ -27,7 +27,7 @@ impl Build {
         if !self.set.is_empty() || !self.parameters.is_empty() {
             start.warnings(None).iter().for_each(|warning| tell(format_args!("warning: {warning}")));
         }
-        // An empty name is the current folder.
+        // The parent of a bare file name is an empty path, which stands for the current folder.
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.is_dir();
         if let Some(missing) = self.out.as_deref().and_then(Path::parent).filter(missing) {
             return Err(Error::Usage(format!("--out: there is no folder {}", missing.display())));
@@ -86,7 +86,7 @@ impl Build {
         Ok(choice)
     }
 
-    /// The binaries, and the folder for the FMU if none is named: Cargo's, if they are compiled, else this one.
+    /// The binaries, and the folder for the FMU if none is named: Cargo's if they are compiled, else the current one.
     fn ready(&self) -> Result<(Ready, PathBuf), Error> {
         let mut ready = self.from.as_deref().map_or_else(|| Ok(Ready::default()), Ready::of)?;
         for text in &self.binary {
@@ -134,7 +134,7 @@ fn shown(path: &Path) -> &Path {
     std::env::current_dir().ok().and_then(|here| path.strip_prefix(here).ok()).unwrap_or(path)
 }
 
-/// A word for the shell.
+/// A word, quoted for the shell if necessary.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '\\' | '.' | ':' | '_' | '-' | '+');
     if word.chars().all(plain) {

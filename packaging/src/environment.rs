@@ -1,5 +1,5 @@
-//! The Python package in the environment of this program, and other Pythons that have it. It contains an FMU, and makes
-//! pages, for which it runs FMUs through FMPy.
+//! Finds the Python package, in the environment of this program or in other Pythons, and hands commands over to it. The
+//! package contains an FMU, and makes pages, for which it runs FMUs through FMPy.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::{env, fs};
 use crate::error::Error;
 
 const PACKAGE: &str = "newtons_cradle";
-/// The package, or what refers to it, among the packages of a Python.
+/// The package, or a file that refers to it, in a folder of Python packages.
 const PARTS: [&str; 2] = [PACKAGE, "newtons_cradle.pth"];
 
 /// Path of Python in a virtual environment.
@@ -18,8 +18,8 @@ const IN_VENV: &str = if cfg!(windows) { "Scripts/python.exe" } else { "bin/pyth
 const ADVICE: &str = "install it with `pip install newtons-cradle` or, in the folder of the sources, \
                       `python3 cradle.py paper`; --python selects another Python";
 
-/// The FMU of the installed package, if this program lies in its environment. Of several Pythons in it, as in
-/// `~/.local`, the one installed last.
+/// The FMU of the installed package, if this program lies in its environment. If several Pythons in it have the
+/// package, as in `~/.local`, the newest FMU.
 pub fn fmu() -> Option<PathBuf> {
     let programs = program_folder()?;
     let fmus = packages(programs.parent()?)
@@ -28,18 +28,18 @@ pub fn fmu() -> Option<PathBuf> {
     fmus.max_by_key(|fmu| fmu.metadata().and_then(|fmu| fmu.modified()).ok())
 }
 
-/// Whether the package is installed in this program's environment or in `.venv`, which may only refer to it. No Python
-/// is started, which would take longer than packing an FMU.
+/// Whether the package is installed in this program's environment or in `.venv`, where a file may refer to it. No
+/// Python is started, which would take longer than packing an FMU.
 pub fn has_package() -> bool {
     let has_part = |folder: PathBuf| PARTS.iter().any(|part| folder.join(part).exists());
     fmu().is_some() || venv().is_some_and(|venv| packages(&venv).any(has_part))
 }
 
-/// Where the Pythons in the folder `root` have packages.
+/// The folders in which the Pythons in the folder `root` have packages.
 fn packages(root: &Path) -> impl Iterator<Item = PathBuf> {
     let libraries = ["lib", "lib64"].into_iter().filter_map(|lib| fs::read_dir(root.join(lib)).ok());
     let pythons = libraries.flatten().filter_map(Result::ok).map(|entry| entry.path());
-    // Those of Debian have another name; those of Windows lie elsewhere.
+    // Debian has `dist-packages`; Windows has them elsewhere.
     let pythons = pythons.chain([root.join("Lib"), root.to_path_buf()]);
     pythons.flat_map(|python| ["site-packages", "dist-packages"].map(|name| python.join(name)))
 }
@@ -54,7 +54,7 @@ pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]
         .args(arguments)
         .status()
         .map_err(|error| Error::Failure(format!("cannot run {}: {error}; {ADVICE}", python.display())))?;
-    // If a package is missing, Python has printed an error of its own.
+    // Python itself has printed which package is missing.
     if !status.success() && !succeeds(&python, &format!("import {PACKAGE}.page")) {
         let python = python.display();
         return Err(Error::Failure(format!("{python} cannot import {PACKAGE}; {ADVICE}")));
@@ -63,8 +63,8 @@ pub fn hand_over(command: &str, python: Option<OsString>, arguments: &[OsString]
     code.ok_or_else(|| Error::Failure(format!("{} has ended early: {status}", python.display())))
 }
 
-/// A Python that has the package: that of this program's environment, one on the PATH, or that of `.venv` in this
-/// folder or one above. The package is not imported, which would take time.
+/// A Python that has the package: in this program's environment, on the PATH, or in `.venv` in this folder or one
+/// above. The package is not imported, which would take time.
 fn python() -> Option<OsString> {
     let (beside, on_path) = if cfg!(windows) {
         (["python.exe", "../python.exe"], ["py", "python"])
@@ -94,7 +94,7 @@ fn venv() -> Option<PathBuf> {
 /// The folder of this program, with links resolved.
 fn program_folder() -> Option<PathBuf> {
     let program = env::current_exe().ok()?;
-    // On Windows this would give a path that not every program accepts.
+    // On Windows, `canonicalize` gives a path that not every program accepts.
     let program = if cfg!(windows) { program } else { fs::canonicalize(program).ok()? };
     program.parent().map(Path::to_path_buf)
 }

@@ -21,7 +21,7 @@ impl std::fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// A cradle that is refused.
+/// A refused cradle is an error in the arguments.
 impl From<Refusal> for Error {
     fn from(refusal: Refusal) -> Self {
         Self::Usage(refusal.to_string())

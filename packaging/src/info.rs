@@ -1,4 +1,4 @@
-//! The contents of an FMU, for people. What comes from its names and texts is shown without control characters.
+//! The contents of an FMU, as text. Names and texts from the FMU are shown without control characters.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;

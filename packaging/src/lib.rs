@@ -6,14 +6,14 @@
 //! | [`check`] | what is wrong with an FMU that this program has written |
 //! | [`info`] | what is in an FMU |
 //! | [`mod@reference`] | parameter sets and reference results, and their check |
-//! | [`environment`] | the Python package: what it brings along, and what is handed over to it |
-//! | [`archive`] | the zip file, the same bytes for the same contents |
+//! | [`environment`] | the Python package: its FMU, and commands handed over to it |
+//! | [`archive`] | the zip file: the same bytes for the same contents |
 //! | [`platform`] | folders of the standard, target triples, and what a binary is made for |
 //! | [`universal`] | universal binaries of macOS |
 //!
 //! Failures that the user sees are [`Error`]s.
 
-// In tests what goes wrong fails the test.
+// In tests, a panic fails the test.
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 
 pub mod archive;

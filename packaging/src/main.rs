@@ -1,6 +1,6 @@
 //! `cradle-fmu`: builds, checks and shows FMUs on the command line. `cargo pack` runs it from the sources.
 
-// In tests what goes wrong fails the test.
+// In tests, a panic fails the test.
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 
 mod arguments;
@@ -31,7 +31,7 @@ fn main() -> ExitCode {
 }
 
 fn answer(Program { python, request }: Program) -> Result<ExitCode, Error> {
-    // Lets the Python package answer.
+    // Hands a command over to the Python package.
     let hand_over = |command: &str, own: Python| {
         let (program, arguments) = own.split(python.clone())?;
         environment::hand_over(command, program, &arguments).map(ExitCode::from)
@@ -40,7 +40,7 @@ fn answer(Program { python, request }: Program) -> Result<ExitCode, Error> {
         Request::Live(own) => return hand_over("live", own),
         Request::Page(own) => return hand_over("page", own),
         Request::Cases(own) => return hand_over("cases", own),
-        // Nothing is judged, which is no verdict.
+        // Code 1 would be the verdict "wrong", but nothing was judged.
         Request::Judge(own) => return hand_over("judge", own).map_err(|error| Error::Usage(error.to_string())),
         _ if python.is_some() => {
             return Err(Error::Usage("--python is refused; allowed: for page, live, cases and judge".to_owned()));

@@ -12,14 +12,14 @@ use crate::universal;
 pub struct Platform {
     /// Folder below `binaries/`.
     pub folder: &'static str,
-    /// Platform tuples of FMI 3.0, which are folders below `binaries/` there: one for each processor.
+    /// Platform tuples of FMI 3.0, its folders below `binaries/`: one for each processor.
     pub tuples: &'static [&'static str],
-    /// Extension of its shared libraries, and the format they have.
+    /// Extension and format of its shared libraries.
     library: (&'static str, BinaryFormat),
 }
 
-/// Every platform that the standard names and, since 2.0.4 by its tuple of FMI 3.0, Linux on ARM. Hosts of FMI 2.0 look
-/// for macOS in `darwin64`, for either processor.
+/// Every platform that FMI 2.0 names; since 2.0.4 it uses FMI 3.0's tuple for Linux on ARM. Hosts of FMI 2.0 look for
+/// macOS in `darwin64`, whatever the processor.
 pub static PLATFORMS: &[Platform] = &[
     Platform { folder: "linux64", tuples: &["x86_64-linux"], library: ("so", Elf) },
     Platform { folder: "linux32", tuples: &["x86-linux"], library: ("so", Elf) },
@@ -69,12 +69,12 @@ impl Platform {
         format!("{stem}.{}", self.library.0)
     }
 
-    /// Path in an FMU of the shared library in the platform's folder, or in the one with the name of a tuple.
+    /// Path of the shared library in an FMU; `folder`: of the platform, or one of its tuples.
     pub fn path(&self, folder: &str, identifier: &str) -> String {
         format!("binaries/{folder}/{}", self.library_name(identifier))
     }
 
-    /// The parts of a shared library by their place in an FMU of FMI 3.0: a universal one is for several processors.
+    /// The parts of a shared library by their path in an FMU of FMI 3.0. A universal binary has one for each processor.
     pub fn by_tuple(&self, identifier: &str, binary: &[u8]) -> object::Result<Vec<(String, Vec<u8>)>> {
         let place = |slice: &[u8]| {
             let processor = processor(object::File::parse(slice)?.architecture());
@@ -90,7 +90,7 @@ impl Platform {
             let file = object::File::parse(slice).map_err(|error| format!("{wanted}: {error}"))?;
             let (format, architecture, kind) = (file.format(), file.architecture(), file.kind());
             let tuple = format!("{}-{}", processor(architecture), self.os());
-            // Hosts of FMI 2.0 on ARM look in `linux64`, too, against the standard.
+            // Hosts of FMI 2.0 on ARM also look in `linux64`, against the standard.
             let fits = self.tuples.contains(&tuple.as_str()) || (self.folder == "linux64" && tuple == ARM_LINUX);
             if format != self.library.1 || !fits || kind != ObjectKind::Dynamic {
                 let is_library = kind == ObjectKind::Dynamic;
@@ -128,7 +128,7 @@ pub fn host_tuple() -> String {
     format!("{}-{os}", std::env::consts::ARCH)
 }
 
-/// What the standard calls a processor.
+/// The standard's name for a processor.
 fn processor(architecture: Architecture) -> &'static str {
     match architecture {
         Architecture::Aarch64 => "aarch64",

@@ -1,5 +1,5 @@
-//! What the program says to its user. A reader that has closed the pipe has read enough; whoever cannot be told on
-//! standard error, as on a full disk, still gets the exit code.
+//! Output for the user. That a reader has closed the pipe is no error; where standard error cannot be written, as on a
+//! full disk, the exit code remains.
 
 use std::io::{self, ErrorKind, Write};
 

@@ -6,7 +6,7 @@ use object::macho::{FAT_MAGIC, FatArch32, MachHeader64};
 use object::read::FileKind;
 use object::read::macho::{FatArch, MachHeader, MachOFatFile32};
 
-/// Pages of Apple's processors have 16 KiB (2^14 bytes), those of Intel's 4 KiB: each library begins with one.
+/// Pages of Apple's processors have 16 KiB (2^14 bytes), Intel's 4 KiB; each library begins at a multiple.
 const ALIGNMENT: u32 = 14;
 
 /// The libraries in a universal binary, or just the binary itself if it is not one.
@@ -19,7 +19,8 @@ pub fn slices(binary: &[u8]) -> object::Result<Vec<&[u8]>> {
     }
 }
 
-/// One universal binary with the libraries of both. Refuses files that are not of macOS, and two for one processor.
+/// Joins the libraries of two files of macOS in one universal binary. Refuses other files, and two libraries for one
+/// processor.
 pub fn join(first: &[u8], second: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut libraries = Vec::new();
     for binary in [first, second] {
@@ -34,7 +35,7 @@ pub fn join(first: &[u8], second: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
         return Err("both are made for the same processor".into());
     }
     let number = |number: usize| u32::try_from(number).map_err(|_| "it would have more than 4 GB");
-    // The numbers of a `FatHeader` and, for each library, of a `FatArch32`.
+    // The fields of a `FatHeader` and, below, of a `FatArch32` for each library.
     let mut joined = [FAT_MAGIC, number(libraries.len())?].map(u32::to_be_bytes).concat();
     let mut body = Vec::new();
     let beginning = joined.len() + libraries.len() * size_of::<FatArch32>();

@@ -10,24 +10,24 @@
                         # force in N, impulse in N.s, time of the peak in s
     result.plot("x")    # a picture, with the extra `plot`
 
-What there is to set and to see is in `fmu.parameters`, `fmu.inputs` and `fmu.outputs`: names with unit, range, default
-and meaning. `fmu.start()` gives a run to step oneself: `run.step(0.01)`, `run["v[1]"]`, `run["F_ext[1]"] = 0.2`,
-`run.time` (s), `run.pulses`, and `run.log`, the FMU's messages.
+`fmu.parameters`, `fmu.inputs` and `fmu.outputs` list the variables with unit, range, default and meaning. `fmu.start()`
+gives a run that you step yourself: `run.step(0.01)`, `run["v[1]"]`, `run["F_ext[1]"] = 0.2`, `run.time` (s),
+`run.pulses`, and `run.log`, the FMU's messages.
 
-Modules: `fmu` (open and run FMUs), `building` (make them), `run` (its instances, steps, log and results), `pulses`
-(the log of pulses as a table, impact sequences, pulse order), `views` (runs that resolve every pulse, and how much
-pulses overlap in them; balances of energy and momentum), `sweeps` (many runs), `workers` (who runs them), `fitting`
-(parameters by what was measured), `setups` (start values: presets, the paper's experiments),
-`materials` (spheres of given sizes and materials), `calibration` (a real cradle's losses from a video), `losses`
-(damping from a coefficient of restitution), `cases` (the benchmark for rows of balls), `trial` (cases that put hosts on
-trial, and their judge), `progress` (a progress bar), `recording` and `page` (a run as a page for a browser),
-`errors` (what all functions raise), `testing` (pytest fixtures and assertions), `look` (colours and fonts).
+Modules: `fmu` (open and run FMUs), `building` (make them), `run` (its instances, steps, log and results), `pulses` (the
+log of pulses as a table, impact sequences, pulse order), `views` (runs with samples in every pulse, overlap of pulses,
+balances of energy and momentum), `sweeps` (many runs), `workers` (the processes that run them), `fitting` (parameters
+fitted to measurements), `setups` (start values: presets, the paper's experiments), `materials` (spheres of given sizes
+and materials), `calibration` (a real cradle's losses from a video), `losses` (damping from a coefficient of
+restitution), `cases` (the benchmark for rows of balls), `trial` (test cases for FMI hosts, and their judge), `progress`
+(a progress bar), `recording` and `page` (a run as a page for a browser), `errors` (what all functions raise), `testing`
+(pytest fixtures and assertions), `look` (colours and fonts).
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # what the names below lead to; `as` passes them on
+if TYPE_CHECKING:  # for type checkers; `as` exports the names
     from . import look as look
     from .building import build as build
     from .calibration import Calibration as Calibration, calibrate as calibrate
@@ -73,7 +73,7 @@ if TYPE_CHECKING:  # what the names below lead to; `as` passes them on
         sample_times as sample_times,
     )
 
-#: The names by their modules, which are imported when somebody asks for one: NumPy alone takes a tenth of a second.
+#: Exported names by module. A module is imported at first use, because NumPy alone takes a tenth of a second.
 NAMES = {
     "building": ["build"],
     "calibration": ["Calibration", "calibrate"],

@@ -20,14 +20,14 @@ from .recording import LENGTH, RADIUS, Recording, RecordingError, from_csv
 from .trial import CASES, judge, judge_all, write_cases
 from .views import from_fmu
 
-LONGEST = 3600.0  # s, of a run that nobody insists on
+LONGEST = 3600.0  # s; longer runs need --force
 OTHER_PYTHON = "`cradle-fmu ... --python PROGRAM` selects the Python that answers."
 CODES = "Exit codes: 0 right; 1 wrong, or standard output takes no verdict; 2 not judged, such as a missing column. "
 EPILOG = {"judge": CODES}
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose help is said as everything is."""
+    """A parser that prints its help with `say`."""
 
     def print_help(self, file: Any = None) -> None:
         say(self.format_help().rstrip())
@@ -38,18 +38,18 @@ class OutputError(CradleError):
 
 
 def say(text: str) -> None:
-    """Says something on standard output. A reader that has closed the pipe has read enough. Raises OutputError."""
+    """Prints to standard output. A closed pipe is no error. Raises OutputError."""
     try:
         print(text, flush=True)
     except OSError as problem:
-        # Python would try to write the rest once more when it ends.
+        # Otherwise Python would try to write the rest again at its exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if not isinstance(problem, BrokenPipeError):
             raise OutputError(f"cannot write to standard output: {problem.strerror}") from None
 
 
 def setting(text: str) -> tuple[str, int | str]:
-    """`name=value` of the command line; a whole number may be that of an item."""
+    """Splits `name=value`. A whole number becomes an int, because it may be an item of an enumeration."""
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} is not name=value")
@@ -61,7 +61,7 @@ def arguments() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="{page,live,cases,judge}")
 
     def command(name: str, function: Callable[[argparse.Namespace], int | None]) -> Any:
-        """A command that does what the function's documentation says."""
+        """Adds a command, whose help is the first line of the function's docstring."""
         about = (function.__doc__ or "").split("\n")[0]
         made = commands.add_parser(name, help=about, description=about, epilog=EPILOG.get(name, "") + OTHER_PYTHON)
         made.set_defaults(function=function)
@@ -168,23 +168,23 @@ def written(out: Path, size: int, advice: str = "open it in a browser") -> None:
 
 
 def main() -> int:
-    """Returns 0, or, after saying what is wrong, 1; 2 if it is in the command, such as a file that is missing, or if a
-    result could not be judged."""
+    """Returns the exit code. 0: success; 1: an error, or a wrong result; 2: a mistake in the command, such as a missing
+    file, or a result that could not be judged. Errors are printed to standard error."""
     judging = False
     try:
         options = arguments().parse_args()
         judging = options.function is make_judgement
         return options.function(options) or 0
     except (CradleError, OSError, zipfile.BadZipFile) as problem:
-        with suppress(OSError):  # of standard error
+        with suppress(OSError):  # standard error may be closed
             print(f"error: {problem}", file=sys.stderr, flush=True)
         unjudged = judging and not isinstance(problem, OutputError)
         return 2 if unjudged or isinstance(problem, (FileNotFoundError, InvalidValue)) else 1
 
 
 if __name__ == "__main__":
-    # An exit that removes unpacked FMUs, with the status that shells show for this signal.
+    # sys.exit lets unpacked FMUs be removed; the status is the one that shells show for this signal.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
-    if isinstance(sys.stdout, TextIOWrapper):  # closed from the start, it is None
-        sys.stdout.reconfigure(errors="backslashreplace")  # of names that the locale has no letters for
+    if isinstance(sys.stdout, TextIOWrapper):  # None if it was closed from the start
+        sys.stdout.reconfigure(errors="backslashreplace")  # for characters that the locale cannot encode
     sys.exit(main())

@@ -1,4 +1,4 @@
-"""The file of an FMU: what is read from it, and where it is unpacked."""
+"""The file of an FMU: reading and unpacking."""
 
 import os
 import shutil
@@ -14,7 +14,7 @@ from .errors import FmuError, InvalidValue
 from .files import regular
 
 PREFIX = "cradle-"  # of temporary folders
-_within: Path | None = None  # those of this process; if None, where temporary files are
+_within: Path | None = None  # parent of this process's temporary folders; None: the system's default
 
 
 class Archive:
@@ -40,19 +40,19 @@ class Archive:
             raise FmuError(f"{self.path} is not an FMU that can be read: {problem}") from problem
 
     def description(self) -> bytes:
-        """The text of its description."""
+        """The text of modelDescription.xml. Raises FmuError."""
         with self._opened() as file:
             if "modelDescription.xml" not in self.names:
                 raise FmuError(f"{self.path} is not an FMU: it has no modelDescription.xml")
             return file.read("modelDescription.xml")
 
     def machines(self) -> list[str]:
-        """The folders that it has binaries in."""
+        """The platform folders in `binaries`, sorted."""
         parts = (PurePosixPath(name).parts for name in self.names)
         return sorted({each[1] for each in parts if len(each) > 2 and each[0] == "binaries"})
 
     def unpack(self, folder: Path, wanted: Callable[[str], bool]) -> None:
-        """Unpacks what is wanted and not there yet. Raises FmuError, which names the folder."""
+        """Unpacks the wanted files that are not there yet. Raises FmuError, which names the folder."""
         with self._opened() as file:
             try:
                 for name in self.names:
@@ -63,13 +63,13 @@ class Archive:
 
 
 def keep_within(folder: Path) -> None:
-    """From now on, temporary folders of this process are in this one, which somebody else removes."""
+    """Makes this process create its temporary folders in `folder`, which somebody else removes."""
     global _within
     _within = folder
 
 
 def temporary(within: Path | None = None) -> Path:
-    """A new folder within this one, or where temporary files are. Raises FmuError."""
+    """A new temporary folder, in `within` if given. Raises FmuError."""
     within = within or _within
     try:
         return Path(tempfile.mkdtemp(prefix=PREFIX, dir=within)).absolute()
@@ -79,7 +79,8 @@ def temporary(within: Path | None = None) -> Path:
 
 
 def emptied(folder: Path, names: Iterable[str]) -> Callable[[], None]:
-    """What removes files of these names from somebody's folder, which is new or empty. Raises InvalidValue, FmuError."""
+    """A function that removes files of these names from a user's folder. Raises InvalidValue unless the folder is new
+    or empty, FmuError if it cannot be read."""
     try:
         if folder.is_dir() and any(folder.iterdir()):
             raise InvalidValue(f"folder: {folder} has files in it; allowed: a new folder, or an empty one")
@@ -90,20 +91,20 @@ def emptied(folder: Path, names: Iterable[str]) -> Callable[[], None]:
 
 
 def remove(folder: Path, owner: int) -> None:
-    """Removes a folder, if this is the process that made it, and not its child."""
+    """Removes a folder, but only in the process that made it, not in a fork of it."""
     if os.getpid() == owner:
         shutil.rmtree(folder, ignore_errors=True)
 
 
 def take_out(folder: Path, names: Iterable[str], new: Iterable[Path], owner: int) -> None:
-    """Removes files of these names and the folders they were in, and those that are `new`, where they are empty then;
-    not what others have put there. See `remove`."""
+    """Removes files of these names, then their folders and those in `new` if they are empty. Files of others stay. See
+    `remove`."""
     if os.getpid() != owner:
         return
     for name in names:
-        with suppress(OSError):  # of a folder, or what is not there
+        with suppress(OSError):  # a folder, or not there
             (folder / name).unlink()
     inside = {folder / parent for name in names for parent in PurePosixPath(name, "_").parents} - {folder}
     for each in sorted({*inside, *new}, key=lambda path: len(path.parts), reverse=True):
-        with suppress(OSError):  # of what is not empty
+        with suppress(OSError):  # not empty
             each.rmdir()

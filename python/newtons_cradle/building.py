@@ -27,13 +27,13 @@ def build(
     out: str | Path | None = None,
     binaries: str | Path | None = None,
 ) -> Fmu:
-    """An FMU of a cradle of this many `balls`, from a `preset`, with other start values by `set`, as `cradle-fmu build`
-    makes it; opened.
+    """Builds and opens an FMU, as `cradle-fmu build` does: with this many `balls`, from a `preset`, with start values
+    changed by `set`.
 
     `nc.build(balls=13, set={"x_start": [-0.1] + 12 * [0], "contact.model": "hertz"})`. `fmi`: the version of the
     standard, 2 or 3. `out`: where to write the file; if None, into a temporary folder, removed with the FMU. Nothing is
-    compiled: `binaries` is the FMU whose binaries it gets; if None, the one that comes with the package. A preset has
-    its own number of balls; for another, `balls=7, set=nc.preset("desk") | {"x_start": [-0.03] + 6 * [0]}`. Raises
+    compiled: the binaries are those of the FMU `binaries`; if None, of the one that comes with the package. A preset
+    has its own number of balls; for another, `balls=7, set=nc.preset("desk") | {"x_start": [-0.03] + 6 * [0]}`. Raises
     FmuError with what `cradle-fmu` says, InvalidValue, and FileMissing where that program is missing.
     """
     if balls is not None:
@@ -73,7 +73,7 @@ def build(
 
 
 def written(model: Model, name: str, value: Any) -> str:
-    """A start value as the program takes it. Raises UnknownName, InvalidValue."""
+    """A start value as text for `cradle-fmu`. Raises UnknownName, InvalidValue."""
     needed("set", name, str, "the name of a variable")
     array, _ = split(name)
     known = model.arrays.get(array)
@@ -86,7 +86,8 @@ def written(model: Model, name: str, value: Any) -> str:
 
 
 def exact(model: Model, like: str, value: Any, name: str = "") -> str:
-    """A value of a variable like this one, so that it reads back as the same."""
+    """A value of the variable `like` as text that reads back as the same double or item; `name`: what messages call
+    it."""
     try:
         number = model.number(like, value)
     except InvalidValue as problem:
@@ -96,7 +97,7 @@ def exact(model: Model, like: str, value: Any, name: str = "") -> str:
 
 
 def refused(said: str) -> CradleError:
-    """What the program has refused, in words of Python: a setting, or something else."""
+    """The error for what `cradle-fmu` has said: InvalidValue if it refused a setting, else FmuError."""
     text = said.strip().splitlines()[-1].removeprefix("error: ") if said.strip() else "`cradle-fmu` has failed"
     bare = re.sub(r"^--set [^=]*=.*?: (?=\S+ |\S+:)", "", text).removeprefix("--")
     values = bare != text or bare.startswith(("balls =", "preset "))

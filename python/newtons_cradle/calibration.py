@@ -2,12 +2,12 @@
 
 Balls swing on arcs of radius L: angle'' = -(g/L) sin(angle) - (b/m) angle'. One ball is lifted and let go; the others
 hang at rest. Its click passes through the chain ball by ball. Each hit passes on the share (1 + e)/2 of the speed
-(equal masses, e the coefficient of restitution), and the last ball rises. The speed at which the first ball arrives
-below its pivot, and that with which the last one leaves there to rise as filmed, follow from the equation; the second
-over the first is ((1 + e)/2)^(n - 1).
+(equal masses, e the coefficient of restitution), and the last ball rises. The equation gives two speeds at the lowest
+point: the first ball's on arrival, and the last ball's, which then rises as filmed. Their ratio, last over first, is
+((1 + e)/2)^(n - 1).
 
-After a few dozen clicks all balls swing together. Then nothing is lost in contacts, and the amplitudes, which are small
-by then, fall as exp(-delta t) with delta = b/(2 m), which gives the drag b.
+After a few dozen clicks all balls swing together. By then the contacts lose nothing, and the amplitudes are small and
+fall as exp(-delta t) with delta = b/(2 m), which gives the drag b.
 """
 
 import math
@@ -25,7 +25,7 @@ from .pulses import Array
 from .run.model import Values
 from .runge_kutta import runge_kutta
 
-HALVINGS = 20  # of the interval that the damping lies in
+HALVINGS = 20  # bisections of the interval with the damping factor
 SAMPLES = 301  # around the highest point
 
 
@@ -38,23 +38,23 @@ class Calibration:
     speed: float
 
     def rigid(self) -> dict[str, Any]:
-        """Start values of rigid contacts that lose as much, between balls on arcs."""
+        """Start values of rigid contacts with this restitution, for balls on arcs."""
         law = {"contact.model": "rigid", "contact.restitution": self.restitution}
         return law | {"pendulum.model": "circular", "pendulum.drag": self.drag}
 
     def pairs(self, fmu: Fmu, values: Values, law: str = "huntCrossley") -> dict[str, Any]:
-        """Start values of a damping law by which two balls of this cradle, free and alone, part with this restitution
-        after closing at the speed of the first click: for balls that hang apart. Raises InvalidValue."""
+        """Start values of a damping law, for balls that hang apart: two free balls of this cradle that meet at the
+        speed of the first click part with this restitution. Raises InvalidValue."""
         lossy = damping(law, values, restitution=self.restitution, speed=self.speed, fmu=fmu)
         return {"pendulum.model": "circular", "pendulum.drag": self.drag, **lossy}
 
     def compliant(self, fmu: Fmu, values: Values) -> dict[str, Any]:
-        """Start values with which the last ball of this cradle rises as filmed, for power-law or Hertz contacts: as high
-        as after impacts one after the other with this restitution.
+        """Start values of power-law or Hertz contacts with which the last ball rises as filmed, that is, as high as
+        after separate impacts with this restitution.
 
-        `values` describe the cradle and the lift, as `preset("desk")` does; balls swing on arcs. Runs find the
-        Hunt-Crossley damping factor, because touching balls do not collide one after the other: no formula gives it
-        from e. Raises InvalidValue, FmuError.
+        `values` describe the cradle and the lift, as `preset("desk")` does; balls swing on arcs. Touching balls do not
+        collide one after the other, so no formula gives the Hunt-Crossley damping factor from e: trial runs find it.
+        Raises InvalidValue, FmuError.
         """
         law = {"pendulum.model": "circular", "contact.dampingLaw": "huntCrossley"}
         base = {**values, **law, "pendulum.drag": self.drag}
@@ -64,7 +64,7 @@ class Calibration:
         )
         left = self.speed * _passed_on(self.restitution, fmu.balls)
         height = length * (1.0 - math.cos(_highest(left / length, self.drag / (2.0 * mass), gravity / length)))
-        # Below the factor of a pair that loses four fifths of its speed.
+        # An upper bound: the factor by which a pair loses four fifths of its speed.
         most = damping("huntCrossley", values, restitution=0.2, speed=self.speed, fmu=fmu)["contact.huntCrossley"]
         low, high = 0.0, most  # s/m
         undamped = _rise(fmu, base | {"contact.huntCrossley": low})
@@ -81,7 +81,7 @@ class Calibration:
 
 
 def _passed_on(restitution: float, balls: int) -> float:
-    """The share of the first ball's speed that the last one gets, by impacts one after the other."""
+    """The last ball's speed over the first ball's, after separate impacts."""
     return (0.5 * (1.0 + restitution)) ** (balls - 1)
 
 
@@ -95,7 +95,8 @@ def _rise(fmu: Fmu, values: Values) -> float:
 
 
 def _swing(angle: float, speed: float, delta: float, rate: float) -> Iterator[tuple[Array, float]]:
-    """States (rad, rad/s) of a pendulum, from this one on, each with the acceleration (rad/s2). `rate`: g/L, 1/s2."""
+    """Successive states (rad, rad/s) of a pendulum, each with its acceleration (rad/s2). `delta`: b/(2 m), 1/s; `rate`:
+    g/L, 1/s2."""
 
     def slopes(_time: float, state: Array) -> Array:
         return np.array([state[1], -2.0 * delta * state[1] - rate * math.sin(state[0])])
@@ -107,17 +108,17 @@ def _swing(angle: float, speed: float, delta: float, rate: float) -> Iterator[tu
 
 
 def _arrival(angle: float, delta: float, rate: float) -> float:
-    """The rate (rad/s) at which a pendulum that is let go at `angle` (rad) arrives below its pivot; with `-delta`,
-    that with which it leaves there to get so far. `rate`: g/L, 1/s2."""
+    """The angular speed (rad/s) at the lowest point of a pendulum released at `angle` (rad). With `-delta` in place of
+    `delta`: the angular speed there with which it rises to `angle`. `rate`: g/L, 1/s2."""
     for (before, _), (after, _) in pairwise(_swing(angle, 0.0, delta, rate)):
         if after[0] <= 0.0:
-            # Near the lowest point the rate hardly changes.
+            # Near the lowest point the speed hardly changes.
             return float(-np.interp(0.0, [after[0], before[0]], [after[1], before[1]]))
     raise AssertionError("a pendulum falls for ever")
 
 
 def _highest(speed: float, delta: float, rate: float) -> float:
-    """The angle (rad) at which a pendulum turns that leaves its lowest point at this rate (rad/s)."""
+    """The largest angle (rad) of a pendulum that leaves its lowest point at `speed` (rad/s)."""
     for ((angle, left), acceleration), (after, _) in pairwise(_swing(0.0, speed, delta, rate)):
         if after[1] <= 0.0:
             # Near the highest point the acceleration hardly changes.
@@ -163,7 +164,7 @@ def calibrate(
     arrival = _arrival(math.asin(lift / length), delta, rate)
 
     def passed_on(rise: float) -> float:
-        """Of that speed, by the impacts, if the last ball rises so high (m)."""
+        """The last ball's speed over `arrival`, if it rises by `rise` (m)."""
         return _arrival(math.acos(1.0 - rise / length), -delta, rate) / arrival
 
     def height_of(share: float) -> float:

@@ -1,4 +1,4 @@
-"""The benchmark for rows of balls: cases with exact results, and how many digits of them a code has right.
+"""The benchmark for rows of balls: cases with exact results, and a judge that counts a code's correct digits.
 
     case = nc.benchmark("equal-5-hertz")
     print(case)                       # the row, and how it starts
@@ -35,13 +35,13 @@ QUANTITIES = dict.fromkeys(("v", "x"), "one for each ball")
 QUANTITIES |= dict.fromkeys(("peak", "onset", "release"), "one for each contact")
 QUANTITIES |= {"loss": "in all", "order": ""}
 ROUNDING = 1e-13  # of a quantity's scale: within this, a result is exact
-SEVERAL = 10.0  # roundings of the start values, or of what is computed from them
+SEVERAL = 10.0  # sensitivities that an error may have: start values and results in between are rounded
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """How accurate one quantity is. `error`: the largest, in the quantity's unit; `digits`: right ones, of the scale,
-    up to 16; `within`: whether each value is within 1e-13 of the scale, or ten times its sensitivity."""
+    """How accurate one quantity is. `error`: the largest, in the quantity's unit; `digits`: correct digits relative to
+    the scale, at most 16; `within`: each error is within 1e-13 of the scale, or ten times the sensitivity."""
 
     error: float
     digits: float
@@ -50,7 +50,8 @@ class Verdict:
 
 @dataclass(frozen=True, repr=False)
 class Judgement:
-    """Verdicts by quantity, as far as given and in the case; printed as a table. `within`: any, and all are."""
+    """Verdicts by quantity, printed as a table, for the quantities that both the result and the case have. `within`:
+    there are verdicts, and all are within."""
 
     verdicts: dict[str, Verdict]
 
@@ -73,7 +74,7 @@ class Case(SimpleNamespace):
     the FMU, or `restitution`; `damping`: its coefficient; `g_over_length`: 1/s2, 0 for free balls; `stop`: s; `order`:
     contacts (from 1) by onset, those at the same time together, or None; `radius`, `material` and `published` may be
     empty. By quantity: `expected`, the exact results, NaN where nothing can be compared; `sensitivity` to a change of
-    the start by 1e-16 of itself; `scale` of digits; `agreement` of two computations.
+    the start by 1e-16 of itself; `scale` that digits refer to; `agreement` of two independent computations.
     """
 
     def __repr__(self) -> str:
@@ -96,8 +97,8 @@ class Case(SimpleNamespace):
 
     @property
     def spheres(self) -> Start:
-        """The same of a row of spheres by their radii and material, from which the FMU has masses and stiffnesses. Raises
-        InvalidValue if the case has none."""
+        """Start values by radii and material, from which the FMU computes masses and stiffnesses. Raises InvalidValue
+        if the case has none."""
         if not self.material:
             raise InvalidValue(f"{self.name} has no radii; allowed: cases with a material")
         density, modulus, ratio = (self.material[name] for name in ("density", "youngModulus", "poissonRatio"))
@@ -113,9 +114,10 @@ class Case(SimpleNamespace):
         return fmu.simulate(self.values, times=[0.0, self.stop], record=["x", "v", "F_peak", "E_total"])
 
     def judge(self, result: Result | Mapping[str, Any]) -> Judgement:
-        """How many digits are right. `result`: of a run, until `stop`, with x, v, F_peak and E_total recorded; or what
-        another code has, any of x, v, peak, onset, release, loss as flat lists, and `order`, flat or by instants; what
-        this case has no exact results of is left out. Raises InvalidValue, UnknownName."""
+        """Counts the correct digits of a result. `result`: a `Result` of a run until `stop` with x, v, F_peak and
+        E_total recorded; or, from another code, a dict with any of x, v, peak, onset, release and loss as flat lists,
+        and `order`, flat or grouped by instant. Quantities that the case has no exact results of are left out. Raises
+        InvalidValue, UnknownName."""
         given = self._measured(result) if isinstance(result, Result) else result
         if not isinstance(given, Mapping) or not given:
             raise InvalidValue(f'result: a Result is needed, or a dict as {{"v": [...]}}, not {result!r}')
@@ -161,7 +163,8 @@ class Case(SimpleNamespace):
 
 
 def _in_order(values: Any, groups: list[list[int]]) -> bool:
-    """Whether these contacts close in this order, in any order those of a group. Others do not count."""
+    """Whether contacts close in the order of these groups, within a group in any order. Contacts of no group do not
+    count."""
     try:
         got = [operator.index(j) for group in values for j in (group if np.ndim(group) else [group])]
     except (TypeError, ValueError):

@@ -58,10 +58,10 @@ def plain(value: Any) -> Any:
 
 
 def shown(value: Any) -> str:
-    """A value in a message: the beginning of what is long."""
+    """A value as text for a message, cut after 80 characters."""
     try:
         text = repr(value)
-    except ValueError:  # of integers of more digits than Python writes
+    except ValueError:  # an integer with more digits than Python converts
         text = "an integer of thousands of digits"
     return text if len(text) <= 80 else f"{text[:80]}..."
 
@@ -96,14 +96,14 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
 
 
 def needed(what: str, value: Any, kind: Any, example: str) -> None:
-    """Raises InvalidValue unless the value is of this type."""
+    """Raises InvalidValue unless the value is of type `kind`."""
     if not isinstance(value, kind):
         raise InvalidValue(f"{what}: {example} is needed, not {shown(value)}")
 
 
 def optional(package: str, extra: str) -> Any:
     """Imports a package of an extra, or a module of it. Raises PackageMissing, which names both."""
-    name = package.partition(".")[0]  # what is installed
+    name = package.partition(".")[0]  # the name for pip
     try:
         return import_module(package)
     except ImportError:
@@ -112,7 +112,8 @@ def optional(package: str, extra: str) -> Any:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """`; did you mean a or b?`: up to three known names that are similar, whole or after their dot, the best first."""
+    """`; did you mean a or b?` with up to three similar names, the best first, or ""; the part after a dot may match
+    alone."""
     import difflib  # only here, because it takes a while
 
     by_form: dict[str, str] = {}

@@ -9,9 +9,9 @@ from typing import Any
 from .errors import FileMissing, InvalidValue, needed
 
 HERE = Path(__file__).resolve().parent
-CHECKOUT = HERE.parents[1]  # if this is one
-LARGEST = 512 << 20  # bytes of a text that is read, as of an FMU by cradle-fmu
-MODEL = "NewtonsCradle"  # of which the FMUs of this package are
+CHECKOUT = HERE.parents[1]  # if the package runs from one
+LARGEST = 512 << 20  # bytes of a text file
+MODEL = "NewtonsCradle"  # the modelName of this package's FMUs
 IN_CHECKOUT = (CHECKOUT / "packaging/presets").is_dir()  # the package runs from its sources
 
 
@@ -23,7 +23,7 @@ FMU = own("target/fmu/NewtonsCradle.fmu", "NewtonsCradle.fmu")
 PRESETS = own("packaging/presets", "presets")
 PAGE = own("web/page", "web")  # the page's template, style and scripts
 CASES = own("exact-rows/cases.json", "cases.json")  # of the benchmark
-# For browsers, as a part of a page, if built; see checkout/page.py.
+# The engine for browsers as a part of the page, if built by checkout/page.py.
 ENGINE = own("target/web/engine.html", "engine.html")
 
 
@@ -47,8 +47,8 @@ def newest(*paths: Path) -> Path:
 
 
 def regular(path: Path, what: str = "") -> Path:
-    """The path of something that is there, if it is a regular file or a link to one: a device may have no end, and a
-    pipe waits for its other end. Raises FileMissing, InvalidValue."""
+    """Returns the path of a regular file, or of a link to one. Devices and pipes are refused: a device may have no end,
+    and a pipe waits for its other end. Raises FileMissing, InvalidValue."""
     if not path.exists():
         raise FileMissing(f"{what}{path}: there is no such file")
     if not path.is_file():
@@ -61,7 +61,7 @@ def text(path: Path) -> str:
     """The text of a regular file that somebody else has written, in UTF-8 or UTF-16. Raises FileMissing, InvalidValue,
     OSError."""
     with regular(path).open("rb") as file:
-        read = file.read(LARGEST + 1)  # whatever length the system says it has
+        read = file.read(LARGEST + 1)  # the size that the system reports may be wrong
     if len(read) > LARGEST:
         raise InvalidValue(f"{path} is too large; allowed: at most {LARGEST} bytes")
     marked = read.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
@@ -80,8 +80,8 @@ def in_folder(path: str | Path, what: str = "path") -> Path:
 
 @cache
 def presets() -> dict[str, dict[str, Any]]:
-    """The parameters in the files of the presets that `cradle-fmu build --preset` knows, in its order. Not to be
-    changed."""
+    """The parameters of each preset of `cradle-fmu build --preset`, in its order. Do not change the result: it is
+    shared."""
     names = (PRESETS / "order.txt").read_text(encoding="utf-8").split()
     return {name: _dotted(_toml(PRESETS / f"{name}.toml")) for name in names}
 
@@ -93,7 +93,7 @@ def _toml(path: Path) -> dict[str, Any]:
 
 
 def _dotted(table: dict[str, Any], before: str = "") -> dict[str, Any]:
-    """A table of tables as one, with dotted names: `pendulum.length`."""
+    """Flattens nested tables into dotted names: `pendulum.length`."""
     names: dict[str, Any] = {}
     for name, value in table.items():
         names |= _dotted(value, f"{before}{name}.") if isinstance(value, dict) else {before + name: value}

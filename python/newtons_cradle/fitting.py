@@ -1,4 +1,4 @@
-"""Parameters of a cradle by what was measured: a fit by least squares with the FMU's own derivatives."""
+"""Fits parameters of a cradle to measurements, by least squares with the FMU's own derivatives."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,13 +13,14 @@ from .fmu import Fmu
 from .pulses import Array
 from .run.model import Values
 
-PROMISE = 0.01  # of the sum of squares, or of what a first step along right derivatives would take from it
+PROMISE = 0.01  # least share: of a predicted reduction in the sum of squares that counts, and of the reduction reached
 
 
 @dataclass(frozen=True)
 class Fit:
-    """`values`: the parameters found, by name; `errors`: their standard errors; `rms`: of what remains, in the unit of
-    what was measured; `course`: the parameters after each iteration; `runs`: how many there were."""
+    """`values`: the parameters found, by name; `errors`: their standard errors; `rms`: of the residuals, in the unit of
+    the measurements; `course`: the parameters after each iteration, the guess first; `runs`: how many runs were
+    made."""
 
     values: dict[str, float]
     errors: dict[str, float]
@@ -31,8 +32,8 @@ class Fit:
 def seen(
     fmu: Fmu, values: Values, names: Sequence[str], times: Sequence[float], by: Sequence[str]
 ) -> tuple[Array, Array]:
-    """These variables of a run at these times (s), shape (times, variables), and their derivatives by parameters, shape
-    (times, variables, parameters). Raises FmuError, InvalidValue, UnknownName."""
+    """Runs the FMU. Returns the variables `names` at these times (s), shape (times, variables), and their derivatives
+    by the parameters `by`, shape (times, variables, parameters). Raises FmuError, InvalidValue, UnknownName."""
     found, derivatives = [], []
     with fmu.start({**values, "derivatives.of": "run"}) as run:
         record = run.fmu.names(names)
@@ -45,10 +46,10 @@ def seen(
 
 
 def tracked(fmu: Fmu, track: Any) -> tuple[list[float], list[str], Array]:
-    """The times (s) of a track, what was measured, and the values, shape (times, variables). Raises InvalidValue,
-    UnknownName."""
+    """The times (s) of a track, the names of what was measured, and the values, shape (times, variables). Raises
+    InvalidValue, UnknownName."""
     if hasattr(track, "to_dict") and hasattr(track, "columns"):
-        table = track.reset_index() if track.index.name == "time" else track  # as results make data frames
+        table = track.reset_index() if track.index.name == "time" else track  # as `Result.to_dataframe` has it
         track = {name: table[name].to_numpy() for name in table.columns}
     needed("track", track, Mapping, 'a dict such as {"time": [...], "x": [...]}')
     measured = [name for name in track if name != "time"]
@@ -69,14 +70,14 @@ def tracked(fmu: Fmu, track: Any) -> tuple[list[float], list[str], Array]:
 
 
 def check_real(fmu: Fmu, what: str, name: str, cure: str) -> None:
-    """Raises InvalidValue if this variable or array has no derivatives, because it is no real number; UnknownName."""
+    """Raises InvalidValue if this variable or array is not real and so has no derivatives; UnknownName."""
     needed(what, name, str, "the name of a variable")
     if any(fmu.variable(one).type != "Real" for one in fmu.names([name])[:1]):
         raise InvalidValue(f"{what}: {name} is no real number; {cure}")
 
 
 def numbers(name: str, values: Any) -> Array:
-    """A column of a track. Raises InvalidValue."""
+    """A column of a track as an array of finite numbers. Raises InvalidValue."""
     try:
         found = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -93,14 +94,13 @@ def fit(
     fmu: Fmu | None = None,
     values: Values | None = None,
 ) -> Fit:
-    """The parameters `by` with which a run comes closest to what was measured, by least squares.
+    """The parameters `by` with which a run comes closest to the measurements, by least squares.
 
     `track`: `time` (s, rising, from 0 on) and what was measured then, by name: a dict, a data frame or a result, arrays
-    as a whole or by element. `by`: names of parameters that are not 0, with first guesses if it is a dict; otherwise
-    the guesses are in `values`, or in the FMU, which must be of FMI 3.0; if None, the default one. `values`: what else is
-    set at the start.
-    Raises FmuError where the track does not determine the parameters, InvalidValue, UnknownName, and PackageMissing
-    without SciPy.
+    as a whole or by element. `by`: names of parameters, none of which is 0. First guesses: those of `by` if it is a
+    dict, else of `values`, else the start values of the FMU. `fmu`: of FMI 3.0; if None, the default cradle. `values`:
+    other start values. Raises FmuError where the track does not determine the parameters, InvalidValue, UnknownName,
+    and PackageMissing without SciPy.
     """
     optimize = optional("scipy.optimize", "fit")
     if fmu is None:
@@ -125,7 +125,7 @@ def fit(
         raise InvalidValue("by: at least one parameter is needed, each with a guess that is not 0")
     times, measured, filmed = tracked(fmu, track)
 
-    # SciPy varies the logarithms of the parameters over their guesses, which keeps their signs.
+    # SciPy varies log(parameter / guess), so that parameters keep their signs.
     @lru_cache(maxsize=8)
     def at(*logarithms: float) -> tuple[Array, Array]:
         return seen(fmu, {**given, **dict(zip(names, guess * np.exp(logarithms), strict=True))}, measured, times, names)

@@ -29,7 +29,7 @@ from .run.parts import of_last_step
 from .run.recorder import columns
 
 IDLE = 8  # instances that wait for the next run
-KEPT = 15  # sets of recorded variables whose description is kept
+KEPT = 15  # sets of recorded variables whose dtype and units are cached
 A_FUNCTION = 'a function such as `nc.Progress("Run")`'  # of the fraction done
 
 
@@ -39,8 +39,8 @@ def described(opened: Archive) -> Description:
 
 
 class Fmu(Model, AbstractContextManager["Fmu"]):
-    """An FMU, unpacked: start as many runs of it as you like, side by side if need be. Other processes may have it: a
-    pickled one opens its file anew.
+    """An unpacked FMU. It can have any number of runs, also at the same time. It can be pickled; the other process
+    opens the file anew.
 
     `path`: the file; if None, the FMU that comes with the package or, in a checkout, the one that was built last.
     `folder`: where to unpack it, a new folder or an empty one; if None, a temporary one. `close`, or the end of the
@@ -60,8 +60,8 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
             raise FmuError(f"{path} is {what}; allowed: FMI 2.0 for co-simulation, or {files.MODEL} of FMI 3.0")
         self._idle: list[Any] = []
         self._columns: dict[tuple[str, ...], tuple[Any, dict[str, str], dict[str, str]]] = {}
-        self._held: list[Callable[[], None]] = []  # frees the library
-        with Held():  # no folder without something that removes it
+        self._held: list[Callable[[], None]] = []  # functions that free the library
+        with Held():  # so that no signal leaves a folder that nothing removes
             self._folder = archive.temporary() if folder is None else Path(folder).absolute()
             remove: Callable[[], None] = partial(archive.remove, self._folder, os.getpid())
             if folder is not None:
@@ -78,7 +78,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         return self.described.identifiers.get("CoSimulation", "")
 
     def _runs_here(self, name: str) -> bool:
-        """Whether an instance of the cradle needs this file here; of other FMUs all are unpacked."""
+        """Whether a run needs this file. An FMU of another model may need all of its files."""
         return not self.is_cradle or name.startswith(("binaries/", "resources/"))
 
     @property
@@ -88,17 +88,17 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         return self._folder
 
     def machines(self) -> list[str]:
-        """The folders that it has binaries in."""
+        """The platform folders in `binaries`, sorted."""
         return self._archive.machines()
 
     @cached_property
     def description(self) -> Any:
-        """FMPy's object for all of the description. Raises FmuError."""
+        """The whole description as FMPy's object. Raises FmuError."""
         from fmpy import read_model_description
 
         try:
             return read_model_description(str(self.path))
-        except Exception as problem:  # FMPy passes on its parser's exceptions
+        except Exception as problem:  # FMPy lets its parser's exceptions through
             raise FmuError(f"{self.path} is not an FMU that FMPy can read: {problem}") from problem
 
     def __repr__(self) -> str:
@@ -134,7 +134,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         return made
 
     def give_back(self, instance: Any, again: bool) -> None:
-        """A run has ended: its instance is kept for another one, `again`, or freed."""
+        """Takes back the instance of a run that has ended: keeps it for the next run if `again`, else frees it."""
         if again and instance.again and self._remove.alive and len(self._idle) < IDLE:
             with suppress(Exception):
                 instance.reset()
@@ -154,7 +154,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         return tuple(name for name in self.variables.named(*GIVEN) if place(name).type in types)
 
     def columns(self, names: tuple[str, ...]) -> tuple[Any, dict[str, str], dict[str, str]]:
-        """What results of these variables have in common; see `recorder.columns`."""
+        """Dtype, units and dimensions that results of these variables share; see `recorder.columns`."""
         if names not in self._columns:
             self._columns = dict(list(self._columns.items())[-KEPT:]) | {names: columns(self, names)}
         return self._columns[names]
@@ -162,7 +162,7 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
     def require(self, *, balls: int | None = None, starts: Values | None = None) -> None:
         """Raises FmuError unless this is a cradle of this many balls, built with these start values.
 
-        For programs that need a certain cradle, and would fail or give wrong numbers with another one.
+        For programs that would fail, or give wrong numbers, with another cradle.
         """
         what = f"{self.path} is refused: "
         if not self.is_cradle:
@@ -221,9 +221,9 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
         `values`: start values by name, see `Run.set`. `times`: the communication points (s, rising, from 0 on) instead
         of equal steps. `record`: names of variables or arrays; if None, all outputs and E_residual, which takes two or
         three times as long as `["x", "v"]`; all that there is: `record=fmu.variables`. `inputs(t)`: a dict of inputs
-        for the step that begins at t (s), or None for no change. `control`: the same from a controller, a function
-        `control(run: Run) -> dict | None`, which may read the run, `run["v[1]"]`, and set it. `progress(fraction)`:
-        called up to 200 times. Raises FmuError, UnknownName, InvalidValue.
+        for the step that begins at t (s), or None for no change. `control(run)`: a controller, called before each step,
+        which may read the run, `run["v[1]"]`, set its inputs, or return a dict of them. `progress(fraction)`: called up
+        to 200 times. Raises FmuError, UnknownName, InvalidValue.
         """
         points = equal_steps(stop, step) if times is None else rising(times)
         needed("inputs", inputs, Callable | None, "a function `inputs(t)` that returns a dict")
@@ -253,18 +253,18 @@ class Fmu(Model, AbstractContextManager["Fmu"]):
 
     @cached_property
     def _outputs(self) -> list[str]:
-        """What is recorded by default."""
+        """The names that are recorded by default."""
         return [*self.variables.named("output"), *(["E_residual"] if "E_residual" in self.variables else [])]
 
 
 def returned(function: str, values: Values | None) -> Values:
-    """What a function of the user's gave for a step. Raises InvalidValue unless it is a dict or None."""
+    """Checks what a user's function returned; {} for None. Raises InvalidValue unless it is a dict or None."""
     needed(function, values, Mapping | None, 'a returned dict of inputs, such as {"F_ext[1]": 0.2}, or None,')
     return values or {}
 
 
 def _end(remove: Callable[[], None], idle: list[Any], held: list[Callable[[], None]]) -> None:
-    """Frees what waits, and removes the unpacked files."""
+    """Frees the idle instances and the library, and removes the unpacked files."""
     with Held():
         while idle:
             free(idle.pop())

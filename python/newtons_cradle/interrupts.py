@@ -1,4 +1,4 @@
-"""Signals such as Ctrl-C, held back while something is begun or ended that must not stay half done."""
+"""Holds back signals such as Ctrl-C while something begins or ends that must not stay half done."""
 
 import os
 import signal
@@ -10,14 +10,14 @@ from typing import Any
 
 
 class Held(AbstractContextManager["Held"]):
-    """Within this block, signals wait for its end, except within its `passing`. What a signal raises there ends that
-    block, and holds later ones back, so that nothing interrupts the clean-up. Handlers in Python run in the main
-    thread, so in others there is nothing to do."""
+    """Holds signals back until the end of its block, except within `passing`. An exception that a signal raises there
+    ends the `passing` block, and later signals are held back, so that nothing interrupts the clean-up. Python runs
+    handlers in the main thread only, so in other threads this does nothing."""
 
     def __init__(self) -> None:
         self._open, self._came, self._owner = True, list[int](), os.getpid()
         self._handlers: dict[int, Callable[..., Any]] = {}
-        self._idle = True  # before and behind the block: signals are handed on as if this were not here
+        self._idle = True  # outside the block: signals go straight to their handlers
 
     def __enter__(self) -> "Held":
         try:
@@ -41,10 +41,10 @@ class Held(AbstractContextManager["Held"]):
             signal.raise_signal(number)
 
     def _give_back(self, numbers: list[int]) -> None:
-        """Sets the handlers that were before, whatever those raise meanwhile that are set."""
+        """Restores the previous handlers, even if one of them raises meanwhile."""
         try:
             while numbers:
-                if signal.getsignal(numbers[-1]) == self._handle:  # else somebody has set another one
+                if signal.getsignal(numbers[-1]) == self._handle:  # else somebody has replaced it
                     signal.signal(numbers[-1], self._handlers[numbers[-1]])
                 numbers.pop()
         finally:
@@ -55,7 +55,7 @@ class Held(AbstractContextManager["Held"]):
         if self._idle or os.getpid() != self._owner:
             self._handlers[number](number, frame)
         elif self._open:
-            self._open = False  # what it may raise ends the block, and nothing interrupts that
+            self._open = False  # if the handler raises, the block ends, with other signals held back
             self._handlers[number](number, frame)
             self._open = True
         else:
@@ -68,7 +68,7 @@ class Held(AbstractContextManager["Held"]):
 
     @contextmanager
     def passing(self, passes: bool = True) -> Iterator[None]:
-        """Signals act in this block; or they wait for its end, if it is within such a block."""
+        """Lets signals act in this block; with `passes=False` it holds them back until the block ends."""
         before = self._open
         try:
             self._open = False
@@ -83,7 +83,7 @@ class Held(AbstractContextManager["Held"]):
 
 @contextmanager
 def blocked() -> Iterator[None]:
-    """Processes that are started in this block get no Ctrl-C of a terminal until they call `unblock`."""
+    """Processes started in this block do not receive a terminal's Ctrl-C before they call `ignore`."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -97,7 +97,7 @@ def blocked() -> Iterator[None]:
 
 
 def ignore() -> None:
-    """From now on, this process ignores Ctrl-C, which a terminal sends to all."""
+    """Makes this process ignore Ctrl-C, which a terminal sends to all its processes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with suppress(AttributeError):  # on Windows
+    with suppress(AttributeError):  # Windows has no signal masks
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

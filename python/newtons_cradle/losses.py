@@ -10,7 +10,7 @@ from .errors import InvalidValue, needed, number, whole
 from .fmu import Fmu
 from .run.model import Values
 
-#: What the force between two balls depends on, besides its damping.
+#: Parameters on which the force between two balls depends, besides its damping.
 OF_ALL = (
     "ball.mass",
     "ball.radius",
@@ -33,14 +33,15 @@ def damping(
     contact: int = 1,
     fmu: Fmu | None = None,
 ) -> dict[str, Any]:
-    """Start values of this damping law by which two balls, free and alone, that close at `speed` (m/s) part with
-    `restitution` times that speed.
+    """Start values of a damping law: two free balls that close at `speed` (m/s) part with `restitution` times that
+    speed.
 
     `nc.damping("huntCrossley", nc.preset("steel"), restitution=0.9, speed=1.0)` is a dict with `contact.dampingLaw` and
-    its coefficient, to be merged with the others; only `constantRestitution` does without a speed. `values` describe the
-    cradle, the rest is as built into `fmu`, or if None the defaults of five balls; `contact` chooses the two balls, from
-    1. Balls in touch with others lose more: each impact is then none of two balls alone. Raises InvalidValue,
-    UnknownName, and FileMissing where the program `cradle-fmu` is missing.
+    its coefficient; merge it with the other start values. Only `constantRestitution` needs no speed. `restitution`:
+    above 0, at most 1. `values` describe the cradle; what they leave out is as built into `fmu`, or, if that is None,
+    into the default one of five balls. `contact`, from 1, chooses the two balls. Balls that touch others lose more,
+    because more than two balls take part in each impact. Raises InvalidValue, UnknownName, and FileMissing where the
+    program `cradle-fmu` is missing.
     """
     if fmu is None:
         with build() as built:

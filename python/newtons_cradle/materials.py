@@ -22,7 +22,7 @@ class Material(NamedTuple):
 _KAYE_LABY = "Kaye and Laby, 16th edition, 1995"  # Tables of Physical and Chemical Constants
 _CRC = "CRC Handbook of Chemistry and Physics"  # densities of various solids
 
-#: Typical values: those of a batch differ by some percent, of natural materials by half.
+#: Typical values: a batch may differ by some percent, a natural material by half.
 MATERIALS = {
     "steel": Material(7850.0, 2.1e11, 0.3, "EN 1993-1-1, 3.2.6, and EN 1991-1-1, table A.4; the FMU's defaults"),
     "brass": Material(8500.0, 1.006e11, 0.35, f"70 Cu, 30 Zn: {_KAYE_LABY}"),
@@ -51,8 +51,8 @@ def spheres(
     `newtons_cradle.materials.MATERIALS`, whose values `density` (kg/m3), `young_modulus` (Pa) and `poisson_ratio`
     replace. Raises InvalidValue.
 
-    The FMU has one Poisson's ratio for all balls, that of the first. The moduli of the others are multiplied by
-    (1 - nu_1^2) / (1 - nu_i^2): a contact depends on E / (1 - nu^2) of both balls alone, which are thus exact.
+    The FMU has one Poisson's ratio for all balls: it gets the first ball's, and the moduli of the others are multiplied
+    by (1 - nu_1^2) / (1 - nu_i^2). This is exact, because a contact depends only on E / (1 - nu^2) of its two balls.
     """
     names = [material] if isinstance(material, str) else material
     lists: dict[str, Any] = {"radii": radii, "material": material, "density": density}

@@ -16,7 +16,8 @@ from .files import ENGINE, PAGE, in_folder, presets
 from .pulses import FIELDS
 from .recording import Columns, Recording
 
-# What a page may do, whatever a file or an address brings into it; modules are data of its import map.
+# Content security policy: what a page may do, whatever a file or an address brings into it. `data:` is for the modules
+# in its import map.
 POLICY = (
     "default-src 'none'; script-src 'wasm-unsafe-eval' data: {scripts}; style-src 'unsafe-inline'; "
     "img-src 'self' data:; manifest-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'"

@@ -1,4 +1,4 @@
-"""The processes of this machine that run the cases of a sweep: started, known and ended in one place."""
+"""Runs the cases of a sweep in processes of this machine, which are started, watched and ended here."""
 
 import multiprocessing
 import os
@@ -19,7 +19,7 @@ from .fmu import Fmu
 from .interrupts import Held, blocked, ignore
 from .workers import TOP_LEVEL, Case, Measure, Numbered, Outcome, answers, parcels, said, unpacked
 
-PATIENCE = 5.0  # s, with what a process has started that was killed
+PATIENCE = 5.0  # s, to wait for the children of a killed process
 
 
 class Worker:
@@ -43,7 +43,7 @@ class Worker:
             raise problem
 
     def answer(self) -> tuple[list[str], list[Numbered]] | None:
-        """What it says to a parcel; None if it has died."""
+        """Its warnings about start values, and its outcomes of a parcel; None if it has died."""
         try:
             told, made = self.connection.recv()
             return told, made
@@ -51,7 +51,8 @@ class Worker:
             return None
 
     def end(self) -> None:
-        """Ends it, whatever it is at, and waits for processes that it has started: they end with it."""
+        """Kills it, and waits for its end and (with a timeout) its children's, which share the sentinel and end by
+        themselves."""
         self.process.kill()
         self.process.join(PATIENCE)
         self.process.join()
@@ -59,14 +60,15 @@ class Worker:
 
 
 class Staff(AbstractContextManager["Staff"]):
-    """The processes of a sweep and their folder, within a block of `held`: all that are started are ended with it."""
+    """The processes of a sweep and their folder; the end of the block ends and removes them. `held`: the signals held
+    back."""
 
     def __init__(self, held: Held, path: Path, run: bytes):
         self.held, self.path, self.run = held, path, run
         self.folder, self.workers = archive.temporary(), list[Worker]()
 
     def hire(self, count: int) -> list[Worker]:
-        """Starts so many. Raises InvalidValue, FmuError."""
+        """Starts `count` workers. Raises InvalidValue, FmuError."""
         hired = []
         for _ in range(count):
             with self.held.passing(False):
@@ -77,7 +79,7 @@ class Staff(AbstractContextManager["Staff"]):
         return hired
 
     def dismiss(self, worker: Worker) -> str:
-        """Of one that has died, how it has."""
+        """Removes a worker that has died; returns how it died, for a message."""
         with self.held.passing(False):
             worker.end()
             self.workers.remove(worker)
@@ -92,10 +94,10 @@ class Staff(AbstractContextManager["Staff"]):
 
 
 def work(connection: Connection, path: Path, folder: Path, run: bytes) -> None:
-    """What a worker does until it is killed, or until nobody is there any more."""
-    ignore()  # the first process ends the others
+    """The main loop of a worker, until it is killed or the sweep's process is gone."""
+    ignore()  # the sweep's process ends its workers
     Thread(target=outlive, args=(folder,), daemon=True).start()
-    archive.keep_within(folder)  # what this process leaves behind
+    archive.keep_within(folder)  # which `Staff` removes when this process is killed
     doubts = collected()
     try:
         measure = pickle.loads(run)
@@ -103,7 +105,7 @@ def work(connection: Connection, path: Path, folder: Path, run: bytes) -> None:
     except CradleError as problem:
         connection.send(problem)
         return
-    except Exception as problem:  # whatever is missing here
+    except Exception as problem:  # such as a module that is missing here
         connection.send(InvalidValue(f"measure: it cannot be read in another process ({said(problem)}); {TOP_LEVEL}"))
         return
     connection.send(None)
@@ -117,7 +119,7 @@ def work(connection: Connection, path: Path, folder: Path, run: bytes) -> None:
 
 
 def outlive(folder: Path) -> None:
-    """Ends this process once the one that has started it is gone, however that has ended, with its folder."""
+    """Waits until the parent process is gone, however it ended; then removes the folder and ends this process."""
     parent = multiprocessing.parent_process()
     wait([parent.sentinel] if parent else [])
     shutil.rmtree(folder, ignore_errors=True)
@@ -125,7 +127,7 @@ def outlive(folder: Path) -> None:
 
 
 def collected() -> list[str]:
-    """What is said of doubtful start values in this process from now on, in place of showing it."""
+    """A list that collects warnings about doubtful start values from now on, in place of showing them."""
     doubts: list[str] = []
     show = warnings.showwarning
 
@@ -140,16 +142,16 @@ def collected() -> list[str]:
 
 
 def by_processes(workers: int, path: Path, run: Measure, cases: list[Case]) -> Generator[Numbered, None, None]:
-    """The outcomes, as they come from processes of this machine. Where one dies, its parcel is done again, case by
+    """Yields outcomes as they come from processes of this machine. If a process dies, its parcel runs again, case by
     case. Raises InvalidValue, FmuError."""
     try:
         packed_run = pickle.dumps(run)
-    except Exception as problem:  # whatever an object raises
+    except Exception as problem:  # pickling may raise anything
         words = f"measure: it cannot be sent to other processes ({said(problem)}); {TOP_LEVEL}"
         raise InvalidValue(words) from None
     waiting, failed = parcels(cases, workers)
     yield from failed
-    import_module(".run.slaves", __package__)  # with FMPy: once, before the processes part
+    import_module(".run.slaves", __package__)  # imports FMPy once, before the processes fork
     busy: dict[Any, tuple[Worker, list[Numbered]]] = {}
     with Held() as held, Staff(held, path, packed_run) as staff, held.passing():
         idle = staff.hire(min(workers, len(waiting)))
@@ -157,7 +159,7 @@ def by_processes(workers: int, path: Path, run: Measure, cases: list[Case]) -> G
             while waiting and idle:
                 worker, parcel = idle.pop(), waiting.popleft()
                 busy[worker.connection] = worker, parcel
-                with suppress(OSError):  # of one that has died; so says its answer
+                with suppress(OSError):  # it has died, as `answer` will tell
                     worker.connection.send(parcel)
             for connection in wait(list(busy)):
                 worker, parcel = busy.pop(connection)

@@ -1,4 +1,4 @@
-"""The pulse log: what the FMU writes to its category `logEvents`, as a table.
+"""The pulse log: lines of the FMU's log category `logEvents`, as a table.
 
 A contact pulse lasts about a microsecond, a communication step milliseconds. After a step with several
 pulses, the variables show only the last one. The log has them all, one line per finished pulse.
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[Any]
 
-#: What is known of a pulse, by column: its name in the log, and its heading and format where a table is printed.
+#: The columns of a table of pulses, each with its name in the log, its heading in print, and its format.
 COLUMNS = {
     "contact": ("contact", "contact", "7d"),  # 1-based
     "onset": ("onset", "onset (s)", "18.15g"),
@@ -28,7 +28,7 @@ COLUMNS = {
     "peak_time": ("peakTime", "peak time (s)", "18.15g"),  # when the force was largest; NaN where that is unknown
 }
 FIELDS = tuple(COLUMNS)
-NEEDED = FIELDS[:5]  # others may be missing in what is read: they are NaN then
+NEEDED = FIELDS[:5]  # columns that a file must have; others are NaN if they are missing
 
 #: One row per finished pulse.
 PULSE = np.dtype([(name, "i4" if name == "contact" else "f8") for name in FIELDS])
@@ -80,7 +80,7 @@ class Pulses(np.ndarray):
 
 
 def _in_line(column: str) -> str:
-    """What a line of the log has of this column, and the space before it."""
+    """The pattern of this column in a line of the log, with the space before it."""
     value = rf" {COLUMNS[column][0]}=([^\s\x1e]+)"
     return value if column in NEEDED else f"(?:{value})?"
 
@@ -98,7 +98,7 @@ def parse_pulse(line: str) -> tuple[int | float, ...] | None:
 def pulse_table(text: bytes) -> Array:
     """The pulses that a log's text names as an array of dtype `PULSE`, shape (number of pulses,), by onset.
 
-    Pulses that begin at the same time stay in the order of the log, which is that of rigid impacts.
+    Simultaneous pulses keep the order of the log, in which rigid impacts follow each other.
     """
     numbers = np.array(_LINES.findall(text), dtype="S25").reshape(-1, len(FIELDS))
     numbers[numbers == b""] = b"nan"
@@ -109,7 +109,7 @@ def pulse_table(text: bytes) -> Array:
 
 
 def by_onset(pulses: Array) -> Array:
-    """The pulses in the order of their onsets; simultaneous ones stay as they are. Raises InvalidValue."""
+    """The pulses in the order of their onsets; simultaneous ones keep their order. Raises InvalidValue."""
     needed("pulses", pulses, np.ndarray, "a table such as `result.pulses`")
     ordered: Array = pulses[np.argsort(pulses["onset"], kind="stable")]
     return ordered

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 LARGEST = 1_200_000  # numbers that a recording may hold, so that its page stays below 5 MB
 DERIVATIVES = "derivatives.of"  # a parameter of FMI 3.0 that changes no run
 LENGTH, RADIUS = 1.962, 0.0313  # m, for the drawing, where nothing else is said
-COARSE = 0.05  # of the largest excursion: how far a ball may be from where velocities of two samples take it
+COARSE = 0.05  # of the range of all x: how far a ball may be from where its velocities at two samples take it
 HUGE = 1e30  # the largest number that is drawn: pages hold numbers in single precision
-STRUCK = 0.3  # of the largest velocity: a change from one sample to the next that only an impact makes
+STRUCK = 0.3  # of the largest speed: a velocity that changes more between two samples has changed by an impact
 OF_CONTACTS = ("F", "F_peak", "F_mean", "impulse", "E_contact", "gap")  # vectors with an element for each
 
 OF_PULSES = {*FIELDS, *(name for name, *_ in COLUMNS.values())}
@@ -38,9 +38,10 @@ class RecordingError(CradleError, ValueError):
 class Recording:
     """A run, ready to be drawn. SI units; arrays of shape (samples,) or (samples, balls or contacts).
 
-    `energy`: sums of E_kinetic, E_gravity and E_contact, else E_total, as far as known. `parameters`: rows of name,
-    value, unit and meaning, as far as known, a row for a vector. `length` and `radius`: of pendulum 1 and of a ball,
-    for the drawing. `start`: the parameters by name, vectors as lists, if a live run can go on with them.
+    `energy`: E_kinetic, E_gravity and E_contact, each summed over its elements, else E_total; empty if none was
+    recorded. `parameters`: rows of name, value, unit and meaning, one row for a vector; empty if unknown. `length` and
+    `radius`: of pendulum 1 and of a ball, for the drawing. `start`: the parameters by name, vectors as lists, if a live
+    run can start with them.
     """
 
     title: str
@@ -67,8 +68,8 @@ def from_csv(
     """Reads a result in CSV: time, x[i], v[i] of all balls, F[i] of all contacts; energies if there.
 
     `pulses`: CSV file of the pulse table; without it, they are taken from F_peak, else from F. `balls`: how many there
-    are, None for as many as are named. `length`, `radius` (m): for the drawing. Raises RecordingError, InvalidValue,
-    OSError.
+    are; None: as many as the columns name. `length`, `radius` (m): for the drawing. Raises RecordingError,
+    InvalidValue, OSError.
     """
     number("length", length, "m", positive=True)
     number("radius", radius, "m", positive=True)
@@ -93,7 +94,8 @@ def from_result(columns: Columns, pulses: Array, model: "Model | None", given: d
 
 
 def known_of(model: "Model | None", given: dict[str, Any]) -> dict[str, Any]:
-    """Further fields of a `Recording` of this model with these parameters and inputs."""
+    """The fields of a `Recording` that follow from the model and its parameters and inputs, as far as these are
+    known."""
     if model is None or not given:
         return {}
     rows, start = [], {}
@@ -174,7 +176,7 @@ def _refuse_missed_clicks(source: object, run: Recording) -> None:
 
 
 def _guessed_pulses(time: Array, force: Array) -> Array:
-    """Pulses from samples of the force: while a contact's samples are not 0."""
+    """Pulses from samples of the force: one for each series of samples above 0 in a contact."""
     rows = []
     for contact, column in enumerate(force.T, start=1):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], column > 0, [0]])))
@@ -185,14 +187,15 @@ def _guessed_pulses(time: Array, force: Array) -> Array:
 
 
 def _read_columns(path: Path, what: str = "a run", first: tuple[str, ...] = ("time", "x[1]", "...")) -> Columns:
-    """The columns of a CSV file by name, numbers as far as they are shown; `first`: names that it needs."""
+    """The columns of a CSV file that a page shows, as numbers, by name; `first`: the first column, which is required,
+    and others for the message. Raises RecordingError."""
     table = read_csv(path)
     columns = by_name(table.columns)
     if first[0] not in columns:
         needed = f"its first line must name {', '.join(first)}, separated by commas"
         raise RecordingError(f"{path}: this is not a table of {what}: {needed}")
     found = {}
-    # In arrays of FMI 3.0 the last element of those over contacts belongs to none.
+    # In FMI 3.0 the last element of an array over contacts belongs to no contact.
     arrays = [name for name in OF_CONTACTS if name in columns and f"{name}[1]" in columns]
     padding = [f"{name}[{sum(other.startswith(f'{name}[') for other in columns)}]" for name in arrays]
     left_out = {*arrays, *padding, "x", "v"}
@@ -226,7 +229,7 @@ def _pulse_table(path: Path, balls: int) -> Array:
 
 
 def of_columns(title: str, columns: Columns, n: int, **others: Any) -> Recording:
-    """The recording of n balls whose variables are in these columns; `others` of its fields."""
+    """The recording of n balls whose variables are in these columns; `others`: further fields."""
     motion = vector(columns, "x", n), vector(columns, "v", n), vector(columns, "F", n - 1)
     energy = {}
     for name in ("E_kinetic", "E_gravity", "E_contact"):

@@ -70,7 +70,8 @@ def figure5(dead_band: float | None = None) -> Start:
 
 
 def steel(lifted_balls: int = 1, *, amplitude: float = 0.05) -> Start:
-    """The preset `steel`, touching balls with Hertz contacts, but with as many lifted by `amplitude` (m)."""
+    """The preset `steel`, touching balls with Hertz contacts, with `lifted_balls` lifted by `amplitude` (m). Raises
+    InvalidValue."""
     return preset("steel") | lifted(lifted_balls, amplitude=amplitude)
 
 

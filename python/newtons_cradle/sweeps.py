@@ -46,7 +46,7 @@ class Sweep(Mapping[str, Array]):
 
     @property
     def results(self) -> list[Any]:
-        """Each case's result, or what was measured; None where it has failed."""
+        """The result or measured numbers of each case; None where it has failed."""
         return [outcome.found for outcome in self.outcomes]
 
     @property
@@ -62,7 +62,7 @@ class Sweep(Mapping[str, Array]):
 
     @cached_property
     def time(self) -> Array:
-        """The time of the samples, s. Raises InvalidValue where no runs were recorded, or at other times each."""
+        """The time of the samples, s. Raises InvalidValue if no runs were recorded, or if their times differ."""
         runs = {i: found for i, found in enumerate(self.results) if isinstance(found, Result)}
         if not runs:
             raise InvalidValue(f"there are no samples: {self._failure or '`measure` has returned none'}")
@@ -74,7 +74,7 @@ class Sweep(Mapping[str, Array]):
 
     @property
     def _failure(self) -> str:
-        """In words, that no case has succeeded, if none has."""
+        """A message if no case has succeeded, else ""."""
         if not self.outcomes or len(self.errors) < len(self.outcomes):
             return ""
         return f"no case has succeeded; case 0: {self.errors[0]}"
@@ -84,7 +84,7 @@ class Sweep(Mapping[str, Array]):
         return next((found for found in self.results if found is not None), {})
 
     def _values(self, name: str) -> list[Array | None]:
-        """What each case has, None where it has none. Raises InvalidValue."""
+        """The values of each case, None where it has none. Raises InvalidValue."""
         try:
             return [None if found is None or name not in found else np.asarray(found[name]) for found in self.results]
         except ValueError as problem:
@@ -112,7 +112,7 @@ class Sweep(Mapping[str, Array]):
         return iter(self._names)
 
     def __contains__(self, name: object) -> bool:
-        """Whether any case has it."""
+        """Whether any case has this name."""
         return isinstance(name, str) and any(found is not None and name in found for found in self.results)
 
     def __len__(self) -> int:
@@ -120,12 +120,12 @@ class Sweep(Mapping[str, Array]):
 
     @cached_property
     def _names(self) -> dict[str, None]:
-        """What any case has."""
+        """The names that any case has, in order."""
         return dict.fromkeys(name for found in self.results if found is not None for name in found)
 
     @cached_property
     def _vectors(self) -> dict[str, Any]:
-        """What any case has, arrays by their names, with what the first that has it has found."""
+        """The names that any case has, arrays as a whole, each with the first result that has it."""
         having: dict[str, Any] = {}
         for found in self.results:
             for name in found.vectors() if isinstance(found, Result) else found or ():
@@ -134,7 +134,7 @@ class Sweep(Mapping[str, Array]):
 
     @cached_property
     def _keys(self) -> dict[str, None]:
-        """What any case is given by."""
+        """The names that any case is given by, in order."""
         return dict.fromkeys(name for case in self.cases for name in case)
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -161,9 +161,9 @@ class Sweep(Mapping[str, Array]):
         return html_table(["case", *self._keys, "error"], *rows, below=repr(self))
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """A row for each case: its values, what was measured or the last samples, `error` and `seconds`; units of cases
-        in `attrs["units"]`. What has the name of a value of a case is called `... (result)`. Raises PackageMissing
-        without pandas."""
+        """A row for each case: its values, what was measured or the last samples, `error` and `seconds`; units of
+        values in `attrs["units"]`. A result with the name of a value of the cases is called `... (result)`. Raises
+        PackageMissing without pandas."""
         pandas = optional("pandas", "data")
         given = {name: labels([case.get(name) for case in self.cases]) for name in self._keys}
         columns: dict[str, Sequence[Any]] = {name: values for name, (values, _) in given.items()}
@@ -182,8 +182,8 @@ class Sweep(Mapping[str, Array]):
 
     def to_xarray(self) -> "xr.Dataset":
         """A data set with the cases in front: `x(case, time, ball)`, or, where the cases are a product of axes, with
-        these as dimensions. What has the name of a value of a case is called `... (result)`. Raises InvalidValue,
-        PackageMissing without xarray."""
+        these as dimensions. A result with the name of a value of the cases is called `... (result)`. Raises
+        InvalidValue, PackageMissing without xarray."""
         xarray = optional("xarray", "data")
         front = {"case": len(self.cases)}
         if self.axes is not None:
@@ -219,12 +219,13 @@ def columns_of(found: Any, name: str) -> list[str]:
 
 
 def apart(name: str, others: Iterable[str]) -> str:
-    """The name of a result, told from these."""
+    """The name of a result, marked as one if these have it, too."""
     return f"{name} (result)" if name in others else name
 
 
 def labels(values: Iterable[Any]) -> tuple[list[Any], str]:
-    """Values without the unit that all of them have, and that unit; with other units as text. For None, NaN."""
+    """Values without their unit, and the unit, if they share one; else values with their units as text, and "". NaN for
+    None."""
     pairs = [with_unit(np.nan if value is None else value) for value in values]
     units = {unit or "" for value, unit in pairs if value is not np.nan}
     if len(units) <= 1:
@@ -233,7 +234,7 @@ def labels(values: Iterable[Any]) -> tuple[list[Any], str]:
 
 
 def alike(one: Any, other: Any) -> bool:
-    """Whether these are equal, with arrays in them or not."""
+    """Equality of nested values that may contain arrays; NaN equals NaN."""
     if isinstance(one, Mapping) and isinstance(other, Mapping) and not isinstance(one, Result):
         return one.keys() == other.keys() and all(alike(one[name], other[name]) for name in one)
     if isinstance(one, list | tuple) and isinstance(other, list | tuple):
@@ -256,14 +257,14 @@ def sweep(
     client: Any = None,
     progress: Callable[[float], None] | None = None,
 ) -> Sweep:
-    """Runs all cases, each with an FMU of one's own in each process; a case that fails does not stop the others.
+    """Runs all cases, on several processes, each with an FMU of its own; a case that fails does not stop the others.
 
-    `cases`: a dict of axes, whose product they are, a list of dicts, or a data frame with a row for each. A case has
-    start values by name, as `simulate` takes them with `stop` (10 s if None), `step` (0.01 s), `times` and `record`; or
-    whatever `measure(fmu, case)` understands, which runs the FMU itself, for as long and with what it likes, and
-    returns a result, or a dict of numbers. `workers`: processes, as many as there are cores if None; with 1 everything
-    runs in this one. `client`: of dask, whose workers run the cases; they
-    need this package. `progress(fraction)`: such as `nc.Progress("Sweep")`. Raises InvalidValue, FileMissing, FmuError.
+    `cases`: a dict of axes, all of whose combinations are run; a list of dicts; or a data frame with a row for each
+    case. A case has start values by name; `simulate` takes them, with `stop` (10 s if None), `step` (0.01 s if None),
+    `times` and `record`. Or `measure(fmu, case)` runs the FMU itself, with cases of any content, and returns a result
+    or a dict of numbers. `workers`: number of processes, None for one per core; with 1 everything runs in this process.
+    `client`: a dask client, whose workers run the cases and need this package. `progress(fraction)`: such as
+    `nc.Progress("Sweep")`. Raises InvalidValue, FileMissing, FmuError.
     """
     axes, listed = listed_cases(cases)
     if workers is not None:
@@ -278,7 +279,7 @@ def sweep(
     opened = fmu if isinstance(fmu, Fmu) else Fmu(fmu)
     try:
         opened.check_open()
-        # What is wrong for all cases is told here.
+        # Raises here what would be wrong in all cases.
         steps = equal_steps(10.0 if stop is None else stop, 0.01 if step is None else step)
         points = [0.0, *(steps if times is None else rising(times))]
         run = measure or partial(simulated, times=points, record=opened.to_record(record))
@@ -295,7 +296,7 @@ def sweep(
             for i, one in outcomes:
                 found[i] = one
                 if measure is None and isinstance(one.found, Result):
-                    one.found.model = opened  # another process has sent it without
+                    one.found.model = opened  # results from other processes come without it
                 if progress is not None:
                     progress(len(found) / len(listed))
         return Sweep(listed, axes, [found[i] for i in range(len(listed))])
@@ -305,7 +306,7 @@ def sweep(
 
 
 def listed_cases(cases: Any) -> tuple[dict[str, list[Any]] | None, list[Case]]:
-    """The axes, if these are cases of a product, and the cases. Raises InvalidValue."""
+    """The axes, None if the cases are not a product of axes; and the cases. Raises InvalidValue."""
     if hasattr(cases, "to_dict") and hasattr(cases, "columns"):
         rows = cases.to_dict("records")
         cases = [{name: value for name, value in row.items() if given(value)} for row in rows]
@@ -327,7 +328,7 @@ def given(value: Any) -> bool:
 def values_of(name: str, axis: Any) -> list[Any]:
     """The values of an axis, each with its unit: `([0.0, 2.6], "um")`. Raises InvalidValue."""
     values, unit = with_unit(axis)
-    if isinstance(values, str):  # two names
+    if isinstance(values, str):  # an axis of two names, no unit
         values, unit = axis, None
     try:
         if isinstance(values, str | Mapping):

@@ -19,7 +19,7 @@ WITH_COMMA = re.compile(r"[-+]?\d*,\d+([eEdD][-+]?\d+)?")  # a number
 
 @dataclass(frozen=True)
 class Table:
-    """A CSV file. `columns`: cells by the name at their head; `lines`: of the file, where each row is."""
+    """A CSV file. `columns`: cells by column name; `lines`: the line of each row in the file, from 1."""
 
     path: Path
     columns: dict[str, list[str]]
@@ -27,9 +27,9 @@ class Table:
 
 
 def read_csv(path: Path) -> Table:
-    """Reads a CSV file: one line of names, and below it as many cells in each row. They are separated by commas,
-    semicolons or tabs; decimals may have a comma; lines that begin with # or % and a line of units are left out. Raises
-    FileMissing, InvalidValue, OSError."""
+    """Reads a CSV file: a line of names, then rows with as many cells, separated by commas, semicolons or tabs;
+    decimals may have a comma; lines that begin with # or % and a line of units are left out. Raises FileMissing,
+    InvalidValue, OSError."""
     lines = text(path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     for index, line in enumerate(lines, start=1):
         if len(line) > LONGEST:
@@ -50,10 +50,10 @@ def read_csv(path: Path) -> Table:
     else:
         names, head = first[0][1], head + 1
     while names and not names[-1].strip():
-        names.pop()  # behind a separator at the end of each line
+        names.pop()  # after a trailing separator
     rows = [row for row in cells_of(path, lines[head:], separator, head) if not COMMENT.match(lines[row[0] - 1])]
     while rows and not any(as_number(cell) is not None for cell in rows[0][1]):
-        rows.pop(0)  # of units, or empty
+        rows.pop(0)  # a row of units, or empty
     rows = [(line, cells) for line, cells in rows if any(map(str.strip, cells))]
     if not any("." in cell for _, cells in rows for cell in cells):
         rows = [(line, list(map(pointed, cells))) for line, cells in rows]
@@ -69,7 +69,7 @@ def read_csv(path: Path) -> Table:
 
 
 def cells_of(path: Path, lines: list[str], separator: str, before: int) -> list[tuple[int, list[str]]]:
-    """The cells of these lines, each row with the number of its line in the file; `before`: as many lines are before
+    """The cells of these lines, each row with the number of its line in the file; `before`: the number of lines before
     them. Raises InvalidValue."""
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=True, strict=True)
     usual, rows = csv.field_size_limit(LONGEST), []
@@ -84,7 +84,7 @@ def cells_of(path: Path, lines: list[str], separator: str, before: int) -> list[
 
 
 def pointed(cell: str) -> str:
-    """The cell with points for the commas of decimals."""
+    """The cell with decimal points in place of decimal commas."""
     parts = cell.split()
     return " ".join(parts).replace(",", ".") if parts and all(map(WITH_COMMA.fullmatch, parts)) else cell
 
@@ -99,13 +99,13 @@ def as_number(value: Any) -> float | None:
 
 
 def plain(name: str) -> str:
-    """A column's name without quotes, and without what tools put behind it: a unit, or what they know of it."""
+    """A column's name without quotes, and without the unit or note that tools append to it."""
     return re.sub(r"\s+(\[[^\]]*\]|\([^)]*\)|/.*)$", "", name.strip(" \"'"))
 
 
 def by_name(given: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
-    """Columns by every name that they may be asked by: `cradle.x[1]` also by `x[1]`, where no other has that name; the
-    elements of an array in one column, `x`, also as `x[1]`, `x[2]`, ..."""
+    """Columns under each name that they may be asked for. `cradle.x[1]` is also `x[1]`, unless another column has that
+    name; an array in one column, `x`, is also `x[1]`, `x[2]`, ..."""
     every: list[tuple[int, str, Sequence[Any]]] = []
     for name, values in given.items():
         own = "time" if plain(name).lower() in ("time", "t") else plain(name)
@@ -121,7 +121,8 @@ def by_name(given: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
 
 
 def elements(values: Sequence[Any]) -> list[list[Any]]:
-    """The elements of an array that has all of them in each cell, None where a row has fewer; none if it is none."""
+    """The elements of an array in one column, whose cells have all of them; None where a row has fewer. Empty if the
+    column is no array."""
     if len(values) and isinstance(values[0], str):
         rows = [re.sub(r"[\[\],]", " ", cell).split() for cell in values]
         rows = rows if len(rows[0]) > 1 else []
@@ -134,7 +135,7 @@ def elements(values: Sequence[Any]) -> list[list[Any]]:
 
 
 def digits(columns: Mapping[str, Sequence[Any]]) -> int:
-    """The most digits that a number in these columns has, 17 if they are not text."""
+    """The largest number of digits that a number in these columns has; 17 if the columns are not text."""
     found = [0]
     for value in (value for values in columns.values() for value in values):
         if not isinstance(value, str):

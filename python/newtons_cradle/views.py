@@ -12,7 +12,7 @@ from .recording import LARGEST, Recording, RecordingError, known_of, of_columns
 from .run import Result
 from .run.model import Values
 
-Told = Callable[[float], None] | None  # of the fraction done
+Told = Callable[[float], None] | None  # called with the fraction done
 
 
 RESOLVED = 4  # samples that a pulse needs for its impulse
@@ -43,15 +43,15 @@ def resolved(
 ) -> Result:
     """A run whose samples resolve every pulse, from seconds down to nanoseconds.
 
-    It is run twice: once in large steps for the table of pulses, then with communication points in all of
-    them. The trajectory does not depend on where they are, so the pulses of both runs are the same.
+    It is run twice: once in large steps for the table of pulses, then with communication points in every pulse. The
+    trajectory does not depend on communication points, so both runs have the same pulses.
     """
     pulses, then = first_pass(fmu, values, stop, progress)
     return fmu.simulate(values, times=sample_times(pulses, stop, step, per_pulse), record=record, progress=then)
 
 
 def first_pass(fmu: Fmu, values: Values | None, stop: float, progress: Told) -> tuple[Array, Told]:
-    """The table of pulses of a run, half of the work, and what to tell the progress of the other half."""
+    """The pulses of a first run, and the progress function of a second run: each run is half of the work."""
     first = None if progress is None else lambda done: progress(done / 2)
     then = None if progress is None else lambda done: progress((1 + done) / 2)
     return fmu.simulate(values, stop=stop, step=stop / 100, record=[], progress=first).pulses, then
@@ -81,8 +81,8 @@ def overlaps(result: Result) -> Array:
 
 
 def energy_error(result: Result) -> float:
-    """Largest |E_residual| of a run, divided by its largest energy; 0 for one without any. E_residual and E_total must
-    be recorded.
+    """Largest |E_residual| of a run, divided by its largest |E_total|; 0 if there is no error. E_residual and E_total
+    must be recorded.
 
     E_residual is E_total + E_dissipated - W_external - E_total(start): the solver's own error.
     """
@@ -117,7 +117,7 @@ def from_fmu(
 ) -> Recording:
     """Runs an FMU with these start values for `stop` (s); samples every `step` (s) and within every pulse.
 
-    The run is made twice, as in `resolved`. Raises FileNotFoundError, RecordingError, FmuError or KeyError.
+    The run is made twice, as in `resolved`. Raises FileMissing, RecordingError, FmuError, InvalidValue or UnknownName.
     """
     with Fmu(path) as fmu:
         if missing := [name for name in ("x[1]", "v[1]") if name not in fmu.variables]:

@@ -1,8 +1,7 @@
-"""Who runs the cases of a sweep: this process, others of this machine (see `processes`), or the workers of a dask
+"""Runs the cases of a sweep: in this process, in others of this machine (see `processes`), or in the workers of a dask
 client.
 
-Cases, what is measured and outcomes travel as bytes that are pickled one by one, so that one that cannot be pickled
-costs the others nothing.
+Cases and outcomes are pickled one by one, so that one that cannot be pickled costs the others nothing.
 """
 
 import hashlib
@@ -33,14 +32,14 @@ PLAIN = "numbers, arrays and results can be"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What has come of a case: a result, or what was measured, or an error. `seconds` that it took."""
+    """Outcome of a case: a result, a dict of what was measured, or an error. `seconds`: how long it took."""
 
     found: Result | dict[str, Any] | None
     error: str
     seconds: float
 
 
-Numbered = tuple[int, Any]  #: A case with its number, or an outcome with that of its case, or the bytes of them.
+Numbered = tuple[int, Any]  #: The number of a case, with the case or its outcome, either of them perhaps pickled.
 
 
 def said(problem: BaseException) -> str:
@@ -49,13 +48,13 @@ def said(problem: BaseException) -> str:
 
 
 def outcome(fmu: Fmu, run: Measure, case: Case) -> Outcome:
-    """What comes of a case."""
+    """Runs a case; what it raises becomes the error of its outcome."""
     begin = clock.perf_counter()
     try:
         found = run(fmu, case)
         needed("measure", found, Mapping, 'a returned result, or a dict of numbers such as {"peak": 5.0},')
         return Outcome(found if isinstance(found, Result) else dict(found), "", clock.perf_counter() - begin)
-    except (Exception, SystemExit) as problem:  # whatever it is: one case does not stop the others
+    except (Exception, SystemExit) as problem:  # one case must not stop the others
         return Outcome(None, said(problem), clock.perf_counter() - begin)
 
 
@@ -72,7 +71,7 @@ def packed(made: Outcome) -> bytes:
     """An outcome as bytes; an error where it cannot be pickled."""
     try:
         return pickle.dumps(made)
-    except Exception as problem:  # whatever an object raises
+    except Exception as problem:  # pickling may raise anything
         words = f"what was measured cannot be sent from a worker ({said(problem)}); {PLAIN}"
         return pickle.dumps(Outcome(None, words, made.seconds))
 
@@ -84,7 +83,7 @@ def parcels(cases: list[Case], workers: int) -> tuple[deque[list[Numbered]], lis
     for number, case in enumerate(cases):
         try:
             sent.append((number, pickle.dumps(case)))
-        except Exception as problem:  # whatever an object raises
+        except Exception as problem:  # pickling may raise anything
             words = f"the case cannot be sent to a worker ({said(problem)}); numbers, arrays and text can be"
             failed.append((number, Outcome(None, words, 0.0)))
     size = max(1, min(MOST, len(sent) // (PARCELS * workers)))
@@ -96,11 +95,11 @@ def unpacked(answer: list[Numbered]) -> Iterator[Numbered]:
     for number, made in answer:
         try:
             yield number, pickle.loads(made)
-        except Exception as problem:  # whatever an object raises
+        except Exception as problem:  # unpickling may raise anything
             yield number, Outcome(None, f"what was measured cannot be read here ({said(problem)}); {PLAIN}", 0.0)
 
 
-_opened: dict[str, Fmu] = {}  # of this worker of dask, by the name of the file, which has its checksum
+_opened: dict[str, Fmu] = {}  # the FMUs of a dask worker by file name, which has the checksum
 _opening = Lock()  # a worker may have several threads
 
 

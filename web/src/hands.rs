@@ -1,17 +1,17 @@
-//! Hands: they place balls and take them along while the others swing on.
+//! Hands: they place balls, and take them along while the others swing on.
 
 use newtons_cradle::model::{Parameters, PendulumModel};
 
 use crate::{NUMBERS, Run, say, with};
 
-/// Mass of a ball in a moving hand, in its own masses: the others bounce off it as off a wall.
+/// Mass of a ball in a moving hand, relative to its own: other balls bounce off it as off a wall.
 const HAND_MASS: f64 = 1e9;
-/// Largest speed of a hand, m/s: balls in its way fly off at twice that or somewhat more.
+/// Largest speed of a hand, m/s: balls that it strikes fly off at twice this speed or somewhat more.
 const FASTEST_HAND: f64 = 8.0;
 /// The largest angle of a swing on an arc, rad: below the 90 degrees to which the engine follows it.
 const STEEPEST: f64 = 1.4;
 
-/// One pendulum: what its arc, or its line, makes of deflections.
+/// One pendulum, on an arc or a line.
 struct Pendulum {
     /// Length, m.
     length: f64,
@@ -32,12 +32,13 @@ impl Pendulum {
         if self.on_arc { libm::asin((x / self.length).clamp(-1.0, 1.0)) } else { x / self.length }
     }
 
-    /// The part of its speed that is horizontal, at this angle (rad).
+    /// The horizontal part of the ball's speed at this angle (rad), 0 to 1.
     fn level(&self, angle: f64) -> f64 {
         if self.on_arc { libm::cos(angle) } else { 1.0 }
     }
 
-    /// The largest horizontal speed (m/s) at an angle (rad) with which it does not swing beyond [`STEEPEST`].
+    /// The largest horizontal speed (m/s) at an angle (rad) with which the ball does not swing beyond [`STEEPEST`].
+    /// Infinite on a line.
     fn fastest(&self, angle: f64) -> f64 {
         if !self.on_arc {
             return f64::INFINITY;
@@ -47,8 +48,8 @@ impl Pendulum {
         self.level(angle) * room.max(0.0).sqrt()
     }
 
-    /// The angle (rad) to which it swings from this deflection (m) and velocity (m/s): by its energy on an arc, which
-    /// does for a line.
+    /// The angle (rad) to which the ball swings from this deflection (m) and velocity (m/s), by the energy on an arc,
+    /// which is close enough for a line.
     fn swing(&self, x: f64, v: f64) -> f64 {
         let angle = self.angle(x);
         let speed = v / self.level(angle) / (4.0 * self.gravity.max(0.1) * self.length).sqrt();
@@ -56,9 +57,9 @@ impl Pendulum {
     }
 }
 
-/// Places the balls of a run anew, from its time on. The numbers that were written are their positions (m), their
-/// velocities (m/s) and, of balls in a hand, where it takes them (m) in this many `seconds`; of others NaN. While they
-/// are taken along, nothing stops them. -1 if it is refused, else 0; the text is then the reason.
+/// Restarts a run at its time with other motions. The numbers that were written are the positions of the balls (m),
+/// their velocities (m/s), and, for balls in a hand, the positions (m) to which it takes them in this many `seconds`,
+/// else NaN. Nothing stops balls in a hand. Returns 0, or -1 if it is refused; the text is then the reason.
 #[unsafe(no_mangle)]
 pub extern "C" fn set_motion(run: i32, seconds: f64) -> i32 {
     let numbers = NUMBERS.take();
@@ -95,7 +96,7 @@ pub extern "C" fn fastest(run: i32, ball: usize, x: f64) -> f64 {
     })
 }
 
-/// The angle (rad) to which the ball that swings farthest does, from the start of a run.
+/// The largest angle (rad) that a ball reaches by itself from its start values.
 #[unsafe(no_mangle)]
 pub extern "C" fn reach(run: i32) -> f64 {
     with(run, |Run { parameters, .. }| {

@@ -1,9 +1,8 @@
-//! The engine in a browser: what the page calls, over the memory that both see.
+//! The engine in a browser: functions that the page calls, and memory that both share.
 //!
-//! A run is a number. Texts and numbers lie in a buffer each, until the next call. The page speaks the language of the
-//! FMU: it starts a run from a [`Recipe`], the JSON that an FMU carries in its resources, with the variables' names,
-//! units and ranges, and gets the same words when one is refused. Nothing here needs unsafe code: buffers and runs
-//! belong to this side.
+//! A run is known by a number. Texts and numbers lie in a buffer each, until the next call. The page starts a run from
+//! a [`Recipe`], the JSON that an FMU carries in its resources, with the variables' names, units and ranges, and gets
+//! the FMU's messages when it is refused. Nothing here needs unsafe code: this side owns buffers and runs.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -15,7 +14,7 @@ use newtons_cradle::variables::{Causality, Kind, Recipe, Settings, StartValue, v
 
 mod hands;
 
-/// A run, and what it was started with.
+/// A run, with the parameters and inputs that it was started with.
 #[derive(Clone)]
 struct Run {
     engine: Engine,
@@ -36,12 +35,12 @@ thread_local! {
     static NUMBERS: RefCell<Vec<f64>> = RefCell::default();
 }
 
-/// Calls `act` on a run of the page's, which knows only numbers that [`start`] and [`copy`] gave.
+/// Calls `act` on a run. The page only knows numbers that [`start`] and [`copy`] have returned.
 fn with<R>(run: i32, act: impl FnOnce(&mut Run) -> R) -> R {
     RUNS.with_borrow_mut(|runs| act(runs.get_mut(&run).expect("the page asks for runs that it was given")))
 }
 
-/// Keeps a run. Returns its number, which may be that of a forgotten one.
+/// Keeps a run. Returns its number, perhaps of a run that was forgotten.
 fn keep(run: Run) -> i32 {
     RUNS.with_borrow_mut(|runs| {
         let number = runs.last_key_value().map_or(0, |(last, _)| last + 1);
@@ -50,7 +49,7 @@ fn keep(run: Run) -> i32 {
     })
 }
 
-/// Leaves a reason where the page reads it.
+/// Leaves a text for the page.
 fn say(reason: &str) {
     TEXT.with_borrow_mut(|text| reason.as_bytes().clone_into(text));
 }
@@ -61,31 +60,32 @@ pub extern "C" fn make_room(length: usize) {
     TEXT.set(vec![0; length]);
 }
 
-/// Makes room for so many numbers.
+/// Makes room for this many numbers.
 #[unsafe(no_mangle)]
 pub extern "C" fn make_numbers(count: usize) {
     NUMBERS.set(vec![0.0; count]);
 }
 
-/// Where something lies: its address times 2^32, and how many elements it has.
+/// The place of a slice in memory: its address times 2^32, plus the number of its elements.
 fn place<T>(items: &[T]) -> u64 {
     (items.as_ptr() as u64) << 32 | items.len() as u64
 }
 
-/// The text that was left last, or written, in UTF-8.
+/// The place of the text that was left or written last, in UTF-8.
 #[unsafe(no_mangle)]
 pub extern "C" fn text() -> u64 {
     TEXT.with_borrow(|text| place(text))
 }
 
-/// The numbers that were left last, or written.
+/// The place of the numbers that were left or written last.
 #[unsafe(no_mangle)]
 pub extern "C" fn numbers() -> u64 {
     NUMBERS.with_borrow(|numbers| place(numbers))
 }
 
-/// Starts a run at the time 0 from the recipe that was written as text. -1 if it is refused; the text is then the
-/// reason, as it is if the engine panics later. Otherwise the text contains warnings about the start values, if any.
+/// Starts a run at the time 0 from the recipe that was written as text. Returns its number, or -1 if it is refused.
+/// Leaves as text the reason, or warnings about the start values, if any. If the engine panics later, the text is the
+/// message.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> i32 {
     std::panic::set_hook(Box::new(|panic| say(&panic.to_string())));
@@ -107,7 +107,7 @@ fn started() -> Result<i32, String> {
     Ok(keep(run))
 }
 
-/// Leaves a recipe as text that has the default of each parameter; of vectors, for two balls.
+/// Leaves as text a recipe with the default of each parameter, with vectors for two balls.
 #[unsafe(no_mangle)]
 pub extern "C" fn defaults() {
     let (settings, mut recipe) = (Settings::default_for(2), Recipe::new(2));
@@ -119,7 +119,7 @@ pub extern "C" fn defaults() {
     say(&recipe.to_json());
 }
 
-/// Another run that goes on from where this one is.
+/// Copies a run with its state. Returns the number of the copy.
 #[unsafe(no_mangle)]
 pub extern "C" fn copy(run: i32) -> i32 {
     keep(with(run, |run| run.clone()))
@@ -131,10 +131,10 @@ pub extern "C" fn forget(run: i32) {
     RUNS.with_borrow_mut(|runs| runs.remove(&run));
 }
 
-/// What happens during a call of [`advance`].
+/// Observes a run during a call of [`advance`].
 struct Watch {
     pulses: Vec<Pulse>,
-    /// Whether the call ends where balls touch or part, and when (s) they have.
+    /// Whether the call ends where balls touch or part, and the time (s) at which they have.
     stops: bool,
     stop: Option<f64>,
 }
@@ -154,10 +154,10 @@ impl Observer for Watch {
     }
 }
 
-/// Moves a run on to `time` (s), to where `effort` (units of about a tenth of a microsecond) is spent or, if `stops` is
-/// not 0, to where balls touch or part: the time reached. NaN if it cannot go on; the text is then the reason. Leaves
-/// the pulses that have finished, six numbers each: contact (from 0), onset (s), release (s), peak (N), when that was (s),
-/// impulse (N.s).
+/// Advances a run to `time` (s), or until `effort` (in units of about a tenth of a microsecond) is spent or, if `stops`
+/// is not 0, until balls touch or part. Returns the time reached, or NaN if the run cannot go on; the text is then the
+/// reason. Leaves the pulses that have finished, six numbers each: contact (from 0), onset (s), release (s), peak (N),
+/// time of the peak (s), impulse (N.s).
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(run: i32, time: f64, effort: f64, stops: i32) -> f64 {
     let mut watch = Watch { pulses: Vec::new(), stops: stops != 0, stop: None };
@@ -173,7 +173,7 @@ pub extern "C" fn advance(run: i32, time: f64, effort: f64, stops: i32) -> f64 {
     })
 }
 
-/// The next onset (s): infinity if there is none; negative if there is none before minus this.
+/// The time of the next onset (s): infinity if there is none; -t if there is none before t.
 #[unsafe(no_mangle)]
 pub extern "C" fn next_onset(run: i32) -> f64 {
     match with(run, |run| run.engine.next_onset()) {
@@ -183,8 +183,8 @@ pub extern "C" fn next_onset(run: i32) -> f64 {
     }
 }
 
-/// Leaves the values of a run at its time: those of the whole, of each ball, of each contact, as
-/// `web/page/engine/engine.js` reads them.
+/// Leaves the values of a run at its time as numbers: of the whole, of each ball, of each contact, in the order in
+/// which `web/page/engine/engine.js` reads them.
 #[unsafe(no_mangle)]
 pub extern "C" fn look(run: i32) {
     with(run, |Run { engine, .. }| {

@@ -1,4 +1,4 @@
-//! The cradle that the user chooses: a preset, parameter files, single start values, checked by the FMU's own code.
+//! The cradle that the user chooses: a preset, parameter files, and single start values, checked by the FMU's own code.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -15,7 +15,7 @@ use crate::error::Error;
 
 /// A cradle with a name, whose parameter file is built into the program.
 pub struct Preset {
-    /// Its name for `--preset`.
+    /// The name for `--preset`.
     pub name: &'static str,
     /// The parameter file; its first line is the title.
     file: &'static str,
@@ -27,13 +27,13 @@ macro_rules! presets {
     };
 }
 
-/// Every preset, in the order of every list of presets: `packaging/presets/order.txt`.
+/// All presets, in the order of `packaging/presets/order.txt`.
 pub static PRESETS: &[Preset] = presets![
     "textbook", "figure3", "figure5", "figure6", "steel", "desk", "tapered", "unlike", "clay", "rigid", "buzzing"
 ];
 
 impl Preset {
-    /// One line for the help.
+    /// The title: one line for the help.
     pub fn title(&self) -> &'static str {
         self.file.lines().next().unwrap_or_default().trim_start_matches("# ")
     }
@@ -47,7 +47,7 @@ impl Preset {
         })
     }
 
-    /// Its cradle.
+    /// The cradle of this preset.
     pub fn recipe(&self) -> Result<Recipe, Error> {
         let mut choice = Choice::default();
         choice.preset(self)?;
@@ -57,8 +57,8 @@ impl Preset {
 
 /// The choice so far; later values replace earlier ones.
 pub struct Choice {
-    /// The name of the FMU's file: that of the model, the preset or the last parameter file, with the number of balls
-    /// if it differs.
+    /// The name of the FMU's file: the name of the model, the preset or the last parameter file, with the number of
+    /// balls if it differs.
     pub name: String,
     balls: usize,
     /// The preset, and its number of balls.
@@ -66,15 +66,15 @@ pub struct Choice {
     sources: Vec<Source>,
 }
 
-/// What one file or argument gives. Within it no value replaces another.
+/// The assignments of one file or argument, which names each variable at most once.
 struct Source {
-    /// What it is, for messages.
+    /// The name of the file or argument, for messages.
     origin: String,
     assignments: Vec<Assignment>,
 }
 
 struct Assignment {
-    /// The name as it is written: in TOML, `contact.model` and `"contact.model"` are two keys.
+    /// The name as it is written. In TOML, `contact.model` and `"contact.model"` are two keys.
     key: String,
     name: String,
     /// One value, or one for each variable of an array.
@@ -186,7 +186,7 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// Appends what a table of TOML assigns, whose key and name, each with a dot at its end, these are.
+/// Appends the assignments of a TOML table. `before`: the key and the name of the table, each with a dot at its end.
 fn of_table(assignments: &mut Vec<Assignment>, before: [&str; 2], table: Table) -> Result<(), String> {
     for (part, value) in table {
         let is_bare = !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
@@ -200,7 +200,6 @@ fn of_table(assignments: &mut Vec<Assignment>, before: [&str; 2], table: Table) 
             Value::Array(values) => values,
             value => vec![value],
         };
-        // Integers become reals.
         let start = |value: Value| {
             let (given, allowed) = (shown(&value), "a number, the name of an item, or a list of numbers");
             value.try_into::<StartValue>().map_err(|_| format!("{name} = {given} is refused; allowed: {allowed}"))
@@ -227,14 +226,14 @@ fn start(assignments: Vec<Assignment>, balls: usize) -> Result<BTreeMap<String, 
     Ok(recipe.start)
 }
 
-/// The value of an enumeration by the name of its item, if its number is given.
+/// The value, as the name of an item if it is the number of one in an enumeration.
 fn by_name(row: &Row, value: StartValue) -> StartValue {
     let (StartValue::Number(number), Access::Enumeration(enumeration)) = (&value, row.access) else { return value };
     let item = enumeration.items.iter().find(|item| f64::from(item.value) == *number);
     item.map_or(value, |item| StartValue::Item(item.name.to_owned()))
 }
 
-/// The variables of `name`, with their values.
+/// The variables of `name`, a variable or an array, with their values.
 fn elements(name: &str, values: Vec<StartValue>, balls: usize) -> Result<Vec<(String, StartValue)>, String> {
     let row = names::settable(name, balls)?;
     let values: Vec<StartValue> = values.into_iter().map(|value| by_name(row, value)).collect();

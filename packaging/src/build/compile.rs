@@ -21,7 +21,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Those of the sources in which the current folder lies.
+    /// The workspace of the sources that contain the current folder.
     pub fn find() -> Option<Self> {
         let here = std::env::current_dir().ok()?;
         let is_ours = |folder: &&Path| {
@@ -45,7 +45,7 @@ impl Workspace {
         self.cargo("build", &plain, release)?;
         self.cargo("zigbuild", &zig, release)?;
         let library = |(target, platform): (&String, &'static Platform)| {
-            // The folder's name has no version of glibc.
+            // In Cargo's folder, the target's name has no version of glibc.
             let triple = target.split('.').next().unwrap_or_default();
             let prefix = if triple.contains("windows") { "" } else { "lib" };
             let name = platform.library_name(&format!("{prefix}{}", PACKAGE.replace('-', "_")));
@@ -62,8 +62,8 @@ impl Workspace {
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.args([build, "--package", PACKAGE, "--lib"]).arg("--manifest-path").arg(self.root.join("Cargo.toml"));
         command.arg("--target-dir").arg(&self.target);
-        // The target is always named, even if it is this machine's, so that the flags do not apply to build scripts,
-        // which can be shared with this program's.
+        // The target is always named, even for this machine: so the flags do not apply to build scripts, which then can
+        // be shared with this program's build.
         command.args(targets.iter().flat_map(|target| ["--target", target]));
         command.args(release.then_some("--release"));
         command.env("CARGO_ENCODED_RUSTFLAGS", self.flags()?);
@@ -91,7 +91,7 @@ impl Workspace {
         let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
         let missing = || Error::Failure("there is neither CARGO_HOME nor a home folder".to_owned());
         remap(&home.ok_or_else(missing)?, "@cargo");
-        // The standard library's sources, for targets that compile it.
+        // The sources of the standard library, for targets for which it is compiled.
         let library = Path::new(&rustc("sysroot")?).join("lib/rustlib/src/rust");
         remap(&library, "@rust");
         // Cargo uses relative paths within the workspace.
@@ -102,7 +102,7 @@ impl Workspace {
     }
 }
 
-/// What `rustc --print` says.
+/// What `rustc --print` prints for `what`.
 fn rustc(what: &str) -> Result<String, Error> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc)

@@ -1,4 +1,4 @@
-//! What is in an FMU.
+//! The files of an FMU.
 
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -12,8 +12,8 @@ use crate::platform::Platform;
 /// A platform, and a shared library for it.
 pub type Binary = (&'static Platform, Vec<u8>);
 
-/// Licences in every FMU. Those of third parties are kept in the sources, so that packing needs neither Cargo nor a
-/// network; a test compares them with Cargo's.
+/// Licences in every FMU. The third-party licences are kept in the sources, so that packing needs neither Cargo nor a
+/// network; a test compares them with Cargo's list.
 const LICENSES: [(&str, &str); 3] = [
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
@@ -23,7 +23,7 @@ const LICENSES: [(&str, &str); 3] = [
 /// The terminals of the support and the balls, with `{i}` for the index of a ball.
 const TERMINALS: &str = include_str!("../../assets/terminalsAndIcons.xml.in");
 
-/// The terminals of a cradle of `balls` balls. Without arrays, each element of one is a member.
+/// The terminals of a cradle of `balls` balls. With `arrays` an array is one member, without each of its elements is.
 fn terminals(balls: usize, arrays: bool) -> String {
     let with = |line: &str, index: &str| line.replace("{i}", index) + "\n";
     let members = |line: &str| match arrays || !line.contains("{i}") {
@@ -33,14 +33,14 @@ fn terminals(balls: usize, arrays: bool) -> String {
     TERMINALS.lines().map(members).collect()
 }
 
-/// The files of an FMU for the cradle of `recipe`, whose description this is, with these binaries.
+/// The files of an FMU of the cradle of `recipe`, with its description and these binaries.
 pub fn entries(recipe: &Recipe, description: &Description, binaries: Vec<Binary>) -> Result<Entries, Error> {
     let mut entries = Entries::new();
     let mut add = |path: &str, contents: &[u8]| _ = entries.insert(path.to_owned(), contents.to_vec());
     add("modelDescription.xml", description.xml(&date()?).as_bytes());
     let picture = if description.fmi3 { "terminalsAndIcons/icon.png" } else { "model.png" };
     add(picture, include_bytes!("../../assets/model.png"));
-    // FMI 2.0 has them since 2.0.4, with the schema of FMI 3.0.
+    // FMI 2.0 has terminals since 2.0.4, with the schema of FMI 3.0.
     add("terminalsAndIcons/terminalsAndIcons.xml", terminals(recipe.balls, !description.scalars).as_bytes());
     add(&format!("resources/{FILE_NAME}"), recipe.to_json().as_bytes());
     add("documentation/index.html", page::html(description).as_bytes());
@@ -54,7 +54,7 @@ pub fn entries(recipe: &Recipe, description: &Description, binaries: Vec<Binary>
         }
         let parts = platform.by_tuple(MODEL_IDENTIFIER, &contents);
         for (path, part) in parts.map_err(|error| Error::Failure(format!("{}: {error}", platform.folder)))? {
-            // Two binaries may have the same place: FMUs of FMI 2.0 may have Linux on ARM in two folders.
+            // Two binaries may get the same path: FMUs of FMI 2.0 may have Linux on ARM in two folders.
             if entries.get(&path).is_some_and(|other| *other != part) {
                 return Err(Error::Failure(format!("two different shared libraries are for {path}; allowed: one")));
             }
@@ -70,7 +70,7 @@ const ZIP_EPOCH: u64 = 315_532_800;
 /// The end of the year 9999, s since 1970.
 const MAX_SECONDS: u64 = 253_402_300_799;
 
-/// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: `SOURCE_DATE_EPOCH`, or 1980-01-01. Not the clock's, so that the
+/// The time of generation as `YYYY-MM-DDThh:mm:ssZ`: `SOURCE_DATE_EPOCH`, or 1980-01-01, but not the clock, so that the
 /// same arguments give the same bytes.
 fn date() -> Result<String, Error> {
     let seconds = match std::env::var("SOURCE_DATE_EPOCH") {

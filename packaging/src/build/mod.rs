@@ -1,7 +1,7 @@
 //! Building an FMU: from the user's choice to the files in the zip file.
 //!
-//! [`Choice`] makes a checked recipe of the user's arguments, [`Workspace`] compiles a binary, [`Ready`] takes those of
-//! another FMU, and [`entries`] puts description, documentation and binaries together.
+//! [`Choice`] makes a checked recipe from the user's arguments, [`Workspace`] compiles a binary, [`Ready`] takes
+//! binaries from another FMU, and [`entries`] puts description, documentation and binaries together.
 
 mod choice;
 mod compile;

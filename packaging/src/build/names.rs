@@ -1,11 +1,11 @@
-//! Suggestions for misspelt names.
+//! Checks of names and values, with suggestions for misspelt ones.
 
 use newtons_cradle::variables::{Row, Shape, StartValue, TABLE, Type};
 
-/// Most characters of a line of the user's that a message repeats.
+/// The longest part of a user's line that a message repeats, characters.
 const LONGEST_LINE: usize = 100;
 
-/// A text for messages, without the ends of lines that are longer than anybody reads.
+/// A text for messages, with long lines cut.
 pub fn brief(text: &str) -> String {
     let line = |line: &str| match line.char_indices().nth(LONGEST_LINE) {
         Some((end, _)) => format!("{}...", &line[..end]),
@@ -14,8 +14,8 @@ pub fn brief(text: &str) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// `; did you mean "..."?` with the known name most similar to a wrong one: less than a third of its letters differ, or
-/// it equals the wrong one after a dot. Empty if none is.
+/// `; did you mean "..."?` with the known name most similar to `wrong`, compared as a whole or after its last dot: at
+/// most a third of its letters, or one, may differ. Empty if none is similar.
 pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let wrong = wrong.to_lowercase();
     let distance = |name: &str| {
@@ -28,8 +28,8 @@ pub fn did_you_mean<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -
     like.min().map(|(_, name)| format!("; did you mean \"{name}\"?")).unwrap_or_default()
 }
 
-/// The row of a variable with a start value in a cradle of `balls` balls; otherwise why there is none, and what can be
-/// set.
+/// The row of a variable that has a start value in a cradle of `balls` balls; else the reason for which it cannot be
+/// set, and what can.
 pub fn settable(name: &str, balls: usize) -> Result<&'static Row, String> {
     let indexed = name.strip_suffix(']').and_then(|name| name.split_once('['));
     let (family, index) = indexed.map_or((name, None), |(family, index)| (family, Some(index)));
@@ -64,7 +64,7 @@ pub fn settable(name: &str, balls: usize) -> Result<&'static Row, String> {
     }
 }
 
-/// The error for a `value` of `row` that is text where a number is needed, such as one with its unit.
+/// The error if a `value` of `row` is text where a number is needed, such as a number with its unit.
 pub fn not_a_number(row: &Row, value: &StartValue) -> Option<String> {
     let StartValue::Item(text) = value else { return None };
     if row.access.data_type() != Type::Real {
@@ -86,7 +86,7 @@ pub fn not_a_number(row: &Row, value: &StartValue) -> Option<String> {
     })
 }
 
-/// Whether a text begins as a number in base 2, 8 or 16 does, such as `-0x1F`.
+/// Whether a text begins like a number in base 2, 8 or 16, such as `-0x1F`.
 fn is_of_other_base(text: &str) -> bool {
     let digits = text.trim_start_matches(['-', '+']).strip_prefix('0').unwrap_or_default();
     [('b', 2), ('o', 8), ('x', 16)].iter().any(|(letter, base)| {

@@ -6,15 +6,15 @@ use newtons_cradle::variables::{
 };
 
 const TEMPLATE: &str = include_str!("../../assets/index.html");
-/// Fonts and colours of this page and those of the Python package.
+/// Fonts and colours of this page and of the Python package's pages.
 const LOOK: &str = include_str!("../../../python/newtons_cradle/look/look.css");
 /// A run with the default parameters, drawn by `examples/paper/pictures.py`.
 const PICTURE: &str = include_str!("../../assets/run.svg");
-/// The same run inside its first click, as the cradle's page shows it.
+/// The run of [`PICTURE`] inside its first click, as the cradle's page shows it.
 const SCENE: &str = include_str!("../../assets/scene.svg");
 
-/// The template with the parts for this version of the standard, between `<!--2-->`, `<!--3-->`, `<!--arrays-->`,
-/// `<!--scalars-->` or `<!--clocks-->` and `<!--end-->`.
+/// The template, with only those of its marked parts that apply to this description. Such a part begins with
+/// `<!--2-->`, `<!--3-->`, `<!--arrays-->`, `<!--scalars-->` or `<!--clocks-->`, and ends with `<!--end-->`.
 fn template(description: &Description) -> String {
     let Description { fmi3, clocks, scalars, .. } = *description;
     let marks = [("2", !fmi3), ("3", fmi3), ("clocks", clocks), ("arrays", !scalars), ("scalars", scalars)];
@@ -78,7 +78,7 @@ fn table(description: &Description, (id, heading, note, causalities): TableOf) -
     )
 }
 
-/// Start value, if it is the same for all balls or contacts; otherwise the first and the last.
+/// The start value, if it is the same for all balls or contacts; else the first and the last one.
 fn start_value(start: &Settings, variable: Variable) -> String {
     let all = Variable { whole: true, ..variable };
     let values: Vec<String> = all.scalars(start.balls()).filter_map(|scalar| scalar.text(start)).collect();
@@ -88,7 +88,7 @@ fn start_value(start: &Settings, variable: Variable) -> String {
     }
 }
 
-/// Ranges, and when it may be set.
+/// Items or range of a variable, and whether it is tunable.
 fn remarks(row: &Row) -> String {
     let mut text = match row.access {
         Access::Enumeration(enumeration) => format!(": {enumeration}"),

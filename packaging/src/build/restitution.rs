@@ -9,7 +9,7 @@ use crate::error::Error;
 
 const LAW: &str = "contact.dampingLaw";
 
-/// How two balls, free and alone, are to part: with a part of the speed (m/s) at which they approach each other.
+/// A coefficient of restitution for two free balls and, where it depends on that, the speed (m/s) at which they meet.
 #[derive(Clone, Copy, Debug)]
 pub struct Restitution {
     coefficient: f64,
@@ -35,8 +35,9 @@ impl std::fmt::Display for Restitution {
 }
 
 impl Restitution {
-    /// Gives a cradle the losses by which the first two balls part so: by its damping law, or, where its contacts lose
-    /// nothing and no law `is_chosen`, by the one that does so at any speed. Returns what it has set, in words.
+    /// Gives a cradle the losses with which its first two balls have this restitution: by its damping law or, if its
+    /// contacts lose nothing and no law `is_chosen` by the user, by the law of constant restitution. Returns in words
+    /// what it has set.
     pub fn apply(self, recipe: &mut Recipe, is_chosen: bool) -> Result<String, Error> {
         let refused = |reason: &dyn std::fmt::Display| Error::Usage(format!("--restitution {self}: {reason}"));
         let mut settings = recipe.settings()?;
@@ -64,7 +65,7 @@ impl Restitution {
         ))
     }
 
-    /// The settings of two balls that part so by their damping law, and its parameter.
+    /// The parameter of the damping law, and its value, with which two balls of these settings have this restitution.
     pub fn of_pair(self, mut settings: Settings) -> Result<(String, f64), Error> {
         let parameter = settings.lose(self.coefficient, self.speed, 0)?;
         Ok((parameter.to_string(), parameter.value(&settings).unwrap_or_default()))

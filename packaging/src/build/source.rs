@@ -1,4 +1,4 @@
-//! Binaries from another FMU of this program.
+//! Binaries and licences from another FMU of this program.
 
 use std::path::Path;
 
@@ -12,17 +12,17 @@ use crate::error::Error;
 use crate::platform::libraries;
 use crate::universal;
 
-/// The parts of an FMU that serve every cradle.
+/// The parts of an FMU that are the same for every cradle.
 #[derive(Default)]
 pub struct Ready {
     /// The shared libraries.
     pub binaries: Vec<Binary>,
-    /// The licences of what is in them.
+    /// The licences of their code, by path.
     pub licenses: Entries,
 }
 
 impl Ready {
-    /// Takes them from an FMU, if it is valid and written by this version of this program.
+    /// Takes the parts from an FMU, if it is valid and was written by this version of this program.
     pub fn of(path: &Path) -> Result<Self, Error> {
         let refused = |reason: &str| Error::Usage(format!("--from {} is refused: {reason}", path.display()));
         let (mut entries, model, mut report) = check::open(&check::read(path)?, MAX_BYTES);
@@ -47,7 +47,7 @@ impl Ready {
         Ok(ready)
     }
 
-    /// Adds a shared library. Two of macOS for different processors become one.
+    /// Adds a shared library. Two libraries of macOS for different processors become a universal binary.
     pub fn add(&mut self, binary: Binary) -> Result<(), String> {
         let Some((platform, other)) = self.binaries.iter_mut().find(|(platform, _)| *platform == binary.0) else {
             self.binaries.push(binary);
@@ -64,8 +64,8 @@ impl Ready {
     }
 }
 
-/// The contents of a file that the FMU `new` with this GUID would replace, in words; none if there is no file, or the
-/// same one.
+/// The contents of the file that the FMU `new` with this GUID is to replace, in words; none if there is no file, or it
+/// has the same bytes.
 pub fn replaced(path: &Path, new: &[u8], guid: &str) -> Option<String> {
     let old = check::read(path).ok().filter(|old| old != new)?;
     let (entries, Some(was), _) = check::open(&old, MAX_BYTES) else {

@@ -1,5 +1,5 @@
-//! Inspection of a shared library without loading it: exported functions, linked libraries, the glibc or macOS it
-//! needs, its signature, and paths of the build machine.
+//! Inspection of a shared library without loading it: exported functions, linked libraries, the required version of
+//! glibc or macOS, the signature, and paths of the build machine.
 
 use std::collections::BTreeSet;
 
@@ -20,7 +20,7 @@ const FMI2: &str =
     CompletedIntegratorStep SetTime SetContinuousStates GetDerivatives GetEventIndicators GetContinuousStates
     GetNominalsOfContinuousStates";
 
-/// Functions of FMI 3.0, without the prefix `fmi3`, except getters and setters of types.
+/// Functions of FMI 3.0, without the prefix `fmi3`, except the getters and setters of types.
 const FMI3: &str =
     "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation InstantiateScheduledExecution
     FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode Terminate Reset
@@ -34,24 +34,25 @@ const FMI3: &str =
 const TYPES_OF_FMI3: &str =
     "Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock";
 
-/// Beginnings of paths on somebody's machine, wherever they are.
+/// Beginnings of paths on somebody's machine, which are recognized anywhere in a binary.
 const PATHS: [&[u8]; 5] = [b"/home/", b"/root/", b"/Users/", b"/tmp/", b":\\Users\\"];
 
-/// What absolute paths begin with of the sources of Rust's standard library and of what it uses: those of no machine.
+/// Beginnings of absolute paths of the sources of Rust's standard library and its dependencies, which are on no
+/// machine.
 const OF_RUST: [&[u8]; 2] = [b"/rustc/", b"/rust/deps/"];
 
-/// What paths begin with that the producer has mapped, see `build`.
+/// Beginnings of paths that `build` has remapped.
 const MAPPED: [&[u8]; 3] = [b"@newtons-cradle/", b"@cargo/", b"@rust/"];
 
-/// The extension of sources.
+/// The extension of Rust's sources.
 const RUST: &[u8] = b".rs";
 
-/// Libraries that every system of a kind has: of glibc, of Windows, of macOS.
+/// Beginnings of the names of libraries that every system has: of glibc, Windows, macOS.
 const SYSTEM: &str =
     "ld-linux libc.so. libm.so. libdl.so. libpthread.so. librt.so. advapi32.dll api-ms-win- bcrypt kernel32.dll
     msvcrt.dll ntdll.dll ucrtbase.dll user32.dll userenv.dll ws2_32.dll /usr/lib/libsystem";
 
-/// The glibc of the oldest systems still in use (2012).
+/// The glibc of the oldest systems still in use, of 2012.
 const OLD_GLIBC: (u32, u32) = (2, 17);
 
 /// The first macOS for ARM, of 2020.
@@ -72,7 +73,7 @@ pub struct Library {
     pub macos: Option<(u32, u32)>,
     /// Whether it has a signature, without which macOS loads nothing on ARM. It is not verified.
     pub signed: bool,
-    /// Paths of the machine it was built on.
+    /// Paths of the build machine.
     pub paths: BTreeSet<String>,
 }
 
@@ -106,7 +107,7 @@ impl Library {
         Ok(library)
     }
 
-    /// Takes a name or a folder that a linker has written, if it is an absolute path.
+    /// Notes a name or a folder that a linker has written, if it is an absolute path.
     fn place(&mut self, path: &[u8]) {
         if path.starts_with(b"/") || begins_with_drive(path) {
             self.paths.insert(text(path));
@@ -114,7 +115,7 @@ impl Library {
     }
 
     fn mach_o(&mut self, file: &MachOFile64) -> object::Result<()> {
-        // Symbols of macOS begin with an underscore.
+        // On macOS, the names of symbols begin with an underscore.
         let plain = |name: &String| name.strip_prefix('_').unwrap_or(name).to_owned();
         self.exports = self.exports.iter().map(plain).collect();
         let endian = file.endian();
@@ -158,7 +159,7 @@ impl Library {
     }
 }
 
-/// A name as it can be shown.
+/// A name, fit to be shown in one line.
 fn text(name: &[u8]) -> String {
     one_line(String::from_utf8_lossy(name))
 }
@@ -179,10 +180,11 @@ fn begins_with_drive(path: &[u8]) -> bool {
     matches!(path, [drive, b':', b'/' | b'\\', next, ..] if drive.is_ascii_alphabetic() && next.is_ascii_alphanumeric())
 }
 
-/// The absolute path of a file of Rust's sources, with which these bytes end; they begin behind the source before. Rust
-/// writes texts without a gap: one of Unix is recognized behind what cannot be part of a path, and behind another
-/// source, as most are. In front of a mapped path there can be other texts with a slash. Spaces and bytes beyond ASCII
-/// are in front of paths more often than within: a path that holds them is only found by what it begins with, `PATHS`.
+/// The absolute path of a Rust source at the end of `bytes`, which begin behind the previous source. Rust stores texts
+/// without a gap, so the beginning of a Unix path is recognized only behind a byte that cannot be part of a path, or
+/// behind another source, as in most cases. Other texts with a slash may precede a remapped path. Spaces and bytes
+/// beyond ASCII precede paths more often than they are part of them, so paths that contain them are only found by
+/// [`PATHS`].
 fn source(bytes: &[u8]) -> Option<&[u8]> {
     let in_path = |byte: &u8| byte.is_ascii_alphanumeric() || b"/\\:._-+@~%".contains(byte);
     let length = bytes.iter().rev().take_while(|byte| in_path(byte)).count();
@@ -198,7 +200,7 @@ fn source(bytes: &[u8]) -> Option<&[u8]> {
 
 fn paths(bytes: &[u8]) -> BTreeSet<String> {
     let (mut found, mut behind_source) = (BTreeSet::new(), 0);
-    // A loop, which is fast enough without optimisation.
+    // A plain loop is fast enough without optimisation.
     for (begin, byte) in bytes.iter().enumerate() {
         if matches!(byte, b'/' | b':') && PATHS.iter().any(|path| bytes[begin..].starts_with(path)) {
             let path = bytes[begin..].iter().take(80).take_while(|byte| byte.is_ascii_graphic());
@@ -213,7 +215,7 @@ fn paths(bytes: &[u8]) -> BTreeSet<String> {
     found
 }
 
-/// Names of all functions: the same binary serves both versions.
+/// The names of all functions of both versions: one binary serves both.
 fn functions() -> impl Iterator<Item = String> {
     let accessors = TYPES_OF_FMI3.split_whitespace().flat_map(|of| [format!("fmi3Get{of}"), format!("fmi3Set{of}")]);
     let of_fmi3 = FMI3.split_whitespace().map(|name| format!("fmi3{name}")).chain(accessors);
@@ -283,7 +285,7 @@ mod tests {
         ] {
             assert_eq!(paths(bytes.as_bytes()).into_iter().collect::<Vec<_>>(), expected);
         }
-        // Each byte is looked at a few times, whatever there is.
+        // Long inputs take linear time.
         let many = format!("{}/srv/x.rs", ".rs".repeat(350_000));
         assert_eq!(paths(many.as_bytes()).into_iter().collect::<Vec<_>>(), ["/srv/x.rs"]);
     }

@@ -1,8 +1,8 @@
 //! Validation of an FMU that this program has written, possibly with binaries from elsewhere: its entries, description
-//! and binaries. Any damage is reported, also in foreign files.
+//! and binaries. Damage is reported in any file, foreign ones included.
 //!
-//! [`bytes()`] checks a whole FMU and returns a [`Report`]. Its parts serve for inspection, too: `open` gives entries
-//! and description, `Library` looks into a binary.
+//! [`bytes()`] checks a whole FMU and returns a [`Report`]. `open`, which gives entries and description, and `Library`,
+//! which looks into a binary, also serve for inspection.
 
 mod binary;
 mod model;
@@ -23,7 +23,7 @@ pub(crate) use model::{Model, TOOL};
 pub use report::Report;
 pub(crate) use report::one_line;
 
-/// Largest FMU that is read, and largest contents, bytes.
+/// The largest FMU that is read, and the largest sum of its unpacked files, bytes.
 pub const MAX_BYTES: u64 = 512 << 20;
 
 /// The bytes of an FMU, or of a binary for one.
@@ -44,7 +44,7 @@ pub fn bytes(bytes: &[u8], limit: u64) -> (Report, Option<Entries>) {
     (report, complete.then_some(entries))
 }
 
-/// The entries of an FMU, its description if it can be read, and what is wrong with them so far.
+/// The entries of an FMU, its description if it can be read, and the problems so far.
 pub(crate) fn open(bytes: &[u8], limit: u64) -> (Entries, Option<Model>, Report) {
     let mut report = Report::default();
     let entries = unpack::unpack(bytes, limit, &mut report);
@@ -52,7 +52,7 @@ pub(crate) fn open(bytes: &[u8], limit: u64) -> (Entries, Option<Model>, Report)
     (entries, model, report)
 }
 
-/// Checks description and binaries. Returns whether this version can check all of them.
+/// Checks description and binaries. Returns whether this version could check everything.
 pub(crate) fn contents(entries: &Entries, model: &Model, report: &mut Report) -> bool {
     if !model.is_own() {
         let (name, tool) = (&model.name, &model.tool);
@@ -71,7 +71,7 @@ pub(crate) fn contents(entries: &Entries, model: &Model, report: &mut Report) ->
     belongs_together(entries, model, report)
 }
 
-/// Checks that description, resources and GUID match. Returns whether this version can check that.
+/// Checks that description, resources and GUID match. Returns whether this version could check it.
 fn belongs_together(entries: &Entries, model: &Model, report: &mut Report) -> bool {
     let place = format!("resources/{FILE_NAME}");
     let recipe = entries.get(&place).map_or_else(|| Ok(Recipe::default()), |text| Recipe::from_json(text));

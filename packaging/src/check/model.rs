@@ -8,17 +8,17 @@ use roxmltree::{Document, Node};
 use super::report::{Report, one_line};
 use crate::archive::Entries;
 
-/// The file in an FMU.
+/// The path of the description in an FMU.
 pub const FILE: &str = "modelDescription.xml";
 
-/// What FMUs of this version of this program give as their generation tool.
+/// The generation tool in FMUs of this version of this program.
 pub const TOOL: &str = concat!("newtons-cradle ", env!("CARGO_PKG_VERSION"));
 
-/// A description, with empty texts for absent parts. Texts are as they can be shown.
+/// A description, with empty texts for absent parts. Texts have no control characters.
 pub struct Model {
     pub fmi_version: String,
     pub name: String,
-    /// Its `guid`, or `instantiationToken` in FMI 3.0.
+    /// The `guid`, or the `instantiationToken` in FMI 3.0.
     pub guid: String,
     pub tool: String,
     pub date: String,
@@ -47,12 +47,12 @@ impl Model {
         known.then_some(model)
     }
 
-    /// Whether it is one of FMI 3.0.
+    /// Whether it is of FMI 3.0.
     pub fn is_fmi3(&self) -> bool {
         self.fmi_version.starts_with("3.0")
     }
 
-    /// Whether this program writes FMUs like it.
+    /// Whether the FMU is one of this program, of any version.
     pub fn is_own(&self) -> bool {
         self.name == MODEL_IDENTIFIER && self.tool.starts_with("newtons-cradle ")
     }

@@ -2,10 +2,10 @@
 
 use std::fmt::{Display, Formatter};
 
-/// Most findings of one kind that are shown; each of many thousand entries may have one.
+/// The largest number of findings of a kind that are shown: each of many thousand entries may have one.
 const SHOWN: usize = 100;
 
-/// What was found.
+/// The findings.
 #[derive(Default)]
 pub struct Report {
     /// Violations of the standard, and contradictions.
@@ -23,7 +23,7 @@ impl Report {
         self.remarks.push(one_line(text));
     }
 
-    /// A problem unless this `holds`.
+    /// Adds the problem unless `holds`.
     pub(crate) fn require(&mut self, holds: bool, problem: impl Display) {
         if !holds {
             self.problem(problem);
@@ -36,8 +36,8 @@ impl Report {
     }
 }
 
-/// Foreign text as it can be shown on a terminal: line breaks and other control characters, also those that turn the
-/// direction of writing, become question marks.
+/// Foreign text, fit for a terminal: control characters become question marks, among them line breaks and characters
+/// that change the direction of writing.
 pub(crate) fn one_line(text: impl Display) -> String {
     let turns =
         |c| matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');

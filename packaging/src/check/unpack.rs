@@ -9,11 +9,11 @@ use super::model;
 use super::report::{Report, one_line};
 use crate::archive::Entries;
 
-/// Longer paths exceed the limit of Windows once a host has unpacked them.
+/// Longer paths, in bytes, may exceed the limit of Windows once a host has unpacked them.
 const LONG_PATH: usize = 160;
 
-/// In an entry of the zip file's directory, the bytes with the kind of the file as in Unix, and what these give for a
-/// file or a folder; nothing at all is usual as well. They count on whatever system the file was made.
+/// Offset of the Unix file type in an entry of the zip file's directory, and its mask. The type is `FILE` or `FOLDER`,
+/// or 0 if unset; it counts, whatever system made the file.
 const KIND: (usize, u16) = (40, 0o170_000);
 const FILE: u16 = 0o100_000;
 const FOLDER: u16 = 0o040_000;
@@ -45,7 +45,7 @@ pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Entries {
             continue;
         }
         let mut contents = Vec::new();
-        // One byte more than allowed shows that there are too many.
+        // One byte more than allowed is read, to see whether there are too many.
         let length = archive
             .by_index(index)
             .and_then(|entry| Ok(entry.take(left.saturating_add(1)).read_to_end(&mut contents)?));
@@ -63,7 +63,7 @@ pub fn unpack(bytes: &[u8], limit: u64, report: &mut Report) -> Entries {
     entries
 }
 
-/// The kind of the entry whose place in the directory this is.
+/// The Unix file type of an entry, by its place in the directory.
 fn kind(bytes: &[u8], entry: u64) -> u16 {
     let (offset, mask) = KIND;
     let at = usize::try_from(entry).ok().and_then(|entry| bytes.get(entry.checked_add(offset)?..));

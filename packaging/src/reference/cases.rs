@@ -1,5 +1,5 @@
-//! The cases with reference results: the FMU's own start values, and the presets with the same number of balls; each
-//! with the parameters that a host must set, also as a parameter set (SSV) of System Structure and Parameterization,
+//! The cases with reference results: the FMU's own start values, and the presets with the same number of balls. Each
+//! has the parameters that a host must set, also as a parameter set (SSV) of System Structure and Parameterization,
 //! version 1.0, or 2.0 for arrays.
 
 use std::iter::once;
@@ -10,22 +10,22 @@ use newtons_cradle::variables::{
 
 use crate::build::PRESETS;
 
-/// From this number of balls on, the run is short.
+/// From this number of balls on, runs are short.
 const MANY_BALLS: usize = 101;
 
-/// The case of the FMU's own start values.
+/// The name of the case with the FMU's own start values.
 pub const START: &str = "start";
 
 /// A cradle that the FMU becomes by setting parameters.
 pub struct Case {
     /// The name of its files.
     pub name: &'static str,
-    /// One line on it.
+    /// The title, one line.
     pub title: &'static str,
     /// Its start values.
     pub settings: Settings,
-    /// The parameters and inputs to set: every scalar, and elements of arrays that are not the default or differ from the
-    /// FMU's.
+    /// The parameters and inputs to set: every scalar, and those elements of arrays that differ from the default or
+    /// from the FMU's start values.
     pub parameters: Vec<Variable>,
 }
 
@@ -48,12 +48,12 @@ pub fn cases(own: &Settings) -> Vec<Case> {
     all.filter(|(.., settings)| settings.balls() == own.balls()).map(case).collect()
 }
 
-/// The communication points of the results in the FMU, s: ten seconds, or one of many balls, in steps of 0.1 s.
+/// The communication points of the results in the FMU, s: for ten seconds, with many balls for one, in steps of 0.1 s.
 pub fn times(balls: usize) -> Vec<f64> {
     (0..=if balls < MANY_BALLS { 100 } else { 10 }).map(|step| f64::from(step) / 10.0).collect()
 }
 
-/// The recorded variables, at most ten: balls at both ends, the impulses of the contacts there, momentum and energy.
+/// The recorded variables, at most ten: positions of balls and impulses of contacts at both ends, momentum and energy.
 pub fn recorded(balls: usize) -> Vec<Variable> {
     let mut names = Vec::new();
     for (name, count, of) in [("x", 3, balls), ("impulse", 1, balls - 1)] {
@@ -65,8 +65,8 @@ pub fn recorded(balls: usize) -> Vec<Variable> {
 }
 
 impl Case {
-    /// The parameter set; with `arrays` that of an FMU that has them: in the version of SSP that knows arrays, if the
-    /// set has any.
+    /// The parameter set as SSV. With `arrays`, arrays are whole; if the set has any, it is of the version of SSP that
+    /// knows arrays.
     pub fn ssv(&self, arrays: bool) -> String {
         let (name, title) = (self.name, escaped(self.title));
         let is_array = |variable: &Variable| arrays && variable.row.shape != Shape::Scalar;
@@ -77,7 +77,7 @@ impl Case {
              xmlns:ssc=\"http://ssp-standard.org/SSP1/SystemStructureCommon\"\n    \
              version=\"{version}\" name=\"{name}\" description=\"{title}\">\n  <ssv:Parameters>\n"
         );
-        // Of an array, the first of its variables stands for all.
+        // The first variable of an array stands for the array.
         let of_one = |first: &Variable, second: &Variable| arrays && first.position == second.position;
         for variable in self.parameters.chunk_by(of_one).map(|variables| &variables[0]) {
             let is_array = is_array(variable);
@@ -110,7 +110,7 @@ impl Case {
         xml
     }
 
-    /// All elements of a variable's array, as many as there are balls.
+    /// All elements of a variable's array as text, one for each ball.
     fn elements(&self, variable: &Variable) -> String {
         let element = |index| Variable { index, ..*variable }.value(&self.settings);
         let values = (0..self.settings.balls()).map(|index| element(index).unwrap_or_else(|| padding(variable.row)));

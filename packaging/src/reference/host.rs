@@ -1,4 +1,4 @@
-//! A minimal host for the FMU's own binary. It runs in a process of its own, which ends with the run.
+//! A minimal host for the FMU's own binary. It runs in a process of its own, which ends after the run.
 #![allow(unsafe_code)]
 
 use std::cell::RefCell;
@@ -22,13 +22,13 @@ type Instantiate = unsafe extern "C" fn(Text, c_int, Text, Text, *const [*const 
 /// `fmi2Error`.
 const ERROR: c_int = 3;
 
-/// The logger for the binary. It keeps the last error in its environment, the [`RefCell`] of [`run`]. This product's
-/// messages need no variadic arguments, so that none are read.
+/// The logger for the binary. It keeps the last error in its environment, the [`RefCell`] of [`run`]. It reads no
+/// variadic arguments, because the messages of this product need none.
 unsafe extern "C" fn keep(said: *const RefCell<String>, _name: Text, status: c_int, _category: Text, message: Text) {
     if status >= ERROR && !said.is_null() && !message.is_null() {
-        // SAFETY: what `run` has passed, and a text of the binary's.
+        // SAFETY: the cell that `run` has passed, and a text of the binary.
         let (said, message) = unsafe { (&*said, CStr::from_ptr(message)) };
-        // In a format of printf, and for hosts that expand references, two of them mean one.
+        // `%` is doubled for printf, and `#` for hosts that expand references to variables.
         said.replace(message.to_string_lossy().replace("%%", "%").replace("##", "#"));
     }
 }
@@ -37,7 +37,7 @@ unsafe extern "C" fn keep(said: *const RefCell<String>, _name: Text, status: c_i
 pub fn may_execute(folder: &Path) -> bool {
     #[cfg(target_os = "linux")]
     if let Ok(path) = CString::new(folder.as_os_str().as_encoded_bytes()) {
-        // SAFETY: a record of numbers, for which 0 is a value; the function fills it.
+        // SAFETY: it consists of numbers, for which 0 is valid; statvfs fills it.
         let mut system: libc::statvfs = unsafe { std::mem::zeroed() };
         let known = unsafe { libc::statvfs(path.as_ptr(), &raw mut system) } == 0;
         return !known || system.f_flag & libc::ST_NOEXEC == 0;
@@ -55,7 +55,7 @@ pub fn run(
     times: &[f64],
     variables: &[Variable],
 ) -> Result<Vec<Vec<f64>>, String> {
-    // SAFETY: none; that it may do anything is why this is another process.
+    // SAFETY: none. The binary may do anything, which is why this is a process of its own.
     let library = unsafe { Library::new(binary) }.map_err(|error| {
         let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
         format!("it cannot be loaded: {reason}")
@@ -66,14 +66,14 @@ pub fn run(
     let (allocate, free) = (libc::calloc as *const c_void, libc::free as *const c_void);
     let said = RefCell::new(String::new());
     let callbacks = [keep as *const c_void, allocate, free, null(), from_ref(&said).cast()];
-    // SAFETY: the arguments of the standard, here and below; what they point to lives as long as it is used.
+    // SAFETY: here and below, arguments as the standard prescribes, which point to what lives as long as it is used.
     let instance =
         unsafe { instantiate(name.as_ptr(), CO_SIMULATION, guid.as_ptr(), place.as_ptr(), &callbacks, 0, 0) };
     if instance.is_null() {
         return Err(reason(&said, "fmi2Instantiate refuses the GUID or the resources"));
     }
-    // Calls a function for the instance, with more arguments of these types; any answer but `fmi2OK`
-    // and `fmi2Warning` is returned as an error from the function or closure around it.
+    // Calls a function for the instance, with more arguments of these types. Any status but `fmi2OK` and `fmi2Warning`
+    // is returned as an error from the function or closure around it.
     macro_rules! call {
         ($name:literal $(, $argument:expr => $type:ty)*) => {{
             type Function = unsafe extern "C" fn(Instance $(, $type)*) -> c_int;
@@ -110,25 +110,25 @@ pub fn run(
     times.iter().map(sample).collect()
 }
 
-/// What the binary has said was wrong; where it has said nothing, what it `did`.
+/// The error that the binary has logged, else what it `did`.
 fn reason(said: &RefCell<String>, did: &str) -> String {
     let said = said.borrow();
     if said.is_empty() { did.to_owned() } else { said.clone() }
 }
 
-/// Ends this process at once, whatever the binary is doing, and without what it wants to be called at the end.
+/// Ends this process at once, whatever the binary is doing, without running its exit handlers.
 pub fn end() -> ! {
     // SAFETY: it takes a number and does not return.
     unsafe { libc::_exit(0) }
 }
 
-/// A function of the library; the caller names its type in the standard.
+/// A function of the library; the caller must name its type in the standard.
 fn function<'a, T>(library: &'a Library, name: &str) -> Result<Symbol<'a, T>, String> {
-    // SAFETY: see above.
+    // SAFETY: see `run`: the binary may do anything.
     unsafe { library.get(name.as_bytes()) }.map_err(|_| format!("{name} is not exported"))
 }
 
-/// The location of a folder as hosts give it.
+/// The location of a folder as a URI, as hosts pass it.
 fn location(folder: &Path) -> String {
     let path = folder.to_string_lossy().replace('\\', "/").replace('%', "%25").replace(' ', "%20");
     if path.starts_with('/') { format!("file://{path}") } else { format!("file:///{path}") }

@@ -1,8 +1,8 @@
-//! Parameter sets and reference results in the FMU, by which any host can check itself: FMI-LS-REF, a layered standard
-//! of FMI (<https://github.com/modelica/fmi-ls-ref>), version 1.0.0-beta.1.
+//! Parameter sets and reference results in the FMU, with which any host can check itself: FMI-LS-REF, a layered
+//! standard of FMI (<https://github.com/modelica/fmi-ls-ref>), version 1.0.0-beta.1.
 //!
-//! `cases` are the cradles that a host makes of the FMU by setting parameters, `record` runs the FMU's own binary for
-//! the expected results, [`add`] puts them into the FMU, and [`check`] runs the binary again.
+//! `cases` are the cradles that a host makes of the FMU by setting parameters. `record` runs the FMU's own binary for
+//! the expected results, [`add`] puts them into the FMU, and [`check()`] runs the binary again.
 
 mod cases;
 mod host;
@@ -22,7 +22,8 @@ pub use record::run;
 
 /// The folder of the layered standard in an FMU.
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
-/// Its version that has labels. (The text of that version still gives the one before; its schema takes any.)
+/// The version of the layered standard that has labels. (Its text still gives the version before; its schema takes
+/// any.)
 const VERSION: &str = "1.0.0-beta.1";
 /// The description that the standard prescribes.
 const DESCRIPTION: &str = "Layered Standard providing information on related files included in an FMU.";
@@ -30,8 +31,9 @@ const PAGE: &str = include_str!("../../assets/fmi-ls-ref.txt");
 /// Tolerance for other hosts, relative to the largest value of a variable.
 const TOLERANCE: f64 = 1e-6;
 
-/// Adds parameter sets and reference results to the FMU with this description. A case that its binary cannot run is left
-/// out; without a binary for this machine there are only the sets. Returns what is missing and why, to be appended.
+/// Adds parameter sets and reference results to the FMU with this description. A case that its binary cannot run is
+/// left out; without a binary for this machine only the sets are added. Returns what is missing and why, as ends of
+/// sentences.
 pub fn add(entries: &mut Entries, description: &Description) -> Vec<String> {
     let mut cases = cases(description.start);
     let names: Vec<&str> = cases.iter().map(|case| case.name).collect();
@@ -62,7 +64,7 @@ pub fn add(entries: &mut Entries, description: &Description) -> Vec<String> {
     missing
 }
 
-/// The results, if there are any; otherwise the reason why there are none of the first case.
+/// The results, if any case has some; else the first case's reason for having none.
 fn any(results: Vec<Result<String, String>>) -> Result<Vec<Result<String, String>>, Failure> {
     match results.first() {
         Some(Err(reason)) if results.iter().all(Result::is_err) => Err(Failure::Binary(reason.clone())),

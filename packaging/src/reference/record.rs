@@ -1,6 +1,6 @@
-//! Recording the results of the FMU's own binary. It is loaded in a process of its own, this program again, so that a
-//! binary may crash or hang. That process also has the files that the binary needs, so that they are removed if this
-//! one is ended from the terminal or killed: all but the binary on Windows, where it is not removed while it is loaded.
+//! Recording the results of the FMU's own binary. A child process, this program again, loads it, so that a binary may
+//! crash or hang. The child also owns the files that the binary needs, and removes them even if the parent is ended
+//! from the terminal or killed; on Windows all but the binary, which cannot be removed while it is loaded.
 
 use std::fmt::{Display, Formatter};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -19,36 +19,36 @@ use crate::archive::Entries;
 use crate::check::MAX_BYTES;
 use crate::platform::{Platform, host_tuple};
 
-/// The name of the results of the default experiment, with the FMU's start values.
+/// The name of the run with the FMU's start values over the default experiment.
 pub const EXPERIMENT: &str = "experiment";
 
-/// Name of the binary in the folder of the run; only on Windows does the extension matter.
+/// Name of the binary in the folder of the run; the extension matters on Windows only.
 const BINARY: &str = "binary.dll";
 
-/// What the line begins with by which the child says how it went; the rest is what went wrong.
+/// Begin of the line with which the child reports its outcome; what went wrong follows.
 const OUTCOME: &[u8] = b"cradle-fmu has ended the runs: ";
 
-/// What the outcome begins with if this machine cannot run the binary.
+/// Begin of the outcome if this machine cannot run the binary.
 const MACHINE: &str = "machine";
 
 /// Extensions of the files with the results of a case, and with the reason why there are none.
 const RESULTS: &str = "csv";
 const REASON: &str = "txt";
 
-/// The most that is kept of a line, bytes: a binary may write without end. Much more than the outcome has.
+/// The longest part of a line that is kept, bytes: much more than the outcome has. A binary may write without end.
 const LONGEST_LINE: u64 = 1 << 16;
 
-/// Of Windows: the interrupt of a terminal does not reach the process.
+/// A flag of Windows: a terminal's interrupt does not reach the process.
 #[cfg(windows)]
 const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
 
-/// How long a run may take.
+/// The longest time that a run may take.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Why there are no results of an FMU's binary.
 #[derive(Debug)]
 pub enum Failure {
-    /// This machine cannot run it, which says nothing about the FMU.
+    /// This machine cannot run the binary, which says nothing about the FMU.
     Machine(String),
     /// The binary is at fault.
     Binary(String),
@@ -63,7 +63,7 @@ impl Display for Failure {
     }
 }
 
-/// The FMU's binary for this machine, or an error. An FMU of FMI 3.0 has the same one elsewhere.
+/// The FMU's binary for this machine, in the folder of either version of FMI.
 fn own_binary(entries: &Entries) -> Result<&[u8], Failure> {
     let unknown = || Failure::Machine(format!("FMI 2.0 has no name for its platform, {}", host_tuple()));
     let platform = Platform::host().ok_or_else(unknown)?;
@@ -73,8 +73,8 @@ fn own_binary(entries: &Entries) -> Result<&[u8], Failure> {
     binary.map(Vec::as_slice).ok_or_else(missing)
 }
 
-/// The results of the FMU's binary for this machine as CSV, for these cases or for `EXPERIMENT`, or why a case has none;
-/// otherwise why there are none at all.
+/// Runs the FMU's binary for this machine. For each of these cases (or `EXPERIMENT`) returns its results as CSV, or why
+/// there are none; an error if there are none at all.
 pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<Result<String, String>>, Failure> {
     let binary = own_binary(entries)?;
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
@@ -84,7 +84,7 @@ pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<Result<String, St
     let mut child = child(&folder, names).map_err(cannot_start)?;
     let mut input = child.stdin.take();
     for block in [resources, binary] {
-        // If it fails, the child has ended, which shows below.
+        // An error means that the child has ended, which shows below.
         let _ = input.as_mut().map(|input| write_block(input, block));
     }
     let outcome = child.stdout.take().and_then(|output| outcome(BufReader::new(output)));
@@ -101,17 +101,17 @@ pub fn record(entries: &Entries, names: &[&str]) -> Result<Vec<Result<String, St
     });
     drop(input);
     let status = child.wait();
-    // The child leaves its folder if it crashes, and on Windows the binary that it has loaded. Files in the system's
-    // temporary folder do no harm.
+    // A child that crashes leaves its folder, and on Windows the loaded binary always stays. If this fails, files in
+    // the system's temporary folder do no harm.
     let _ = fs::remove_dir_all(&folder);
     let status = status.map_err(|error| Failure::Machine(error.to_string()))?;
     results.unwrap_or_else(|| Err(Failure::Binary(format!("its binary crashed ({status})"))))
 }
 
-/// Starts the child, which does not get the signals that end this program from a terminal.
+/// Starts the child. Signals by which a terminal ends this program do not reach it.
 fn child(folder: &Path, names: &[&str]) -> io::Result<Child> {
     let mut command = Command::new(env::current_exe()?);
-    // Output of the binary itself is discarded, or left out where the outcome is read.
+    // The binary's own output is discarded, or skipped where the outcome is read.
     command.arg("record").arg(folder).args(names).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
@@ -120,7 +120,7 @@ fn child(folder: &Path, names: &[&str]) -> io::Result<Child> {
     command.spawn()
 }
 
-/// What the child says in the end: nothing if all went well, else what failed and why. None if it ends before.
+/// The outcome that the child reports: empty on success, else what failed and why. None if the child ends before.
 fn outcome(mut output: impl BufRead) -> Option<String> {
     let mut line = Vec::new();
     loop {
@@ -133,9 +133,9 @@ fn outcome(mut output: impl BufRead) -> Option<String> {
     }
 }
 
-/// The child: makes the folder, takes resources and binary from its standard input, and runs the binary for the cases
-/// of these names, whose results it writes there as CSV. It removes the folder when its input ends, which happens when
-/// its parent ends in any way.
+/// The child. It makes the folder, reads resources and binary from standard input, runs the binary for the cases of
+/// these names, and writes their results to the folder as CSV. It removes the folder when its input ends, which it does
+/// however its parent ends.
 pub fn run(folder: PathBuf, names: Vec<String>) -> ! {
     let mut input = io::stdin().lock();
     let made = fs::create_dir(&folder);
@@ -158,23 +158,23 @@ pub fn run(folder: PathBuf, names: Vec<String>) -> ! {
             Some(Failure::Binary(reason)) => format!("binary {reason}"),
             None => String::new(),
         };
-        // On a line of its own, whatever the binary has written.
+        // The outcome begins a line, whatever the binary has written before.
         let said = [b"\n", OUTCOME, problem.replace('\n', " ").as_bytes(), b"\n"].concat();
         let _ = io::stdout().write_all(&said);
     });
     let _ = io::copy(&mut input, &mut io::sink());
-    // Results may be written meanwhile.
+    // Tried again, because results may be written meanwhile.
     let _ = is_made && (0..10).any(|_| fs::remove_dir_all(&folder).is_ok());
     host::end();
 }
 
-/// The failure of a machine whose temporary folder is of no use.
+/// The failure of a machine whose temporary folder cannot be used.
 fn unusable(folder: &Path, error: &io::Error) -> Failure {
     let (folder, variable) = (folder.display(), if cfg!(windows) { "TMP" } else { "TMPDIR" });
     Failure::Machine(format!("cannot use {folder}: {error}; {variable} selects another temporary folder"))
 }
 
-/// Writes the results of the cases of these names, or why a case has none.
+/// Writes the results of these cases, or why a case has none.
 fn results(folder: PathBuf, names: Vec<String>) -> Result<(), Failure> {
     let (sender, receiver) = mpsc::channel();
     let (place, all) = (folder.clone(), names.clone());
@@ -198,7 +198,7 @@ fn results(folder: PathBuf, names: Vec<String>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes bytes after their number.
+/// Writes the number of bytes, then the bytes.
 fn write_block(output: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
     output.write_all(&(bytes.len() as u64).to_le_bytes())?;
     output.write_all(bytes)

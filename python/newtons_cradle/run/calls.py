@@ -1,7 +1,6 @@
-"""The calls that a run makes again and again, prepared once: arrays that stand, and arguments that were checked before.
+"""The calls that a run makes again and again, prepared once, with arrays and arguments that are reused.
 
-A status above 1 is an error. The functions here return it with the name of the function; 0 and "" mean that all went
-well.
+A status above 1 is an error. The methods here return it with the name of the FMI function, or ("", 0) for success.
 """
 
 from collections.abc import Sequence
@@ -15,12 +14,12 @@ from ..errors import InvalidValue
 from ..pulses import Array
 from .description import Description, Place
 
-Failure = tuple[str, int]  #: A function that failed, and its status.
+Failure = tuple[str, int]  #: The FMI function that failed, and its status.
 FINE: Failure = ("", 0)
 WARNING = 1  # the highest status that is no error
 KEPT = 200  # groups of variables whose calls are kept
 
-#: By type of variable: the end of the names of its functions, and the type of its values in C, for each version.
+#: For each version, by type of variable: the ending of its getter's and setter's names, and the dtype of its values.
 FMI2 = {"Real": ("Real", "f8"), "Integer": ("Integer", "i4"), "Enumeration": ("Integer", "i4")}
 FMI2 |= {"Boolean": ("Boolean", "i4")}
 FMI3 = {"Real": ("Float64", "f8"), "Integer": ("UInt64", "u8"), "Enumeration": ("Int64", "i8")}
@@ -31,8 +30,8 @@ LAST_SUCCESSFUL_TIME = 2  # of fmi2GetRealStatus
 
 @dataclass
 class Group:
-    """Variables of one type, whose values are read and set in one call. `columns`: the index of each in the values;
-    those of an array of FMI 3.0 stand beside each other, all of them. `elements`: that it has, one for each ball."""
+    """Variables of one type, whose values are read and set in one call. `columns`: the index of each variable in the
+    values, which have all elements of an array of FMI 3.0. `elements`: of an array, one for each ball."""
 
     type: str
     elements: int
@@ -42,7 +41,7 @@ class Group:
     _begins: dict[int, int] = field(default_factory=dict)
 
     def add(self, name: str, place: Place) -> None:
-        """One more variable."""
+        """Adds a variable."""
         if place.reference not in self._begins:
             self._begins[place.reference] = self.length
             self.references.append(place.reference)
@@ -50,12 +49,12 @@ class Group:
         self.columns[name] = self._begins[place.reference] + (place.index or 0)
 
     def is_whole(self) -> bool:
-        """Whether no element is left out."""
+        """Whether the variables are all elements of their arrays."""
         return len(self.columns) == self.length
 
 
 class Call:
-    """A group with the functions of an instance, and an array of values."""
+    """A group with its getter and setter in one instance, and an array for the values."""
 
     def __init__(self, calls: "Calls", group: Group):
         self.group, (ending, kind) = group, calls.types[group.type]
@@ -97,7 +96,7 @@ class Access:
         self.names = list(names)
 
     def read(self) -> Failure:
-        """Reads all values; see `values`."""
+        """Reads all values; `values` returns them."""
         for call in self.calls:
             failed = call.get()
             if failed[1]:
@@ -105,11 +104,11 @@ class Access:
         return FINE
 
     def values(self) -> list[Any]:
-        """What was read, in the order of the names."""
+        """The values read last, in the order of the names."""
         return self.listed([call.values for call in self.calls])
 
     def listed(self, read: Sequence[Array]) -> list[Any]:
-        """These values of the calls, in the order of the names."""
+        """Values in the order of the names; `read`: an array for each call."""
         lists = [
             values.astype("?").tolist() if call.group.type == "Boolean" else values.tolist()
             for call, values in zip(self.calls, read, strict=True)
@@ -136,25 +135,26 @@ class Access:
 
 
 class Calls:
-    """Those of one instance, a `slave` of FMPy."""
+    """The prepared calls of one instance, a `slave` of FMPy."""
 
     def __init__(self, slave: Any, description: Description):
         self.description, self.fmi2 = description, description.fmi2
         self.prefix, self.types = ("fmi2", FMI2) if self.fmi2 else ("fmi3", FMI3)
         self.component = c_void_p(slave.component)
-        self.balls: int = slave.balls  # at the time
+        self.balls: int = slave.balls  # until `resized`
         self._dll = slave.dll
         self._accesses: dict[tuple[str, ...], Access] = {}
         self._early, self._reached, self._flags = c_bool(), c_double(), (c_bool(), c_bool())
         outcome = () if self.fmi2 else tuple(byref(each) for each in (*self._flags, self._early, self._reached))
-        #: A step, whose arguments are all of types of C: the instance, time and length as `c_double`, and this tail.
+        #: The function for a step. All its arguments are C types: the instance, time and length as `c_double`, and this
+        #: tail.
         self.step = self._dll[f"{self.prefix}DoStep"]
         self.step_tail: tuple[Any, ...] = (c_int(1) if self.fmi2 else c_bool(True), *outcome)
 
     def function(self, name: str, *types: Any) -> Any:
-        """A function of the FMU with arguments of these types after the instance; that is all of them, as the rest
-        would be passed as variable arguments."""
-        found = self._dll[name]  # not the one that FMPy has, whose arguments it checks
+        """A function of the FMU. `types`: of all arguments after the instance, because ctypes passes others as variadic
+        ones."""
+        found = self._dll[name]  # not FMPy's function, which checks its arguments
         found.argtypes, found.restype = [c_void_p, *types], c_int
         return found
 
@@ -173,16 +173,16 @@ class Calls:
         return self._accesses[key]
 
     def resized(self, balls: int) -> None:
-        """It has another number of balls from now on."""
+        """Notes that the instance now has another number of balls."""
         self.balls = balls
         self._accesses.clear()
 
     def reached(self, end: float) -> float:
-        """Where the last step, to `end` (s), has ended; in FMI 3.0 it may have done so early."""
+        """The time (s) at which the last step, to `end` (s), has ended: in FMI 3.0 perhaps early."""
         return self._reached.value if self._early.value else end
 
     def time(self, known: float) -> float:
-        """The time of the instance, s; of one that does not tell it, the one that is known."""
+        """The time of the instance, s; `known` if the instance does not tell it."""
         reached = c_double()
         if self.fmi2:
             ask = self.function("fmi2GetRealStatus", c_int, c_void_p)

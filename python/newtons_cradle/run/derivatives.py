@@ -17,13 +17,13 @@ SELECTED = {"run": "run", "step": "lastStep"}  # items of `derivatives.of`, in F
 
 
 def matrix(run: "Run", of: str | Sequence[str], by: str | Sequence[str], over: str) -> Array:
-    """How outputs at the current time depend on parameters or inputs: an array with the elements of `of` in front, and
-    those of `by` behind.
+    """The derivatives of outputs at the current time by parameters or inputs, as an array with the dimension of `of`,
+    then of `by`.
 
-    `of`, `by`: a name, of an array for all its elements, or a list of names; one variable has no dimension. `over`: the
-    same change during the whole `run` (FMI 3.0), through all contacts so far, by real parameters, start values and
-    inputs; or during the last `step`, by inputs. Select the run, by this call or `{"derivatives.of": "run"}`, before an
-    input or a parameter changes. Raises UnknownName, InvalidValue, FmuError.
+    `of`, `by`: a variable, which has no dimension, an array, or a list of names. `over`: either the whole `run` so far
+    (FMI 3.0), through all contacts, by real parameters, start values and inputs; or the last `step`, by inputs. The
+    change is the same at all times of the run or step. Select the run, by this call or `{"derivatives.of": "run"}`,
+    before an input or a parameter changes. Raises UnknownName, InvalidValue, FmuError.
     """
     outputs, knowns = names_of(run, "of", of), names_of(run, "by", by)
     select(run, over)
@@ -45,8 +45,8 @@ def matrix(run: "Run", of: str | Sequence[str], by: str | Sequence[str], over: s
 
 
 def gradient(run: "Run", of: str, by: Sequence[str], over: str) -> dict[str, Any]:
-    """The derivatives of one output by these parameters or inputs, by name, arrays of them by arrays; see `matrix`.
-    With `over="run"` it costs the same for any number of them, as far as the FMU computes it backwards."""
+    """The derivatives of one output by these parameters or inputs: a dict by name, with an array for an array; see
+    `matrix`. With `over="run"` any number of them costs the same, as far as the FMU computes backwards (adjoint)."""
     if len(names_of(run, "of", of)) != 1 or not isinstance(of, str):
         raise InvalidValue(
             f"of = {of!r} is refused; allowed: one output, such as 'E_total'; `derivative` takes several"

@@ -1,4 +1,5 @@
-"""The description in an FMU, read as far as it is asked for: 10,000 balls are 250,000 variables in FMI 2.0, and 100 MB.
+"""The modelDescription.xml of an FMU, read only where it is asked for: 10,000 balls are 250,000 variables in FMI 2.0,
+100 MB.
 
 Both versions give their variables the same names and types. An array of FMI 3.0 has elements, `x[1]`, as in FMI 2.0.
 """
@@ -17,10 +18,10 @@ from ..errors import FmuError
 #: Types of FMI 3.0 that have one in FMI 2.0. Clocks and binaries have none.
 TYPES = {"Float64": "Real", "UInt64": "Integer", "Enumeration": "Enumeration", "Boolean": "Boolean"}
 
-#: Causalities of what FMI 2.0 does not have.
+#: Causalities of variables that the cradle has in FMI 3.0 only.
 OTHERS = ("independent", "structuralParameter")
 
-#: How the descriptions of arrays over contacts end: in FMI 3.0 they have as many elements as there are balls.
+#: How the description of an array over contacts ends: in FMI 3.0 it has an element for each ball.
 OF_LAST_ELEMENT = "; the last element belongs to no contact"
 
 _NAME = re.compile(rb'<ScalarVariable name="([^"]*)"')
@@ -30,7 +31,7 @@ _PLACE = re.compile(rb'name="[^"]*" valueReference="(\d+)"[^<]*<(\w+)')
 
 @contextmanager
 def reading(source: object) -> Iterator[None]:
-    """Raises FmuError where what is read is not what it should be."""
+    """Turns errors of parsing into FmuError."""
     try:
         yield
     except (ElementTree.ParseError, ValueError, LookupError) as problem:
@@ -52,8 +53,8 @@ NOTHING_DECLARED = Declared(None, None, None, {})
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable as it is described, with what its type declares. `index`: of an element in its array of FMI 3.0,
-    from 0; `length`: of the array, of which this is the whole, else 0."""
+    """One variable as it is described, with what its type declares. `index`: of an array's element in FMI 3.0, from 0;
+    `length`: of a whole array, else 0."""
 
     name: str
     type: str
@@ -85,7 +86,7 @@ class Place:
 
 
 class Description:
-    """What the text of modelDescription.xml says, in the FMU `source`. All that reads it raises FmuError where it is
+    """The content of the modelDescription.xml of the FMU `source`. Its members raise FmuError where the text is
     damaged."""
 
     def __init__(self, text: bytes, source: object):
@@ -121,7 +122,7 @@ class Description:
 
     @cached_property
     def units(self) -> dict[str, dict[str, tuple[float, float]]]:
-        """By unit, the units that it may be shown in, with factor and offset: shown = factor * value + offset."""
+        """By unit, its display units with factor and offset: shown = factor * value + offset."""
         found = {}
         with reading(self.source):
             for unit in self.root.iterfind("UnitDefinitions/Unit"):
@@ -134,7 +135,7 @@ class Description:
 
     @cached_property
     def variables(self) -> "Variables":
-        """The variables that both versions have."""
+        """The variables that both versions have, arrays by element."""
         with reading(self.source):
             return _Scalars(self, self._variables) if self.fmi2 else _Elements(self)
 
@@ -155,7 +156,7 @@ class Description:
         return self.variable(found, found, TYPES.get(found.tag, found.tag), length)
 
     def variable(self, named: ElementTree.Element, typed: ElementTree.Element, kind: str, length: int = 0) -> Variable:
-        """A variable by the elements that name it and say its type."""
+        """A variable from the XML elements that have its name and its type."""
         declared = self.types.get(typed.get("declaredType", ""), NOTHING_DECLARED)
         return Variable(
             named.get("name", ""),
@@ -191,13 +192,13 @@ class Variables(Mapping[str, Variable]):
 
 
 class _Scalars(Variables):
-    """Those of FMI 2.0. A variable is read from its place in the text."""
+    """The variables of FMI 2.0, each parsed from its place in the text."""
 
     def __init__(self, description: Description, section: bytes):
         self._description, self._made = description, dict[str, Variable]()
         names = _NAME.findall(section)
         if len(names) != section.count(b"<ScalarVariable") or b"<!--" in section:
-            # Written in another way than ours: as the parser understands it.
+            # Not formatted as `cradle-fmu` writes it: parse it, and format it so.
             read = map(_name_first, ElementTree.fromstring(section).iterfind("ScalarVariable"))
             section = b"\n".join(read)
             names = _NAME.findall(section)
@@ -241,7 +242,7 @@ class _Scalars(Variables):
 
 
 def _name_first(variable: ElementTree.Element) -> bytes:
-    """The text of a variable as ours are written."""
+    """The text of a variable as `cradle-fmu` writes it."""
     variable.attrib = {"name": variable.get("name", "")} | variable.attrib
     return ElementTree.tostring(variable)
 
@@ -273,11 +274,11 @@ class Names(Sequence[str]):
 
 
 class _Elements(Variables):
-    """Those of FMI 3.0 that FMI 2.0 knows, arrays by their elements."""
+    """The variables of FMI 3.0 that FMI 2.0 has, too, arrays by element."""
 
     def __init__(self, description: Description):
         self._made: dict[str, Variable] = {}
-        # Clocks tick in event mode only.
+        # Variables of clocks can be read in event mode only.
         self._wholes = {
             whole.name: whole
             for whole in description.described.values()
@@ -324,7 +325,7 @@ class _Elements(Variables):
         return replace(whole, name=name, start=start, description=meaning, index=index, length=0)
 
     def _located(self, name: str) -> tuple[Variable, int | None]:
-        """A scalar, or the array of an element with its index. Raises KeyError."""
+        """A scalar and None, or an element's array and its index. Raises KeyError."""
         if name in self._wholes and name not in self._elements:
             return self._wholes[name], None
         bare, _, end = name.rpartition("[")

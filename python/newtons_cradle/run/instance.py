@@ -24,7 +24,7 @@ from .result import Result
 if TYPE_CHECKING:
     from ..fmu import Fmu
 
-LOOKS = 10_000  # by which an onset must be in sight
+LOOKS = 10_000  # steps to find the next onset by
 NEVER = 1e30  # s, what `t_next` says when no impact lies ahead
 
 
@@ -36,8 +36,8 @@ def free(instance: Any) -> None:
 
 @dataclass(frozen=True)
 class Saved:
-    """A saved state: the time it was saved at (s), the bytes, whether its steps are made as `whole` ones, and the means
-    over a last step that was made in parts."""
+    """A saved state: its time (s), the bytes, whether steps are made `whole` rather than in parts, and the means over a
+    last step made in parts."""
 
     time: float
     data: bytes = field(repr=False)
@@ -52,20 +52,20 @@ class Run(AbstractContextManager["Run"]):
     instance is only instantiated, and the caller must call `initialize()`. With `exchange=True` it is one for model
     exchange, which the caller integrates through `slave`.
 
-    Ctrl-C and other signals end a step as soon as the FMU returns, and a long one is made in parts for that; the run
-    then stands where it has come to, and can go on. No pulse and no message is lost.
+    Ctrl-C and other signals end a step as soon as the FMU returns, and long steps are made in parts for that. The run
+    stays at the time that it has reached, and can go on. No pulse and no message is lost.
     """
 
     def __init__(self, fmu: "Fmu", values: Values | None = None, *, initialize: bool = True, **options: Any):
         self.fmu, self._time = fmu, 0.0
         self._closed = self._initialized = self._failed = self._lent = False
         self._given: frozenset[str] = frozenset()  # the names of start values, without those of presets
-        self._in_step = False  # it may have been interrupted before the time was noted
-        self._names: dict[str, tuple[str, ...]] = {}  # that were read by one name
-        self._inputs: dict[tuple[str, ...], Access] = {}  # what controllers set in each step, checked before
+        self._in_step = False  # a signal may interrupt a step before its time is noted
+        self._names: dict[str, tuple[str, ...]] = {}  # the variables that a name stands for
+        self._inputs: dict[tuple[str, ...], Access] = {}  # checked already, for what is set in each step
         self._instance = fmu.taken(options)
-        self._dropped = weakref.finalize(self, free, self._instance)  # by somebody who has not closed it
-        self._dropped.atexit = False  # when other threads may still use it
+        self._dropped = weakref.finalize(self, free, self._instance)  # if the user forgets to close it
+        self._dropped.atexit = False  # other threads may still use it then
         self.log = Log(self._instance.sink)
         self._parts = Parts(fmu, special=not self._instance.again)
         try:
@@ -103,7 +103,7 @@ class Run(AbstractContextManager["Run"]):
     def close(self) -> None:
         """Ends the run; the log and the pulses stay readable."""
         if not self._closed:
-            if self._instance.again:  # others may have failed so badly that they must not be asked
+            if self._instance.again:  # other FMUs may be too broken to be asked for the time
                 self.time = self.time
             self._closed = True
             self._dropped.detach()
@@ -121,7 +121,7 @@ class Run(AbstractContextManager["Run"]):
         return self._instance
 
     def _call(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-        """What a function of FMPy returns. Raises FmuError."""
+        """Calls a function of FMPy. Raises FmuError."""
         self._check_open()
         try:
             return function(*args, **kwargs)
@@ -135,13 +135,14 @@ class Run(AbstractContextManager["Run"]):
             raise FmuError("the run is closed: its `with` block has ended, or `close` was called")
 
     def _refusal(self, otherwise: str, kind: type[FmuError | InvalidValue] = FmuError) -> Exception:
-        """The FMU's message without the function's name; where it has not said anything, this."""
+        """The error to raise, with the FMU's messages without the function's name, or `otherwise` if it has logged
+        none."""
         lines, self._failed = self.log.news(), True
         said = [line for line in lines if line.status > WARNING] or [line for line in lines if line.status]
         return kind("; ".join(line.text.partition(": ")[2] for line in said) or otherwise)
 
     def _done(self, failure: Failure, kind: type[FmuError | InvalidValue] = FmuError) -> None:
-        """Raises unless a prepared call has ended well."""
+        """Raises if a prepared call has failed."""
         if failure[1]:
             raise self._refusal(f"{failure[0]} has failed with status {failure[1]}", kind)
 
@@ -201,7 +202,7 @@ class Run(AbstractContextManager["Run"]):
         """Whether the FMU has this variable or array."""
         return name in self.fmu.arrays or name in self.fmu.variables
 
-    __iter__ = None  # or Python would count
+    __iter__ = None  # else Python would iterate by run[0], run[1], ...
 
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.fmu.arrays, *self.fmu.variables]
@@ -214,13 +215,13 @@ class Run(AbstractContextManager["Run"]):
     @property
     def time(self) -> float:
         """The time that the run has come to, s."""
-        if self._in_step and not self._closed:  # a signal has come before it was noted
+        if self._in_step and not self._closed:  # a signal came before it was noted
             self._time, self._in_step = self._calls.time(self._time), False
         return self._time
 
     @time.setter
     def time(self, time: float) -> None:
-        """For who has brought `slave` to another time."""
+        """For callers that have stepped `slave` themselves."""
         self._time, self._in_step = time, False
 
     def _step(self, h: float, end: float) -> None:
@@ -256,8 +257,8 @@ class Run(AbstractContextManager["Run"]):
         self._step(length(self.time, t), t)
 
     def until(self, t: float, step: float) -> Iterator[float]:
-        """Steps to `t` (s) on the grid of multiples of `step` (s), for a `for` loop: what the loop sets acts in the
-        step that begins at the time that it is given. Raises InvalidValue, FmuError.
+        """Steps to `t` (s) on the grid of multiples of `step` (s), for a `for` loop. The loop gets the start of each
+        step; what it sets there acts in that step. Raises InvalidValue, FmuError.
 
         `for time in run.until(20.0, 0.01): run["F_ext[1]"] = -0.5 * run["v[1]"]`
         """
@@ -268,7 +269,7 @@ class Run(AbstractContextManager["Run"]):
         return self._until(t, step)
 
     def _until(self, t: float, step: float) -> Iterator[float]:
-        # A point that differs from t, or from now, by rounding is the same.
+        # A point of the grid that differs from t, or from the current time, by rounding only counts as equal.
         k, last = math.floor(self.time / step * (1.0 + 1e-12) + 1e-9) + 1, math.ceil(t / step * (1.0 - 1e-12) - 1e-9)
         while self.time < t:
             yield self.time
@@ -292,12 +293,12 @@ class Run(AbstractContextManager["Run"]):
                 if onset - before > self.time:
                     self.step_to(onset - before)
                 return onset
-            # A look continues once time has moved.
+            # The FMU looks further ahead once time has moved.
             self.step_to(max(onset - before, math.nextafter(self.time, math.inf)))
         raise FmuError(f"no contact closes within {LOOKS} looks ahead, up to t = {onset} s")
 
     def _is_onset(self, ahead: float) -> bool:
-        """Whether `t_next` is an onset. FMI 3.0 has no variable for it, but a step to it shows it."""
+        """Whether `t_next` is an onset. Without a variable for it, as in FMI 3.0, a step to that time shows it."""
         if "t_next_isOnset" in self.fmu.variables:
             return bool(self.get("t_next_isOnset"))
         here, mark, before = self.save(), self.log.mark(), self["pulses"]
@@ -341,7 +342,7 @@ class Run(AbstractContextManager["Run"]):
         return Recorder(self, self.fmu.recorded(record))
 
     def derivative(self, of: str | Sequence[str], by: str | Sequence[str], *, over: str = "run") -> Array:
-        """How these outputs, at the current time, depend on these parameters or inputs; see `derivatives.matrix`."""
+        """The derivatives of outputs at the current time by parameters or inputs; see `derivatives.matrix`."""
         return derivatives.matrix(self, of, by, over)
 
     def gradient(self, of: str, by: Sequence[str], *, over: str = "run") -> dict[str, Any]:

@@ -1,10 +1,10 @@
-"""The log of an instance. Nothing in it is parsed before somebody asks, and nothing twice.
+"""The log of an instance. It is parsed on demand, and nothing twice.
 
-Python runs handlers of signals, and raises what other threads send, wherever its bytecode runs: in a function that C
-calls back, too, where nobody can catch it. So the callback is made of builtins, in which no bytecode runs: `max` passes
-one argument after the other to the `write` of a buffer, and each of them is bytes.
+Python runs signal handlers wherever its bytecode runs, also in a function that C calls back, where nobody can catch
+what they raise. So the callback is made of builtins, which run no bytecode: `max` passes its arguments, all of them
+bytes, one after the other to the `write` of a buffer.
 
-Pulses come from here in FMI 3.0, too: `log.pulses` keeps the last 499 of them only, and a step may have more.
+Pulses come from here in FMI 3.0, too: a step may have more than the 499 that the variable `log.pulses` keeps.
 """
 
 import io
@@ -20,13 +20,13 @@ import numpy as np
 from ..pulses import Array, Pulses, by_onset, pulse_table
 
 NAME = "cradle"  # of all instances
-BEGIN, END = b"\x1e", b"\x1f"  # of a line, and of a category that is not one of these
+BEGIN, END = b"\x1e", b"\x1f"  # begin of a line; end of a category that is not one of these
 CATEGORIES = (b"logEvents", b"logSolver", b"logStatusWarning", b"logStatusDiscard", b"logStatusError")
 RECORD = re.compile(rb"\x1e(?:cradle)?([\x00-\x05])", re.DOTALL)
 
 NO_PULSES = pulse_table(b"")
 
-# The status is below 256, and C passes it as a number, so that its first byte is all of it.
+# The status is an int below 256; declared as c_char, its lowest byte arrives as bytes.
 LOGGER_2 = CFUNCTYPE(None, c_char_p, c_char_p, c_char, c_char_p, c_char_p)
 LOGGER_3 = CFUNCTYPE(None, c_char_p, c_char, c_char_p, c_char_p)
 
@@ -41,7 +41,7 @@ class LogLine:
 
 
 class Sink:
-    """Where an instance writes its messages. `environment`: what it hands back to `callback`."""
+    """The buffer for an instance's messages. `environment`: what the instance hands back to `callback`."""
 
     def __init__(self, fmi2: bool):
         self.buffer, self.fmi2 = io.BytesIO(), fmi2
@@ -50,11 +50,11 @@ class Sink:
         self.callback: Any = (LOGGER_2 if fmi2 else LOGGER_3)(write)
 
     def address(self) -> int | None:
-        """The environment's, for C."""
+        """The address of the environment, for C."""
         return cast(self.environment, c_void_p).value
 
     def take(self, status: int, category: bytes | None, text: bytes | None) -> None:
-        """A message as C passes it to a callback that is not this one."""
+        """Takes a message that another callback has received."""
         self.buffer.write(BEGIN + bytes([status]) + (category or b"") + END + (text or b""))
 
 
@@ -63,24 +63,24 @@ class Log(Sequence[LogLine]):
 
     def __init__(self, sink: Sink):
         self._buffer, self._fmi2 = sink.buffer, sink.fmi2
-        self._told = 0  # up to where errors have said it
+        self._told = 0  # the length that `news` has returned
         self._forget()
 
     def _forget(self) -> None:
-        # What was parsed, up to where: in one assignment, so that a signal cannot part them.
+        # What was parsed, and up to where: in one tuple, so that a signal cannot come between them.
         self._lines: tuple[list[LogLine], int] = [], 0
         self._pulses: tuple[Array, int] = NO_PULSES, 0
 
     def text(self) -> bytes:
-        """All that was written."""
+        """The whole text."""
         return self._buffer.getvalue()
 
     def mark(self) -> int:
-        """The place to which it has been written."""
+        """The length of the text, bytes."""
         return self._buffer.tell()
 
     def cut(self, mark: int) -> None:
-        """Forgets what was written since."""
+        """Forgets what was written after `mark`."""
         self._buffer.truncate(mark)
         self._buffer.seek(mark)
         self._told = min(self._told, mark)
@@ -88,11 +88,11 @@ class Log(Sequence[LogLine]):
             self._forget()
 
     def clear(self) -> None:
-        """Forgets all."""
+        """Forgets everything."""
         self.cut(0)
 
     def release(self) -> None:
-        """Keeps what there is, and leaves the sink to others."""
+        """Copies the text, and empties the sink for the next run."""
         kept = io.BytesIO()
         kept.write(self.text())
         used, self._buffer = self._buffer, kept
@@ -100,11 +100,11 @@ class Log(Sequence[LogLine]):
         used.truncate()
 
     def since(self, mark: int) -> list[LogLine]:
-        """The lines that were written since."""
+        """The lines that were written after `mark`."""
         return list(self._parsed(self.text()[mark:]))
 
     def news(self) -> list[LogLine]:
-        """The lines that were written since this was asked last."""
+        """The lines that were written since the last call."""
         lines = self.since(self._told)
         self._told = self.mark()
         return lines

@@ -22,7 +22,7 @@ Values = Mapping[str, Any]  #: by name: a `Value`, or for an array a sequence of
 
 GIVEN = ("parameter", "input")  # what can be set at any time; other causalities only with a start value
 
-PLACING = ("x_start", "v_start", "pendulum.length", "contact.gap")  # how names begin that place the balls
+PLACING = ("x_start", "v_start", "pendulum.length", "contact.gap")  # beginnings of names that place the balls
 
 
 def split(name: str) -> tuple[str, int | None]:
@@ -59,7 +59,8 @@ class Row:
 
 
 class Table(dict[str, Row]):
-    """Variables by name: `table["gravity"].unit`. Printed, elements of an array that are alike share a line."""
+    """Variables by name: `table["gravity"].unit`. In print, elements of an array share a line if they differ in nothing
+    else."""
 
     def __missing__(self, name: object) -> Variable:
         raise UnknownName(f"{name!r} is no name in this table{did_you_mean(str(name), self)}")
@@ -97,7 +98,7 @@ def general(text: str, index: int | None) -> str:
 
 
 class Preset(dict[str, Any]):
-    """Start values of a preset, which are meant. `preset | others` knows the names of the `others`."""
+    """Start values of a preset, which need no warnings. `preset | others` remembers the names of the `others`."""
 
     others: frozenset[str] = frozenset()
 
@@ -110,13 +111,13 @@ class Preset(dict[str, Any]):
 
 
 def given(values: Values) -> frozenset[str]:
-    """The names of the values that somebody has chosen himself, not with a preset."""
+    """The names of the values that the user has chosen, without those of a preset."""
     return values.others if isinstance(values, Preset) else frozenset(values)
 
 
 def concerns(warning: str, names: Iterable[str]) -> bool:
-    """Whether a warning of the FMU may be due to the values of these names: one about a parameter without effect if it
-    is among them, any other one if they place the balls."""
+    """Whether values of these names may be the cause of a warning: of one about a parameter without effect, if it is
+    among them; of any other, if one of them places balls."""
     about, no_effect = warning.partition(" = ")[0], " has no effect" in warning
     if no_effect:
         return split(about)[0] in {split(name)[0] for name in names}
@@ -136,12 +137,12 @@ class Model:
         return self.described.model == MODEL
 
     def machines(self) -> list[str]:
-        """The folders that it has binaries in."""
+        """The platform folders in `binaries`."""
         return []
 
     @property
     def variables(self) -> Variables:
-        """What is known of each variable, by name."""
+        """The variables by name."""
         return self.described.variables
 
     @property
@@ -184,7 +185,7 @@ class Model:
         return dict(items)
 
     def variable(self, name: str) -> Variable:
-        """What is known of one variable. Raises UnknownName."""
+        """The variable of this name. Raises UnknownName."""
         needed("name", name, str, "a variable's, such as 'x[1]',")
         try:
             return self.variables[name]
@@ -225,14 +226,14 @@ class Model:
         return f"{name} = {text} is not a number{'' if unit in ('', '1') else cure}"
 
     def _converted(self, variable: Variable, value: Any, unit: str) -> float:
-        """A number in this unit, in the variable's own."""
+        """A number in `unit`, converted to the variable's own unit."""
         known = self.described.units.get(variable.unit, {})
         if unit not in known:
             name, units = variable.name, ", ".join(known) if known and variable.unit != "1" else "a number alone"
             raise InvalidValue(f"{name} = ({shown(value)}, {unit!r}) is refused; allowed: {units}")
         factor, offset = known[unit]
         number = self.number(variable.name, value)
-        # A factor below 1 is one over a power of ten, which is exact.
+        # A factor below 1 is 1 over a power of ten, and 1 / factor is that power exactly.
         return (number - offset) / factor if factor > 1.0 else (number - offset) * (1.0 / factor)
 
     def built_with(self, name: str) -> float | int | bool:
@@ -312,7 +313,8 @@ class Model:
         return each
 
     def check_settable(self, name: str, given: str) -> None:
-        """Raises InvalidValue where the FMU computes this variable, `given` as part of this name."""
+        """Raises InvalidValue if the FMU computes this variable; `given`: the name that the user gave, perhaps of its
+        array."""
         variable = self.variable(name)
         if variable.causality in GIVEN or variable.start is not None:
             return
@@ -339,5 +341,5 @@ class Model:
 
 
 def _cure(array: str, count: int) -> str:
-    """Advice how to get an FMU with this many elements in arrays over balls."""
+    """Advice on how to get an FMU with this many elements in arrays over balls."""
     return f"; `nc.build(balls={count})` makes one of {count}" if array.endswith("_start") and count > 0 else ""

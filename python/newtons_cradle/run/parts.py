@@ -1,7 +1,7 @@
-"""Long steps in parts, so that Python can look for signals between them.
+"""Makes long steps in parts, so that Python can handle signals between them.
 
-As long as inputs stay the same, the trajectory of the cradle does not depend on communication points, to the last bit.
-Only what refers to the last step does: means and peaks. Those of the parts are put together here.
+With constant inputs, the trajectory does not depend on communication points, to the last bit. Only means and peaks over
+the last step do, which are therefore combined from the parts.
 """
 
 import math
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from ..fmu import Fmu
     from .instance import Run
 
-FIRST = 1.0  # s of a run of five balls, which the engine computes in less than a millisecond
-PROMPT = 0.1  # s, that a call should not take much longer than
+FIRST = 1.0  # s, the first part for five balls: less than a millisecond of computing
+PROMPT = 0.1  # s, what a call may take
 GROWTH = 4.0  # from one part to the next, while calls are short
-METHOD, DRIVEN = "solver.method", 1  # of those, the one whose trajectory does not depend on communication points
+METHOD, DRIVEN = "solver.method", 1  # the method whose trajectory does not depend on communication points
 SELECTED, LAST_STEP = "derivatives.of", ("lastStep", 2)  # in FMI 3.0
 MEANS, PEAKS = ("F_mean", "F_support_mean"), ("F_peak",)
 NONE = math.inf
@@ -30,40 +30,41 @@ NOTHING: Mapping[str, float] = {}
 
 
 class Parts:
-    """How long a part may be: `longest` (s). `means`: what the FMU's last step was not all of, by name."""
+    """`longest`: how long a part may be, s. `means`: means and peaks over a last step that was made in parts, by
+    name."""
 
     def __init__(self, fmu: "Fmu", special: bool):
-        """`special`: with event mode, in model exchange and so on, steps are as they are made."""
+        """`special`: event mode, model exchange and so on, where steps are never made in parts."""
         self.means: Mapping[str, float] = NOTHING
         self.longest = NONE
         if not special and fmu.is_cradle and fmu.built_with(METHOD) == DRIVEN:
             self.longest = FIRST * min(1.0, (5.0 / max(fmu.balls, 1)) ** 2)
 
     def end(self) -> None:
-        """From now on, steps are as they are made: somebody else sees them."""
+        """Makes no steps in parts from now on: something else depends on the steps."""
         self.longest = NONE
 
     def note(self, values: Values) -> None:
-        """These are set: other methods of solution start anew at communication points, slopes of inputs are changes,
-        and derivatives may be asked for that refer to the last step."""
+        """Ends the parts if one of these values makes results depend on them: another solution method, which starts
+        anew at communication points; the slope of an input; derivatives over the last step."""
         of_step = values.get(SELECTED) in LAST_STEP
         if of_step or any(name == METHOD or name.startswith("der(") for name in values):
             self.end()
 
     def slow(self, h: float, seconds: float) -> None:
-        """A step of `h` (s) took so many seconds, more than it should."""
+        """Shortens the parts after a step of `h` (s) that took this many seconds, too many."""
         if self.longest < NONE:
             self.longest = h * PROMPT / seconds
 
     def step(self, run: "Run", end: float) -> None:
-        """A step to `end` (s) in parts. Where it does not come to its end, means and peaks are of the last part."""
+        """Makes a step to `end` (s) in parts. If it is interrupted, means and peaks are those of the last part."""
         self.means, begin = NOTHING, run.time
         names, peaks = run.fmu.of_last_step
         access: Access = run._calls.access(names)
         sums: Any = 0.0
         while run.time < end:
             before, rest = run.time, end - run.time
-            # Not a last part that is tiny.
+            # Halves rather than leave a tiny last part.
             part = rest if rest <= self.longest else min(self.longest, rest / 2)
             after = end if part == rest or before + part == before else before + part
             began = perf_counter()
@@ -86,7 +87,7 @@ def of_last_step(fmu: "Fmu") -> tuple[tuple[str, ...], Array]:
 
 
 def length(begin: float, end: float) -> float:
-    """The length of a step that ends exactly there: begin + length == end."""
+    """The length (s) of a step that ends exactly at `end`: begin + length == end."""
     h = end - begin
     while begin + h < end:
         h = math.nextafter(h, math.inf)

@@ -16,9 +16,9 @@ from .result import Result
 if TYPE_CHECKING:
     from .instance import Run
 
-FIRST = 256  # samples that there is room for, and then twice as many each time
+FIRST = 256  # samples that there is room for; the room is doubled when it is full
 
-#: Type of values in results, by that of the variable.
+#: The dtype of values in results, by the variable's type.
 DTYPES = {"Real": "f8", "Integer": "i8", "Enumeration": "i4", "Boolean": "?"}
 
 
@@ -38,7 +38,7 @@ class Recorder:
             self._tables[i] = np.empty((rows, table.shape[1]), table.dtype)
             self._tables[i][:filled] = table[:filled]
         calls = zip(self._access.calls, self._tables, strict=True)
-        # What a call of a getter needs, in types of C, which it need not convert; and where its first row is.
+        # The arguments of each getter as C types, which need no conversion, and where its first row is.
         self._reads = [
             (
                 call.functions[0],
@@ -54,11 +54,11 @@ class Recorder:
         self._room = rows
 
     def __len__(self) -> int:
-        """How many samples there are."""
+        """The number of samples."""
         return len(self._times)
 
     def reserve(self, samples: int) -> None:
-        """Makes room for so many."""
+        """Makes room for this many samples."""
         self._grow(max(samples, len(self._times)))
 
     def sample(self) -> None:
@@ -80,8 +80,8 @@ class Recorder:
         self._times.append(run.time)
 
     def steps(self, points: Iterable[float]) -> None:
-        """Steps to these times (s), which rise, and samples at each: `run.step_to` and `sample` in one loop, in which
-        nothing is looked up or checked that stays the same."""
+        """Does `run.step_to` and `sample` for each of these times (s), which rise, without repeated look-ups and
+        checks."""
         run, calls, parts = self._run, self._run._calls, self._run._parts
         step, component, tail, longest = calls.step, calls.component, calls.step_tail, parts.longest
         times, now, last, plain, reads = self._times, run.time, perf_counter(), False, self._reads
@@ -95,7 +95,7 @@ class Recorder:
                 run._step_to(time)
                 self.sample()
                 now, last, longest, plain = run.time, perf_counter(), parts.longest, not (parts.means or early)
-                run._in_step, reads = plain, self._reads  # until the loop ends: who asks for the time asks the FMU
+                run._in_step, reads = plain, self._reads  # until the loop ends, `run.time` asks the FMU
                 continue
             if now + h != time:
                 h = length(now, time)
@@ -127,7 +127,7 @@ class Recorder:
 
 
 def given(run: "Run") -> Callable[[], dict[str, Any]]:
-    """What gives the parameters and inputs that a run has now, if it is open."""
+    """A function that returns the run's present parameters and inputs, {} if it is closed."""
     if run._closed:
         return dict
     access = run._calls.access(run.fmu.given_names)
@@ -137,10 +137,11 @@ def given(run: "Run") -> Callable[[], dict[str, Any]]:
 
 
 def columns(model: Model, names: Iterable[str]) -> tuple[Any, dict[str, str], dict[str, str]]:
-    """The type of samples of these variables, their units, and by array what its elements belong to."""
+    """The dtype of samples of these variables, their units by name, and by array whether its elements belong to a
+    `ball` or a `contact`."""
     names, place = list(names), model.variables.place
     types = [("time", "f8"), *((name, DTYPES[place(name).type]) for name in names)]
-    of_array: dict[str, str] = {}  # an array's elements have the same
+    of_array: dict[str, str] = {}  # the unit, which all elements share
     units = {"time": "s"}
     for name in names:
         array = name.partition("[")[0]

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
     from .model import Model
 
-NARROW = 0.01  # of the time before it, or of its values: a view that is shown from an offset
+NARROW = 0.01  # of the time before it, or of its values: a narrower view is shown from an offset
 
-LEGEND = 10  # names below each other in a legend beside its strip
+LEGEND = 10  # names in a column of a legend
 
 
 class Result(Mapping[str, Array]):
@@ -32,8 +32,8 @@ class Result(Mapping[str, Array]):
     `result["x[1]"]` is one variable, `result["x"]` all elements of an array, shape (samples, elements); `result.time`
     in s. `samples`: structured array with `time` and one field per recorded variable; `pulses`: structured array of
     dtype `PULSE`, finished pulses only, by onset; `units`: of the recorded variables, by name; `dims`: by array,
-    whether its elements belong to a `ball` or a `contact`; `model` and `given`: what was run, and its parameters and
-    inputs at the end, by name, if they are known. Results are equal if their samples, pulses and units are.
+    whether its elements belong to a `ball` or a `contact`; `model`: what was run, and `given`: its parameters and
+    inputs at the end, by name, if known. Results are equal if their samples, pulses and units are.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Result(Mapping[str, Array]):
         model: "Model | None" = None,
         given: Callable[[], dict[str, Any]] = dict,
     ):
-        """`pulses`: a table, or the text of a log. `given`: gives its dict when it is asked for."""
+        """`pulses`: a table, or the text of a log. `given`: a function that returns the dict, called at first use."""
         self.samples, self._pulses = samples, pulses
         self.units, self.dims, self.model, self._given = units or {}, dims or {}, model, given
 
@@ -63,7 +63,7 @@ class Result(Mapping[str, Array]):
         return made
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Result":
-        """With arrays of its own; the model is the same."""
+        """Copies the arrays; the model is shared."""
         made = copy(self)
         made.samples, made.pulses, made.given = self.samples.copy(), self.pulses.copy(), dict(self.given)
         made.units, made.dims = dict(self.units), dict(self.dims)
@@ -91,7 +91,7 @@ class Result(Mapping[str, Array]):
         return html_table(["name", "unit", "smallest", "largest"], *rows, below=self._summary())
 
     def vectors(self) -> list[str]:
-        """What was recorded, arrays by their names."""
+        """The recorded names, arrays as a whole."""
         return list(dict.fromkeys(name.partition("[")[0] for name in self._names[1:]))
 
     def __eq__(self, other: object) -> bool:
@@ -112,7 +112,7 @@ class Result(Mapping[str, Array]):
         return iter(self._names)
 
     def __len__(self) -> int:
-        """How many they are."""
+        """The number of recorded names, with `time`."""
         return len(self._names)
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -168,7 +168,7 @@ class Result(Mapping[str, Array]):
         return found
 
     def labels(self, name: str) -> tuple[list[str], dict[str, Any], dict[str, str]]:
-        """The dimensions of an array or a variable in a data set, the coordinates besides time, and what is known."""
+        """The dimensions of an array or a variable in a data set, its coordinates besides time, and its attributes."""
         columns = self.columns(name)
         about = {"units": self.units.get(columns[0], "")}
         if columns == [name]:
@@ -187,10 +187,10 @@ class Result(Mapping[str, Array]):
     def plot(self, *signals: str, origin: float | None = None, ax: "Axes | Sequence[Axes] | None" = None) -> "Figure":
         """A plot with a strip for each signal: `plot("x", "F[2]").savefig("run.png")`.
 
-        A signal is a variable or an array, whose elements share a strip; where they are equal, the first ones show
-        beside the last. Without signals, it shows the positions x or, if those were not recorded, everything that was.
-        `origin`: the time (s) that the axis counts from; if None, 0, or the first sample of a view that is much
-        shorter than the time before it. `ax`: axes of your own to draw in, one for each signal. Raises UnknownName,
+        A signal is a variable or an array, whose elements share a strip; the first are drawn wider, so that equal ones
+        all show. Without signals, it shows the positions x or, if those were not recorded, everything that was.
+        `origin`: the time (s) that the axis counts from; if None, 0, or the first sample of a view that is much shorter
+        than the time before it. `ax`: axes of your own to draw in, one for each signal. Raises UnknownName,
         InvalidValue, and PackageMissing without matplotlib.
         """
         optional("matplotlib", "plot")
@@ -199,7 +199,7 @@ class Result(Mapping[str, Array]):
 
         vectors = self.vectors()
         shown = signals or (vectors if vectors and "x" not in vectors else ["x"])
-        columns = [self.columns(signal) for signal in shown]  # before there is a figure
+        columns = [self.columns(signal) for signal in shown]  # raises before there is a figure
         time = self.time
         if origin is None:
             origin = float(time[0]) if len(time) and time[-1] - time[0] < NARROW * time[0] else 0.0
@@ -227,7 +227,7 @@ class Result(Mapping[str, Array]):
                 low, high = axis.dataLim.intervaly
                 if high - low > NARROW * max(abs(low), abs(high)):
                     axis.yaxis.set_major_formatter(EngFormatter(unit))
-                else:  # matplotlib's own formatter says once what all ticks share
+                else:  # matplotlib's own formatter writes only once what all ticks share
                     axis.set_ylabel(f"{signal}, {unit}")
             axis.grid(alpha=0.3)
             if len(names) > 1:
@@ -251,7 +251,7 @@ class Result(Mapping[str, Array]):
 
 
 def equal(one: Array, other: Array) -> bool:
-    """Whether these arrays are the same, NaN with NaN."""
+    """Whether two arrays are equal; NaN equals NaN."""
     if one.dtype.names:
         names = one.dtype.names
         return names == other.dtype.names and all(equal(one[name], other[name]) for name in names)

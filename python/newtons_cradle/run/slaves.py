@@ -23,9 +23,9 @@ from .description import Variable
 from .log import NAME, Sink
 from .model import Model, split
 
-# Messages of other FMUs of FMI 2.0 have arguments. FMPy's proxy formats them, but keeps one logger for the process: the
-# last one registered gets the messages of every instance. So they share `_logger`, and the componentEnvironment, which
-# the FMU hands back, tells them apart.
+# Messages of other FMUs of FMI 2.0 have arguments, as of printf. FMPy's proxy formats them, but keeps one logger for
+# the process: the last one registered gets the messages of every instance. So they share `_logger`, and the
+# componentEnvironment, which the FMU hands back, tells them apart.
 _sinks: WeakValueDictionary[int, Sink] = WeakValueDictionary()
 
 
@@ -41,7 +41,7 @@ _current_folder = Lock()
 
 def folders(fmi2: bool) -> tuple[str, ...]:
     """The folders in `binaries` that may have the library for this machine."""
-    # FMPy looks in linux64 for FMI 2.0 on ARM, too; FMI 2.0.4 has aarch64-linux, as FMI 3.0.
+    # FMPy looks for FMI 2.0 in linux64 even on ARM; FMI 2.0.4 names aarch64-linux, as FMI 3.0 does.
     return (platform_tuple, platform) if fmi2 else (platform_tuple,)
 
 
@@ -59,8 +59,8 @@ def library(fmu: Model, folder: Path) -> Path:
 
 
 class Instance:
-    """What all kinds of instances have. Variables are read and set by name, arrays of FMI 3.0 as a whole, or read by
-    element, `x[1]`."""
+    """What instances of both versions share. Variables are read and set by name, arrays of FMI 3.0 as a whole;
+    elements, `x[1]`, can be read only."""
 
     def __init__(self, fmu: Model, folder: Path):
         described = fmu.described
@@ -90,7 +90,7 @@ class Instance:
         return [self.variables[name].valueReference for name in names]
 
     def to_bytes(self: Any) -> bytes:
-        """The state."""
+        """The FMU's state, serialized."""
         state = self.getFMUState()
         data: bytes = self.serializeFMUState(state)
         self.freeFMUState(state)
@@ -186,7 +186,7 @@ class Version3(Instance):
     ) -> None:
         """Instantiates it; pulses, warnings and errors are logged.
 
-        Without FMPy, whose logger is a function in Python without an environment, and whose path is text."""
+        It does not use FMPy's function, which takes no environment for the logger, and the path only as text."""
         names = (
             self.instanceName.encode(),
             self.guid.encode(),
@@ -199,7 +199,7 @@ class Version3(Instance):
         else:
             count = len(requiredIntermediateVariables)
             required = (c_uint * count)(*requiredIntermediateVariables), c_size_t(count)
-            # No function is a null pointer.
+            # Without arguments this makes a null pointer.
             update = (intermediateUpdate,) if intermediateUpdate else ()
             self.intermediateUpdate = fmi3IntermediateUpdateCallback(*update)
             modes = c_bool(eventModeUsed), c_bool(earlyReturnAllowed)
@@ -220,5 +220,6 @@ def instance(fmu: Model, folder: Path, exchange: bool) -> Any:
 
 
 def hold(instance: Any) -> Callable[[], None]:
-    """Keeps the library of an instance loaded until this is called, so that the next ones find in it what it knows."""
+    """Keeps an instance's library loaded until the returned function is called, so that later instances find its static
+    data."""
     return partial(freeLibrary, CDLL(instance.dll._name)._handle)

@@ -4,16 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-Points = tuple[tuple[float, float], ...]  #: Of an input: times (s) with values; a time twice is a jump.
+Points = tuple[tuple[float, float], ...]  #: An input: times (s) with values; a time that occurs twice is a jump.
 
 
 @dataclass(frozen=True)
 class Case:
     """One case. `start`: start values that its FMU is built with; `settings`: those that the host sets; `inputs`: by
-    name; `wrong`: mistakes with what to say about them; `other`: ways that are not wrong; `meaning`: what a wrong
-    result says about a tool; `within`: largest error, relative to the largest value of a variable, of a result that is
-    right: in model exchange some five times that of a solver as the case asks for; `alike`: the largest difference of
-    two results with the same mistake."""
+    name; `wrong`: the known mistakes, each with the words of the verdict; `other`: other ways that are allowed,
+    likewise; `meaning`: what the case shows; `within`: the largest error of a right result, relative to the variable's
+    largest value, in model exchange some five times the error of the solver that the case asks for; `alike`: the
+    largest difference of two results with the same mistake."""
 
     title: str
     text: str
@@ -31,7 +31,7 @@ class Case:
     other: Mapping[str, str] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
     inputs: Mapping[str, Points] = field(default_factory=dict)
-    slopes: bool = False  # of the inputs are given
+    slopes: bool = False  # the slopes of the inputs are set, too
     events: bool = False  # event mode is used
     early: bool = False  # early return is allowed
     trial: tuple[Any, ...] = ()  # a step that is tried and taken back: its time (s), and inputs by name

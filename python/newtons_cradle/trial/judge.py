@@ -1,4 +1,4 @@
-"""Judges the result of a tool in a case: by the run itself, made rightly and with each known mistake."""
+"""Judges a tool's result in a case: runs the FMU correctly and with each known mistake, and compares."""
 
 import csv
 from collections.abc import Iterator, Mapping
@@ -19,15 +19,16 @@ from .master import Table, run
 
 SAME_TIME = 1e-5  # s, within which rows belong to a communication point: times may have six digits
 RESULT = "result.csv"  # in the folder of a case, if it is not named
-SIX_DIGITS = 1e-5  # of a number: more rounding than that is no excuse
+SIX_DIGITS = 1e-5  # relative: the largest rounding of a result that is excused
 MOST_NAMES = 20  # of columns that a message lists
-CLEAR = 0.2  # of the distance from the right result: at most that of a mistake which is named
+CLEAR = 0.2  # of the distance from the right run: a mistake is named if the result is nearer to it than that
 
 
 @dataclass(frozen=True)
 class Distance:
     """How far a result is from a run. `worst`: largest difference, relative to the variable's largest value; `largest`:
-    in words, where that is; `first`: where the limit is first exceeded, if it is; `missing`: times without a row, s."""
+    in words, where that is; `first`: where the limit is first exceeded, else `largest`; `missing`: times without a row,
+    s."""
 
     worst: float
     largest: str
@@ -94,8 +95,8 @@ def check_own(fmu: Fmu, case: Case) -> None:
 
 
 def judge_all(folder: str | Path, results: str | Path | None = None) -> Iterator[tuple[str, list[str]]]:
-    """The verdicts on each case in a folder that has the folders of cases, by name. `results`: a folder with NAME.csv for
-    each; if None, each is result.csv in the folder of its case."""
+    """The verdicts on each case in a folder of cases, by name. `results`: a folder with NAME.csv for each; if None,
+    each is result.csv in the folder of its case."""
     for name in (name for name in CASES if Path(folder, name).is_dir()):
         try:
             yield name, judge(Path(folder, name), None if results is None else Path(results, f"{name}.csv"))
@@ -137,7 +138,8 @@ def own_columns(result: Any) -> dict[str, Any]:
 
 
 def verdicts(case: Case, table: Table, runs: Mapping[str | None, Table], rounding: float = 0.0) -> list[str]:
-    """What these runs, by their mistakes, say about the table, whose numbers are rounded by so much of themselves."""
+    """Verdicts on a table. `runs`: the judge's runs by mistake, None for the right one; `rounding`: relative, of the
+    numbers in the table."""
     right, names = runs[None], [name for name in case.record if name in table]
     lines = [f"not judged: no column {name}" for name in case.record if name not in table]
     within = max(case.within, rounding)
@@ -177,8 +179,8 @@ def scales(names: list[str], *runs: Table) -> dict[str, float]:
 
 
 def distance(table: Table, other: Table, scales: Mapping[str, float], within: float, case: Case) -> Distance:
-    """From the table to a run; `within`: a difference that does not count. At a communication point the row counts that
-    is nearest: an event may give several."""
+    """The distance from the table to a run; differences up to `within` do not count. Where an event gives several rows
+    at a communication point, the nearest in value counts."""
     worst, largest, first, times = 0.0, "", "", np.array(table["time"])
     missing: list[float] = []
     for k, time in enumerate(other["time"]):
@@ -201,7 +203,7 @@ def distance(table: Table, other: Table, scales: Mapping[str, float], within: fl
 
 
 def off(value: Any, other: Any, scale: float) -> float:
-    """The difference of two values, relative to a scale; that of different texts is 1."""
+    """The difference of two values, relative to a scale; 1 for different texts."""
     if isinstance(value, str) or isinstance(other, str) or value is None:
         return 0.0 if value == other else 1.0
     error = abs(float(value) - float(other)) / scale
@@ -209,6 +211,6 @@ def off(value: Any, other: Any, scale: float) -> float:
 
 
 def contrast(value: Any, right: Any) -> str:
-    """In words, how a value differs from the right one, unless that is text."""
+    """How a value differs from the right one, in words; "" for text."""
     value = f"{value:.9g}" if isinstance(value, float) else repr(value)
     return "" if isinstance(right, str) else f": {value} where {right:.9g} is right"

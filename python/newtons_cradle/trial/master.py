@@ -21,23 +21,23 @@ from .cases import Case, Points
 Table = dict[str, list[Any]]  #: A result: a column for each name, `time` (s) among them.
 Record = Callable[[float], None]  #: Adds a row at a time (s).
 
-EPSILON = 2e-3  # m, for the mistake of a limit for indicators
-SOON = 1e-6  # s after an event, for the mistake of seeing nothing then
-LOCATED = 1e-14  # s, within which an event is located by the right method
-ROUGHLY = 1e-6  # s, by the mistake
+EPSILON = 2e-3  # m: with the mistake `epsilon`, smaller indicators do not count
+SOON = 1e-6  # s: with the mistake `soon`, time events so soon after an event are missed
+LOCATED = 1e-14  # s, within which an event is located
+ROUGHLY = 1e-6  # s, within which the mistake `rough` locates it
 
 
 class Unit:
-    """A run with what the master needs of it. What belongs to clocks keeps the values of their last ticks, and is read
-    at any time."""
+    """A run with what the master needs of it. Variables of clocks keep their values from the last tick, and are read at
+    any time."""
 
     def __init__(self, run: Run):
         self.run, self.fmu, self.set, description = run, run.slave, run.set, run.fmu.description
         self.sizes = description.numberOfContinuousStates, description.numberOfEventIndicators
 
     def recorded(self, name: str, wrong: str | None) -> Any:
-        """What the master records of a variable: for `der(x[1])` and so on a time derivative; hexadecimal digits of
-        bytes."""
+        """What the master records of a variable: for `der(x[1])` and so on a time derivative, for bytes hexadecimal
+        digits."""
         order = name.count("der(")
         if order and name not in self.fmu.variables:
             order = {"order": order - 1}.get(wrong or "", order) or 1
@@ -67,14 +67,15 @@ class Unit:
         return self._at(time, x, what, self.sizes[0])
 
     def _at(self, time: float, x: Any, what: str, length: int) -> Any:
-        """What the FMU gives at a time (s) for these states."""
+        """A vector of the FMU at a time (s) with these states."""
         self.fmu.setTime(time)
         self.fmu.setContinuousStates(np.ascontiguousarray(x).ctypes.data_as(POINTER(c_double)), len(x))
         return self.fmu.vector(what, length)
 
 
 def interpolated(points: Points, time: float, wrong: str | None = None) -> float:
-    """The value of an input at a time (s), linear between its points and after a jump; or that of the last point."""
+    """The value of an input at a time (s), linear between its points, at a jump the later value; with the mistake
+    `row`, the value of the last point."""
     times, values = zip(*points, strict=True)
     if wrong == "row":
         return float(values[max(bisect_right(times, time) - 1, 0)])
@@ -87,7 +88,7 @@ def misplaced(name: str, wrong: str | None) -> tuple[str, float]:
 
 
 def run(fmu: Fmu, case: Case, wrong: str | None = None) -> Table:
-    """Runs the case, rightly or with a mistake. If the FMU refuses to go on, the rows end there."""
+    """Runs the case, correctly or with the mistake `wrong`. If the FMU refuses to go on, the rows end there."""
 
     def update(_environment: Any, time: float, *_: Any) -> None:
         if not calls and wrong != "after":
@@ -139,7 +140,7 @@ def spoiled(table: Table, case: Case, wrong: str | None) -> Table:
 
 
 def settings(unit: Unit, case: Case, wrong: str | None) -> None:
-    """Sets what the host is to set before initialization, the number of balls in Configuration Mode."""
+    """Sets the case's settings before initialization, the number of balls in Configuration Mode."""
     arrays = {name: value for name, value in case.settings.items() if name != "n"}
     if "n" in case.settings:
         unit.fmu.resize(case.settings["n"])
@@ -161,7 +162,7 @@ def grid(case: Case, wrong: str | None) -> list[float]:
 
 
 def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list[float]) -> None:
-    """Co-simulation."""
+    """Co-simulation: steps from point to point, and records at each."""
     points = grid(case, wrong)
 
     def give(time: float, end: float) -> None:
@@ -213,10 +214,10 @@ def steps(unit: Unit, case: Case, wrong: str | None, record: Record, calls: list
 
 
 def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest: float) -> None:
-    """Model exchange by the Runge-Kutta method of order 4, with steps of this length (s) or, where the case has a
-    tolerance, at most of this length."""
+    """Model exchange by the Runge-Kutta method of order 4, with steps of `longest` (s), or at most so long if the case
+    has a tolerance."""
     jumps = sorted({time for points in case.inputs.values() for time, _ in points})
-    blind = wrong in ("late", "soon", "epsilon", "timed", "never")  # to what the FMU says after a step
+    blind = wrong in ("late", "soon", "epsilon", "timed", "never")  # ignores what the FMU asks for after a step
 
     def inputs() -> None:
         for name, points in case.inputs.items():
@@ -285,7 +286,8 @@ def integrate(unit: Unit, case: Case, wrong: str | None, record: Record, longest
 
 
 def controlled(f: Callable[[float, Any], Any], time: float, x: Any, h: float, allowed: Any) -> float:
-    """The length (s), at most h, of a step whose error, by two halves, is within this limit for each state."""
+    """The length (s), at most h, of a step whose error, estimated with two half steps, is at most `allowed` for each
+    state."""
     while True:
         half = runge_kutta(f, time, x, h / 2)
         error = np.abs(runge_kutta(f, time, x, h) - runge_kutta(f, time + h / 2, half, h / 2)) / allowed

@@ -1,14 +1,14 @@
-//! The host of model exchange: it integrates the states by a method with fixed steps.
+//! Model exchange: the host integrates the states by a method with fixed steps.
 
 use std::ops::Deref;
 
 use super::{Host, fmi2OK};
 use newtons_cradle::fmi2::*;
 
-/// The states at the end of a step between two times (s).
+/// Makes a step between two times (s); returns the states at its end.
 pub type Method = fn(&Host, f64, f64) -> Vec<f64>;
 
-/// Explicit, of order 1.
+/// The explicit Euler method, of order 1.
 pub fn euler(host: &Host, from: f64, to: f64) -> Vec<f64> {
     plus(&host.states(), to - from, &host.rates())
 }
@@ -33,7 +33,7 @@ impl Host {
         Self::of_kind(fmi2ModelExchange, balls)
     }
 
-    /// From Event Mode through an event into Continuous-Time Mode.
+    /// Handles the event in Event Mode, and enters Continuous-Time Mode.
     pub fn update(&self) -> fmi2EventInfo {
         let mut info = fmi2EventInfo {
             newDiscreteStatesNeeded: 1,
@@ -49,7 +49,7 @@ impl Host {
         info
     }
 
-    /// From Continuous-Time Mode through an event back to it.
+    /// Enters Event Mode from Continuous-Time Mode, handles the event, and returns.
     pub fn event(&self) -> fmi2EventInfo {
         assert_eq!(unsafe { fmi2EnterEventMode(self.c) }, fmi2OK);
         self.update()
@@ -75,12 +75,12 @@ impl Host {
         self.vector(self.state_count(), fmi2GetContinuousStates)
     }
 
-    /// Their derivatives.
+    /// The derivatives of the continuous states.
     pub fn rates(&self) -> Vec<f64> {
         self.vector(self.state_count(), fmi2GetDerivatives)
     }
 
-    /// Their orders of magnitude.
+    /// The nominal values of the continuous states.
     pub fn nominals(&self) -> Vec<f64> {
         self.vector(self.state_count(), fmi2GetNominalsOfContinuousStates)
     }
@@ -97,7 +97,7 @@ impl Host {
         assert_eq!(status, fmi2OK, "{:?}", self.log());
     }
 
-    /// Whether the end of a step asks for an event.
+    /// Completes a step; returns whether the component asks for Event Mode.
     pub fn completed(&self) -> bool {
         let (mut enter, mut terminate) = (-1, -1);
         let status = unsafe { fmi2CompletedIntegratorStep(self.c, 1, &mut enter, &mut terminate) };
@@ -108,15 +108,15 @@ impl Host {
 
 /// A component that is integrated in Continuous-Time Mode.
 pub struct Master {
-    /// The component itself.
+    /// The component.
     pub host: Host,
-    /// In s.
+    /// The time, s.
     pub time: f64,
     /// When the next event is due, s.
     pub next: f64,
-    /// Events so far.
+    /// Number of events so far.
     pub events: usize,
-    /// Those of the last event or step.
+    /// The event indicators after the last event or step.
     pub indicators: Vec<f64>,
 }
 
@@ -149,12 +149,12 @@ impl Master {
         self.events += 1;
     }
 
-    /// An event now.
+    /// Handles an event at the present time.
     pub fn event(&mut self) {
         self.after(self.host.event());
     }
 
-    /// A step to the time `to` (s), with an event at its end if one is due.
+    /// Makes a step to the time `to` (s), and handles an event at its end if one is due.
     pub fn step(&mut self, to: f64, method: Method) {
         self.host.place(to, &method(&self.host, self.time, to));
         self.time = to;
@@ -167,7 +167,7 @@ impl Master {
         }
     }
 
-    /// Steps of the length `h` (s) to the time `until` (s), each of them whole: what is due before its end has to wait.
+    /// Makes steps of the length `h` (s) to the time `until` (s). A time event within a step waits until its end.
     pub fn whole_steps(&mut self, until: f64, h: f64, method: Method) {
         let (start, steps) = (self.time, ((until - self.time) / h).round() as usize);
         for k in 1..=steps {
@@ -175,7 +175,7 @@ impl Master {
         }
     }
 
-    /// The same, but a step ends early where an event is due.
+    /// Makes steps of the length `h` (s) to the time `until` (s); a step ends early at a time event.
     pub fn steps(&mut self, until: f64, h: f64, method: Method) {
         while self.time < until {
             self.step((self.time + h).min(self.next).min(until), method);

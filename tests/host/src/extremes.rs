@@ -1,7 +1,6 @@
 //! Finite numbers of any magnitude, for the fuzz targets.
 
-/// From the smallest double to the largest: those whose products and squares are still in range, and those whose are
-/// not.
+/// From the smallest double to the largest, with numbers whose products and squares are in range, and others.
 const EXTREMES: [f64; 16] = [
     5e-324,
     1e-310,
@@ -21,7 +20,7 @@ const EXTREMES: [f64; 16] = [
     f64::MAX,
 ];
 
-/// One of them, every other one negative.
+/// One of [`EXTREMES`]; negative for odd codes.
 pub fn extreme(code: u8) -> f64 {
     let sign = if code.is_multiple_of(2) { 1.0 } else { -1.0 };
     sign * EXTREMES[usize::from(code / 2) % EXTREMES.len()]

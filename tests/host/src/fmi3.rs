@@ -1,4 +1,4 @@
-//! The host of FMI 3.0, which is called within steps and keeps the log.
+//! A host for FMI 3.0. It is called during steps, and keeps the log.
 
 use std::cell::{Cell, RefCell};
 use std::ffi::{CStr, CString, c_void};
@@ -9,11 +9,11 @@ use newtons_cradle::fmi3::fmi3Status::fmi3OK;
 use newtons_cradle::fmi3::*;
 use newtons_cradle::variables::{Description, Settings, Variable};
 
-/// What a host does when it is called within a step: with the instance, the time (s) and whether the step may end here.
-/// The answer is whether it asks for that.
+/// What a host does in an intermediate update: it gets the instance, the time (s), and whether the step may end here,
+/// and returns whether it asks for that.
 pub type Within = Box<dyn FnMut(fmi3Instance, f64, bool) -> bool>;
 
-/// A function that tells of states or event indicators.
+/// A function of model exchange that returns a vector, such as states or event indicators.
 pub type Getter = unsafe extern "C" fn(fmi3Instance, *mut f64, usize) -> fmi3Status;
 
 #[derive(Default)]
@@ -42,7 +42,7 @@ unsafe extern "C" fn within(
 ) {
     assert_eq!((may_set, may_get), (1, 1));
     let environment = unsafe { &*environment.cast::<Environment>() };
-    // Not borrowed while it runs: it may call the instance, which may call back.
+    // Taken out while it runs, because it may call the instance, which may call back.
     let taken = environment.within.take();
     let ends = taken.is_some_and(|mut within| {
         let ends = within(environment.c.get(), time, may_end == 1);
@@ -70,17 +70,18 @@ pub fn vr(name: &str) -> u32 {
 }
 
 impl Host {
-    /// For co-simulation, with event mode or not, with early return or not.
+    /// An instance for co-simulation, with event mode or not, with early return or not.
     pub fn new(events: bool, early: bool) -> Self {
         Self::instantiated(token(), Some([events, early])).unwrap()
     }
 
-    /// For model exchange.
+    /// An instance for model exchange.
     pub fn exchanging() -> Self {
         Self::instantiated(token(), None).unwrap()
     }
 
-    /// For co-simulation with these options, or for model exchange; or what was logged where there is none.
+    /// An instance for co-simulation with the options `[events, early]`, or, if `None`, for model exchange; the log if
+    /// it is refused.
     pub fn instantiated(token: &CStr, co_simulation: Option<[bool; 2]>) -> Result<Self, Vec<String>> {
         let environment = Box::<Environment>::default();
         let (name, pointer) = (c"cradle".as_ptr(), (&raw const *environment).cast_mut().cast());
@@ -96,12 +97,12 @@ impl Host {
         if c.is_null() { Err(environment.lines.take()) } else { Ok(Self { c, environment }) }
     }
 
-    /// What the host does when it is called from now on.
+    /// Sets what the host does in intermediate updates from now on.
     pub fn within(&self, within: impl FnMut(fmi3Instance, f64, bool) -> bool + 'static) {
         self.environment.within.replace(Some(Box::new(within)));
     }
 
-    /// The log so far, which starts anew.
+    /// Takes the log so far.
     pub fn log(&self) -> Vec<String> {
         self.environment.lines.take()
     }
@@ -117,7 +118,8 @@ impl Host {
         assert_eq!(unsafe { fmi3ExitInitializationMode(self.c) }, fmi3OK, "{:?}", self.log());
     }
 
-    /// A step from `time` (s) of the length `step` (s): the answer, whether there is an event, and the time reached.
+    /// Makes a step from `time` (s) of the length `step` (s). Returns the status, whether an event is to be handled,
+    /// and the time reached (s).
     pub fn step(&self, time: f64, step: f64) -> (fmi3Status, bool, f64) {
         let ([mut events, mut terminate, mut early], mut reached) = ([9; 3], f64::NAN);
         let status =
@@ -125,15 +127,15 @@ impl Host {
         if status == fmi3OK {
             assert!(terminate == 0 && events <= 1 && early == u8::from(reached < time.max(time + step)));
         } else {
-            // A host that goes on all the same ends the run.
+            // For a host that ignores the status: terminateSimulation is set.
             assert_eq!((terminate, events, early), (1, 0, 0), "{status:?}");
             assert!(!reached.is_nan() || time.is_nan(), "{status:?}");
         }
         (status, events == 1, reached)
     }
 
-    /// fmi3UpdateDiscreteStates: the answer, whether there is more at once, whether states have changed, and when the
-    /// next event is due (s), if that is known.
+    /// Calls fmi3UpdateDiscreteStates. Returns the status, whether it must be called again, whether states have
+    /// changed, and when the next event is due (s), if that is defined.
     pub fn update(&self) -> (fmi3Status, bool, bool, Option<f64>) {
         let (mut flags, mut next) = ([9; 5], f64::NAN);
         let [again, end, nominals, values, defined] = &mut flags;
@@ -159,8 +161,8 @@ impl Host {
         unsafe { fmi3SetFloat64(self.c, &vr(name), 1, values.as_ptr(), values.len()) }
     }
 
-    /// What changes of the knowns make of the unknowns, both by their value references, or, `adjoint`, what weights of
-    /// the unknowns make of the knowns.
+    /// The directional derivatives of the unknowns along the seed of the knowns or, if `adjoint`, the adjoint
+    /// derivatives by the knowns with the seed of the unknowns; both are given by value references.
     pub fn derivatives(
         &self,
         adjoint: bool,
@@ -174,7 +176,7 @@ impl Host {
         unsafe { function(self.c, of, rows, by, columns, seed.as_ptr(), seeds, into, found.len()) }
     }
 
-    /// What a function of model exchange tells of all states or indicators.
+    /// The vector that a function of model exchange returns.
     pub fn vector<const N: usize>(&self, get: Getter) -> [f64; N] {
         let mut values = [f64::NAN; N];
         assert_eq!(unsafe { get(self.c, values.as_mut_ptr(), N) }, fmi3OK, "{:?}", self.log());
@@ -217,7 +219,7 @@ impl Host {
         }
     }
 
-    /// Sets the state that the bytes hold, if they are accepted.
+    /// Sets the state in these bytes, if they are accepted.
     pub fn set_bytes(&self, bytes: &[u8]) -> fmi3Status {
         let mut state = null_mut();
         unsafe {

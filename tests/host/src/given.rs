@@ -33,7 +33,7 @@ pub fn resources(test: &str, text: &[u8]) -> (PathBuf, String) {
     let beside = env::current_exe().unwrap().with_file_name("tmp");
     let folder = beside.join(format!("{MODEL_IDENTIFIER}-{test}/resources"));
     fs::create_dir_all(&folder).unwrap();
-    // At once: another test may be reading a file of this name.
+    // Replaced in one step, because another test may be reading the file.
     let draft = folder.join(format!("draft-{}-{}", process::id(), COUNT.fetch_add(1, Relaxed)));
     fs::write(&draft, text).unwrap();
     fs::rename(draft, folder.join(FILE_NAME)).unwrap();

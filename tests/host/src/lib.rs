@@ -48,13 +48,13 @@ impl Drop for Host {
 
 /// Arguments of fmi2Instantiate; the defaults are those of a well-behaved host of the default FMU.
 pub struct Instantiate<'a> {
-    /// Name of the instance; a null pointer without.
+    /// Name of the instance; `None` is a null pointer.
     pub name: Option<&'a str>,
-    /// Kind of FMU that is asked for.
+    /// Co-simulation or model exchange.
     pub kind: fmi2Type,
-    /// GUID of the description; a null pointer without.
+    /// GUID of the description; `None` is a null pointer.
     pub guid: Option<String>,
-    /// URI of the resources; a null pointer without.
+    /// URI of the resources; `None` is a null pointer.
     pub location: Option<String>,
     /// Whether all categories are logged from the start.
     pub logging: bool,
@@ -71,13 +71,13 @@ impl Default for Instantiate<'_> {
 
 /// The GUID of the FMU with default start values.
 pub fn guid(balls: usize) -> String {
-    // Those of five balls are many.
+    // Cached for five balls, because most hosts have five.
     static OF_FIVE: LazyLock<String> = LazyLock::new(|| Description::of(&Settings::default_for(5)).guid());
     if balls == 5 { OF_FIVE.clone() } else { Description::of(&Settings::default_for(balls)).guid() }
 }
 
 impl Instantiate<'_> {
-    /// The component, or the log of a host that got none.
+    /// The component in a host, or the log if it is refused.
     pub fn host(self) -> Result<Host, Vec<Line>> {
         let lines = Box::<Lines>::default();
         let functions = callbacks(&lines);
@@ -108,7 +108,7 @@ impl Host {
         Self::of_kind(fmi2CoSimulation, balls)
     }
 
-    /// One of this kind.
+    /// A component of this kind, of the FMU with this many balls.
     pub(crate) fn of_kind(kind: fmi2Type, balls: usize) -> Self {
         let recipe = format!("{{\"format\":1,\"balls\":{balls}}}");
         let (_, location) = resources(&format!("balls-{balls}"), recipe.as_bytes());
@@ -116,12 +116,12 @@ impl Host {
         Instantiate { kind, guid, location, balls, ..Default::default() }.host().unwrap()
     }
 
-    /// One that has been initialized at t = 0.
+    /// A component of the default FMU, initialized at t = 0.
     pub fn started() -> Self {
         Self::started_with("")
     }
 
-    /// The same with these settings.
+    /// A component of the default FMU with these settings, initialized at t = 0; see [`assignments`].
     pub fn started_with(settings: &str) -> Self {
         let host = Self::default();
         host.give(settings);
@@ -154,18 +154,19 @@ impl Host {
         unsafe { fmi2DoStep(self.c, time, step, 1) }
     }
 
-    /// From the instantiated into the error state: of free balls, a force takes the first out of the range of numbers.
+    /// Brings an instantiated component into the error state: a force on free balls takes the first out of the range of
+    /// doubles.
     pub fn fail(&self) {
         self.give("gravity=0 F_ext[1]=-1e300");
         self.start();
         if self.step(0.0, 1e9) == fmi2OK {
-            // A flight is not evaluated before somebody asks; a changed input has to be taken up where it is.
+            // A flight is evaluated on demand; a changed input makes the FMU evaluate the state.
             assert_eq!((self.set("F_ext[1]", 0.0), self.step(1e9, 1.0)), (fmi2OK, fmi2Error));
         }
         assert!(self.error().contains("the run cannot go on"));
     }
 
-    /// Back to how it was instantiated.
+    /// Resets the component to the instantiated state.
     pub fn reset(&self) -> fmi2Status {
         unsafe { fmi2Reset(self.c) }
     }
@@ -180,7 +181,7 @@ impl Host {
         Variable::named(name, self.balls).unwrap_or_else(|| panic!("no {name}"))
     }
 
-    /// The time that the last step has reached, s; none where there is no such step.
+    /// The time that the last step has reached, s; none if there was no step.
     pub fn time(&self) -> Option<f64> {
         let mut time = f64::NAN;
         let status = unsafe { fmi2GetRealStatus(self.c, fmi2LastSuccessfulTime, &mut time) };
@@ -208,17 +209,17 @@ impl Host {
         }
     }
 
-    /// Sets the derivative of an input by time, of this order, in the input's unit over s^order.
+    /// Sets the time derivative of an input of this order, in the input's unit over s^order.
     pub fn set_derivative(&self, name: &str, order: i32, value: f64) -> fmi2Status {
         unsafe { fmi2SetRealInputDerivatives(self.c, &self.vr(name), 1, &order, &value) }
     }
 
-    /// The derivative of an output by time, of this order.
+    /// The time derivative of an output, of this order.
     pub fn derivative(&self, name: &str, order: i32) -> f64 {
         self.derivatives(&[self.variable(name)], order)[0]
     }
 
-    /// The derivatives of several outputs by time, of this order.
+    /// The time derivatives of outputs, of this order.
     pub fn derivatives(&self, outputs: &[Variable], order: i32) -> Vec<f64> {
         let references: Vec<u32> = outputs.iter().map(Variable::reference).collect();
         let (orders, mut values) = (vec![order; outputs.len()], vec![f64::NAN; outputs.len()]);
@@ -245,14 +246,14 @@ impl Host {
         values
     }
 
-    /// The state, saved.
+    /// Saves the state.
     pub fn save(&self) -> fmi2FMUstate {
         let mut state = null_mut();
         assert_eq!(unsafe { fmi2GetFMUstate(self.c, &mut state) }, fmi2OK, "{:?}", self.log());
         state
     }
 
-    /// Sets a saved state. What is none must be refused, so that this can be called with anything.
+    /// Sets a saved state. Anything else must be refused, so that this can be called with any pointer.
     #[expect(clippy::not_unsafe_ptr_arg_deref, reason = "tests try pointers that are no states")]
     pub fn restore(&self, state: fmi2FMUstate) -> fmi2Status {
         unsafe { fmi2SetFMUstate(self.c, state) }
@@ -274,7 +275,7 @@ impl Host {
         bytes
     }
 
-    /// Sets the state that the bytes hold, if they are accepted.
+    /// Sets the state in these bytes, if they are accepted.
     pub fn set_bytes(&self, bytes: &[u8]) -> fmi2Status {
         let mut state = null_mut();
         let status = unsafe { fmi2DeSerializeFMUstate(self.c, bytes.as_ptr().cast(), bytes.len(), &mut state) };
@@ -287,7 +288,7 @@ impl Host {
         status
     }
 
-    /// The value of a variable of any type, unless that is refused.
+    /// The value of a variable of any type; none if the getter refuses it.
     pub fn read(&self, variable: Variable) -> Option<f64> {
         let (c, reference, mut real, mut integer) = (self.c, variable.reference(), f64::NAN, 0);
         let of_type = variable.row.access.data_type();
@@ -308,7 +309,7 @@ impl Host {
         of.iter().map(value).collect()
     }
 
-    /// Every variable, bit by bit.
+    /// The values of all variables, as the bits of doubles.
     pub fn everything(&self) -> Vec<u64> {
         let all: Vec<Variable> = variables(self.balls).collect();
         self.values(&all).into_iter().map(f64::to_bits).collect()
@@ -326,17 +327,17 @@ impl Host {
         self.values(&elements)
     }
 
-    /// Onsets of each contact so far.
+    /// The number of onsets of each contact so far.
     pub fn pulses(&self) -> Vec<i32> {
         self.each("pulses").into_iter().map(|count| count as i32).collect()
     }
 
-    /// The log so far, which starts anew.
+    /// Takes the log so far.
     pub fn log(&self) -> Vec<Line> {
         self.lines.take()
     }
 
-    /// The single line that was logged; an error of the expected category.
+    /// Takes the log, which must be a single line, an error; returns its text.
     pub fn error(&self) -> String {
         let lines = self.log();
         let [line] = lines.as_slice() else { panic!("not one line but {lines:?}") };
@@ -352,7 +353,7 @@ impl Host {
         assert!(status == fmi2Error && error.contains(words), "{status:?}, {error}, not {words}");
     }
 
-    /// Still usable: runs from the reset to a step.
+    /// Checks that the component is still usable: that it can be reset, initialized and stepped.
     pub fn assert_usable(&self) {
         assert_eq!(self.reset(), fmi2OK);
         self.start();

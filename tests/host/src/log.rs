@@ -1,4 +1,4 @@
-//! The log of FMI 2.0's host.
+//! The log of the host for FMI 2.0.
 
 use std::cell::RefCell;
 use std::ffi::{CStr, c_char, c_void};
@@ -11,7 +11,7 @@ use newtons_cradle::fmi2::*;
 pub struct Line {
     /// Name of the instance.
     pub instance: String,
-    /// How grave it is.
+    /// The severity.
     pub status: fmi2Status,
     /// One of the log categories of the description.
     pub category: String,
@@ -19,7 +19,7 @@ pub struct Line {
     pub text: String,
 }
 
-/// Where the logger writes; it is the component environment.
+/// The log; it is the component environment, to which the logger writes.
 pub type Lines = RefCell<Vec<Line>>;
 
 unsafe extern "C" fn logger(
@@ -42,8 +42,8 @@ pub fn callbacks(lines: &Lines) -> fmi2CallbackFunctions {
     type Variadic = unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
     let fixed: Fixed = logger;
     fmi2CallbackFunctions {
-        // Rust cannot define variadic functions yet. The FMU passes no variable arguments, and on the platforms the
-        // tests run on the fixed ones travel in the same places.
+        // Stable Rust cannot define variadic functions. The FMU passes no variable arguments, and on the platforms that
+        // the tests run on, fixed arguments are passed in the same way.
         logger: Some(unsafe { mem::transmute::<Fixed, Variadic>(fixed) }),
         allocateMemory: None,
         freeMemory: None,

@@ -27,14 +27,15 @@ pub const CUBIC: Scene = (
 /// Five touching steel balls, to be run for 60 s.
 pub const STEEL: Scene = (5, "x_start=-0.1,-0.1,0,0,0 contact.model=hertz contact.deadBand=0");
 
-/// The same with losses of 5 % of the speed of the first click, by Hunt and Crossley's law.
+/// Five touching steel balls that lose 5 % of the speed in the first click, by Hunt and Crossley's law, to be run for
+/// 60 s.
 pub const STEEL_HUNT_CROSSLEY: Scene = (
     5,
     "x_start=-0.1,-0.1,0,0,0 contact.model=hertz contact.deadBand=0 contact.dampingLaw=huntCrossley \
      contact.huntCrossley=0.36",
 );
 
-/// The same at any speed.
+/// Five touching steel balls with a coefficient of restitution of 0.95 at any speed, to be run for 60 s.
 pub const STEEL_CONSTANT: Scene = (
     5,
     "x_start=-0.1,-0.1,0,0,0 contact.model=hertz contact.deadBand=0 contact.dampingLaw=constantRestitution \
@@ -56,7 +57,7 @@ pub const SETTLING: Scene =
 /// A chain pressed by 10 N from both ends with half-critical damping.
 pub const PRESSED: Scene = (5, "F_ext=10,0,0,0,-10 contact.damping=70710.67811865476");
 
-/// The same chain with steel balls of different masses, which has no natural modes.
+/// A chain of steel balls of different masses, pressed by 10 N from both ends, with damping; it has no natural modes.
 pub const PRESSED_STEEL: Scene =
     (5, "F_ext=10,0,0,0,-10 contact.damping=70710.67811865476 contact.model=hertz ball.massRatio=1,2,1,0.7,1");
 

@@ -20,10 +20,10 @@ import { DAY, NIGHT } from "#view/themes.js";
 
 const LIFT = 0.25; // of the strings' length, by the button and the keys
 const FAST = 25;   // ms that a picture in 3D may take where it is offered
-const WAIT = 1500; // ms after which that is measured
+const WAIT = 1500; // ms before that time is measured
 
 class App {
-  /** `engine` and `recording`: null where the page has none, but it has one of them. */
+  /** `engine`, `recording`: null where the page has none; it has at least one of them. */
   constructor(engine, recording) {
     const asked = location.hash; // before the page writes there what it shows
     // `keys`: whether single keys do anything; `space`: whether all is shown in 3D.
@@ -69,7 +69,7 @@ class App {
     stage.source = source;
   }
 
-  /** Shows other runs or drawings on all stages; lets balls go unless only what moves changes. */
+  /** Updates the page for changed sources. `released`: balls are let go anew, so the lesson may ask. */
   changed(released = true) {
     this.clock.reset();
     for (const stage of this.stages) stage.changed();
@@ -119,7 +119,7 @@ class App {
   begin(setup, preset) {
     const live = new Live(this.engine, setup), { warnings } = live.run;
     this.replace(live);
-    // Values from an address may have made something else of it.
+    // With values from an address, it may be this preset no more.
     this.preset = preset && setup.toLink(preset).startsWith("preset=") ? preset : null;
     if (this.besideChoice) this.compare(this.besideChoice);
     this.lifted = setup.release;
@@ -139,7 +139,7 @@ class App {
     } else this.panels.refresh();
   }
 
-  /** Starts another run in each source; `known`: more about these. */
+  /** Starts another run in each source; `known`: properties of the app that change with it. */
   renew(begin, known = {}) {
     this.attempt(() => this.liveSources.forEach(begin));
     Object.assign(this, known);

@@ -7,7 +7,7 @@ const APPROACH = 2.6;   // 1/s: nearing a click, the time to it shrinks at this 
 const SLOWEST = 1e-9;   // seconds of the run per second of the viewer's
 const LONGEST_FRAME = 0.05; // s: the most time that passes from one picture to the next
 const BUDGET = 4;       // ms after which the engine begins nothing more for a picture
-const PARTS = 16;       // of a step, after each of which a run is looked at while balls touch
+const PARTS = 16;       // samples of a run in a step while balls touch
 
 export class Clock {
   constructor() {
@@ -15,14 +15,14 @@ export class Clock {
     this.running = true;
     this.late = 0;      // fraction of recent time that did not pass because the engine had too much to do
     this.spent = 0;     // ms that the engine took for the last picture
-    this.targets = new Map(); // what the sources have not reached yet
-    this.stride = Infinity;   // s of the run after which it is looked at while balls touch
+    this.targets = new Map(); // by source, the time that it is to reach, s
+    this.stride = Infinity;   // s of the run between samples while balls touch
     this.slowAt("no");
   }
 
   get inside() { return this.slow !== "no" && this.rate < 0.02 * this.base; }
 
-  /** Slows down at the "next" click, "always" or, "no", not at all; "leaving": the next one is over. */
+  /** When to slow down: at the "next" click, "always", or "no"; "leaving": the next click is over. */
   slowAt(slow) {
     // `rate`: as `base`, now; `sinceClick`: s of the run since the last click, which took `lastLength`.
     Object.assign(this, { slow, met: false, sinceClick: Infinity, lastLength: 0 });
@@ -45,7 +45,7 @@ export class Clock {
     for (; passed < pieces && this.finish(sources, deadline); passed++) {
       const clicks = watch ? sources.map((source) => source.ahead(begun + 0.5 * BUDGET)).filter(Boolean) : [];
       this.rate = this.rateFor(clicks);
-      // Not past an onset before it is known what follows it.
+      // Does not pass an onset whose click is not known yet.
       const unknown = clicks.filter(({ done }) => !done).map(({ distance }) => distance);
       const step = Math.min(piece * this.rate, ...unknown);
       this.stride = step / PARTS;

@@ -1,6 +1,6 @@
 // The first minute: until somebody touches the page, a drawn hand shows what hands can do here.
 
-const WAIT = 1, PULL = 1.6, HOLD = 0.5; // s before it comes, that it pulls, and that it then keeps still
+const WAIT = 1, PULL = 1.6, HOLD = 0.5; // s: before the hand comes, while it pulls, and while it keeps still
 const LIFT = 0.3; // of the strings' length
 
 export class Guide {

@@ -5,7 +5,7 @@ import { say } from "#view/texts.js";
 
 const REACH = 22;         // px beside a ball that still take it, for fingers
 const TURN = 0.006;       // rad by which the view turns for a px
-const FARTHEST = 1.2;     // of a pendulum's length, that a slider reaches
+const FARTHEST = 1.2;     // largest displacement by a slider, in lengths of the pendulum
 const STILL = 70;         // ms without a move after which a hand is at rest
 const MEMORY = 90;        // ms of a hand's way that say how fast it throws
 const FASTEST_THROW = 4;  // m/s
@@ -56,7 +56,7 @@ export class Hand {
     }
   }
 
-  /** Where the picture has changed its scale, held balls stay below their pointers. */
+  /** Keeps held balls below their pointers when the picture has changed its scale. */
   follow() {
     const { scene } = this.stage;
     for (const [pointerId, { ball, grip, point, unit }] of this.ways)
@@ -91,7 +91,7 @@ export class Sliders {
     this.tellAll();
   }
 
-  /** Says where the balls are, but not again and again to who has chosen one that swings. */
+  /** Says where the balls are, except for a chosen ball that swings, which would be told again and again. */
   tellAll() {
     const { app, inputs, chosen } = this;
     for (const ball of inputs.keys()) if (ball !== chosen || !app.clock.running) this.tell(ball);

@@ -1,4 +1,4 @@
-// What is told of clicks in words, for those who do not see them: who pushed whom, when, and how hard.
+// Clicks in words, for people who do not see them: which ball pushed which, when, and how hard.
 
 import { QUIET, QUIET_LEAST } from "#engine/click.js";
 import { outcome } from "#view/captions.js";
@@ -7,7 +7,7 @@ import { say } from "#view/texts.js";
 
 const MOST = 12;     // pushes that are told one by one
 const ALIKE = 1e-3;  // of the fastest ball's speed: a difference that does not say who pushes
-const ENDLESS = 200; // pulses after which a click that does not end is not waited for
+const ENDLESS = 200; // pulses after which the end of a click is not waited for
 
 export class Heard {
   /** Of the cradle of a stage; screen readers read what is written. */
@@ -20,7 +20,7 @@ export class Heard {
   /** Another run: its first click will be told. */
   changed() { this.told = null; }
 
-  /** Tells the first click of a run, those that time slows down at, and those that somebody goes to. */
+  /** Tells the first click of a run, clicks at which time slows down, and clicks that the user goes to. */
   follow() {
     const { source, app: { clock } } = this.stage, first = this.told === null;
     const asked = first || clock.slow !== "no" || !clock.running;

@@ -9,7 +9,7 @@ const SYMBOLS = { ArrowLeft: "←", ArrowRight: "→", Escape: "⎋" };
 const toggle = (app, key, name) => app.panels.toggle(name);
 const way = (key) => (",←".includes(key) ? -1 : 1);
 
-/** By the names of texts, buttons and panels: keys, conditions and actions. */
+/** Keys, condition and action, by the name of their text, button or panel. */
 const ACTS = {
   ball: ["", "live"], pull: ["", "live"], letGo: ["", "live"], // of the sliders in hand.js
   play: [" ", "any", (app) => app.setRunning(!app.clock.running)],

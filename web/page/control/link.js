@@ -30,7 +30,7 @@ export function keep(values) {
   try {
     localStorage.setItem(KEPT, JSON.stringify({ ...kept(), ...values }));
   } catch {
-    // Then it is measured and chosen anew.
+    // Nothing is kept: the next visit measures and chooses anew.
   }
 }
 

@@ -9,7 +9,7 @@ import { drawLenses, Scene } from "#view/scene.js";
 import { Scene3D } from "#view/scene3d.js";
 import { say } from "#view/texts.js";
 
-const MOVES = 0.05; // of the fastest ball's speed: what is told to move
+const MOVES = 0.05; // of the fastest ball's speed: a slower ball is not said to move
 const STILL = 1e-6; // m/s
 const PIXEL = new Uint8Array(4);
 
@@ -92,7 +92,7 @@ export class Stage {
     this.strips.draw(click, theme);
   }
 
-  /** Tells those who do not see it, once a second, what moves and where the balls are. */
+  /** Tells screen readers, once a second, what moves and where the balls are. */
   tell() {
     const now = performance.now();
     if (now - (this.told ?? -Infinity) < 1000) return;

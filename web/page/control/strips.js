@@ -63,14 +63,14 @@ export class Strips {
     this.told = performance.now();
   }
 
-  /** What there is to scroll to, in words. */
+  /** The rows that are scrolled out of view, in words. */
   hiddenOf(kinds) {
     const { scrollTop, clientHeight, scrollHeight } = this.box, row = scrollHeight / kinds.length;
     const hidden = kinds.filter((_, i) => (i + 0.5) * row < scrollTop || (i + 0.5) * row > scrollTop + clientHeight);
     return hidden.length ? say("scroll", { list: hidden.map((kind) => say(`shows.${kind}`)).join(", ") }) : "";
   }
 
-  /** The time between the sides: that of a click, of a recording around now, of a live run up to now. */
+  /** The time shown, {left, right} (s): a click, a recording around now, or a live run up to now. */
   around(click) {
     const { stage: { source }, app: { clock } } = this, { live, begin, end, time: now } = source;
     const span = SECONDS * clock.base, margin = MARGIN * click?.length;

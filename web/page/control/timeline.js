@@ -4,7 +4,7 @@ import { TOGETHER } from "#view/captions.js";
 import { aria, write } from "#view/common.js";
 import { paceText, say } from "#view/texts.js";
 
-const SLOWEST = 1e-6; // that the run can be chosen to be
+const SLOWEST = 1e-6; // seconds of the run per second of the viewer's, at the slider's end
 
 export class Timeline {
   constructor(app) {
@@ -40,7 +40,7 @@ export class Timeline {
     const inside = app.clock.inside && click?.done, away = inside ? TOGETHER * click.length : 0;
     const all = inside ? click.pulses.flatMap(({ onset, release }) => [onset, release]).sort((a, b) => a - b)
       : clicks.map(({ begin }) => begin);
-    const times = all.filter((time, k) => !(all[k + 1] - time <= away)); // the last of those that are told as one
+    const times = all.filter((time, k) => !(all[k + 1] - time <= away)); // of times that are told as one, the last
     const time = direction > 0 ? times.find((time) => time > now) : times.findLast((time) => time < now - away);
     if (inside) app.setRunning(false);
     if (time !== undefined) app.seek(time);

@@ -34,7 +34,7 @@ export class Click {
       this.speeds = Array.from(scout.look().v); // with which it begins
     }
     const until = this.begin + this.reach;
-    if (scout.advance(until, EFFORT) < until) return; // it takes more than that
+    if (scout.advance(until, EFFORT) < until) return; // more effort is needed
     const state = scout.look();
     this.pulses.push(...scout.takePulses());
     if (state.apart && this.pulses.length) {
@@ -57,7 +57,7 @@ export class Click {
     this.sampled = this.length === 0; // rigid: at one instant
   }
 
-  /** One more of the instants from a little before it to a little after, or where balls touch or part before that. */
+  /** Samples the forces at the next instant, or before it where balls touch or part. */
   sample() {
     const { samples, sampler, taken } = this, margin = 0.06 * this.length;
     const from = Math.max(this.begin - margin, this.before.time), step = (this.length + 2 * margin) / (SAMPLES - 1);

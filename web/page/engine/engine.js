@@ -92,7 +92,7 @@ class Run {
   /** The largest horizontal speed (m/s) with which a ball may leave the deflection `x` (m). */
   fastest(ball, x) { return this.engine.functions.fastest(this.number, ball, x); }
 
-  /** The angle (rad) to which the ball that swings farthest does, from its start. */
+  /** The largest angle (rad) that a ball reaches by itself from the start values. */
   get reach() { return this.engine.functions.reach(this.number); }
 
   look() {
@@ -100,7 +100,7 @@ class Run {
     return this.shown.read(this.engine.numbers);
   }
 
-  /** The time of the next onset (s) or, if not `known` yet, a time before which there is none; infinite: never. */
+  /** The time of the next onset (s), or, if not `known` yet, a time before which there is none; Infinity: never. */
   nextOnset() {
     const time = this.engine.functions.next_onset(this.number), known = time > 0 || Object.is(time, 0);
     return { time: Math.abs(time), known };

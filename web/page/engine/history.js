@@ -3,7 +3,7 @@
 import { countUpTo, largest, linear, placeIn } from "#view/common.js";
 
 const PARTS = ["kinetic", "gravity", "elastic"]; // of the energy
-const LEAST = { velocity: 1e-3, force: 1e-9, energy: 1e-12, momentum: 1e-3 }; // that a scale ends at
+const LEAST = { velocity: 1e-3, force: 1e-9, energy: 1e-12, momentum: 1e-3 }; // smallest ends of scales, SI
 const KEPT = 3000; // samples
 
 export class Track {
@@ -130,7 +130,7 @@ export class History extends Track {
     this.pulses = this.pulses.filter(({ release }) => release >= first && release < next);
   }
 
-  /** Those that have ended, and those of the contacts that press at the end. */
+  /** The pulses that have ended, and those of contacts that still press. */
   pulsesIn(left, right) {
     const { times, curves: { force } } = this, last = times.length - 1, pressing = [];
     force.forEach((column, contact) => {

@@ -6,7 +6,7 @@ import { History } from "#engine/history.js";
 
 const STEEPEST = 1.2;   // rad by which a hand can pull a ball
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
-const CROWD = 2;        // pulses in a picture on average, up to which each is looked at
+const CROWD = 2;        // average number of pulses in a picture, up to which the engine samples each
 const KEPT = 20000;     // pulses that are kept for the CSV file
 
 export class Live {
@@ -28,13 +28,13 @@ export class Live {
     track.record(this.time, this.state);
   }
 
-  /** Whether there are too many pulses for a look at each: velocities then step by their impulses. */
+  /** Whether there are too many pulses to sample each: velocities then step by the impulses. */
   get crowded() { return this.crowd > CROWD; }
 
-  /** Whether any balls touch now, and it is worth a look at how they do. */
+  /** Whether balls touch now, and their pulses are to be sampled. */
   get touches() { return !this.state.apart && !this.crowded; }
 
-  /** Whether its sums belong to one undisturbed run. */
+  /** Whether sums of energy belong to one undisturbed run: no ball is held. */
   get account() { return this.holds.size === 0; }
 
   /** Time of the run (s), and of the page, which continues when a new run begins. */
@@ -105,7 +105,7 @@ export class Live {
   place() {
     const { held } = this, [x] = this.motion();
     for (const [ball, place] of held) x[ball] = place;
-    for (const [ball, place] of held) // what the hand pushes gives way
+    for (const [ball, place] of held) // pushed balls give way
       x.forEach((other, i) => { if (!held.has(i) && (i - ball) * (place - other) > 0) x[i] = place; });
     this.setMotion(x, x.map(() => 0));
   }

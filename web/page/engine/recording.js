@@ -124,7 +124,7 @@ export class Recording extends Track {
     return this.curves.velocity.map((column) => linear(column, place));
   }
 
-  /** The last that has begun, and the next one. */
+  /** The openable click that has begun last, and the next one. */
   get around() {
     const i = begun(this.openable, this.now);
     return [this.openable[i - 1], this.openable[i]];

@@ -34,7 +34,7 @@ export function swingOf(length, circular) {
     : { angle: (x) => x / length, deflection: (angle) => length * angle };
 }
 
-/** By what parameter contacts lose energy, by the damping law. */
+/** The parameter of each damping law. */
 const LOSSES = { kelvinVoigt: "contact.damping", kelvinVoigtNoPull: "contact.damping",
   huntCrossley: "contact.huntCrossley", viscoelastic: "contact.relaxationTime",
   constantRestitution: "contact.restitution" };
@@ -98,7 +98,7 @@ export class Setup {
     return [...radii, ...moduli].some((ratio) => ratio !== 1) ? radii : this.get("ball.massRatio").map(Math.cbrt);
   }
 
-  /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection (m), and the reverse. */
+  /** The swing of a pendulum `ratio` times as long as usual; see `swingOf`. */
   swing(ratio) {
     return swingOf(ratio * this.get("pendulum.length"), this.get("pendulum.model") === "circular");
   }
@@ -115,7 +115,7 @@ export class Setup {
   /** Name of the parameter by which its contacts lose energy. */
   get lossName() { return this.law === "rigid" ? "contact.restitution" : LOSSES[this.get("contact.dampingLaw")]; }
 
-  /** What that parameter is for each contact; none where nothing is lost. */
+  /** The value of that parameter for each contact; empty if nothing is lost. */
   get losses() {
     const { lossName: name } = this, common = this.get(name), restores = name === "contact.restitution";
     return common === (restores ? 1 : 0) ? []
@@ -219,7 +219,7 @@ function parsed(name, raw) {
   return word >= 0 ? raw : name in USUAL ? values : values[0];
 }
 
-export const FILES = {}; // their values by name: the producer's, which the page carries along
+export const FILES = {}; // the presets of cradle-fmu: values by name
 
 /** The lesson's steps, see docs/lesson.md, as parts of the address. */
 export const LESSON = [
@@ -233,7 +233,7 @@ export const LESSON = [
 
 const TOUCHING = { "contact.model": "hertz", "contact.deadBand": 0 }; // steel
 
-/** As the producer has it. */
+/** The set-up of a preset as cradle-fmu has it. */
 function fromFile(name) {
   const { balls, ...values } = FILES[name];
   return new Setup(balls, values);

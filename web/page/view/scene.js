@@ -6,11 +6,11 @@ import { FONT, say } from "#view/texts.js";
 
 const LONGEST_STRING = 4.7, SHORTEST_STRING = 3.2; // lengths as drawn, in diameters of a ball
 const MARGIN = 12, CLOSE_MARGIN = 3; // px around what is shown, from afar and close by
-const SHORTER = 0.68; // the part of that which is left in a wide room
+const SHORTER = 0.68; // the least factor by which strings are shortened on a wide canvas
 const AHEAD = { axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }; // an eye that sees all flat
 const LARGEST = 110; // px, the radius of a ball
 const STEEPEST = 1.4; // rad by which a hand can lift a ball
-const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
+const NARROWEST = 0.4; // the least apparent length of a row for a hand that pulls along it, as a part of the true one
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** How balls look by the ratio of their Young's modulus to that of steel: the largest of each metal, and its parts of
@@ -34,11 +34,11 @@ export class Scene {
   /** Fits the picture into the canvas: where everything hangs. `near`: 0 for the whole cradle, 1 for the balls
    *  close by; `swingAngle` (rad): how far balls swing. */
   layout({ radius, sizes: radii, moduli, length, swing }, near = 0, swingAngle = 0.56) {
-    // At least this, however little room there is.
+    // At least 60 px, however small the canvas is.
     const width = Math.max(60, this.canvas.clientWidth), height = Math.max(60, this.canvas.clientHeight);
     const sizes = radii.map((size) => Math.min(2.2, Math.max(0.35, size))); // of a radius
     const half = sizes.reduce((sum, size) => sum + size, 0), largest = Math.max(...sizes);
-    // In a wide room strings are drawn shorter, so that the balls are larger.
+    // On a wide canvas, strings are drawn shorter, so that the balls are larger.
     const long = 2 * Math.min(LONGEST_STRING, Math.max(SHORTEST_STRING, length / (2 * radius)))
       * Math.min(1, Math.max(SHORTER, height / width));
     const reach = half + long * Math.sin(swingAngle), floor = -1.75 * largest;
@@ -119,7 +119,7 @@ export class Scene {
     const places = this.places(state), contacts = this.contacts(places);
     this.drawCradle(places, contacts, theme);
     this.drawGlow(contacts, theme);
-    // What is no part of the cradle: rings around balls that are held or chosen, arrows, numbers.
+    // Added to the cradle: rings around balls that are held or chosen, arrows, numbers.
     const around = (i, gap, colour, width) =>
       circle(this.context, places[i], this.sizes[i] * places[i].unit + gap, colour, width);
     for (const i of held.keys()) around(i, 2.5, theme.accent, 2);

@@ -12,7 +12,7 @@ export const NIGHT = {
   lens: "#131b24", lensLine: "rgba(210,224,238,.75)", lensBall: ["#dfe8f1", "#56636f"], patch: "#fff3d6",
   energies: ["#6fb6f2", "#8d9db0", "#ffb54a"],
   halo: "#e8f0f8",
-  // Of steel.js, as light: zenith, horizon, lamp, windows, table and its shadow; top of the base and its grain, its
+  // For steel.js, as light: zenith, horizon, lamp, windows, table and its shadow; top of the base and its grain, its
   // side; strings; glow.
   space: [[0.04, 0.06, 0.085], [0.32, 0.4, 0.5], [2.2, 2.35, 2.6], [1, 1.1, 1.25], [0.04, 0.055, 0.075, 0.6],
     [0.035, 0.055, 0.08], [0.02, 0.03, 0.045], [0.45, 0.5, 0.56], [1, 0.5, 0.12]],
