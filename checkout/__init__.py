@@ -21,8 +21,9 @@ PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cr
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
 ENGINE = LIVE.with_name("engine.html")  # for browsers, as a part of a page
-# Packages for the paper, for the short test, and for everything; each file includes those before it.
-REQUIREMENTS = SOME, TESTS, ALL = [ROOT / f"checkout/requirements/{name}.txt" for name in ("paper", "test", "all")]
+# Packages for the paper, for the short test, for the site, and for everything; each file includes those before it.
+STAGES = ("paper", "test", "docs", "all")
+REQUIREMENTS = SOME, TESTS, DOCS, ALL = [ROOT / f"checkout/requirements/{name}.txt" for name in STAGES]
 # Linkers, which come with ALL; pip wants their hashes, and takes hashes for all of a call or for none.
 LINKERS = SOME.with_name("linkers.txt")
 LANE = threading.local()  # its `name`: the lane that a thread runs, printed in front of its lines
