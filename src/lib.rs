@@ -71,6 +71,9 @@ pub mod model;
 mod number;
 #[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 mod solver;
+// The link to another page leads to the item here.
+#[doc = "[loss laws]: crate::model::DampingLaw"]
+#[doc = ""]
 #[doc = include_str!("../docs/theory.md")]
 #[cfg(doc)]
 pub mod theory {}

@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn triples_have_the_folders_of_the_standard() {
+    fn platform_triples_have_the_folders_of_the_standard() {
         for (triple, folder) in [
             ("x86_64-unknown-linux-gnu", "linux64"),
             ("x86_64-unknown-linux-gnu.2.17", "linux64"),

@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn a_universal_binary_gives_back_what_was_joined() {
+    fn universal_binary_gives_back_what_was_joined() {
         let (intel, arm) = (library(CPU_TYPE_X86_64, b"intel"), library(CPU_TYPE_ARM64, b"arm"));
         let joined = join(&arm, &intel).unwrap();
         assert_eq!(joined, join(&intel, &arm).unwrap());

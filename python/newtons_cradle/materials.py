@@ -19,8 +19,8 @@ class Material(NamedTuple):
     source: str
 
 
-_KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th edition, 1995"
-_CRC = "CRC Handbook of Chemistry and Physics, densities of various solids"
+_KAYE_LABY = "Kaye and Laby, 16th edition, 1995"  # Tables of Physical and Chemical Constants
+_CRC = "CRC Handbook of Chemistry and Physics"  # densities of various solids
 
 #: Typical values: those of a batch differ by some percent, of natural materials by half.
 MATERIALS = {
@@ -29,7 +29,7 @@ MATERIALS = {
     "aluminium": Material(2700.0, 7.03e10, 0.345, _KAYE_LABY),
     "lead": Material(11340.0, 1.61e10, 0.44, _KAYE_LABY),
     "glass": Material(2500.0, 7.13e10, 0.22, f"crown: {_KAYE_LABY}"),
-    "ivory": Material(1880.0, 1e10, 0.3, f"density: {_CRC}; the elastic constants are estimates, those of dry dentine"),
+    "ivory": Material(1880.0, 1e10, 0.3, f"density: {_CRC}; elastic constants: estimates, of dry dentine"),
     "cork": Material(170.0, 2e7, 0.0, "Gibson, Easterling and Ashby, Proc. R. Soc. A 377 (1981) 99: along the radius"),
     "rubber": Material(930.0, 1.2e6, 0.5, f"shear modulus: Treloar, Trans. Faraday Soc. 40 (1944) 59; density: {_CRC}"),
 }

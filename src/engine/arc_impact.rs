@@ -1,5 +1,5 @@
 //! The outcome of an elastic impact of two balls on arcs: that along a fixed direction in closed form, and what the
-//! turn of the directions, gravity and inputs change, iterated. See "Arcs" in docs/theory.md for the equations.
+//! turn of the directions, gravity and inputs change, iterated. See "Arcs" in docs/theory.md, and [`Shape`].
 
 use crate::engine::Peak;
 use crate::engine::cluster::{BallOnArc, ContactDirection};
@@ -21,6 +21,18 @@ const STEPS: usize = 4;
 type Values = [f64; 2 * NODES];
 
 /// The impact along a fixed direction for one exponent p of the force law, at nodes.
+///
+/// There the overlap is `q phi(t / T0)`, with the largest overlap q and the duration `T0` in closed form. The turn of
+/// the directions, gravity and inputs make it `q (phi + y)(x)`, `x = t / T`, `T = (1 + late) T0`, with a small y and
+/// `y(1) = 0`. With N, which has the pull, the turn, `late`, and what is not linear in y,
+///
+/// ```text
+/// phi'' = -kappa phi^p,     phi'(0) = sigma,     kappa = sigma^2 (p+1) / 2,     e = phi + (p-1) / 2 x phi'
+/// y = (e integral(phi' N) - phi' integral(e N)) / kappa + 2 late / (p+1) e
+/// ```
+///
+/// Each iteration adds `y(1) / sigma` to `late` and `y(1) / sigma x phi'` to y. The velocities follow from twice the
+/// initial rate, in double-double, plus small integrals.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     p: f64,

@@ -1,6 +1,42 @@
 //! The damping laws of contacts. All of them add `C (d / d_ref)^s r` to the elastic force `k d (d / d_ref)^(p-1)`, for
 //! an overlap d > 0 and its rate r. [`contact`](super::contact) and [`forces`](super::forces)
 //! compute the forces.
+//!
+//! # A new law
+//!
+//! A damping law of this form takes an item of [`DampingLaw`] with its arm in [`Parameters::contacts_lose`], and its
+//! arm in [`Damping::selected`]; C = 0 means no damping. Another exponent is a [`Growth`], for which the compiler asks
+//! in `contact.rs` and `forces.rs`. A coefficient of its own is one more parameter, whose name goes into
+//! `LOSS_PARAMETERS` of the table of variables. The methods ask a [`ContactLaw`](super::ContactLaw):
+//!
+//! - outputs, `bdf`, `adams` and `rk4` for `force`; `bdf` and peaks also for `force_slopes`;
+//! - series and derivatives by time for `force_series`, `unclipped_force`, `sign_of_force`, `damping_coefficient`, and
+//!   to an order of magnitude for `relaxation_time` and `largest_negligible_overlap`;
+//! - Gauss collocation for `unclipped_forces`, `damping_forces`, `sign_of_force`, `branch_exponents` and
+//!   `relaxes_within`, at the start of a step for `unclipped_force` and `force_slopes`;
+//! - implicit collocation for `continued`: where that ends, only steps that stay at d > 0;
+//! - natural modes for `is_linear` and `damping_coefficient`, the impact of two for `is_elastic`;
+//! - events for `mode_when_closed` and `clips`.
+//!
+//! Clipping is found from `sign_of_force`, `(d / d_ref)^(p-s) + b r`, because the sign of the force itself is rounding
+//! where the elastic force almost vanishes.
+//!
+//! A new elastic law needs arms in `elastic_force`, `elastic_energy`, `elastic_continued`, `power`, `force_series`,
+//! `unclipped_forces`, `whole_exponent`, `branch_exponents`, `static_overlap` (finite even where nothing balances the
+//! force, because scales of velocities follow from it) and `largest_overlap` (to a few digits). Under a power law the
+//! deepest contact is the stiffest, and many scales rest on that. These places take it for granted; they need an arm of
+//! their own or must refuse the law:
+//!
+//! - `is_linear`, [`Damping::selected`], `sign_of_force` and `damping_for`; `largest_negligible_overlap` and
+//!   `relaxation_time`, which use inverse powers; `relaxes_within`, by which force times overlap is p + 1 times the
+//!   energy;
+//! - `PairImpact::new` and `along_arcs`, which ask only whether the law is elastic; `law_derivatives` of the tape;
+//! - Gauss collocation: a step that is short for the largest overlap is short for a power law. A slope that changes
+//!   within much less needs a limit where a step is planned (`Planner::new`) and one at its nodes (`conclude` returns
+//!   `TooLong`), or all nodes may lie beyond the change. `SENSITIVITY` and the forecasts of `plan.rs` use the exponent;
+//! - `Cluster::describe`: by implicit collocation, undamped contacts that ring by a small part of the largest speed
+//!   lose 1e-10 of the energy;
+//! - `Dynamics::new`, whose scale of overlaps is `largest_overlap`: `adams` and `bdf` may lose two digits.
 
 use super::parameters::{DampingLaw, Parameters};
 use crate::solver::dual::Scalar;

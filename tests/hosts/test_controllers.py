@@ -4,7 +4,7 @@ import newtons_cradle as nc
 import pytest
 
 
-def test_a_controller_of_ones_own(fmu):
+def test_controller_of_ones_own(fmu):
     """An active brake on ball 1 does what a drag on that ball would: its energy falls."""
     swing, record = nc.lifted(1, amplitude=0.1), ["x", "E_total"]
     with fmu.start(swing) as run:
@@ -26,7 +26,7 @@ def test_a_controller_of_ones_own(fmu):
 @pytest.mark.parametrize(
     ("begin", "end", "step"), [(0.0, 10.0, 0.01), (0.0, 0.7, 0.1), (0.35, 1.0, 0.1), (0.3, 0.95, 0.1)]
 )
-def test_until_steps_on_the_grid(fmu, begin, end, step):
+def test_run_until_steps_on_the_grid(fmu, begin, end, step):
     """Of multiples of the step, whatever their rounding; the last step ends where it was asked to."""
     with fmu.start() as run:
         if begin:
@@ -37,7 +37,7 @@ def test_until_steps_on_the_grid(fmu, begin, end, step):
     assert times == [begin, *points, end]
 
 
-def test_until_goes_on_after_steps_of_the_loop(fmu):
+def test_run_until_goes_on_after_steps_of_the_loop(fmu):
     with fmu.start() as run:
         for time in run.until(1.0, 0.25):
             if time == 0.25:

@@ -116,7 +116,7 @@ return source.pulses.length"""
 
 @pytest.mark.parametrize("pace", [1, 0.01])
 @pytest.mark.parametrize("preset", PRESETS)
-def test_live_curves_are_those_of_the_engine(page, preset, pace):
+def test_curves_live_are_those_of_the_engine(page, preset, pace):
     """Steps of velocities and spikes of forces stand where they are and are as high as they are, however few pictures
     there are; what is wide enough to be seen has its shape."""
     page.js("location.hash = arguments[0]", f"#preset={preset}&lift=2&show=force,velocity")
@@ -138,7 +138,7 @@ def runs(request, fmu) -> list[nc.Result]:
 
 
 @pytest.mark.parametrize(("which", "pace"), [(0, 1), (0, 0.002), (1, 1)])
-def test_recorded_curves_are_those_of_the_engine(browser, runs, tmp_path, which, pace):
+def test_curves_recorded_are_those_of_the_engine(browser, runs, tmp_path, which, pace):
     runs[which].page(tmp_path / "run.html")
     browser.open_cradle(tmp_path / "run.html")
     browser.js("""cradle.clock.slowAt('no'); cradle.setPace(arguments[0]); cradle.set('force', true);
@@ -162,7 +162,7 @@ cradle.seek((source.live ? source.shownClick : source.openable[0]).begin + 1e-9)
 @pytest.mark.parametrize("size", ["desktop", "phone"])
 @pytest.mark.parametrize("live", [True, False], ids=["live", "recorded"])
 @pytest.mark.parametrize("preset", PRESETS)
-def test_forces_are_named_at_their_peaks(browser, live_path, fmu, tmp_path, preset, live, size):
+def test_labels_of_forces_stand_at_their_peaks(browser, live_path, fmu, tmp_path, preset, live, size):
     """Steel balls in touch push twice: the label stands at the higher one. None covers another."""
     path = live_path
     if not live:

@@ -65,7 +65,7 @@ def test_derivatives_of_the_last_step(fmu, fmu3):
     assert np.diag(found[0][5:10, :5]) == pytest.approx(0.01 * np.ones(5), rel=1e-3)  # a force on 1 kg for 0.01 s
 
 
-def test_what_has_no_derivatives_says_so(fmu, fmu3):
+def test_derivatives_that_do_not_exist_are_refused_in_words(fmu, fmu3):
     with fmu.start() as run:
         run.step(0.1)
         with pytest.raises(nc.FmuError, match=r"over the run need FMI 3.0; `nc.build\(fmi=3\)` makes an FMU"):
@@ -82,7 +82,7 @@ def test_what_has_no_derivatives_says_so(fmu, fmu3):
             run.derivative("x", [])
 
 
-def test_a_fit_says_what_it_needs(fmu, fmu3):
+def test_fit_says_what_it_needs(fmu, fmu3):
     pytest.importorskip("scipy")
     track = {"time": [0.5, 1.0], "x": np.zeros((2, 5))}
     for call, complaint in (
@@ -132,7 +132,7 @@ def test_a_fit_says_what_it_needs(fmu, fmu3):
             call()
 
 
-def test_a_fit_takes_results_and_finds_what_they_were_made_with(fmu3):
+def test_fit_finds_what_results_were_made_with(fmu3):
     pytest.importorskip("scipy")
     film = fmu3.simulate(SOFT, stop=3.0, step=0.05, record=["x"])
     guess = {"contact.stiffness": 1.4e6, "contact.damping": 20.0}

@@ -89,11 +89,11 @@ def spread(*names: str) -> list[str]:
     return found
 
 
-def test_fmpy_validate_finds_nothing(fmu_path):
+def test_description_passes_fmpys_validation(fmu_path):
     assert validate_fmu(str(fmu_path)) == []
 
 
-def test_identity_capabilities_and_default_experiment(fmu):
+def test_description_identity_capabilities_and_default_experiment(fmu):
     description = fmu.description
     assert (description.fmiVersion, description.modelName) == ("2.0", "NewtonsCradle")
     assert description.modelExchange.modelIdentifier == "NewtonsCradle"
@@ -111,7 +111,7 @@ def test_identity_capabilities_and_default_experiment(fmu):
 
 
 @pytest.mark.parametrize("name", VARIABLES)
-def test_variables_keep_name_unit_and_default(fmu, name):
+def test_description_variables_keep_name_unit_and_default(fmu, name):
     kind, unit, start = VARIABLES[name]
     *variability, causality = kind.split()
     for i, element in enumerate(spread(name)):
@@ -123,20 +123,20 @@ def test_variables_keep_name_unit_and_default(fmu, name):
             assert float(variable.start) == (start[i] if isinstance(start, tuple) else start)
 
 
-def test_the_table_has_every_variable_and_outputs_in_their_order(fmu):
+def test_description_has_every_variable_and_outputs_in_order(fmu):
     assert sorted(fmu.variables) == sorted(spread(*VARIABLES))
     wanted = [name for name, (kind, *_) in VARIABLES.items() if kind.endswith("output")]
     assert list(fmu.outputs) == spread(*wanted)
     assert [unknown.variable.name for unknown in fmu.description.outputs] == list(fmu.outputs)
 
 
-def test_value_references_stay(fmu):
+def test_description_value_references_stay(fmu):
     """They count the rows of the table: a row that is not its last would change those that follow."""
     names = ("gravity", "x[1]", "pendulum.model", "F_support_vertical")
     assert [fmu.variables[name].valueReference / 2**14 for name in names] == [0, 30, 60, 63]
 
 
-def test_states_of_model_exchange_in_their_order(fmu):
+def test_description_states_are_in_order(fmu):
     states = ["x[1]", "overlap[#c]", "v[#n]", "impulse[#c]", "E_dissipated", "W_external"]
     rates = ["v[1]", "der(overlap[#c])", "a[#n]", "F[#c]", "der(E_dissipated)", "der(W_external)"]
     found = [unknown.variable for unknown in fmu.description.derivatives]
@@ -144,6 +144,6 @@ def test_states_of_model_exchange_in_their_order(fmu):
     assert [variable.derivative.name for variable in found] == spread(*states)
 
 
-def test_log_categories(fmu):
+def test_description_log_categories(fmu):
     names = {category.name for category in fmu.description.logCategories or []}
     assert names == {"logEvents", "logSolver", "logStatusWarning", "logStatusDiscard", "logStatusError"}

@@ -111,12 +111,12 @@ REFUSED = {
 }
 
 
-def test_every_call_gives_the_same_bits_in_any_environment_and_leaves_it(fmu, host):
+def test_floating_point_environment_changes_no_bit_and_is_left_alone(fmu, host):
     """The derivative of a step in which rigid balls stay in touch is refused as well."""
     assert host(fmu, cases(5), environments=7) == REFUSED | {"rigid"}
 
 
-def test_more_balls_need_no_larger_stack(cradle, fmu_path, host):
+def test_stack_does_not_grow_with_the_balls(cradle, fmu_path, host):
     """Forty balls in touch have natural modes, more have none."""
     touching = {name: values for name, values in cases(40).items() if "touching" in name}
     assert host(cradle(balls=40, binaries=fmu_path), touching, environments=1) >= REFUSED & touching.keys()

@@ -28,7 +28,7 @@ STUDY = EXAMPLES / "study/study.py"
 NOTEBOOK = EXAMPLES / "five_minutes.ipynb"
 
 
-def test_the_papers_experiments(paper):
+def test_example_paper(paper):
     """All figures; every number of their table holds."""
     out, done = paper
     assert "DIFFERS" not in done.stdout
@@ -40,7 +40,7 @@ def test_the_papers_experiments(paper):
     assert table[-1] == "end,stopped,stopped,stopped,moving,moving"
 
 
-def test_a_controller_acts_at_the_very_onset(fmu3, tmp_path):
+def test_example_controller_acts_at_the_onset(fmu3, tmp_path):
     """With event mode it keeps the exact energy and tempo; on a grid the errors shrink with the step only."""
     script = EXAMPLES / "events/metronome.py"
     ended(sys.executable, script, "--fmu", fmu3.path, "--out", tmp_path, "--stop", "4.5")
@@ -57,7 +57,7 @@ def test_a_controller_acts_at_the_very_onset(fmu3, tmp_path):
         assert float(grid["time_error"]) > 1e-2 * step and int(grid["calls"]) == round(4.5 / step)
 
 
-def test_the_loss_laws_over_the_speed(fmu, tmp_path):
+def test_example_losses_over_the_speed(fmu, tmp_path):
     """All have the same e at 1 m/s; the table of docs/loss-laws.md, and how 1 - e grows with slow speeds, for Hertz contacts
     and linear ones."""
     ended(sys.executable, EXAMPLES / "losses/laws.py", "--fmu", fmu.path, "--out", tmp_path)
@@ -78,7 +78,7 @@ def test_the_loss_laws_over_the_speed(fmu, tmp_path):
         assert np.log10(fast / slow) == pytest.approx(power, abs=0.01)
 
 
-def test_a_fit_finds_stiffness_and_damping(fmu3, tmp_path):
+def test_example_fit_finds_stiffness_and_damping(fmu3, tmp_path):
     """Within the statistical error, which is small, and in no more runs than iterations need."""
     done = ended(sys.executable, FIT, "--fmu", fmu3.path, "--out", tmp_path)
     assert (tmp_path / "contacts.png").read_bytes().startswith(b"\x89PNG")
@@ -91,7 +91,7 @@ def test_a_fit_finds_stiffness_and_damping(fmu3, tmp_path):
     assert iterations <= 6 and runs <= iterations + 2
 
 
-def test_a_fit_uses_the_derivatives_of_the_run(fmu3, monkeypatch):
+def test_example_fit_uses_the_derivatives_of_the_run(fmu3, monkeypatch):
     """Its Jacobian is that of the positions, and without it there is no fit."""
     monkeypatch.syspath_prepend(FIT.parent)
     import contacts
@@ -113,7 +113,7 @@ def test_a_fit_uses_the_derivatives_of_the_run(fmu3, monkeypatch):
             nc.fit(track, by=contacts.GUESS, fmu=fmu3, values=contacts.LINEAR)
 
 
-def test_c12_agrees_with_what_does_not_use_the_fmu(fmu_path, tmp_path):
+def test_example_c12_agrees_with_independent_results(fmu_path, tmp_path):
     """In every task, to rounding; and compliant contacts approach rigid ones as they become short."""
     ended(sys.executable, EXAMPLES / "c12/spheres.py", "--fmu", fmu_path, "--out", tmp_path)
     rigid, _, compliant = (tmp_path / "report.md").read_text(encoding="utf-8").partition("## Compliant")
@@ -126,7 +126,7 @@ def test_c12_agrees_with_what_does_not_use_the_fmu(fmu_path, tmp_path):
         assert float(short) == pytest.approx(1e-5 * float(long), rel=0.2) and float(short) > 0
 
 
-def test_the_page_on_engines_shows_the_results(monkeypatch):
+def test_example_engines_results_are_those_of_the_document(monkeypatch):
     """Those that are committed, of cases of the benchmark, with the versions that are pinned."""
     monkeypatch.syspath_prepend(EXAMPLES / "engines")
     import compare
@@ -139,7 +139,7 @@ def test_the_page_on_engines_shows_the_results(monkeypatch):
     assert all(f"=={version}\n" in pinned for version in results["versions"].values())
 
 
-def test_the_page_on_engines_shows_what_the_fmu_predicts():
+def test_example_engines_page_shows_what_the_fmu_predicts():
     """Velocities, the times of contacts, and the factors of a wave, but not how long the runs took."""
     printed = ended(sys.executable, EXAMPLES / "engines/experiments.py").stdout.split("equal-5-hertz")[0]
     page = (ROOT / "docs/makers/engines.md").read_text(encoding="utf-8")
@@ -162,7 +162,7 @@ def test_the_page_on_engines_shows_what_the_fmu_predicts():
         (STUDY, PLANT, "it is the model CartAndCoil; allowed: NewtonsCradle"),
     ],
 )
-def test_another_fmu_is_refused(fmu_path, producer, tmp_path, example, given, complaint):
+def test_example_refuses_another_fmu(fmu_path, producer, tmp_path, example, given, complaint):
     """Before any run, in a sentence: no traceback, no table of checks that fail."""
     if isinstance(given, list):
         path = repacked(producer, fmu_path, tmp_path / "other.fmu", *given)
@@ -180,7 +180,7 @@ def test_another_fmu_is_refused(fmu_path, producer, tmp_path, example, given, co
     assert not out.exists() or not list(out.iterdir())
 
 
-def test_the_notebook_leads_to_figure_5(tmp_path):
+def test_example_notebook_leads_to_figure_5(tmp_path):
     notebook = nbformat.read(NOTEBOOK, as_version=4)
     environment = os.environ | {"PYTHONPATH": str(ROOT / "python"), "IPYTHONDIR": str(tmp_path)}
     client = NotebookClient(
@@ -195,7 +195,7 @@ def test_the_notebook_leads_to_figure_5(tmp_path):
     assert not any(output.get("name") == "stderr" for output in outputs)
 
 
-def test_the_notebook_is_kept_without_outputs():
+def test_example_notebook_is_kept_without_outputs():
     notebook = nbformat.read(NOTEBOOK, as_version=4)
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert cells and all(cell.outputs == [] and cell.execution_count is None for cell in cells)

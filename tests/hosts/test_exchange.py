@@ -36,7 +36,7 @@ def last(result) -> list[int]:
 
 
 @pytest.mark.parametrize(("tolerance", "limit"), [(1e-8, 1e-4), (1e-10, 1e-5), (1e-12, 1e-7)])
-def test_figure_6_mapped_in_cvode(fmu, tolerance, limit):
+def test_exchange_mapped_figure_6_in_cvode(fmu, tolerance, limit):
     """240 s; what is left is the error of BDF in flight. It depends on the steps that CVODE happens to take: at
     1e-10, nominal values changed by any factor gave between 6e-8 and 7e-6."""
     options = {"relative_tolerance": tolerance, "output_interval": 0.1}
@@ -50,7 +50,7 @@ CHAINS = {case["id"]: case for case in REFERENCE["free_chain"] if case["N"] == N
 
 
 @pytest.mark.parametrize("case", CHAINS)
-def test_resolved_impacts_against_the_reference(fmu, case):
+def test_exchange_resolved_impacts_against_the_reference(fmu, case):
     """The impacts of a free chain, integrated by CVODE: final velocities and impulses beside those in quadruple
     precision."""
     chain = CHAINS[case]
@@ -88,7 +88,7 @@ def drawn(seed: int) -> dict:
 
 
 @pytest.mark.parametrize("contacts", [MAPPED, pytest.param(RESOLVED, marks=pytest.mark.all)])
-def test_no_contact_of_random_cradles_is_missed(fmu, monkeypatch, contacts):
+def test_exchange_misses_no_contact_of_random_cradles(fmu, monkeypatch, contacts):
     """40 cradles: after each event no open contact overlaps by more than its nominal value and approaches. Mapped,
     the pulses are those of co-simulation."""
     overlaps, rates, contact = (

@@ -20,7 +20,7 @@ NAMES += ["E_total", "p_total", "F_support", "E_dissipated", "E_residual"]
 
 @pytest.mark.parametrize("step", [2.0**-10, 2.0**-3, 10.0])
 @pytest.mark.parametrize("setup", [nc.figure5(), nc.steel()], ids=["figure5", "steel"])
-def test_the_same_bits_as_fmi_2(make3, fmu, step, setup):
+def test_fmi3_has_the_bits_of_fmi_2(make3, fmu, step, setup):
     stop = 20.0 if step == 10.0 else 1.5
     run = fmu.simulate(setup, stop=stop, step=step, record=NAMES)
     reference = {family: run[family] for family in NAMES}
@@ -37,7 +37,7 @@ def test_the_same_bits_as_fmi_2(make3, fmu, step, setup):
 
 
 @pytest.mark.parametrize("balls", [1, 13])
-def test_the_host_chooses_the_number_of_balls(make3, fmu_path, balls):
+def test_fmi3_host_chooses_the_number_of_balls(make3, fmu_path, balls):
     cradle = make3(balls=balls)
     assert cradle.get("n") == balls and len(cradle.get("x")) == balls
     cradle.step(0.0, 1.0)
@@ -50,7 +50,7 @@ def test_the_host_chooses_the_number_of_balls(make3, fmu_path, balls):
         assert cradle.get("overlap").tolist() == [-1e30] and cradle.get("inContact").tolist() == [False]
 
 
-def test_variables_are_those_of_fmi_2(fmu, fmu3):
+def test_fmi3_variables_are_those_of_fmi_2(fmu, fmu3):
     assert list(fmu.outputs) == list(fmu3.outputs) and fmu.balls == fmu3.balls
     assert set(fmu.variables) - set(fmu3.variables) == {"t_next_isOnset"}
     for name in set(fmu.variables) & set(fmu3.variables):
@@ -60,7 +60,7 @@ def test_variables_are_those_of_fmi_2(fmu, fmu3):
     assert fmu.items("contact.model") == fmu3.items("contact.model")
 
 
-def test_a_new_number_of_balls_keeps_the_scalars(make3):
+def test_fmi3_new_number_of_balls_keeps_the_scalars(make3):
     cradle = make3(initialize=False)
     cradle.set("pendulum.length", 0.5)
     cradle.resize(7)
@@ -71,7 +71,7 @@ def test_a_new_number_of_balls_keeps_the_scalars(make3):
     assert cradle.get("contact.gap").tolist() == [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6, 0.25]
 
 
-def test_what_is_refused_is_named(make3):
+def test_fmi3_names_what_it_refuses(make3):
     @contextmanager
     def refused(status, *words):
         with pytest.raises(FMICallException) as error:
@@ -110,7 +110,7 @@ def test_what_is_refused_is_named(make3):
     assert cradle.get("x")[0] == -0.1  # Terminated: the last values are there.
 
 
-def test_categories_of_the_log_are_switched_one_by_one(make3):
+def test_fmi3_log_categories_are_switched_one_by_one(make3):
     def logged():
         cradle.lines.clear()
         with pytest.raises(FMICallException):
@@ -127,7 +127,7 @@ def test_categories_of_the_log_are_switched_one_by_one(make3):
         assert logged() == expected
 
 
-def test_slopes_of_inputs_are_those_of_fmi_2(make3):
+def test_fmi3_slopes_of_inputs_are_those_of_fmi_2(make3):
     cradle = make3({"gravity": 0.0, "x_start": np.zeros(5)})
     cradle.set("F_ext", [0.0, 0.0, 0.0, 0.0, 1.0])
     cradle.set("der(F_ext)", [0.0, 0.0, 0.0, 0.0, 2.0])
@@ -140,7 +140,7 @@ def test_slopes_of_inputs_are_those_of_fmi_2(make3):
 
 
 @pytest.mark.parametrize("options", [{}, BOTH], ids=["steps", "events"])
-def test_a_state_goes_on_in_another_instance(make3, options):
+def test_fmi3_state_goes_on_in_another_instance(make3, options):
     one, other = (make3(balls=balls, **options) for balls in (7, 3))
     one.walk(0.0, 0.5)
     other.go_to(one.to_bytes())
@@ -155,7 +155,7 @@ def test_a_state_goes_on_in_another_instance(make3, options):
         one.go_to(bytes(damaged))
 
 
-def test_derivatives(make3):
+def test_fmi3_derivatives(make3):
     cradle = make3(initialize=False)
     cradle.enterInitializationMode()
     known, unknown = ["x_start", "ball.mass"], ["E_total", "F_support", "p_total"]
@@ -179,7 +179,7 @@ def test_derivatives(make3):
     assert np.array(values[:5]).tobytes() == cradle.get("v").tobytes()
 
 
-def test_derivatives_of_the_run(make3):
+def test_fmi3_derivatives_of_the_run(make3):
     unknowns = ["x", "E_total"]
     knowns = ["x_start", "contact.stiffness", "pendulum.length", "F_ext", "pendulum.drag"]
 
@@ -231,7 +231,7 @@ def packed(fmu_path, producer, tmp_path):
     return packed
 
 
-def test_an_fmu_without_clocks(packed):
+def test_fmi3_without_clocks(packed):
     paths = packed("--clocks", "none"), packed()
     names, others = ({v.name for v in fmpy.read_model_description(path).modelVariables} for path in paths)
     assert names < others and all(name.startswith(("onset.", "release.")) for name in others - names)
@@ -241,7 +241,7 @@ def test_an_fmu_without_clocks(packed):
 
 
 @pytest.mark.parametrize("clocks", [[], ["--clocks", "none"]], ids=["clocks", "no clocks"])
-def test_an_fmu_of_scalars(packed, fmu_path, clocks):
+def test_fmi3_without_arrays(packed, fmu_path, clocks):
     """It has the doubles of FMI 2.0 in both kinds."""
     path = packed("--scalars", *clocks)
     names = [f"{name}[{i}]" for name in ("x", "v", "F", "overlap", "pulses") for i in range(1, 5)]
@@ -255,7 +255,7 @@ def test_an_fmu_of_scalars(packed, fmu_path, clocks):
 
 
 @pytest.mark.parametrize(("contacts", "tolerance"), [(MAPPED, 1e-8), (RESOLVED, 1e-10)])
-def test_model_exchange_in_cvode(fmu3, contacts, tolerance):
+def test_fmi3_exchange_in_cvode(fmu3, contacts, tolerance):
     """tests/rust/fmi3 and the crate `fmi-rs` compare model exchange with that of FMI 2.0, bit by bit."""
     result = fmpy.simulate_fmu(
         str(fmu3.path),
@@ -273,7 +273,7 @@ def test_model_exchange_in_cvode(fmu3, contacts, tolerance):
 
 
 @pytest.mark.parametrize("balls", [1, 2, 13])
-def test_states_of_model_exchange_for_any_number_of_balls(make3, balls):
+def test_fmi3_exchange_states_for_any_number_of_balls(make3, balls):
     cradle = make3(balls=balls, exchange=True)
     states = cradle.getNumberOfContinuousStates()
     assert (states, cradle.getNumberOfEventIndicators()) == (3 * balls + 2, 2 * balls)
@@ -283,7 +283,7 @@ def test_states_of_model_exchange_for_any_number_of_balls(make3, balls):
     assert (cradle.vector("getNominalsOfContinuousStates", states) > 0).all()
 
 
-def test_derivatives_by_states_are_those_of_the_equations(make3):
+def test_fmi3_exchange_derivatives_by_states_are_those_of_the_equations(make3):
     cradle = make3(exchange=True)
     unknowns, knowns = ["der(q)", "a", "E_total"], ["q", "v", "F_ext"]
     columns = [cradle.derivative("Directional", unknowns, knowns, seed, 11) for seed in np.eye(15)]
@@ -298,7 +298,7 @@ def test_derivatives_by_states_are_those_of_the_equations(make3):
 
 @pytest.mark.all
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_instances_of_fmi_3_leave_no_memory_behind(fmu3):
+def test_fmi3_instances_leave_no_memory_behind(fmu3):
     """FMPy loads the library for each and unloads it afterwards: what it keeps in statics is lost. What FMI 2.0 might
     keep besides, AddressSanitizer finds in tests/rust/ffi."""
 

@@ -15,7 +15,7 @@ def pulses(lines):
 
 
 @pytest.mark.parametrize("options", [BOTH, {"eventModeUsed": True}])
-def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
+def test_clocks_tick_once_for_each_pulse_of_ten_minutes(make3, options):
     cradle = make3(nc.preset("figure6"), **options)
     ticks = [*cradle.told, *(tick for i in range(6) for tick in cradle.walk(100.0 * i, 100.0 * (i + 1)))]
     log = pulses(cradle.lines)
@@ -33,7 +33,7 @@ def test_each_pulse_of_ten_minutes_ticks_once(make3, options):
 
 
 @pytest.mark.parametrize("options", [{}, BOTH])
-def test_the_pulses_as_bytes_are_those_of_the_log(make3, options):
+def test_clocks_bytes_of_pulses_are_those_of_the_log(make3, options):
     cradle = make3(nc.preset("figure6"), **options)
     assert cradle.csv() == []
     cradle.walk(0.0, 30.0)
@@ -48,7 +48,7 @@ def test_the_pulses_as_bytes_are_those_of_the_log(make3, options):
     assert 490 <= len(kept) < len(pulses(cradle.lines)) and kept == pulses(cradle.lines)[-len(kept) :]
 
 
-def test_a_step_ends_at_the_onset(make3):
+def test_early_return_is_at_the_onset(make3):
     cradle = make3(**BOTH)
     due = cradle.due
     assert due == cradle.get("t_next")
@@ -68,7 +68,7 @@ def test_a_step_ends_at_the_onset(make3):
     assert cradle.step(time, due - time) == (True, False, due)
 
 
-def test_an_event_just_ahead_is_due(make3):
+def test_event_just_ahead_is_due(make3):
     cradle = make3(**BOTH)
     due = cradle.due
     before = np.nextafter(np.nextafter(due, 0), 0)
@@ -84,12 +84,12 @@ def test_an_event_just_ahead_is_due(make3):
     assert not cradle.get("onset.clock") and cradle.events() == ([], due)
 
 
-def test_contacts_closed_at_the_start_tick_first(make3):
+def test_clocks_tick_first_for_contacts_closed_at_the_start(make3):
     cradle = make3({"x_start": [0.0] * 5, "contact.gap": [-1e-5] * 4}, **BOTH)
     assert cradle.told == [{"onset": (0.0, (0, 1, 2, 3))}] and cradle.get("pulses").tolist() == [1] * 4 + [0]
 
 
-def test_simultaneous_impacts_are_one_tick_each_time(make3):
+def test_clocks_tick_once_for_simultaneous_impacts(make3):
     start = {"contact.model": 3, "contact.restitution": 1.0, "contact.deadBand": 0.0}
     cradle = make3(start | {"x_start": [-0.1, 0.0, 0.0, 0.0, 0.1]}, **BOTH)
     ticks = cradle.walk(0.0, 1.0)
@@ -99,7 +99,7 @@ def test_simultaneous_impacts_are_one_tick_each_time(make3):
     assert ticks[0]["onset"][1][0] == 0 and cradle.get("pulses").sum() == closed == opened
 
 
-def test_the_host_is_called_at_each_event_of_a_step(make3):
+def test_intermediate_update_is_called_at_each_event(make3):
     seen = []
 
     def record(_environment, time, may_set, may_get, finished, may_end, *_):
@@ -116,7 +116,7 @@ def test_the_host_is_called_at_each_event_of_a_step(make3):
     assert seen == [(time, time) for time in sorted(set(times))] and len(seen) > 4
 
 
-def test_the_host_may_act_within_a_step(make3):
+def test_intermediate_update_may_set_inputs(make3):
     def act(_environment, time, _set, _get, _finished, may_end, requested, end):
         acted.append(time)
         if len(acted) == 1:
@@ -136,7 +136,7 @@ def test_the_host_may_act_within_a_step(make3):
     assert cradle.get("x") == pytest.approx(other.get("x"), abs=1e-15)
 
 
-def test_inputs_of_an_event_act_at_once(make3):
+def test_event_mode_inputs_act_at_once(make3):
     cradle = make3(nc.figure5(), **BOTH)
     before = cradle.get("t_next")
     cradle.step(0.0, 0.125)

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.all
         {"x_start[1]": -0.15, "v_start": [0, 0, 0.1, 0, 0], "contact.gap[4]": 1e-4, "ball.massRatio[5]": 2.0},
     ],
 )
-def test_data_frames_are_those_of_fmi_2(fmu, fmu3, values):
+def test_package_with_fmi3_has_the_data_frames_of_fmi_2(fmu, fmu3, values):
     one, other = (
         each.simulate(values, stop=3.0, inputs=lambda t: {"a_support": 0.1 * (t > 1.0)}) for each in (fmu, fmu3)
     )
@@ -29,7 +29,7 @@ def test_data_frames_are_those_of_fmi_2(fmu, fmu3, values):
 
 
 @pytest.mark.parametrize("method", ["eventDriven", "adams"])
-def test_an_impact_in_nanoseconds_is_the_same(fmu, fmu3, method):
+def test_package_with_fmi3_zooms_the_same(fmu, fmu3, method):
     """Without the variable that tells an onset from a time up to which there is none, as far as one look of `adams`
     goes."""
     found = []
@@ -44,7 +44,7 @@ def test_an_impact_in_nanoseconds_is_the_same(fmu, fmu3, method):
         run.step_to_onset()
 
 
-def test_the_recording_is_the_same(fmu_path, fmu3):
+def test_package_with_fmi3_records_the_same(fmu_path, fmu3):
     setup, told = {"contact.deadBand": 1e-6}, []
     paths = (fmu_path, fmu3.path)
     one, other = (dict(vars(from_fmu(path, setup, stop=2.0, progress=told.append))) for path in paths)

@@ -38,7 +38,7 @@ def read(page) -> str:
     return page.find("h1").text + " " + page.find("#about").text
 
 
-def test_the_lesson_is_followed_by_ear_and_keys(browser, live_path):
+def test_heard_lesson_is_followed_by_ear_and_keys(browser, live_path):
     """Each step says what is new, asks, and tells who pushed whom, when and how hard, and what flew out."""
     browser.visit(live_path, "#preset=textbook")
     browser.js(LISTEN)
@@ -79,7 +79,7 @@ def test_the_lesson_is_followed_by_ear_and_keys(browser, live_path):
     assert browser.find("h1").text == "Newton's cradle"
 
 
-def test_a_ball_is_lifted_by_ear_and_keys(page):
+def test_heard_ball_is_lifted_by_ear_and_keys(page):
     """Its slider says where it is, in mm; the picture's name what moves."""
     page.js(LISTEN + "cradle.stopAll()")
     go_to(page, "Ball 1")
@@ -99,7 +99,7 @@ def test_a_ball_is_lifted_by_ear_and_keys(page):
     page.wait("cradle.stages[0].canvas.ariaLabel.endsWith('Each ball hangs still.')")
 
 
-def test_clicks_of_a_recording_are_told_to_who_goes_to_them(browser, recorded_path):
+def test_heard_clicks_of_a_recording_are_told(browser, recorded_path):
     browser.open_cradle(recorded_path, still=True)
     browser.js(LISTEN)
     browser.keys("]")

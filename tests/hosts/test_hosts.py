@@ -50,7 +50,7 @@ def program(name) -> Path:
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
-def test_fmi_sim(fmu_path, producer, plain, tmp_path, kind):
+def test_host_fmi_sim(fmu_path, producer, plain, tmp_path, kind):
     """The program of the rust-fmi project: what it writes of an FMU of FMI 3.0 with scalars is that of FMI 2.0, digit
     by digit. In model exchange, by Euler's method, the energy grows as it does in FMPy's."""
     scalars = repacked(producer, fmu_path, tmp_path / "s.fmu", "--fmi", "3", "--scalars", "--clocks", "none")
@@ -85,7 +85,7 @@ def by_fmi_rs(fmu, names, step, folder, *options) -> tuple[dict, str]:
 
 
 @pytest.mark.parametrize("options", [(), ("events",), ("events", "early"), ("located",)])
-def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3, tmp_path, options):
+def test_host_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3, tmp_path, options):
     """Early return adds every onset and release. In model exchange, by a method that ends steps at events, the energy
     grows by that method, less at each step that an event or a communication point cuts in two."""
     pulses = fmu.simulate(stop=STOP).pulses
@@ -109,7 +109,7 @@ def test_the_crate_fmi_rs_gives_the_same_bits_in_both_versions(fmu, fmu3, tmp_pa
 
 
 @pytest.mark.parametrize("balls", [1, 2, 5, 13, 1000])
-def test_the_crate_fmi_steps_from_event_to_event(fmu3, fmu_path, cradle, balls):
+def test_host_crate_fmi_steps_from_event_to_event(fmu3, fmu_path, cradle, balls):
     """The positions of a run in one step, and a tick of the clocks for each onset and release."""
     stop = 1.0 if balls == 1000 else STOP
     lines = ended(program("events"), fmu3.path, balls, stop).stdout.splitlines()
@@ -120,14 +120,14 @@ def test_the_crate_fmi_steps_from_event_to_event(fmu3, fmu_path, cradle, balls):
     assert balls == 1 or any(pulses)
 
 
-def test_what_the_crate_fmi_rs_finds_wrong(fmu_path, fmu3, producer, tmp_path):
+def test_host_fmi_rs_validation_findings(fmu_path, fmu3, producer, tmp_path):
     """FMPy wants output clocks among the initial unknowns, this crate does not, and neither minds an FMU without."""
     without = repacked(producer, fmu_path, tmp_path / "no-clocks.fmu", "--fmi", "3", "--clocks", "none")
     with_clocks, none = (by_fmi_rs(fmu, ["x"], STOP, tmp_path)[1] for fmu in (fmu3.path, without))
     assert with_clocks.count("\n") == 1 and "initial unknowns" in with_clocks and none == ""
 
 
-def test_fmutool_finds_nothing(fmu_path, tmp_path):
+def test_host_fmutool_finds_nothing(fmu_path, tmp_path):
     """The checks of the FMU Manipulation Toolbox."""
     done = ended(SCRIPTS / "fmutool", "-input", fmu_path, "-check", cwd=tmp_path)
     said = done.stdout + done.stderr
@@ -135,7 +135,7 @@ def test_fmutool_finds_nothing(fmu_path, tmp_path):
     assert "ERROR" not in said and "WARNING" not in said, said
 
 
-def test_inside_a_container(fmu, fmu_path, plain, tmp_path):
+def test_host_container_of_fmus(fmu, fmu_path, plain, tmp_path):
     """An FMU around ours, made by the FMU Manipulation Toolbox and run by FMPy; its steps are the container's."""
     if not sys.platform.startswith("linux"):
         pytest.skip("the container's binary is tried on Linux only")
@@ -182,7 +182,7 @@ def by_package(host, fmu, names, code=0) -> list:
 
 
 @pytest.mark.parametrize("host", PACKAGES)
-def test_hosts_that_are_python_packages(host, scalars, plain):
+def test_host_python_packages(host, scalars, plain):
     """The doubles of FMPy; in model exchange, by a method of order 5, nearly. Those that read every output as a real
     number stop where one is not."""
     versions, needs_real = PACKAGES[host]

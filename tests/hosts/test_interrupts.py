@@ -52,7 +52,7 @@ def complete(fmu, run):
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers that send signals")
-def test_a_signal_at_any_time_ends_a_run(either):
+def test_interrupt_at_any_time_ends_a_run(either):
     """Ten of them; each would be swallowed if it came while a function in Python took a message."""
     moments = random.Random(7)
     before = signal.signal(signal.SIGALRM, ring)
@@ -68,7 +68,7 @@ def test_a_signal_at_any_time_ends_a_run(either):
         signal.signal(signal.SIGALRM, before)
 
 
-def test_ctrl_c_ends_a_run(either):
+def test_interrupt_by_ctrl_c_ends_a_run(either):
     with either.start() as run:
         timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
         timer.start()
@@ -81,7 +81,7 @@ def test_ctrl_c_ends_a_run(either):
     assert len(either.simulate(stop=0.1, record=["x"])["x"]) == 11
 
 
-def test_what_another_thread_raises_ends_a_run(either):
+def test_interrupt_by_another_thread_ends_a_run(either):
     found = []
 
     def work():
@@ -101,7 +101,7 @@ def test_what_another_thread_raises_ends_a_run(either):
     assert found == [True] * 3
 
 
-def test_no_bytecode_runs_while_a_message_is_taken():
+def test_interrupt_waits_while_a_message_is_taken():
     """A handler of a signal would run, and could raise, in any function in Python that C calls back."""
     for fmi2 in (True, False):
         sink = log.Sink(fmi2)
@@ -113,7 +113,7 @@ def test_no_bytecode_runs_while_a_message_is_taken():
         assert lines == [(0, "logEvents", "contact=1"), (3, "logStatusError", f"a: {percent} b\n")]
 
 
-def test_a_step_in_parts_is_one_step(either, monkeypatch):
+def test_interruptible_step_in_parts_is_one_step(either, monkeypatch):
     """The trajectory, pulses and peaks to the last bit, means as exact as sums are."""
     names = ["x", "v", "impulse", "E_residual", "pulses", "F_peak", "F_mean", "F_support_mean"]
     found = []
@@ -138,7 +138,7 @@ def test_a_step_in_parts_is_one_step(either, monkeypatch):
     assert all(np.array_equal(last[name], again[name]) for name in names)
 
 
-def test_what_sees_single_steps_gets_them(fmu, fmu3, monkeypatch):
+def test_interruptible_step_is_whole_for_observers(fmu, fmu3, monkeypatch):
     """Methods that start anew at communication points, slopes of inputs, derivatives of the last step, callers of
     FMPy's functions."""
     monkeypatch.setattr(parts, "FIRST", 0.01)

@@ -20,7 +20,7 @@ SET_UPS = {
 
 
 @pytest.mark.parametrize("name", SET_UPS)
-def test_the_engine_gives_the_native_bits(page, fmu, name):
+def test_live_engine_gives_the_native_bits(page, fmu, name):
     """A minute of each, sampled at 3841 instants: sums, positions, velocities, pulses."""
     page.assert_native(fmu, {"balls": 5, "start": SET_UPS[name]}, GRID)
 
@@ -70,11 +70,11 @@ CAPTIONS = {
 
 
 @pytest.mark.parametrize("preset, lifted", CAPTIONS)
-def test_captions_tell_what_happens(page, preset, lifted):
+def test_live_captions_tell_what_happens(page, preset, lifted):
     assert page.execute_script(SAID, preset, [-0.1] * lifted) == CAPTIONS[preset, lifted]
 
 
-def test_two_balls_are_dragged_and_let_go(page, fmu):
+def test_live_balls_are_dragged_and_let_go(page, fmu):
     """Ball 2 is lifted, ball 1 comes along. From the release on, for a minute the run is the native one."""
     page.drag(1, -120)
     recipe = page.js("return source.setup.recipe()")
@@ -102,7 +102,7 @@ tell("pointerup", 170);
 return source.setup.values.v_start[4]"""
 
 
-def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
+def test_live_ball_is_thrown_stopped_and_pushed(page):
     # Slowly at first, so that balls are where they were when a hand has reached them.
     page.js("cradle.setPace(1e-3); cradle.lift(1)")
     page.wait("source.run.time > 0")
@@ -136,7 +136,7 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     assert page.js(f"return Math.max(...{impulses}, 0) + source.state.x[4]") > 0
 
 
-def test_a_throw_stays_on_the_arc(page):
+def test_live_throw_stays_on_the_arc(page):
     """However fast the hand, the ball swings to 1.4 rad at most; to which angle, the run says at its start."""
     page.js("cradle.setRunning(false)")
     throw = """source.hold('test', 4, arguments[0]); source.release('test', arguments[1]);
@@ -150,7 +150,7 @@ def test_a_throw_stays_on_the_arc(page):
     page.wait("source.run.time > 0.5")  # the engine follows it there
 
 
-def test_two_fingers_hold_two_balls(page):
+def test_live_fingers_hold_two_balls(page):
     """Both are lifted at once, to either side, and let go in the same instant."""
     paths = []
     for ball, by in ((0, -50), (4, 50)):
@@ -162,7 +162,7 @@ def test_two_fingers_hold_two_balls(page):
     assert page.js("return source.holds.size") == 0
 
 
-def test_any_number_of_balls(page):
+def test_live_any_number_of_balls(page):
     """They are heard, too: sounds are counted, as nobody listens."""
     page.press("rest")  # browsers let a page sound after it was touched
     page.js("cradle.set('sound', true)")
@@ -209,7 +209,7 @@ source.restart = function (...given) {
 };"""
 
 
-def test_the_contact_changes_while_it_swings(page, fmu):
+def test_live_contact_changes_while_it_swings(page, fmu):
     """Each change is a new run from where the balls are when none touch; what follows is the native run."""
     page.js("cradle.lift(2); cradle.panels.toggle('change')")
     page.js(WATCH)
@@ -228,7 +228,7 @@ def test_the_contact_changes_while_it_swings(page, fmu):
     page.assert_native(fmu)
 
 
-def test_what_the_engine_refuses_changes_nothing(page):
+def test_live_refused_change_changes_nothing(page):
     """What it takes but is hardly meant is told, too."""
     page.js("cradle.lift(1); cradle.change({'ball.mass': -1})")
     status = "cradle.controls.status.textContent"
@@ -262,7 +262,7 @@ TOLD = [  # of the losses of a set-up, and the sliders that change these
 
 
 @pytest.mark.parametrize(("link", "told", "sliders"), TOLD)
-def test_losses_are_told_by_every_law(page, link, told, sliders):
+def test_live_losses_are_told_by_every_law(page, link, told, sliders):
     """No slider shows another law's parameter, which it would change the law for."""
     page.js("location.hash = arguments[0]", link)
     page.wait(f"source.setup.alike(Setup.fromLink({json.dumps(link)}).setup)")
@@ -272,7 +272,7 @@ def test_losses_are_told_by_every_law(page, link, told, sliders):
     assert [title for title in (KEPT, LOSS) if title in page.text("#panelbody")] == sliders
 
 
-def test_inside_a_click(page):
+def test_live_inside_a_click(page):
     """Time slows down by itself; then it is ordinary time again."""
     page.js("cradle.choose('steel'); cradle.lift(2); cradle.inside()")
     page.wait("cradle.clock.inside && source.shownClick?.sampled && cradle.clock.rate < 1e-4")
@@ -282,7 +282,7 @@ def test_inside_a_click(page):
     assert page.js("return cradle.clock.rate") == 1
 
 
-def test_two_side_by_side(page):
+def test_live_two_side_by_side(page):
     page.js("cradle.choose('textbook'); cradle.lift(2); cradle.compare('hertz')")
     page.wait("cradle.stages.length === 2 && source.run.time > 1.5")
     shown = "({source}) => [source.setup.recipe().start, source.run.time, Array.from(source.state.x)]"
@@ -297,7 +297,7 @@ def test_two_side_by_side(page):
     assert starts[0] == starts[1] < 0
 
 
-def test_more_contacts_than_time_slow_the_clock_and_not_the_page(page):
+def test_live_clock_slows_before_the_page_does(page):
     # Swings that take 0.4 ms: a second of them is work for several, whatever the machine.
     page.js("cradle.begin(PRESETS.buzzing.setup().with({gravity: 1e8}), null); window.spent = []")
     page.js("(function note() { spent.push(cradle.clock.spent); requestAnimationFrame(note); })()")

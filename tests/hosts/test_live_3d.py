@@ -33,7 +33,7 @@ def look(page, view: str) -> None:
     page.wait(f"cradle.eye.view === '{view}' && cradle.eye.azimuth === cradle.eye.wanted.azimuth")
 
 
-def test_balls_are_drawn_where_hands_look_for_them(space):
+def test_view_3d_draws_balls_where_hands_look_for_them(space):
     """Balls of different sizes, one lifted: each pixel is covered where the places of the balls say so."""
     space.js("cradle.change({'ball.massRatio': [1, 1, 4, 1, 0.5]})")
     space.js("cradle.setRunning(false); cradle.take('test', 4, 0.2); cradle.move('test', 4, 0.2)")
@@ -48,7 +48,7 @@ def test_balls_are_drawn_where_hands_look_for_them(space):
         assert 0.2 < covered[(depth > -1) & (depth < 1)].mean() < 0.8, view
 
 
-def test_a_ball_goes_with_the_pointer(space):
+def test_view_3d_ball_follows_the_pointer(space):
     """It is lifted, those to its left come along."""
     for view, ball in (("front", 1), ("side", 0), ("top", 1)):
         space.js("cradle.stopAll()")
@@ -64,7 +64,7 @@ def test_a_ball_goes_with_the_pointer(space):
         assert space.js("return source.setup.values.x_start") == pytest.approx(wanted, abs=1e-4), view
 
 
-def test_the_view_turns(space):
+def test_view_3d_turns(space):
     """By the button, the key, a pointer or two fingers beside the balls, and the right button anywhere; never below
     the floor."""
     angles = "return [cradle.eye.azimuth, cradle.eye.height]"
@@ -104,7 +104,7 @@ done(Array.from(source.state.x, (x, i) => {
 
 
 @pytest.mark.parametrize("dimensions", [2, 3])
-def test_unlike_balls_are_drawn_as_they_are(space, dimensions):
+def test_view_3d_draws_unlike_balls_as_they_are(space, dimensions):
     """Their sizes are those of their radii; one of lead is darker than those of steel."""
     space.js("cradle.set('space', arguments[0]); cradle.choose('tapered'); cradle.setRunning(false)", dimensions == 3)
     space.drawn()
@@ -121,7 +121,7 @@ def test_unlike_balls_are_drawn_as_they_are(space, dimensions):
 
 @pytest.mark.parametrize("size", ["desktop", "phone"])
 @pytest.mark.parametrize("dimensions", [2, 3])
-def test_a_held_ball_stays_in_the_picture(space, size, dimensions):
+def test_view_3d_keeps_a_held_ball_in_the_picture(space, size, dimensions):
     """With those that it takes along and, in 3D, its shadow, however far it is pulled to either side."""
     space.set_screen(size, still=True)
     space.js("cradle.set('space', arguments[0])", dimensions == 3)
@@ -145,7 +145,7 @@ def test_a_held_ball_stays_in_the_picture(space, size, dimensions):
         space.let_go()
 
 
-def test_it_is_offered_where_it_is_fast_and_chosen_for_good(page, live_path):
+def test_view_3d_is_offered_where_it_is_fast_and_remembered(page, live_path):
     """Elsewhere the key and the panel offer it."""
     button = page.find("#space")
     assert not button.is_displayed()
@@ -168,7 +168,7 @@ def test_it_is_offered_where_it_is_fast_and_chosen_for_good(page, live_path):
     page.js("localStorage.clear(); window.name = ''")
 
 
-def test_what_stands_still_is_drawn_once(space):
+def test_view_3d_draws_once_what_stands_still(space):
     space.wait("cradle.stages[0].scene.painter.drawn")
     drawn = """const {gl} = cradle.stages[0].scene.painter, done = arguments[0];
     let count = 0, frames = 0;
@@ -184,7 +184,7 @@ def test_what_stands_still_is_drawn_once(space):
     assert space.execute_async_script(drawn) >= 8
 
 
-def test_without_webgl_it_is_flat(space):
+def test_view_3d_without_webgl_is_flat(space):
     """Where it is lost, until it is asked for again; and where there is none."""
     space.js("cradle.compare('hertz')")
     space.js("cradle.stages[1].scene.painter.gl.getExtension('WEBGL_lose_context').loseContext()")

@@ -16,7 +16,7 @@ from selenium.webdriver import Keys
 pytestmark = pytest.mark.all
 
 
-def test_the_keyboard_does_everything(page):
+def test_live_page_keyboard_does_everything(page):
     body = page.find("body")
     body.send_keys("2")
     assert page.js("return source.setup.values.x_start") == [-0.1, -0.1, 0, 0, 0]
@@ -48,7 +48,7 @@ def test_the_keyboard_does_everything(page):
 
 
 @pytest.mark.parametrize("still", [False, True])
-def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
+def test_live_page_drawn_hand_shows_how_to_begin(page, live_path, still):
     """It pulls the first ball aside and lets it go, unless motion is to be reduced; who touches the page ends it."""
     page.visit(live_path, still=still)
     hint = "Pull a ball aside and let it go."
@@ -64,14 +64,14 @@ def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
     page.wait(f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{said}'")
 
 
-def test_the_defaults_are_those_of_the_fmu(page, fmu):
+def test_live_page_defaults_are_those_of_the_fmu(page, fmu):
     defaults = page.execute_script("return DEFAULTS")
     assert len(defaults) > 20
     for name, value in defaults.items():
         assert fmu.built_with(name) == fmu.number(name, value), name
 
 
-def test_a_link_carries_the_set_up(page, live_path):
+def test_links_carry_the_set_up(page, live_path):
     """That of both cradles; the button that copies it says so."""
     page.js("cradle.choose('desk'); cradle.change({gravity: 1.62}); cradle.compare('hertz')")
     page.js("cradle.change({'contact.model': 'powerLaw', 'contact.exponent': 3})")
@@ -100,7 +100,7 @@ ODD = {
 
 
 @pytest.mark.parametrize("link", ODD)
-def test_what_a_link_does_not_mean_is_ignored_with_a_word(page, live_path, link):
+def test_links_ignore_what_they_do_not_know_with_a_word(page, live_path, link):
     """While the page is open, and when it opens."""
     for act in (
         lambda: page.js("location.hash = arguments[0]", link),
@@ -125,7 +125,7 @@ def test_links_have_round_numbers(page):
         assert page.js("return Setup.fromLink(arguments[0]).setup.recipe()", link) == recipe
 
 
-def test_only_the_pages_own_scripts_run(page):
+def test_security_policy_runs_only_the_pages_own_scripts(page):
     """Whatever brings another one into it."""
     page.js("""const script = document.createElement("script"); script.textContent = "window.bad = true";
       document.body.append(script);
@@ -136,9 +136,9 @@ def test_only_the_pages_own_scripts_run(page):
     assert any("Content Security Policy" in message for message in logged)
 
 
-def test_the_links_of_the_lesson(page):
+def test_links_of_the_lesson(page):
     """Each opens the step that the page's own lesson has, and is understood."""
-    links = re.findall(r"out/cradle\.html#([^)]+)", (ROOT / "docs/lesson.md").read_text(encoding="utf-8"))
+    links = re.findall(r"\(cradle\.html#([^)]+)", (ROOT / "docs/lesson.md").read_text(encoding="utf-8"))
     assert set(page.execute_script("return LESSON")) <= set(links)
     for link in links:
         page.js("location.hash = arguments[0]", link)
@@ -155,7 +155,19 @@ def test_the_links_of_the_lesson(page):
         assert page.js("return cradle.besideChoice") == "usual"
 
 
-def test_a_web_server_is_as_good(browser, live_path, tmp_path):
+def test_addresses_of_the_documents_are_understood(page, live_path):
+    """All parts of addresses in docs/page.md, which names every cradle to compare with."""
+    text = (ROOT / "docs/page.md").read_text(encoding="utf-8").split("## Addresses")[1]
+    others = re.findall(r"`(\w+)`", re.search(r"compares with (.+?);", text)[1])
+    assert set(others) == set(TEXTS["en"]["besides"]) - {"stop"}
+    parts = [*re.findall(r"`(?:cradle.html#)?([\w.]+=[^`]+|ask)`", text), *(f"beside={name}" for name in others)]
+    assert len(parts) > 20
+    for part in parts:
+        page.load(f"{live_path.as_uri()}#{part}")
+        assert page.js("return cradle.controls.status.textContent") in ("", TEXTS["en"]["turn"]), part
+
+
+def test_live_page_from_a_web_server(browser, live_path, tmp_path):
     """Its site can be installed, and is there when the server no longer is."""
     assert save_site(tmp_path) < 2e6
     newer = "return 'newer' in document.documentElement.dataset"
@@ -192,7 +204,7 @@ URL.createObjectURL = (blob) => {
 savePicture(cradle)"""
 
 
-def test_a_picture_is_kept(page):
+def test_live_page_keeps_a_picture(page):
     """Twice as large as the stage, flat and in 3D, with the balls."""
     for space in (False, True):
         page.js("cradle.set('space', arguments[0])", space)
@@ -214,7 +226,7 @@ def places(text) -> object:
 
 
 @pytest.mark.parametrize("language", sorted(set(TEXTS) - {"en"}))
-def test_a_language_has_all_texts_and_they_fit(page, language):
+def test_languages_have_all_texts_and_they_fit(page, language):
     """Chosen under Show; on a phone, with each panel open, side by side, inside a click."""
     shape, other = places(TEXTS["en"]), places(TEXTS[language])
     for forms in ("pressed", "over", "overRigid"):  # "one" may name no number
@@ -251,7 +263,7 @@ GUESSES = [
 ]
 
 
-def test_a_class_says_what_will_fly_out(page):
+def test_lesson_asks_what_will_fly_out(page):
     """Time stands still until it has; then it is told what did."""
     page.js("cradle.set('ask', true)")
     for preset, lifted, guessed, said in GUESSES:
@@ -267,7 +279,7 @@ def test_a_class_says_what_will_fly_out(page):
 
 
 @pytest.mark.parametrize(("start", "ball", "guess"), [("lift=2", 3, 2), ("x_start=0,0,0,0,0.1", 1, 2)])
-def test_a_ball_that_hangs_is_an_answer(page, start, ball, guess):
+def test_lesson_accepts_a_hanging_ball(page, start, ball, guess):
     """It and those beyond it are expected to fly out; one that is lifted can still be taken."""
     page.js("location.hash = arguments[0]", f"#preset=textbook&ask&{start}")
     page.wait("cradle.lesson.phase === 'asks'")
@@ -295,7 +307,7 @@ def test_keys_that_are_listed_do_something(page, live_path, recorded_path):
     assert page.js("return [source.live, cradle.panels.kind, cradle.clock.slow]") == [False, "help", "no"]
 
 
-def test_a_hand_is_asked_as_well_and_may_go_on_without_an_answer(page):
+def test_lesson_asks_after_a_hand_and_goes_on_without_an_answer(page):
     page.js("cradle.set('ask', true)")
     page.drag(1, -80)
     shown = page.js("return [cradle.lesson.phase, cradle.clock.running, source.holds.size]")
@@ -315,7 +327,7 @@ def test_a_hand_is_asked_as_well_and_may_go_on_without_an_answer(page):
     assert "&ask" in page.js("return linkTo(cradle)")
 
 
-def test_the_lesson_is_presented_step_by_step(page, live_path):
+def test_lesson_is_presented_step_by_step(page, live_path):
     """The head of the page does not give the answer away; each step has its link, and Escape leaves."""
     page.visit(live_path, "#present")
     titles = []

@@ -25,7 +25,7 @@ CRADLES = {
 @pytest.mark.parametrize("law", COEFFICIENT)
 @pytest.mark.parametrize("cradle", CRADLES)
 @pytest.mark.parametrize(("e", "speed"), [(0.999, 1e-3), (0.9, 1.0), (0.5, 0.1), (0.05, 5.0)])
-def test_two_free_balls_part_as_asked(fmu, cradle, law, e, speed):
+def test_losses_from_a_restitution_give_that_restitution(fmu, cradle, law, e, speed):
     """Balls 2 and 3, far from the others, by any law: e to 1e-9, by the law of constant restitution to 1e-13."""
     contacts, (left, right) = CRADLES[cradle]
     values = contacts | {
@@ -60,7 +60,7 @@ def test_two_free_balls_part_as_asked(fmu, cradle, law, e, speed):
         ),
     ],
 )
-def test_an_fmu_built_with_a_restitution_has_it(fmu_path, producer, tmp_path, given, e, speeds):
+def test_losses_of_an_fmu_built_with_a_restitution(fmu_path, producer, tmp_path, given, e, speeds):
     """Balls 1 and 2, far from the others, free and on lines."""
     with nc.Fmu(repacked(producer, fmu_path, tmp_path / "lossy.fmu", *given)) as lossy:
         free = {"gravity": 0.0, "pendulum.drag": 0.0, "pendulum.model": "linear", "x_start": [0.0] * 5}
@@ -70,7 +70,7 @@ def test_an_fmu_built_with_a_restitution_has_it(fmu_path, producer, tmp_path, gi
             assert (v[1] - v[0]) / speed == pytest.approx(e, abs=1e-10)
 
 
-def test_the_clay_of_the_preset_loses(fmu):
+def test_losses_of_the_preset_clay(fmu):
     """Its two balls alone part as its comment says, any others as steel; a run of the cradle has the exact balance."""
     clay = nc.preset("clay")
     free = clay | {"gravity": 0.0, "contact.gap": [1e-6] * 4, "pendulum.model": "linear"}
@@ -85,7 +85,7 @@ def test_the_clay_of_the_preset_loses(fmu):
     assert run["E_dissipated"][30] > 4 * without["E_dissipated"][-1] > 0.0
 
 
-def test_damping_is_refused_in_words(fmu):
+def test_losses_that_cannot_be_are_refused_in_words(fmu):
     def damp(law="viscoelastic", values=None, restitution=0.9, speed=1.0, **options):
         return nc.damping(law, values, restitution=restitution, speed=speed, fmu=fmu, **options)
 

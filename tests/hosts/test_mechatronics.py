@@ -47,7 +47,7 @@ LANGUAGES = pytest.mark.parametrize("language", ["c", "python"])
 
 
 @LANGUAGES
-def test_every_number_holds(couple, language, fmu):
+def test_machine_numbers_of_the_document_hold(couple, language, fmu):
     """Orders of the masters, momentum, the force sensor, directional derivatives, energy. The CSV of the run shown has
     the energies exchanged: the coil puts some in, the clicks move it to the last ball. Results say what they are of."""
     out, done = couple(language)
@@ -64,7 +64,7 @@ def test_every_number_holds(couple, language, fmu):
     assert about["cradle"]["contact.stiffness"] == 1e10 and about["numpy"] == np.__version__
 
 
-def test_the_plant_in_c_is_that_in_python(couple, producer):
+def test_machine_plant_in_c_is_that_in_python(couple, producer):
     """The same variables with units, and the same machine; in C it needs nothing but the system."""
     paths = {"c": couple("c")[0] / "plant.fmu", "python": couple("python")[0] / "CartAndCoil.fmu"}
     assert [problem for path in paths.values() for problem in validate_fmu(str(path))] == []
@@ -78,7 +78,7 @@ def test_the_plant_in_c_is_that_in_python(couple, producer):
 
 
 @pytest.mark.parametrize(("name", "structures"), [("machine", 1), ("presets", len(PRESETS))])
-def test_system_structures_obey_their_schema(couple, fmu, name, structures):
+def test_ssp_files_obey_their_schema(couple, fmu, name, structures):
     """System and component bind the same numbers: tools read either, and some of them cannot set enumerations."""
     path = couple("c")[0] / f"{name}.ssp"
     with zipfile.ZipFile(path) as archive:
@@ -104,7 +104,7 @@ def test_system_structures_obey_their_schema(couple, fmu, name, structures):
         assert {fmu.variables[variable].type for variable in part} <= {"Real"}
 
 
-def test_the_presets_are_those_of_the_package(couple, fmu):
+def test_ssp_presets_are_those_of_the_package(couple, fmu):
     path = couple("c")[0] / "presets.ssp"
     with zipfile.ZipFile(path) as archive:
         names = [name.removesuffix(".ssd") for name in archive.namelist() if name.endswith(".ssd")]
@@ -145,7 +145,7 @@ BALLS = [f"cradle.x[{i}]" for i in range(1, 6)]
 
 @pytest.mark.parametrize("host", ["alone", "libcosim", "ecos"])
 @pytest.mark.parametrize("preset", PRESETS)
-def test_hosts_run_the_presets(couple, fmu, host, preset):
+def test_ssp_hosts_run_the_presets(couple, fmu, host, preset):
     """As FMPy's SSP runner does, and the FMU on its own; the differences are those of their step arithmetic."""
     given = couple("c")[0] / "presets.ssp", preset, 0.1, 10, BALLS
     alone = fmu.simulate(PRESETS[preset], stop=1.0, step=0.1, record=["x"])["x"][1:]
@@ -158,7 +158,7 @@ def test_hosts_run_the_presets(couple, fmu, host, preset):
 @pytest.mark.parametrize("host", ["libcosim", "ecos"])
 @pytest.mark.parametrize("h", [0.1, 0.05])
 @LANGUAGES
-def test_other_hosts_couple_the_machine(couple, language, host, h):
+def test_ssp_hosts_couple_the_machine(couple, language, host, h):
     """All of them hold what the last step gave: the error of that, 0.04 m and 0.02 m, is the same in all."""
     given = couple(language)[0] / "machine.ssp", "start", h, round(5.0 / h), [*BALLS, "plant.s"]
     ours = by_fmpy(*given)
@@ -182,7 +182,7 @@ def run(fmu, monkeypatch):
 
 
 @pytest.mark.parametrize(("step", "row"), [(0.1, "1.8 %"), (0.025, "1.2 %"), (0.001, "0.016 %")])
-def test_the_check_of_the_coil_fails_where_the_step_is_too_long(run, step, row):
+def test_coupling_check_fails_where_the_step_is_too_long(run, step, row):
     """The program of the document, and the row of its table."""
     found = {}
     with pytest.raises(AssertionError, match="the step is too long") if step > 0.001 else nullcontext():
@@ -192,7 +192,7 @@ def test_the_check_of_the_coil_fails_where_the_step_is_too_long(run, step, row):
     assert f"{abs(found['work'] / found['received'] - 1) * 100:.2g} %" == row
 
 
-def test_a_frame_follows_its_position(run):
+def test_coupling_frame_follows_its_position(run):
     """The program of the document and its table: errors of order 1, 2 and 4."""
 
     def positions(h, changes):

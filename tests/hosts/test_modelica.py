@@ -62,7 +62,7 @@ def simulated(source: str, model: str, stop: float, **options) -> tuple[np.ndarr
     return np.asarray(result.time), result.to_dict()["data"]
 
 
-def test_the_package_around_the_fmu():
+def test_modelica_package_around_the_fmu():
     """Its example, with the pendulums that stand in for the FMU, both lifted: the motion has a closed form."""
     package = (ROOT / "examples/modelica/NewtonsCradle.mo").read_text(encoding="utf-8").replace("within ;", "")
     example = "Cradle cradle(n=2);"
@@ -81,7 +81,7 @@ def test_the_package_around_the_fmu():
     assert np.allclose(columns["cradle.support.f"], support, atol=1e-6)
 
 
-def test_the_model_of_the_paper_by_hand(fmu):
+def test_modelica_model_of_the_paper(fmu):
     """Until after its first click, in which two balls hand their motion on to two others."""
     source = (ROOT / "examples/modelica/Paper.mo").read_text(encoding="utf-8")
     config = rumoca.SimConfig(solver="rk-like", rtol=1e-6, atol=1e-9)

@@ -161,13 +161,13 @@ def test_natural_lines_work(names, line):
 
 
 @pytest.mark.parametrize(("line", "kind", "complaint"), SAYS, ids=[line for line, *_ in SAYS])
-def test_wrong_lines_say_what_to_type(names, line, kind, complaint):
+def test_natural_mistakes_are_told_what_to_type(names, line, kind, complaint):
     with pytest.raises(kind) as caught:
         eval(line, names)
     assert complaint in str(caught.value)
 
 
-def test_the_same_mistake_is_the_same_error_in_a_run_and_in_a_build(fmu):
+def test_natural_mistakes_are_one_error_in_run_and_build(fmu):
     """In words of Python: no option of the command line is named."""
     mistakes = ({"mass": 1}, {"ball.mass": -1}, {"ball.mass": "heavy"}, {"contact.model": "herz"}, {"x": [0] * 5})
     for mistake in mistakes:

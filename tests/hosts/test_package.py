@@ -102,7 +102,7 @@ def film(amplitudes=(0.006, 0.003), **wrong) -> nc.Calibration:
         (lambda fmu: film(balls=1), "balls = 1 is refused; allowed: a whole number from 2 to 10000"),
     ],
 )  # fmt: skip
-def test_wrong_input_is_refused_in_words(either, call, complaint):
+def test_package_refuses_wrong_input_in_words(either, call, complaint):
     """Each message names what was wrong and what is allowed; all are errors of one family, and of Python's kinds."""
     with pytest.raises(nc.CradleError) as caught:
         call(either)
@@ -111,7 +111,7 @@ def test_wrong_input_is_refused_in_words(either, call, complaint):
     assert "failed with status" not in str(caught.value)
 
 
-def test_what_is_printed_is_short(fmu):
+def test_package_prints_short_texts(fmu):
     result = fmu.simulate(stop=10.0)
     with fmu.start() as run:
         assert repr(run) == f"Run({fmu.path.name}, at 0 s; 0 pulses)"
@@ -128,7 +128,7 @@ def test_what_is_printed_is_short(fmu):
     assert result.pulses[0]["contact"] == 2 and float(lines[1].split()[1]) == pytest.approx(0.7024931006576)
 
 
-def test_variables_are_tables(fmu):
+def test_package_variables_are_tables(fmu):
     """Names as they come, and what is known of each; arrays in a line."""
     assert fmu.parameters["contact.exponent"].range == ">= 1, <= 10"
     assert fmu.parameters["contact.model"].range == "powerLaw, hertz, rigid"
@@ -138,12 +138,12 @@ def test_variables_are_tables(fmu):
     assert re.search(r"^F\[1\] to \[4\] +N .* between balls i and i\+1 ", shown, re.MULTILINE), shown
 
 
-def test_a_list_sets_an_array(fmu):
+def test_package_sets_arrays_by_lists(fmu):
     with fmu.start({"x_start": [-0.03, 0.0, 0.0, 0.0, 0.01]}) as run:
         assert run["x"] == pytest.approx([-0.03, 0.0, 0.0, 0.0, 0.01])
 
 
-def test_other_cradles_are_built(fmu, tmp_path):
+def test_package_builds_other_cradles(fmu, tmp_path):
     lift, hertz = [-0.1] + 12 * [0.0], {"contact.model": "hertz"}
     with (
         nc.build(balls=np.int64(13), set={"x_start": lift} | hertz, binaries=fmu.path) as other,
@@ -156,7 +156,7 @@ def test_other_cradles_are_built(fmu, tmp_path):
 
 
 @pytest.mark.parametrize("mass", [(5, "g"), -1.0])
-def test_a_refused_cradle_leaves_no_folder(fmu, tmp_path, monkeypatch, mass):
+def test_package_leaves_no_folder_of_a_refused_cradle(fmu, tmp_path, monkeypatch, mass):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with pytest.raises((nc.InvalidValue, nc.FmuError), match="is refused; allowed"):
         nc.build(set={"ball.mass": mass}, binaries=fmu.path)
@@ -169,7 +169,7 @@ def test_results_are_equal_if_their_contents_are(fmu):
     assert "x" in result and "x[2]" in result and "a_support" not in result
 
 
-def test_the_energy_of_a_cradle_that_rests_or_is_driven_from_rest(fmu):
+def test_assertions_on_energy_of_cradles_at_rest(fmu):
     hanging = nc.lifted(0)
     assert nc.energy_error(fmu.simulate(hanging, stop=0.1)) == 0.0
     driven = fmu.simulate(hanging, stop=2.0, inputs=lambda t: {"F_ext[1]": -0.5})
@@ -177,16 +177,16 @@ def test_the_energy_of_a_cradle_that_rests_or_is_driven_from_rest(fmu):
 
 
 @pytest.mark.all
-def test_fixtures_and_assertions_for_tests_of_others(tmp_path):
+def test_assertions_and_fixtures_for_tests_of_others(tmp_path):
     (tmp_path / "test_mine.py").write_text("""
 import newtons_cradle as nc
 import pytest
 from newtons_cradle.testing import assert_energy_kept, assert_pulse_order
 
-def test_three_balls(cradle):
+def test_package_three_balls(cradle):
     assert cradle(balls=3).balls == 3 and cradle(balls=3) is cradle(balls=3)
 
-def test_what_is_right_and_what_is_wrong(cradle):
+def test_assertions_accept_right_and_refuse_wrong(cradle):
     result = cradle().simulate(nc.figure5(), stop=2.0)
     assert_energy_kept(result)
     assert_pulse_order(result.pulses, [[2], [1, 3], [2, 4], [3]])
@@ -210,7 +210,7 @@ def test_what_is_right_and_what_is_wrong(cradle):
     ended(sys.executable, "-m", "pytest", "-q", "-p", "newtons_cradle.testing", tmp_path)
 
 
-def test_what_is_closed_says_so(fmu_path):
+def test_package_says_what_is_closed(fmu_path):
     """Calls of a freed instance would end the process."""
     with nc.Fmu(fmu_path) as fmu, fmu.start() as run:
         pass
@@ -221,7 +221,7 @@ def test_what_is_closed_says_so(fmu_path):
     assert repr(fmu) == f"Fmu({fmu_path.name}, closed)"
 
 
-def test_another_guid_is_refused_with_both(fmu):
+def test_package_names_both_guids_where_they_differ(fmu):
     other = "{00000000-0000-0000-0000-000000000000}"
     with nc.Fmu(fmu.path) as copy:
         own, copy.described.token = copy.described.token, other
@@ -230,7 +230,7 @@ def test_another_guid_is_refused_with_both(fmu):
     assert other in str(caught.value) and own in str(caught.value)
 
 
-def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
+def test_package_finds_binaries_in_folders_of_fmi_2_0_4(fmu_path, tmp_path):
     """As Linux on ARM needs it: FMPy knows the older names only. The FMU is unpacked where told, and removed."""
     folder = tmp_path / "unpacked"
     with nc.Fmu(fmu_path, folder) as fmu:
@@ -243,7 +243,7 @@ def test_a_folder_with_a_name_of_fmi_2_0_4_is_found(fmu_path, tmp_path):
 
 
 @pytest.mark.all
-def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
+def test_results_as_data_frame_and_parquet(fmu, tmp_path):
     import pandas
 
     result = fmu.simulate(nc.figure5(), stop=1.0)
@@ -257,7 +257,7 @@ def test_a_result_as_data_frame_and_parquet(fmu, tmp_path):
         assert np.array_equal(frame[name], result[name])
 
 
-def test_a_result_as_picture(fmu, tmp_path):
+def test_results_as_picture(fmu, tmp_path):
     result = fmu.simulate(nc.figure5(), stop=1.0)
     figure = result.plot("x", "F_peak", "E_total", origin=0.7)
     assert [axis.get_ylabel() for axis in figure.axes] == ["x", "F_peak", "E_total, J"]
@@ -273,7 +273,7 @@ def test_a_result_as_picture(fmu, tmp_path):
     assert axis.get_xlabel() == f"time after {onset:.12g} s" and axis.get_xlim()[1] < 2e-6
 
 
-def test_a_missing_package_is_named_with_its_extra(fmu, monkeypatch, tmp_path):
+def test_package_names_missing_packages_with_their_extra(fmu, monkeypatch, tmp_path):
     result = fmu.simulate(stop=0.1)
     for package in ("pandas", "matplotlib"):
         monkeypatch.setitem(sys.modules, package, None)
@@ -333,7 +333,7 @@ def test_calibration_finds_the_damping_of_hertz_contacts(fmu, gap):
     assert values["pendulum.drag"] == pytest.approx(0.003, rel=1e-3)
 
 
-def test_another_restitution_changes_all_that_a_calibration_returns(fmu):
+def test_calibration_follows_another_restitution(fmu):
     """The damping about in proportion to what is lost."""
     desk = nc.preset("desk") | {"contact.gap": [1e-4] * 4}
     found = [nc.Calibration(e, 0.001, 0.25) for e in (0.9, 0.95)]
@@ -347,14 +347,14 @@ def test_another_restitution_changes_all_that_a_calibration_returns(fmu):
         nc.Calibration(1.0, 0.0, 0.5).compliant(fmu, desk)
 
 
-def test_event_mode_needs_fmi_3(fmu, fmu3):
+def test_package_event_mode_needs_fmi_3(fmu, fmu3):
     with pytest.raises(nc.FmuError, match="eventModeUsed is refused: only FMUs of FMI"):
         fmu.start(eventModeUsed=True)
     with fmu3.start(eventModeUsed=True) as run:
         run.slave.enterStepMode()
 
 
-def test_a_step_that_returns_early_ends_there(fmu3):
+def test_package_step_that_returns_early_ends_there(fmu3):
     with fmu3.start(eventModeUsed=True, earlyReturnAllowed=True) as run:
         run.slave.enterStepMode()
         onset = run.get("t_next")
@@ -367,6 +367,6 @@ def test_a_step_that_returns_early_ends_there(fmu3):
 
 
 @pytest.mark.all
-def test_types():
+def test_package_types():
     """mypy --strict finds nothing in the package."""
     ended(sys.executable, "-m", "mypy", cwd=ROOT)

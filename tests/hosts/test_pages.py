@@ -15,7 +15,7 @@ from selenium.webdriver.common.keys import Keys
 pytestmark = pytest.mark.all
 
 
-def test_the_fmus_documentation(browser, fmu):
+def test_pages_documentation_of_the_fmu(browser, fmu):
     """Opened as the FMU carries it: a picture, and every variable with its unit."""
     path = Path(fmu.folder) / "documentation/index.html"
     browser.visit(path)
@@ -40,7 +40,7 @@ def report(browser, paper):
     return browser
 
 
-def test_the_report_shows_all_figures(report, paper):
+def test_report_shows_all_figures(report, paper):
     """It links its numbers and the cradle."""
     charts = report.find_all(".chart canvas")
     assert len(charts) >= 12
@@ -57,7 +57,7 @@ def test_the_report_shows_all_figures(report, paper):
     assert report.execute_script("return cradle.sources[0].clicks.length") >= 7
 
 
-def test_the_report_zooms_from_seconds_to_nanoseconds(report):
+def test_report_zooms_from_seconds_to_nanoseconds(report):
     """A button of Figure 4 ends at 10 ns, where its first contact's force rises from 0; keys read values there."""
     buttons = report.find_all("#figure4 button")
     show(report, buttons[3])
@@ -91,7 +91,7 @@ def ranges(browser, figure: str) -> list:
     return browser.execute_script(f"return report.charts.{figure}.map(({{left, right}}) => [left, right])")
 
 
-def test_charts_side_by_side_move_together(report):
+def test_report_charts_side_by_side_move_together(report):
     """By buttons, dragging and keys. The pointer reads both, in the units of their axes."""
     left, right = report.find_all("#figure5 canvas")
     show(report, left)
@@ -201,7 +201,7 @@ def assert_fits(browser, live: bool) -> None:
 
 
 @pytest.mark.parametrize("page", ["live", "recorded", "report", "fmu"])
-def test_nothing_overprints_and_axe_finds_nothing_serious(browser, axe, kind, page):
+def test_pages_overprint_nothing_and_axe_finds_nothing_serious(browser, axe, kind, page):
     """In windows of all sizes, light and dark, whatever has been done."""
     browser.visit(kind, still=True)  # no view glides
     browser.execute_script(axe)
@@ -233,7 +233,7 @@ return getContrast(...[...arguments].map((name) => {
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-def test_colours_are_told_from_what_they_are_on(report, axe, dark):
+def test_pages_colours_have_contrast(report, axe, dark):
     """Texts, also those drawn on canvases, which axe-core does not see: 4.5 to 1; curves: 3 to 1."""
     report.set_screen(dark=dark)
     report.execute_script(axe)
@@ -244,7 +244,7 @@ def test_colours_are_told_from_what_they_are_on(report, axe, dark):
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_cradle_has_room(page, size):
+def test_pages_leave_room_for_the_cradle(page, size):
     """Swinging, it comes close to two sides of its canvas at least, and sticks out at none. All strips together take
     no more of its height than two and a bit; the rest is scrolled to. Balls are as large as can be told apart, beside
     each step of the lesson in large letters, and, in German, whose words are long, beside panels, where a hand takes

@@ -43,7 +43,7 @@ def platforms(tmp_path_factory) -> Path:
     return folder
 
 
-def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
+def test_platforms_fmu_is_small_and_sound(producer, platforms):
     """A newer glibc than 2.17, and libraries that not every system has, would be remarks."""
     assert "0 problem(s), 0 remark(s)" in ended(producer, "check", PATH).stdout
     info = ended(producer, "info", PATH).stdout
@@ -62,7 +62,7 @@ def test_the_fmu_for_all_platforms_is_small_and_sound(producer, platforms):
     assert without(*(f"binaries/{other}/" for other in ("linux32", "win64", "win32", "darwin64"))) < 2_600_000
 
 
-def test_the_folder_in_which_it_is_compiled_does_not_matter():
+def test_platforms_binaries_do_not_depend_on_the_folder():
     """Of each linker a binary has the same bytes from another folder; for Linux see test_documents.py."""
     copy = COPY / TO_TEST.relative_to(ROOT)
     if not copy.exists():
@@ -77,7 +77,7 @@ def test_the_folder_in_which_it_is_compiled_does_not_matter():
         assert path.read_bytes() == (TO_TEST / path.relative_to(copy)).read_bytes(), path
 
 
-def test_the_binary_for_macos_on_arm_is_signed(platforms):
+def test_platforms_binary_for_macos_on_arm_is_signed(platforms):
     """Each page has its hash, which macOS computes when it loads the page. The numbers are those of <mach-o/fat.h>,
     <mach-o/loader.h> and cs_blobs.h."""
     path = platforms / "binaries/darwin64/NewtonsCradle.dylib"
@@ -195,7 +195,7 @@ RUNNERS = {  # folder: compiler, what may run it, and the packages that bring th
 
 
 @pytest.mark.parametrize("folder", RUNNERS)
-def test_every_platform_gives_the_same_doubles_and_reads_the_states_of_others(platforms, outputs, linux, folder):
+def test_platforms_give_the_same_doubles_and_read_each_others_states(platforms, outputs, linux, folder):
     compiler, runners, packages = RUNNERS[folder]
     if not (platforms / "binaries" / folder).exists():
         pytest.skip(f"there is no binary for {folder}")
@@ -208,7 +208,7 @@ def test_every_platform_gives_the_same_doubles_and_reads_the_states_of_others(pl
     assert state.read_bytes() == linux[1].read_bytes()
 
 
-def test_an_old_glibc_gives_the_same_doubles(platforms, outputs, linux):
+def test_platforms_old_glibc_gives_the_same_doubles(platforms, outputs, linux):
     """glibc 2.31 loads the binary, which is tested on whatever this machine has else."""
     if "CRADLE_OLD_GLIBC" not in os.environ:
         pytest.skip("CRADLE_OLD_GLIBC is not set to a folder that .ci/old-glibc has made")

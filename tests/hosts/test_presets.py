@@ -41,7 +41,7 @@ def in_set(fmu, preset: str) -> dict:
     return numbers(fmu, values)
 
 
-def test_names_are_listed_in_one_order(producer):
+def test_presets_are_listed_in_one_order(producer):
     lines = ended(producer, "presets").stdout.splitlines()
     assert [line.split()[0] for line in lines] == nc.presets()
     for path in (ROOT / "web/page/texts").glob("*.json"):
@@ -50,7 +50,7 @@ def test_names_are_listed_in_one_order(producer):
 
 @pytest.mark.parametrize("name", nc.presets())
 @pytest.mark.parametrize("standard", [2, 3])
-def test_an_fmu_built_with_a_preset_has_its_start_values(fmu_path, producer, name, standard):
+def test_presets_give_an_fmu_its_start_values(fmu_path, producer, name, standard):
     with nc.build(preset=name, fmi=standard, binaries=fmu_path) as built:
         wanted = numbers(built, nc.preset(name))
         assert "0 problem(s)" in ended(producer, "check", built.path).stdout
@@ -60,7 +60,7 @@ def test_an_fmu_built_with_a_preset_has_its_start_values(fmu_path, producer, nam
         assert {key: told.get(key, built.built_with(key)) for key in wanted} == wanted
 
 
-def test_the_page_has_their_start_values(page, fmu):
+def test_presets_of_the_page_have_the_same_start_values(page, fmu):
     """What it leaves out are the FMU's own; where one lifts by hand, balls are at rest and on arcs."""
     starts = page.execute_script("return Object.keys(PRESETS).map((name) => PRESETS[name].setup().recipe().start)")
     assert page.execute_script("return Object.keys(PRESETS)") == nc.presets()
@@ -75,7 +75,7 @@ def test_the_page_has_their_start_values(page, fmu):
 
 
 @pytest.mark.parametrize("balls", [1, 5, 13])
-def test_parameter_sets_give_the_reference_results(cradle, fmu_path, balls):
+def test_presets_parameter_sets_give_the_reference_results(cradle, fmu_path, balls):
     """Each parameter set of the manifest, applied by FMPy, gives the results with the same label."""
     fmu, files = cradle(balls=balls, binaries=fmu_path), {}
     folder = Path(fmu.folder, REFERENCE)
@@ -99,13 +99,13 @@ def test_parameter_sets_give_the_reference_results(cradle, fmu_path, balls):
             assert error <= 1e-9 * np.abs(expected[column]).max(), (name, column, error)
 
 
-def test_a_desk_cradle_comes_to_rest(cradle, fmu_path):
+def test_preset_desk_comes_to_rest(cradle, fmu_path):
     """Below 1 mm after about a minute."""
     result = cradle(preset="desk", binaries=fmu_path).simulate(stop=70.0, record=["x"])
     assert 50.0 < result["time"][np.abs(result["x"]).max(axis=1) > 1e-3][-1] < 65.0
 
 
-def test_the_lines_of_the_documentation_run(cradle, fmu_path, tmp_path):
+def test_presets_lines_of_the_documentation_run(cradle, fmu_path, tmp_path):
     """The Python program and the command of the page, as they stand."""
     two = cradle(balls=2, out=tmp_path / "NewtonsCradle.fmu", binaries=fmu_path)
     page = Path(two.folder, "documentation/index.html").read_text(encoding="utf-8")
@@ -120,7 +120,7 @@ def test_the_lines_of_the_documentation_run(cradle, fmu_path, tmp_path):
     assert '"x[2]"' in header and len(rows) == 1001
 
 
-def test_the_page_draws_spheres_at_their_sizes(page):
+def test_presets_of_spheres_are_drawn_at_their_sizes(page):
     """Radii where they are set or materials differ; otherwise those of one material, by the masses."""
     sizes = {
         name: page.execute_script(f"return PRESETS.{name}.setup().drawing.sizes") for name in ("tapered", "unlike")

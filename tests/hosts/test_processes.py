@@ -45,7 +45,7 @@ def simulated(fmu: nc.Fmu) -> bytes:
     return fmu.simulate(stop=1.0).pulses.tobytes()
 
 
-def test_a_pickled_fmu_opens_its_file_anew(fmu, fmu3):
+def test_process_opens_the_file_of_a_pickled_fmu(fmu, fmu3):
     for either in (fmu, fmu3):
         copy = pickle.loads(pickle.dumps(either))
         assert copy.path == either.path.absolute() and copy.folder != either.folder
@@ -56,7 +56,7 @@ def test_a_pickled_fmu_opens_its_file_anew(fmu, fmu3):
 
 
 @posix
-def test_a_child_leaves_the_files_of_its_parent_alone(fmu_path):
+def test_process_leaves_the_files_of_its_parent_alone(fmu_path):
     """It closes what it has, and ends as programs end; then the parent goes on."""
     code = """
 import os, sys
@@ -102,7 +102,7 @@ def mounted(folder: Path, *options: str) -> bool:
     ("options", "complaint"),
     [(["noexec"], "no program may run from the folder {}"), (["size=64k"], "cannot be unpacked: ")],
 )
-def test_a_folder_that_is_full_or_runs_nothing_is_named(fmu_path, empty, options, complaint):
+def test_folders_that_are_full_or_run_nothing_are_named(fmu_path, empty, options, complaint):
     if shutil.which("mount") is None or not mounted(empty, *options):
         pytest.skip("no file system can be mounted")
     try:
@@ -113,7 +113,7 @@ def test_a_folder_that_is_full_or_runs_nothing_is_named(fmu_path, empty, options
         ended("umount", "--lazy", empty)
 
 
-def test_damaged_archives_are_refused_and_leave_no_folder(fmu_path, empty, tmp_path):
+def test_archives_that_are_damaged_leave_no_folder(fmu_path, empty, tmp_path):
     data, out = fmu_path.read_bytes(), tmp_path / "damaged.fmu"
     inside = ZipFile(fmu_path).getinfo("modelDescription.xml").header_offset + 500
     damages = [b"", b"PK\x03\x04", data[: len(data) // 2], data[:inside] + 64 * b"\xff" + data[inside + 64 :]]
@@ -141,7 +141,7 @@ def test_damaged_archives_are_refused_and_leave_no_folder(fmu_path, empty, tmp_p
 
 
 @pytest.mark.parametrize("name", ["../outside", "resources/../../outside", "/outside", "C:/outside", "a\\..\\outside"])
-def test_paths_that_leave_the_archive_are_refused(fmu_path, empty, tmp_path, name):
+def test_archives_with_paths_outside_are_refused(fmu_path, empty, tmp_path, name):
     out = tmp_path / "evil.fmu"
     shutil.copy(fmu_path, out)
     with ZipFile(out, "a") as target:
@@ -151,7 +151,7 @@ def test_paths_that_leave_the_archive_are_refused(fmu_path, empty, tmp_path, nam
     assert list(empty.iterdir()) == [] and not (tmp_path / "outside").exists()
 
 
-def test_broken_and_missing_binaries_are_told(fmu_path, tmp_path):
+def test_binaries_that_are_broken_or_missing_are_told(fmu_path, tmp_path):
     out = tmp_path / "other.fmu"
     of_binaries = "binaries/"
     for change, complaint in (
@@ -167,7 +167,7 @@ def test_broken_and_missing_binaries_are_told(fmu_path, tmp_path):
 
 
 @posix
-def test_a_current_folder_that_is_gone_is_told(fmu_path, tmp_path):
+def test_current_folder_that_is_gone_is_told(fmu_path, tmp_path):
     code = "import os, sys, newtons_cradle as nc; fmu = nc.Fmu(sys.argv[1]); os.rmdir(os.getcwd()); fmu.start()"
     gone = tmp_path / "gone"
     gone.mkdir()
@@ -176,7 +176,7 @@ def test_a_current_folder_that_is_gone_is_told(fmu_path, tmp_path):
     assert "FmuError: the current folder is not there any more" in done.stderr
 
 
-def test_names_of_files_and_output_in_any_locale(fmu_path, tmp_path):
+def test_locale_does_not_matter_for_names_and_output(fmu_path, tmp_path):
     folder = tmp_path / "Kugelstoßpendel µ"
     folder.mkdir()
     path = shutil.copy(fmu_path, folder / "ö.fmu")
@@ -198,7 +198,7 @@ for fmi in (2, 3):
         assert said.count("Result(101 samples from 0 s to 1 s of x") == 2 and "3 balls, FMI 3.0" in said
 
 
-def test_what_is_imported_is_what_is_used(fmu_path):
+def test_imports_are_lazy(fmu_path):
     """NumPy and FMPy take a while; the plugin for pytest is loaded in every session."""
     code = (
         "import sys, {}; print(sorted(name for name in ('numpy', 'fmpy', 'pandas', 'difflib') if name in sys.modules))"
@@ -209,7 +209,7 @@ def test_what_is_imported_is_what_is_used(fmu_path):
     assert script(code, fmu_path) == "False\n"
 
 
-def test_a_folder_of_ones_own_keeps_what_is_ones_own(fmu_path, tmp_path, monkeypatch):
+def test_folder_of_ones_own_is_kept(fmu_path, tmp_path, monkeypatch):
     """It may be relative. Only what was unpacked goes; files of another FMU are not mixed with those of this one."""
     monkeypatch.chdir(tmp_path)
     for made in (False, True):
@@ -238,7 +238,7 @@ def test_a_folder_of_ones_own_keeps_what_is_ones_own(fmu_path, tmp_path, monkeyp
     assert list((tmp_path / "mine").iterdir()) == []
 
 
-def test_the_current_folder_may_change(fmu_path, tmp_path, monkeypatch):
+def test_current_folder_may_change(fmu_path, tmp_path, monkeypatch):
     shutil.copy(fmu_path, tmp_path / "copy.fmu")
     monkeypatch.chdir(tmp_path)
     with nc.Fmu("copy.fmu") as fmu:

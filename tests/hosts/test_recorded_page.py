@@ -39,7 +39,7 @@ def state(page, t: float | None = None) -> tuple[float, list, list, list]:
     return page.js(script, t)
 
 
-def test_the_right_balls_move(player):
+def test_recorded_page_moves_the_right_balls(player):
     """From rest, through the pulses of the first click in their order, to the other side; they shine as they push."""
     _, x, v, _ = state(player, 0.0)
     assert v == [0] * 5 and x == pytest.approx([-0.1, -0.1, 0, 0, 0])
@@ -59,7 +59,7 @@ def test_the_right_balls_move(player):
     assert np.argmax(player.js("return Array.from(cradle.stages[0].scene.glow)")) == 1
 
 
-def test_it_is_drawn(player):
+def test_recorded_page_is_drawn(player):
     """Picture, strips and slider: not blank, other after scrubbing, and playing moves on. Values of forces and energies
     are those of the time shown, or below the pointer."""
     player.js("for (const kind of ['force', 'energy']) cradle.set(kind, true); cradle.setPace(1)")
@@ -103,7 +103,7 @@ for (; source.now < arguments[0]; seconds += 0.02) cradle.clock.frame(0.02, crad
 return seconds;"""
 
 
-def test_only_the_first_click_is_slow(browser, recorded_path):
+def test_recorded_page_slows_at_the_first_click_only(browser, recorded_path):
     browser.open_cradle(recorded_path)
     browser.js("cradle.setRunning(false); source.seek(0); cradle.clock.reset()")
     assert 12 < browser.js(PLAYED, 1.5) < 40
@@ -116,7 +116,7 @@ def test_only_the_first_click_is_slow(browser, recorded_path):
 BEGINS = ("0 µs", "22.2 µs", "22.7 µs", "44.9 µs", "45.5 µs", "67.7 µs", "68.2 µs")
 
 
-def test_a_click_is_gone_through_by_buttons(player):
+def test_recorded_page_click_is_gone_through_by_buttons(player):
     """The third one; what is said is said of live clicks, too."""
     state(player, 3.4)
     assert player.text(".sentence") == "Click 2 of 7."
@@ -140,7 +140,7 @@ def test_a_click_is_gone_through_by_buttons(player):
     assert player.js("return cradle.clock.slow") == "no"
 
 
-def test_what_has_no_inside_says_so(browser, fmu_path, tmp_path):
+def test_recorded_page_says_where_a_click_has_no_inside(browser, fmu_path, tmp_path):
     """Rigid impacts that take no time."""
     path = tmp_path / "rigid.html"
     save_page(path, from_fmu(fmu_path, {"contact.model": "rigid", "contact.deadBand": 0.0}, stop=3.0))
@@ -163,7 +163,7 @@ PLAYABLE = {  # start values, and whether overlaps are known
 
 
 @pytest.mark.parametrize("name", PLAYABLE)
-def test_it_plays_whatever_the_engine_would_refuse(browser, fmu, tmp_path, name):
+def test_recorded_page_plays_what_the_engine_would_refuse(browser, fmu, tmp_path, name):
     """Methods that the page has not; rigid balls that overlap between two samples, as they are drawn."""
     values, known = PLAYABLE[name]
     path = tmp_path / "run.html"
@@ -202,7 +202,7 @@ def assert_jumps(page) -> None:
     assert {"0 mm/s", "2 s"} <= set(texts) and any(re.fullmatch(r"\d+ mm/s", text) for text in texts)
 
 
-def test_velocities_jump_where_balls_are_struck(player, live_path):
+def test_recorded_page_velocities_jump_where_balls_are_struck(player, live_path):
     """In a run with samples within each pulse; in a live one, between two pictures; and in what is kept of that."""
     assert_jumps(player)
     player.open_cradle(live_path, "#preset=textbook")
@@ -216,7 +216,7 @@ def test_velocities_jump_where_balls_are_struck(player, live_path):
     assert_jumps(player)
 
 
-def test_keys_go_from_click_to_click_and_through_all_buttons(player):
+def test_recorded_page_keys_go_from_click_to_click(player):
     body = player.find("body")
     body.send_keys("]")
     assert state(player)[0] == pytest.approx(ONSET, abs=1e-12)
@@ -236,7 +236,7 @@ def test_keys_go_from_click_to_click_and_through_all_buttons(player):
     assert player.text("#paneltitle") == "Details"
 
 
-def test_parameters_are_shown_with_their_units(player, fmu):
+def test_recorded_page_shows_parameters_with_units(player, fmu):
     player.js("cradle.panels.toggle('details')")
     rows = player.js("return source.parameters")
     shown = {name: (value, unit) for name, value, unit, _ in rows}
@@ -251,7 +251,7 @@ def test_parameters_are_shown_with_their_units(player, fmu):
     assert re.search(r"Balls are drawn (\d+|\d\.\d) times as large as strings and swings.", panel)
 
 
-def test_motion_is_reduced_where_that_is_wanted(browser, recorded_path):
+def test_recorded_page_reduces_motion_where_wanted(browser, recorded_path):
     """It stands still until asked; a click opens at its beginning and stays there."""
     browser.open_cradle(recorded_path, still=True)
     assert browser.js("return [cradle.clock.running, source.now]") == [False, 0]
@@ -262,7 +262,7 @@ def test_motion_is_reduced_where_that_is_wanted(browser, recorded_path):
     assert browser.text(".sentence") == "Balls 2 and 3 part. Nothing touches."
 
 
-def test_thirteen_balls_for_a_minute_stay_small(browser, fmu_path, cradle, tmp_path):
+def test_recorded_page_of_thirteen_balls_for_a_minute_is_small(browser, fmu_path, cradle, tmp_path):
     path = tmp_path / "thirteen.html"
     views = from_fmu(cradle(balls=13, binaries=fmu_path).path, nc.preset("figure3"), stop=60.0)
     assert save_page(path, views) < 5e6
@@ -283,7 +283,7 @@ def drop(page, name: str, content: str) -> str:
     return page.text("#status")
 
 
-def test_a_result_of_fmpy_is_the_same_dropped_or_made_into_a_page(player, browser, fmu_path, tmp_path):
+def test_recorded_page_takes_results_of_fmpy(player, browser, fmu_path, tmp_path):
     """Impacts come from F_peak; its samples are too far apart to look inside a click."""
     result = simulate_fmu(fmu_path, stop_time=3.0, output_interval=0.01)
     write_csv(tmp_path / "result.csv", result)
@@ -304,7 +304,7 @@ def test_a_result_of_fmpy_is_the_same_dropped_or_made_into_a_page(player, browse
         assert not browser.seen("#inside") and not browser.seen("#goOn")
 
 
-def test_a_bad_file_is_refused_in_the_same_words(player):
+def test_recorded_page_refuses_bad_files_in_the_words_of_the_program(player):
     """Nothing is changed. A file of one ball, which a command would ask about, is shown."""
     for content, complaint, *own in sorted(REFUSED, key=lambda row: "one ball" in row[1]):
         said = drop(player, "bad.csv", content).replace("…", "...")
@@ -317,7 +317,7 @@ def test_a_bad_file_is_refused_in_the_same_words(player):
 
 
 @pytest.mark.parametrize("at", [1.3, ONSET + 2e-5])
-def test_a_recording_goes_on_live(player, fmu, live_path, at):
+def test_recorded_page_goes_on_live(player, fmu, live_path, at):
     """From where it stands, between clicks or within one: what follows is the native run."""
     state(player, at)
     player.press("goOn")
@@ -326,7 +326,7 @@ def test_a_recording_goes_on_live(player, fmu, live_path, at):
     player.assert_native(fmu)
 
 
-def test_a_recording_is_kept(player):
+def test_recorded_page_keeps_a_recording(player):
     """Its samples are shown again as they were; its link goes on live from the release."""
     player.js("cradle.panels.toggle('keep')")
     buttons = [button.text for button in player.find_all("#panelbody button")]
@@ -355,7 +355,7 @@ def assert_tables(page) -> np.ndarray:
     return rows["impulse"]
 
 
-def test_without_an_engine_it_plays(browser, recorded_path, monkeypatch, tmp_path):
+def test_recorded_page_plays_without_an_engine(browser, recorded_path, monkeypatch, tmp_path):
     """What needs one is not offered."""
     monkeypatch.setattr(pages, "ENGINE", tmp_path / "none")
     path = tmp_path / "run.html"
@@ -371,7 +371,7 @@ def test_without_an_engine_it_plays(browser, recorded_path, monkeypatch, tmp_pat
         save_page(path)
 
 
-def test_hours_are_gone_through(browser, tmp_path):
+def test_recorded_page_of_hours_is_gone_through(browser, tmp_path):
     """Four hours of clicks: from one to the next, and to the last; what is drawn is what there is around now."""
     time = np.arange(0, 4 * 3600, 0.1)
     x = np.column_stack([np.cos(2 * time), np.zeros_like(time)])

@@ -37,7 +37,7 @@ def page(monkeypatch, capsys):
     return make
 
 
-def test_the_producer_makes_the_same_page(producer, fmu_path, tmp_path):
+def test_recording_by_the_producer_is_the_same_page(producer, fmu_path, tmp_path):
     """`cradle-fmu page` is the same command."""
     one, two = tmp_path / "one.html", tmp_path / "two.html"
     options = [fmu_path, "--stop", "1", "--set"]
@@ -83,7 +83,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("text", "complaint"), [row[:2] for row in REFUSED])
-def test_a_bad_result_is_refused_in_words(page, tmp_path, text, complaint):
+def test_recording_refuses_bad_results_in_words(page, tmp_path, text, complaint):
     path = tmp_path / "bad.csv"
     path.write_text(text)
     page(path, refused=complaint)
@@ -103,7 +103,7 @@ def fine(fmu_path):
     return simulate_fmu(fmu_path, stop_time=3.0, output_interval=0.01)
 
 
-def test_a_result_that_is_too_coarse_is_refused(fmu_path, fine, tmp_path):
+def test_recording_refuses_coarse_results(fmu_path, fine, tmp_path):
     """The needed step that the refusal names is fine enough."""
     coarse = saved(tmp_path, simulate_fmu(fmu_path, stop_time=6.0, output_interval=0.25))
     wanted = r"too coarse. The samples at t = [\d.]+ s are 0.25 s apart, and ball \d cannot be followed"
@@ -116,7 +116,7 @@ def test_a_result_that_is_too_coarse_is_refused(fmu_path, fine, tmp_path):
     assert len(from_csv(saved(tmp_path, fine)).pulses) == 8
 
 
-def test_forces_that_miss_the_clicks_are_refused(fmu, fine, tmp_path):
+def test_recording_refuses_forces_that_miss_the_clicks(fmu, fine, tmp_path):
     """Without F_peak or a table of pulses, steps of 10 ms show none; samples in every pulse do."""
     names = [f"{name}[{i}]" for name in "xv" for i in range(1, 6)] + [f"F[{i}]" for i in range(1, 5)]
     wanted = "for the clicks. Ball 1 is struck between t = 0.7 s and 0.71 s, and F is 0 at both. Needed: F_peak"
@@ -146,7 +146,7 @@ def test_forces_that_miss_the_clicks_are_refused(fmu, fine, tmp_path):
     assert len(from_csv(saved(tmp_path, resolved.samples)).pulses) == 12
 
 
-def test_pulses_of_another_cradle_are_refused(fine, tmp_path):
+def test_recording_refuses_pulses_of_another_cradle(fine, tmp_path):
     pulses = tmp_path / "pulses.csv"
     pulses.write_text("contact,onset,release,peak,impulse\n7,0.1,0.2,1,1\n")
     with pytest.raises(RecordingError, match="pulses of contacts 7 to 7; 5 balls have contacts 1 to 4"):
@@ -156,7 +156,7 @@ def test_pulses_of_another_cradle_are_refused(fine, tmp_path):
         from_csv(saved(tmp_path, fine), pulses)
 
 
-def test_one_ball_is_drawn_if_said_so(page, tmp_path):
+def test_recording_of_one_ball(page, tmp_path):
     time = np.linspace(0.0, 3.0, 301)
     path = tmp_path / "one.csv"
     table = np.column_stack([time, np.cos(2 * time), -2 * np.sin(2 * time)])
@@ -168,7 +168,7 @@ def test_one_ball_is_drawn_if_said_so(page, tmp_path):
     page(path, "--balls", 1, "--radius", 0, refused="radius = 0.0 is refused; allowed: a positive number (m)")
 
 
-def test_names_do_not_become_markup(fine, tmp_path):
+def test_recording_escapes_names(fine, tmp_path):
     """Neither as text nor in the data, where `<!--<script` would hide the end of the script."""
     page = tmp_path / "page.html"
     save_page(page, replace(from_csv(saved(tmp_path, fine)), title="<!--<script>alert(1)</script>"))
@@ -191,12 +191,12 @@ def test_names_do_not_become_markup(fine, tmp_path):
         (["FMU", "--set", "contact.model=glue"], "contact.model = glue is refused; allowed: powerLaw, hertz"),
     ],
 )
-def test_a_bad_command_is_refused_in_words(page, fmu_path, arguments, complaint):
+def test_recording_command_refuses_in_words(page, fmu_path, arguments, complaint):
     page(*(fmu_path if argument == "FMU" else argument for argument in arguments), refused=complaint)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
-def test_only_regular_files_are_read_and_replaced(tmp_path, monkeypatch):
+def test_recording_reads_and_replaces_only_regular_files(tmp_path, monkeypatch):
     """A device may have no end, and a pipe waits for its other end."""
     link, pipe = tmp_path / "link.csv", tmp_path / "pipe.csv"
     link.symlink_to(os.devnull)
@@ -217,7 +217,7 @@ def test_only_regular_files_are_read_and_replaced(tmp_path, monkeypatch):
         from_csv(large)
 
 
-def test_a_site_is_a_folder(monkeypatch, live_path, capsys):
+def test_live_site_is_a_folder(monkeypatch, live_path, capsys):
     for folder, code, said in (
         (live_path, 2, f"error: --site: {live_path} is a file; name a folder"),
         (live_path.parent / "site", 0, "MB): put this folder on a web server"),
@@ -227,7 +227,7 @@ def test_a_site_is_a_folder(monkeypatch, live_path, capsys):
         assert said in "".join(capsys.readouterr())
 
 
-def test_fmus_of_something_else_or_for_other_machines_are_refused(page, fmu_path, fmu3, tmp_path):
+def test_recording_refuses_other_fmus(page, fmu_path, fmu3, tmp_path):
     path = tmp_path / "other.fmu"
     another = "the model Other; allowed: FMI 2.0 for co-simulation, or NewtonsCradle of FMI 3.0"
     for fmu, old, new, complaint in (
@@ -242,7 +242,7 @@ def test_fmus_of_something_else_or_for_other_machines_are_refused(page, fmu_path
         page(path, refused=complaint)
 
 
-def test_a_result_has_a_page(fmu, tmp_path):
+def test_results_have_a_page(fmu, tmp_path):
     """What is missing or too coarse is said."""
     path = tmp_path / "result.html"
     for options, complaint in (

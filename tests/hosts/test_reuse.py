@@ -15,7 +15,7 @@ def fresh(request, fmu, fmu3):
         yield opened
 
 
-def test_an_instance_is_used_again_once_its_run_has_ended(fresh):
+def test_instances_are_used_again_once_their_run_has_ended(fresh):
     with fresh.start() as one, fresh.start() as two:
         one.step_to(1.0)
         instances = one._instance, two._instance
@@ -31,7 +31,7 @@ def test_an_instance_is_used_again_once_its_run_has_ended(fresh):
         one.slave.getVersion()
 
 
-def test_an_instance_that_somebody_may_still_have_is_not_used_again(fresh):
+def test_instances_somebody_may_have_are_not_used_again(fresh):
     """FMPy's functions were asked for, a call has failed, or the block has ended by an exception."""
 
     def lent(run):
@@ -60,7 +60,7 @@ def test_an_instance_that_somebody_may_still_have_is_not_used_again(fresh):
         {"solver.method": "adams", "x_start": [-0.2, 0, 0, 0, 0], "contact.stiffness": 1e6},
     ],
 )
-def test_a_run_leaves_nothing_behind(fresh, before):
+def test_runs_leave_nothing_behind(fresh, before):
     with nc.Fmu(fresh.path) as other:
         wanted = other.simulate(stop=2.0)
     fresh.simulate(before, stop=1.0, inputs=lambda t: {"a_support": t})
@@ -73,7 +73,7 @@ def test_a_run_leaves_nothing_behind(fresh, before):
 
 
 @pytest.mark.all
-def test_ten_thousand_balls_are_read_one_by_one(cradle, fmu_path):
+def test_descriptions_of_ten_thousand_balls_are_read_lazily(cradle, fmu_path):
     for fmi in (2, 3):
         row = cradle(balls=10_000, fmi=fmi, binaries=fmu_path)
         assert row.balls == 10_000 and row.arrays["x"][-1] == "x[10000]"
@@ -124,7 +124,7 @@ DAMAGES = {  # text of a description, what it becomes, and who finds it
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_a_damaged_description_is_one_error_wherever_it_is_found(fresh, tmp_path, damage):
+def test_descriptions_that_are_damaged_are_one_error(fresh, tmp_path, damage):
     path, (change, use) = tmp_path / "damaged.fmu", DAMAGES[damage]
     with ZipFile(fresh.path) as source, ZipFile(path, "w") as target:
         for name in source.namelist():

@@ -29,7 +29,7 @@ TABLE1 = [[2], [1, 3], [2, 4], [3]]
 MIRRORED = [[3], [2, 4], [1, 3], [2]]
 
 
-def test_simulate_fmu_with_no_arguments(fmu, fmu_path, capfd):
+def test_fmpy_simulates_without_arguments(fmu, fmu_path, capfd):
     result = fmpy.simulate_fmu(str(fmu_path))
     kinds = ["Real", "Integer", "Boolean"]
     by_kind = sorted(fmu.outputs, key=lambda name: kinds.index(fmu.variables[name].type))
@@ -43,7 +43,7 @@ def test_simulate_fmu_with_no_arguments(fmu, fmu_path, capfd):
 
 
 @pytest.mark.parametrize("setup", SETUPS.values(), ids=SETUPS)
-def test_the_package_and_simulate_fmu_read_the_same_numbers(fmu, fmu_path, setup):
+def test_fmpy_and_the_package_read_the_same_numbers(fmu, fmu_path, setup):
     theirs = fmpy.simulate_fmu(str(fmu_path), stop_time=3.0, output_interval=0.01, start_values=fmu.settings(setup))
     ours = fmu.simulate(setup, stop=3.0)
     for name in ("x[1]", "v[3]", "E_total", "impulse[2]", "F_peak[4]"):
@@ -51,7 +51,7 @@ def test_the_package_and_simulate_fmu_read_the_same_numbers(fmu, fmu_path, setup
     assert nc.energy_error(ours) <= (1e-6 if "solver.method" in setup else 1e-10)
 
 
-def test_a_saved_state_can_be_loaded_again_and_again(fmu):
+def test_saved_state_can_be_loaded_again_and_again(fmu):
     with fmu.start(nc.figure5()) as run, fmu.start() as other:
         run.step_to(0.6)
         saved = run.save()
@@ -64,7 +64,7 @@ def test_a_saved_state_can_be_loaded_again_and_again(fmu):
             assert target.get("E_residual") == wanted
 
 
-def test_a_saved_state_has_what_belongs_to_the_last_step(fmu, fmu3):
+def test_saved_state_has_what_belongs_to_the_last_step(fmu, fmu3):
     """Also where it was so long that it was made in parts: means and peaks are of all of it."""
     names = ["F_mean", "F_peak", "F_support_mean"]
     for either in (fmu, fmu3):
@@ -79,7 +79,7 @@ def test_a_saved_state_has_what_belongs_to_the_last_step(fmu, fmu3):
 
 
 @pytest.mark.parametrize("driven", [{"der(F_ext[1])": 0.1}, {"solver.method": "adams"}])
-def test_another_run_continues_a_saved_one_to_the_last_bit(fmu3, driven):
+def test_saved_state_continues_in_another_run_to_the_bit(fmu3, driven):
     """Also where its steps must not be made in parts."""
     with fmu3.start(driven) as run, fmu3.start() as other:
         run.step(0.5)
@@ -89,7 +89,7 @@ def test_another_run_continues_a_saved_one_to_the_last_bit(fmu3, driven):
         assert run["x"].tolist() == other["x"].tolist()
 
 
-def test_until_takes_numbers_of_any_kind(fmu):
+def test_run_until_takes_numbers_of_any_kind(fmu):
     for t, step in ((Decimal(1), Decimal("0.25")), (np.float32(1.0), np.float32(0.25)), (1, 0.25)):
         with fmu.start() as run:
             assert [*run.until(t, step), run.time] == [0.0, 0.25, 0.5, 0.75, 1.0] and type(run.time) is float
@@ -98,7 +98,7 @@ def test_until_takes_numbers_of_any_kind(fmu):
         assert [*run.until(1.0, step)] == [k * float(step) for k in range(101)]
 
 
-def test_a_log_that_was_cleared_tells_errors(fmu, fmu3):
+def test_log_that_was_cleared_tells_errors(fmu, fmu3):
     for either in (fmu, fmu3):
         with either.start() as run:
             for damping in (-1.0, -2.0):
@@ -110,7 +110,7 @@ def test_a_log_that_was_cleared_tells_errors(fmu, fmu3):
                 assert len(run.log) == len(run.pulses) == 0
 
 
-def test_pulses_and_lines_are_parsed_once(fmu, fmu3, monkeypatch):
+def test_log_is_parsed_once(fmu, fmu3, monkeypatch):
     parsed = []
     monkeypatch.setattr(log, "pulse_table", lambda text: parsed.append(len(text)) or pulse_table(text))
     for either in (fmu, fmu3):
@@ -124,7 +124,7 @@ def test_pulses_and_lines_are_parsed_once(fmu, fmu3, monkeypatch):
         parsed.clear()
 
 
-def test_a_run_that_is_dropped_frees_its_instance(fmu, fmu3):
+def test_run_that_is_dropped_frees_its_instance(fmu, fmu3):
     """Unless somebody has FMPy's object."""
     freed = []
 
@@ -155,7 +155,7 @@ def test_samples_do_not_ask_an_fmu_for_its_time(fmu, monkeypatch):
         assert recorder.result() == wanted
 
 
-def test_instances_in_threads_keep_their_own_pulses(fmu):
+def test_threads_keep_their_own_pulses(fmu):
     few = [nc.figure5(0.0), nc.figure5(), nc.preset("figure6"), {}]
     alone = [fmu.simulate(values, stop=3.0).pulses.tobytes() for values in few]
     with ThreadPoolExecutor(4) as pool:
@@ -172,7 +172,7 @@ def test_instances_in_threads_keep_their_own_pulses(fmu):
         ({}, 0.702493100658),
     ],
 )
-def test_the_first_onset(fmu, values, onset):
+def test_onset_of_the_first_contact(fmu, values, onset):
     """t_next says it from the start, the pulse log afterwards; a step that ends there contains it; a later start
     shifts it."""
     with fmu.start(values) as run:
@@ -188,7 +188,7 @@ def test_the_first_onset(fmu, values, onset):
         assert run.get("t_next") - 100.0 == pytest.approx(onset, abs=1e-9)
 
 
-def test_the_log_and_the_micro_view_tell_of_the_same_pulses(fmu):
+def test_pulses_of_the_log_are_those_of_the_micro_view(fmu):
     """Six pulses in the order of Table 1, and mirrored on the way back. Sampled forces are zero outside them and
     reach their peaks; at onset and release, which are rounded up to a double, the force may be one of either side."""
     names = [f"F[{i}]" for i in range(1, 5)]
@@ -208,7 +208,7 @@ def test_the_log_and_the_micro_view_tell_of_the_same_pulses(fmu):
         assert micro[f"F[{i}]"].max() == pytest.approx(mine["peak"].max(), rel=1e-4)
 
 
-def test_both_versions_say_when_the_force_is_largest(fmu, fmu3):
+def test_pulses_have_their_peak_in_both_versions(fmu, fmu3):
     """In an elastic impact of two, half way."""
     start = nc.lifted(1) | {"contact.deadBand": 1e-4}
     two, three = (opened.simulate(start, stop=1.5, record=[]).pulses for opened in (fmu, fmu3))
@@ -261,6 +261,6 @@ def test_overlap_of_neighbouring_pulses():
     assert nc.overlaps(nc.Result(samples, pulses())) == pytest.approx([0.25, 0.0])
 
 
-def test_sample_times_lie_on_the_grid_and_in_the_pulses():
+def test_samples_lie_on_the_grid_and_in_the_pulses():
     times = nc.sample_times(pulses((1, 0.25, 0.35), (2, 0.95, 1.05)), stop=1.0, step=0.5, per_pulse=3)
     assert times == pytest.approx([0.0, 0.25, 0.3, 0.35, 0.5, 0.95, 1.0])

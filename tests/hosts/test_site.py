@@ -48,7 +48,7 @@ def home(browser, site):
     browser.js("window.name = ''")
 
 
-def test_the_first_screen_shows_the_live_page(home):
+def test_site_shows_the_live_page_on_its_first_screen(home):
     """Or a picture of it, where no engine for browsers has been compiled."""
     shown = home.find("iframe.stage" if LIVE.exists() else "article img")
     assert 0 < shown.location["y"] < 400 and shown.size["width"] > 600
@@ -60,7 +60,7 @@ def test_the_first_screen_shows_the_live_page(home):
 
 
 @pytest.mark.parametrize("words", LOOKED_FOR)
-def test_a_search_finds(home, site, words):
+def test_site_search_finds(home, site, words):
     """A page that has the words, in the index and on the screen."""
     entries = json.loads((site / "search/search_index.json").read_text(encoding="utf-8"))["docs"]
     pages = {entry["location"].partition("#")[0] for entry in entries if words in entry["text"]}
@@ -74,14 +74,14 @@ def test_a_search_finds(home, site, words):
     assert any(f"/{LOOKED_FOR[words]}" in link for link in found), found
 
 
-def test_nothing_comes_from_the_network(home):
+def test_site_takes_nothing_from_the_network(home):
     home.assert_quiet()
     messages = [json.loads(entry["message"])["message"] for entry in home.get_log("performance")]
     requests = {m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"}
     assert len(requests) > 5 and all(url.startswith(("file:", "data:", "blob:", "about:")) for url in requests)
 
 
-def test_pages_that_are_made_of_sources_are_complete(site, fmu):
+def test_site_references_are_complete(site, fmu):
     """Python's names, and the FMU's variables with a row for each family of them."""
     text = (site / "reference.html").read_text(encoding="utf-8")
     missing = [name for name in nc.__all__ if name != "look" and f'id="newtons_cradle.{name}"' not in text]
@@ -91,7 +91,7 @@ def test_pages_that_are_made_of_sources_are_complete(site, fmu):
     assert [name for name in sorted(families) if f"<code>{name}</code>" not in text] == []
 
 
-def test_links_that_mkdocs_does_not_check_lead_somewhere(site):
+def test_site_links_that_mkdocs_does_not_check_lead_somewhere(site):
     """From the rustdoc's theory to the documents, and from the lesson into the live page."""
     theory = site / "rust/newtons_cradle/theory/index.html"
     links = re.findall(r'href="(\.\./[^"#]+\.html)', theory.read_text(encoding="utf-8"))

@@ -61,7 +61,7 @@ def imports(texts: dict) -> dict:
 
 
 @pytest.mark.parametrize("folder", ["src", "packaging/src", "web/src"])
-def test_no_import_runs_in_a_circle(folder):
+def test_sources_import_in_no_circle(folder):
     """If one does, graphlib names the modules."""
     texts = modules(ROOT / folder)
     graph = imports(texts)
@@ -78,7 +78,7 @@ def test_licences_are_those_of_what_is_linked_in(name):
     assert written == texts(*FILES[name]), f"out of date: {licences.__doc__}"
 
 
-def test_packages_within_the_standard_library_are_listed(fmu):
+def test_licences_list_the_standard_librarys_packages(fmu):
     """The paths of panics in a library say which it has; their versions if it is that of releases."""
     libraries = (path.read_bytes() for path in (Path(fmu.folder) / "binaries").glob("*/NewtonsCradle.*"))
     paths = re.findall(rb"/rust/deps/([\w.-]+)", b"".join(libraries).replace(b"\\", b"/"))
@@ -90,6 +90,6 @@ def test_packages_within_the_standard_library_are_listed(fmu):
     assert found and found <= listed
 
 
-def test_releases_take_the_rust_whose_packages_are_listed():
+def test_licences_are_those_of_the_releases_rust():
     workflow = (ROOT / ".github/workflows/release.yml").read_text()
     assert f'RUSTUP_TOOLCHAIN: "{RUST}"' in workflow

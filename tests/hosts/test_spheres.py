@@ -25,7 +25,7 @@ def pulse_of_two(fmu, values: dict, v: float):
 
 @pytest.mark.parametrize("material", MATERIALS)
 @pytest.mark.parametrize("other", ["steel", "lead", "cork"])
-def test_two_spheres_of_any_materials_meet_as_hertz_says(fmu, material, other):
+def test_spheres_of_any_materials_meet_as_hertz_says(fmu, material, other):
     """Johnson, Contact Mechanics, 1985, section 11.4, with a Poisson's ratio for each: to 1e-13."""
     v, radii, materials = 0.3, [0.02, 0.011, 0.004, 0.02, 0.02], ["glass", material, other, "brass", "glass"]
     pulse = pulse_of_two(fmu, nc.spheres(radii, materials), v)
@@ -42,7 +42,7 @@ def test_two_spheres_of_any_materials_meet_as_hertz_says(fmu, material, other):
     assert pulse["impulse"] == pytest.approx(2.0 * mass * v, rel=1e-13)
 
 
-def test_start_values():
+def test_spheres_start_values():
     """One value for all balls or one for each; of equal spheres all ratios are 1."""
     equal = nc.spheres(0.0313)
     assert equal == nc.spheres([0.0313] * 5, ["steel"] * 5) == nc.spheres(0.0313, n=5)
@@ -64,7 +64,7 @@ def test_start_values():
         ("clay", 0.011, "steel"),
     ],
 )
-def test_presets_are_of_such_spheres(preset, radii, materials):
+def test_spheres_of_the_presets(preset, radii, materials):
     of_preset = nc.preset(preset)
     for name, value in nc.spheres(radii, materials).items():
         assert of_preset.get(name, 1.0) == (pytest.approx(value, rel=1e-4) if name != "contact.model" else value), name
@@ -81,7 +81,7 @@ def test_presets_are_of_such_spheres(preset, radii, materials):
         (([],), "number of balls = 0 is refused"),
     ],
 )
-def test_wrong_spheres_are_refused_in_words(arguments, complaint):
+def test_spheres_that_cannot_be_are_refused_in_words(arguments, complaint):
     with pytest.raises(nc.InvalidValue, match=complaint):
         nc.spheres(*arguments)
     with pytest.raises(nc.InvalidValue, match="n = 3 and 2 value"):
@@ -98,7 +98,7 @@ def struck(cradle, fmu_path, radii: list[float], gap: float, stop: float):
     return fmu.simulate(nc.spheres(radii) | free, times=[0.0, stop], record=["v", "F_peak"])
 
 
-def test_published_tapered_rows(cradle, fmu_path):
+def test_spheres_in_published_tapered_rows(cradle, fmu_path):
     """The energy of the last ball over that of the first: of hard spheres by Doney and Sen, apart, in touch."""
     found = []
     for n, q in [(5, 0.05), (10, 0.05), (10, 0.1), (20, 0.05), (20, 0.1)]:
@@ -116,7 +116,7 @@ def test_published_tapered_rows(cradle, fmu_path):
 
 @pytest.mark.all
 @pytest.mark.parametrize("published", [0.3428, 0.1548, 0.0901])
-def test_published_decorated_rows(cradle, fmu_path, published):
+def test_spheres_in_published_decorated_rows(cradle, fmu_path, published):
     """Mass ratios at which a pulse becomes a solitary wave, by Jayaprakash, Starosvetsky and Vakakis."""
 
     def lost(ratio: float) -> float:
@@ -131,7 +131,7 @@ def test_published_decorated_rows(cradle, fmu_path, published):
     assert abs(best - published) <= 5.01e-5 and lost(best) < 1e-3 * below
 
 
-def test_the_table_of_the_documentation_is_that_of_the_package():
+def test_spheres_table_of_the_documents_is_that_of_the_package():
     text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
     for name, (density, modulus, poisson_ratio, source) in MATERIALS.items():
         assert f"| `{name}` | {density:g} | {modulus / 1e9:g} | {poisson_ratio:g} | {source} |" in text

@@ -24,7 +24,7 @@ def study(fmu_path, out, *arguments, code: int = 0) -> subprocess.CompletedProce
     return ended(*command, *arguments, code=code)
 
 
-def test_a_study_with_failures(fmu_path, tmp_path):
+def test_study_with_failures(fmu_path, tmp_path):
     """The FMU refuses order 20, and five balls lifted together never touch: the other runs are there."""
     axes = ["--orders", "1", "3", "20", "--dead-bands", "0", "1.6", "--dampings", "0", "--lifted", "1", "5"]
     done = study(fmu_path, tmp_path, "--workers", "2", *axes)
@@ -45,12 +45,12 @@ def test_a_study_with_failures(fmu_path, tmp_path):
     assert set(five["error"]) == {"FmuError: no contact ever closes"}
 
 
-def test_a_study_that_cannot_start_says_why(fmu_path, tmp_path):
+def test_study_that_cannot_start_says_why(fmu_path, tmp_path):
     done = study(fmu_path, tmp_path, "--scheduler", "tcp://127.0.0.1:9", code=1)
     assert done.stderr.splitlines()[-1].startswith("error: ") and "tcp://127.0.0.1:9" in done.stderr
 
 
-def test_an_axis_without_effect_is_an_error(fmu, fmu_path, tmp_path):
+def test_study_refuses_an_axis_without_effect(fmu, fmu_path, tmp_path):
     """A damping that is too small to change a bit of a linear contact; the other axes have their effect, the rows are
     kept, and it is said what they are of."""
     axes = ["--orders", "1", "--dead-bands", "0", "1", "--dampings", "0", "1e-300", "--lifted", "1", "2"]
@@ -63,7 +63,7 @@ def test_an_axis_without_effect_is_an_error(fmu, fmu_path, tmp_path):
     assert len(pd.read_csv(tmp_path / "runs.csv")) == 8 and not (tmp_path / "study.png").exists()
 
 
-def test_a_worker_killed_half_way_loses_nothing(fmu, fmu_path):
+def test_study_loses_nothing_with_a_worker(fmu, fmu_path):
     """On a cluster that was there before. All rows come, each once, with the numbers that a run on its own gives."""
     import one_run
     import study
@@ -88,7 +88,7 @@ def test_a_worker_killed_half_way_loses_nothing(fmu, fmu_path):
         assert one_run.measure(fmu, case) == row
 
 
-def test_another_fmu_of_the_same_name_is_another_one(fmu_path, tmp_path):
+def test_study_tells_fmus_of_one_name_apart(fmu_path, tmp_path):
     """On workers that have run the first one."""
     with (
         LocalCluster(n_workers=2, threads_per_worker=2, dashboard_address=None) as cluster,

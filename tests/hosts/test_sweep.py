@@ -58,7 +58,7 @@ def many_odd(fmu, kind, workers):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_product_of_axes_has_its_results_side_by_side(fmu, workers):
+def test_sweep_of_axes_has_its_results_side_by_side(fmu, workers):
     told = []
     found = nc.sweep(AXES, fmu=fmu, workers=workers, progress=told.append, **SHORT)
     assert [tuple(case.values()) for case in found.cases] == [(p, d) for p in (1.0, 1.5, 20.0) for d in (0.0, 2.6e-6)]
@@ -77,7 +77,7 @@ def test_a_product_of_axes_has_its_results_side_by_side(fmu, workers):
     assert frame["x[5]"][0] == alone[0]["x[5]"][-1] and list(frame["error"] != "") == [False] * 4 + [True] * 2
 
 
-def test_cases_are_dicts_or_rows(fmu, fmu_path):
+def test_sweep_takes_dicts_or_rows(fmu, fmu_path):
     rows = [{"ball.mass": 1.0}, {"ball.mass": 2.0, "x_start": [-0.1, 0, 0, 0, 0]}]
     found = nc.sweep(rows, fmu=fmu_path, workers=1, **SHORT)
     assert found["x"][:, 0, 1].tolist() == [-0.1, 0.0] and not found.errors
@@ -87,14 +87,14 @@ def test_cases_are_dicts_or_rows(fmu, fmu_path):
     assert np.array_equal(again["x"][0], found["x"][0])
 
 
-def test_a_process_that_dies_costs_its_case_only(fmu):
+def test_sweep_loses_only_the_case_of_a_dead_process(fmu):
     found = nc.sweep({"mass": [0.5, -1.0, 1.0, 2.0]}, measured, fmu=fmu, workers=2)
     assert found.errors == {1: "its process has died (exit code 1)"}
     assert np.isnan(found["peak"][1]) and (np.diff(found["peak"][[0, 2, 3]]) > 0).all()
     assert found.results[0] == measured(fmu, {"mass": 0.5})
 
 
-def test_only_the_cases_of_a_dead_process_run_again(fmu, tmp_path, temporary):
+def test_sweep_repeats_only_the_cases_of_a_dead_process(fmu, tmp_path, temporary):
     """Of 400 in parcels of 25, most run once; nothing stays behind in the folder for temporary files."""
     cases = [{"number": number, "log": str(tmp_path / "log")} for number in range(400)]
     found = nc.sweep(cases, logged, fmu=fmu, workers=2)
@@ -115,7 +115,7 @@ def ending(fmu, case):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_case_does_the_same_in_any_process(fmu, workers):
+def test_sweep_case_is_the_same_in_any_process(fmu, workers):
     """What it changes in its case stays its own, an exit is its error, and doubts come to who has asked for it."""
     with pytest.warns(nc.DoubtfulStart) as told:
         found = nc.sweep({"number": [0, 1, 2]}, ending, fmu=fmu, workers=workers)
@@ -131,7 +131,7 @@ def test_a_case_does_the_same_in_any_process(fmu, workers):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_closed_fmu_is_told_once(fmu, workers):
+def test_sweep_tells_of_a_closed_fmu_once(fmu, workers):
     with nc.Fmu(fmu.path) as closed:
         pass
     with pytest.raises(nc.FmuError, match=r"NewtonsCradle.fmu is closed: its `with` block has ended"):
@@ -177,7 +177,7 @@ def began(folder: Path) -> list[int]:
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timers that send signals")
-def test_a_signal_at_any_time_ends_a_sweep(fmu, temporary):
+def test_sweep_ends_at_a_signal_at_any_time(fmu, temporary):
     """While its processes start, work or end; with them and their files. Some ring again while it ends."""
     moments, again = random.Random(7), 0
     handler = signal.signal(signal.SIGALRM, signal.default_int_handler)
@@ -204,7 +204,7 @@ def numbered(fmu, case):
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are not told")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 @pytest.mark.parametrize("method", ["fork", "spawn"])
-def test_no_process_outlives_its_sweep(fmu, tmp_path, number, method):
+def test_sweep_outlives_its_processes(fmu, tmp_path, number, method):
     """However that has ended, and those of a sweep within a case as little."""
     folder, script = tmp_path / "temporary", tmp_path / "script.py"
     folder.mkdir()
@@ -230,7 +230,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_odd_measures_work_or_are_told(fmu, workers):
+def test_sweep_takes_odd_measures_or_tells(fmu, workers):
     nothing = many_odd(fmu, "nothing", workers)
     assert "measure: a returned result, or a dict of numbers" in nothing.errors[0] and list(nothing) == []
     rows = many_odd(fmu, "rows", workers)
@@ -250,7 +250,7 @@ def test_odd_measures_work_or_are_told(fmu, workers):
     assert names.to_dataframe()["found 1"].isna().tolist() == [False, True]
 
 
-def test_what_cannot_be_sent_to_a_process_is_told(fmu, tmp_path):
+def test_sweep_tells_what_cannot_be_sent_to_a_process(fmu, tmp_path):
     assert nc.sweep({"a": [1, 2]}, lambda fmu, case: case, fmu=fmu, workers=1)["a"].tolist() == [1, 2]
     with pytest.raises(nc.InvalidValue, match=r"measure: it cannot be sent .*; define it by `def` in a module"):
         nc.sweep({"a": [1, 2]}, lambda fmu, case: case, fmu=fmu, workers=2)
@@ -276,7 +276,7 @@ except nc.FmuError as problem:
     assert said[-1].endswith("call `nc.sweep` below `if __name__ == '__main__':`, or take `workers=1`")
 
 
-def test_axes_with_units_and_lists(fmu):
+def test_sweep_axes_with_units_and_lists(fmu):
     """They, and names of values that are also recorded, are told apart."""
     axes = {"contact.deadBand": ([1.0, 2.6], "um"), "gravity": [9.81, 1.62], "contact.model": ("powerLaw", "hertz")}
     found = nc.sweep(axes, fmu=fmu, workers=1, stop=0.5, record=["x", "gravity", "contact.deadBand"])
@@ -309,7 +309,7 @@ def test_axes_with_units_and_lists(fmu):
         nc.sweep({"time": [1.0, 2.0]}, lambda fmu, case: fmu.simulate(stop=1.0), fmu=fmu, workers=1).to_xarray()
 
 
-def test_copies_of_results_are_whole(fmu):
+def test_sweep_copies_of_results_are_whole(fmu):
     result = fmu.simulate(stop=1.0)
     for made in (copy.copy(result), copy.deepcopy(result)):
         assert made == result and made.model is fmu and made.given == result.given and made.units == result.units
@@ -330,7 +330,7 @@ def test_copies_of_results_are_whole(fmu):
         assert found.results[0] == result and found.results[0].model is fmu
 
 
-def test_a_data_set_has_named_dimensions(fmu, cradle, fmu_path):
+def test_sweep_as_data_set_has_named_dimensions(fmu, cradle, fmu_path):
     """Of a run and of many; balls and contacts count from 1."""
     pytest.importorskip("xarray")
     result = fmu.simulate(nc.figure5(), stop=1.0)
@@ -357,7 +357,7 @@ def recorded(fmu, case):
     return fmu.simulate(stop=case.get("stop", 0.1), record=case["record"])
 
 
-def test_what_only_some_cases_have_is_kept_and_nothing_is_taken_for_another(fmu):
+def test_sweep_keeps_what_only_some_cases_have(fmu):
     """Other variables, elements or times in each case."""
     pytest.importorskip("xarray")
     some = nc.sweep([{"record": ["x"]}, {"record": ["v", "x"]}, {"record": ["z"]}], recorded, fmu=fmu, workers=1)
@@ -381,14 +381,14 @@ def failing(fmu, case):
     raise RuntimeError("boom")
 
 
-def test_a_sweep_without_success_says_why(fmu):
+def test_sweep_without_success_says_why(fmu):
     failed = nc.sweep([{}, {}], failing, fmu=fmu, workers=1)
     for read, kind in ((lambda: failed["peak"], nc.UnknownName), (lambda: failed.time, nc.InvalidValue)):
         with pytest.raises(kind, match="no case has succeeded; case 0: RuntimeError: boom"):
             read()
 
 
-def test_empty_cells_of_a_data_frame_are_not_set(fmu):
+def test_sweep_sets_no_empty_cells_of_a_data_frame(fmu):
     pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame([{"ball.mass": 0.5}, {"gravity": 1.62}])
     found = nc.sweep(frame, fmu=fmu, workers=1, stop=0.1, record=[])

@@ -1,7 +1,10 @@
-"""The cases: the right result is found right, each known mistake is named, and other results are described."""
+"""The cases: the right result is found right, each known mistake is named, and other results are described. What the
+program says, and how it ends."""
 
+import os
 import re
 import shutil
+import subprocess
 import sys
 from dataclasses import replace
 
@@ -27,7 +30,7 @@ def folders(producer, fmu_path, tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_right_result_is_right(folders, name):
+def test_judge_accepts_the_right_result(folders, name):
     folder = folders[name]
     assert judge(folder, folder / "expected.csv")[0].startswith("right to the last bit")
     text = (folder / "case.txt").read_text(encoding="utf-8")
@@ -36,7 +39,7 @@ def test_the_right_result_is_right(folders, name):
 
 @pytest.mark.all
 @pytest.mark.parametrize(("name", "wrong"), MISTAKES, ids=["-".join(mistake) for mistake in MISTAKES])
-def test_each_mistake_is_named(folders, name, wrong, tmp_path):
+def test_judge_names_each_mistake(folders, name, wrong, tmp_path):
     """By a master with that mistake, whose solver takes other steps, in a file as other tools write it."""
     case = CASES[name]
     with Fmu(folders[name] / "cradle.fmu") as fmu:
@@ -53,7 +56,7 @@ def test_each_mistake_is_named(folders, name, wrong, tmp_path):
     assert line.startswith(f"right, but {words}" if wrong in case.other else f"wrong: {words}"), line
 
 
-def test_another_wrong_result_is_described(folders, tmp_path):
+def test_judge_describes_other_wrong_results(folders, tmp_path):
     folder = folders["pair"]
     table = np.genfromtxt(folder / "expected.csv", delimiter=",", names=True, deletechars="")
     table["x[3]"][20] += 0.5
@@ -100,7 +103,7 @@ class ThreeEighths(Importer):
 
 
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.exchange and case.fmi == 2])
-def test_another_right_solver_is_right(folders, name, tmp_path):
+def test_judge_accepts_other_right_solvers(folders, name, tmp_path):
     (line,) = judge(
         folders[name], ThreeEighths(CASES[name], folders[name] / "cradle.fmu", tmp_path / "unpacked").table()
     )
@@ -108,7 +111,7 @@ def test_another_right_solver_is_right(folders, name, tmp_path):
 
 
 @pytest.mark.parametrize(("mistake", "name"), PLANTED, ids=[mistake for mistake, _ in PLANTED])
-def test_planted_mistakes_are_found(folders, mistake, name, tmp_path):
+def test_judge_finds_planted_mistakes(folders, mistake, name, tmp_path):
     """In an importer that has nothing in common with the judge. Without the mistake its result is right."""
     verdicts = []
     for planted in ("", mistake):
@@ -120,7 +123,7 @@ def test_planted_mistakes_are_found(folders, mistake, name, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["grid", "inputs", "early"])
-def test_six_digits_and_rows_past_the_stop_are_right(folders, name):
+def test_judge_accepts_six_digits_and_rows_past_the_stop(folders, name):
     table = np.genfromtxt(folders[name] / "expected.csv", delimiter=",", names=True, deletechars="")
     columns = {key: [f"{value:.6g}" for value in table[key]] for key in table.dtype.names}
     columns = {key: [*values, "10.5" if key == "time" else "0"] for key, values in columns.items()}
@@ -135,7 +138,7 @@ def test_six_digits_and_rows_past_the_stop_are_right(folders, name):
     assert ": '' where -0.0" in line
 
 
-def test_what_cannot_be_judged_is_refused(folders, tmp_path):
+def test_judge_refuses_what_cannot_be_judged(folders, tmp_path):
     with pytest.raises(InvalidValue, match=r"is not the folder of a case; allowed: .*did you mean grid"):
         judge(tmp_path / "gird", {})
     with pytest.raises(InvalidValue, match=r"none of the columns x\[1\], .*; its columns: time, y"):
@@ -153,7 +156,7 @@ def test_what_cannot_be_judged_is_refused(folders, tmp_path):
             judge(other, folders[name] / "expected.csv")
 
 
-def test_the_program_hands_over(producer, folders, tmp_path):
+def test_judge_is_called_by_the_program(producer, folders, tmp_path):
     options = ["--python", sys.executable, "--"]
     done = ended(producer, "judge", *options, folders["grid"], folders["grid"] / "expected.csv")
     assert done.stdout.startswith("right to the last bit: x[1]")
@@ -167,6 +170,70 @@ def test_the_program_hands_over(producer, folders, tmp_path):
     assert "is not an FMU that can be read" in done.stderr
     done = ended(producer, "judge", "--", "--python", "nothing", code=2)
     assert "cannot run nothing" not in done.stderr
+
+
+@pytest.fixture(scope="module")
+def results(folders, tmp_path_factory):
+    """The folder of the cases, and one with a right, a wrong, an incomplete and a short result."""
+    cases, results = folders["grid"].parent, tmp_path_factory.mktemp("results")
+    for name in ("start", "whole", "inputs", "getters"):
+        lines = (cases / name / "expected.csv").read_text().splitlines()
+        if name == "inputs":
+            lines = [line.rpartition(",")[0] for line in lines]
+        if name == "whole":
+            lines[2] = lines[2].replace(lines[2].split(",")[1], "7.0")
+        (results / f"{name}.csv").write_text("\n".join(lines[: 9 if name == "getters" else None]))
+    return cases, results
+
+
+def test_judge_exit_code_is_the_verdict(producer, results):
+    cases, results = results
+    judge = [producer, "judge", "--python", sys.executable]
+    for name, code, said in (
+        ("start", 0, "right to the last bit: x[1], x[2], v[1], v[2]\n"),
+        ("whole", 1, "wrong, and by no known mistake: x[1] differs first, at 0.1 s: 7 where "),
+        ("inputs", 2, "not judged: no column v[2]\nright to the last bit: x[1], v[1], x[2]\n"),
+        ("getters", 1, "wrong: the result ends at 0.7 s, where it is to end at 2 s\n"),
+    ):
+        done = ended(*judge, cases / name, results / f"{name}.csv", code=code)
+        assert done.stdout.startswith(said) and done.stderr == ""
+    everything = ended(*judge, cases, results, code=1).stdout.splitlines()
+    assert [line.split(":")[0] for line in everything if "there is no such file" not in line] == [
+        "inputs", "inputs", "getters", "start", "whole",
+    ]  # fmt: skip
+    assert f"pair: not judged: {results / 'pair.csv'}: there is no such file" in everything
+    (cases / "start/result.csv").write_bytes((results / "start.csv").read_bytes())
+    assert "start: right to the last bit" in ended(*judge, cases, code=2).stdout
+    assert ended(*judge, cases / "start").stdout.startswith("right")
+    (cases / "start/result.csv").unlink()
+    refused = ended(*judge, results, results, code=2)
+    assert "is not the folder of a case; allowed: folders named grid, " in refused.stderr
+
+
+def test_judge_escapes_names_beyond_the_locale(producer, results):
+    """As Python's standard error does."""
+    cases, folder = results
+    (other := folder.parent / "Kür\u7b2c").mkdir()
+    (other / "start.csv").write_bytes((folder / "start.csv").read_bytes())
+    judge = [producer, "judge", cases, other, "--python", sys.executable]
+    said = ended(*judge, code=2, env=os.environ | {"PYTHONIOENCODING": "ascii"}).stdout
+    assert "start: right to the last bit" in said and r"K\xfcr\u7b2c/grid.csv: there is no such file" in said
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no device that is always full")
+def test_judge_output_that_nobody_takes(producer, results):
+    """A closed pipe ends it quietly, a full disk with one line."""
+    judge = [producer, "judge", results[0] / "start", results[1] / "start.csv", "--python", sys.executable]
+    for command in (judge, [producer, "judge", "--help", "--python", sys.executable]):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+        assert done.returncode == 1
+        assert done.stderr == "error: cannot write to standard output: No space left on device\n"
+        read, write = os.pipe()
+        os.close(read)
+        with open(write, "w") as closed:
+            done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 def expected(host: str) -> dict[str, str]:
@@ -185,7 +252,7 @@ FMPY, *OTHERS = HOSTS
 
 
 @pytest.mark.parametrize("host", [FMPY, *(pytest.param(host, marks=pytest.mark.all) for host in OTHERS)])
-def test_hosts_are_as_the_document_says(folders, host):
+def test_judge_verdicts_on_hosts_are_those_of_the_document(folders, host):
     """In one case of each kind; trial.py has them all."""
     for name in ("grid", "inputs", "pair", "states", "early", "clocks", "arrays"):
         found = short(verdict(host, folders[name]))

@@ -14,7 +14,7 @@ RK4 = {"solver.method": "rk4"}
 RESTITUTION = {"contact.dampingLaw": "constantRestitution"}
 HALF = {"contact.restitution": 0.5}
 
-#: Parameters that need something: a value that is not the default, settings with which it has no effect, others with
+#: Parameters that need something (those that share settings are tried together): a value that is not the default, settings with which it has no effect, others with
 #: which it has one, and what the warning says that it needs.
 NEEDY = [
     (
@@ -31,7 +31,7 @@ NEEDY = [
     ("contact.stiffnessRatio[2]", 2.0, [RIGID], [HERTZ], "contact.model = powerLaw or hertz"),
     ("contact.overlapRef", 1e-5, [HERTZ], [{}], "contact.model = powerLaw"),
     ("contact.exponent", 2.0, [RIGID], [{}], "contact.model = powerLaw"),
-    ("contact.dampingLaw", "huntCrossley", [RIGID], [{}], "contact.model = powerLaw or hertz"),
+    ("contact.dampingLaw", "huntCrossley", [RIGID | HALF], [{}], "contact.model = powerLaw or hertz"),
     ("contact.damping", 5.0, [HUNT_CROSSLEY], [HERTZ], "contact.dampingLaw = kelvinVoigt or kelvinVoigtNoPull"),
     (
         "contact.huntCrossley",
@@ -58,28 +58,35 @@ NEEDY = [
     ("solver.tolerance", 1e-9, [RK4], [{}], "solver.method = eventDriven, bdf or adams"),
     ("solver.fixedStep", 1e-5, [{}], [RK4], "solver.method = rk4"),
 ]
+NEEDS = {name: needs for name, *_, needs in NEEDY}
 #: Those that need an instance of one kind; `build` and Python do not know which a file will be used for.
 OF_ONE_KIND = {"exchange.contacts": ("resolved", "model exchange"), "solver.method": ("rk4", "co-simulation")}
 
 
-def told(values: dict, about: str, *calls) -> list[list[str]]:
-    """What each call with these values warns of about this parameter."""
+def together(wasted: bool) -> list[tuple[dict, dict]]:
+    """Each of the settings above, with all parameters that have no effect, or that have one, beside it."""
+    found = []
+    for name, value, without, with_effect, _ in NEEDY:
+        for others in without if wasted else with_effect:
+            given = next((given for known, given in found if known == others), None)
+            if given is None:
+                found.append((others, given := {}))
+            given[name] = value
+    return found
+
+
+def told(values: dict, *calls) -> list[list[str]]:
+    """What each call with these values warns of as without effect."""
     found = []
     for call in calls:
         with warnings.catch_warnings(record=True, action="always") as caught:
             call(values)
         assert all(one.filename == __file__ for one in caught)
-        found.append(
-            [
-                text
-                for text in (str(one.message) for one in caught)
-                if text.startswith(f"{about} = ") and " has no effect" in text
-            ]
-        )
+        found.append([text for text in (str(one.message) for one in caught) if " has no effect" in text])
     return found
 
 
-def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tmp_path):
+def test_warnings_of_parameters_without_effect_are_one_everywhere(fmu, producer, tmp_path):
     """Over the whole table, in the same words; none where it has an effect."""
 
     def build(values: dict) -> None:
@@ -94,23 +101,31 @@ def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tm
         with warnings.catch_warnings(action="ignore"), fmu.start(values, **options) as run:
             return [line.text for line in run.log if line.category == "logStatusWarning"]
 
-    for name, value, without, with_effect, needs in NEEDY:
-        for wasted in (others | {name: value} for others in without):
-            python, built = told(wasted, name, fmu.start, build)
-            assert len(python) == 1 and python == built, (name, python, built)
-            assert python[0].endswith(f" has no effect: it needs {needs}")
-            for said in (program(wasted), logged(wasted)):
-                assert [line for line in said if line.startswith(f"{name} = ")] == python
-        for used in (others | {name: value} for others in with_effect):
-            assert told(used, name, fmu.start, build) == [[], []], name
-            assert not [line for line in program(used) + logged(used) if line.startswith(f"{name} = ")]
+    def no_effects(lines) -> list[str]:
+        return [line for line in lines if " has no effect" in line]
+
+    for others, given in together(wasted=True):
+        python, built = told(others | given, fmu.start, build)
+        assert python == built == no_effects(program(others | given)) == no_effects(logged(others | given))
+        assert len(python) == len(given)
+        for name in given:
+            (line,) = (line for line in python if line.startswith(f"{name} = "))
+            assert line.endswith(f" has no effect: it needs {NEEDS[name]}")
+    for others, given in together(wasted=False):
+        for name, value in given.items():
+            used = others | {name: value}
+            about = [line for line in told(used, fmu.start)[0] + logged(used) if line.startswith(f"{name} = ")]
+            assert not about, used
+        python, built = told(others | given, fmu.start, build)
+        assert python == built == no_effects(program(others | given))
+        assert not [line for line in python if line.startswith(tuple(f"{name} = " for name in given))], given
     for name, (value, needs) in OF_ONE_KIND.items():
         of_kind = {
             "co-simulation": logged({name: value}),
             "model exchange": logged({name: value}, exchange=True),
         }
         assert {kind for kind, said in of_kind.items() if not said} == {needs}
-        assert told({name: value}, name, build) == [[]]
+        assert told({name: value}, build) == [[]]
     families = {name.partition("[")[0] for name, *_ in NEEDY}
     others = {name for name in fmu.parameters if "[" not in name or name.endswith("[1]")} - {*OF_ONE_KIND}
     others = {name for name in others if name.partition("[")[0] not in families}
@@ -118,14 +133,14 @@ def test_each_parameter_without_effect_is_told_once_everywhere(fmu, producer, tm
     values = {name: items.get(name, 0.015) for name in others}
     for name, value in values.items():
         one = {name: value}
-        said = told(one, name, fmu.start)[0] + [line for line in logged(one) if " has no effect" in line]
+        said = told(one, fmu.start)[0] + [line for line in logged(one) if " has no effect" in line]
         assert not said, said
     on_lines = values | {"pendulum.model": "linear"}
     assert not [line for line in program(on_lines) if " has no effect" in line]
 
 
 @pytest.mark.all
-def test_the_page_tells_the_same(page, fmu):
+def test_warnings_of_the_page_are_those_of_the_log(page, fmu):
     """Of each parameter that needs something, with and without it, but for methods, of which it has one."""
     start = "return cradle.engine.start({ balls: 5, start: arguments[0] }).warnings"
     for name, value, without, with_effect, _ in NEEDY:
@@ -137,7 +152,7 @@ def test_the_page_tells_the_same(page, fmu):
             assert bool(logged) >= (others in without)
 
 
-def test_what_comes_from_a_preset_is_meant(either):
+def test_warnings_leave_presets_alone(either):
     """Only what somebody has set himself is told in Python, and again after a merge."""
     desk = nc.preset("desk")
     with warnings.catch_warnings(action="error"):
@@ -154,7 +169,7 @@ def test_what_comes_from_a_preset_is_meant(either):
             either.start({"contact.model": "rigid", "contact.stiffnessRatio": [1.5] * 4})
 
 
-def test_a_wrong_sign_is_told(either):
+def test_warnings_of_a_wrong_sign(either):
     """In the FMU's words; what a preset has is meant."""
     pressed = r"x_start\[3\] = 0.1 m and x_start\[4\] = 0 m press balls 3 and 4"
     with warnings.catch_warnings(action="error"):

@@ -57,7 +57,7 @@ def bare(wheel, work, tmp_path_factory):
     return lambda program, *arguments: ended(programs / program, *arguments, cwd=work, env=environment)
 
 
-def test_from_install_to_figure_5(bare, work):
+def test_wheel_from_install_to_figure_5(bare, work):
     bare("cradle-fmu", "build", "--balls", "13", "--out", "thirteen.fmu")
     drawn = bare("python", "-c", FIGURE_5)
     assert (work / "figure5.png").read_bytes().startswith(b"\x89PNG")
@@ -70,7 +70,7 @@ def test_from_install_to_figure_5(bare, work):
         assert len(fmu.simulate(nc.preset("figure3"), stop=1.0).pulses) > 0
 
 
-def test_a_page_needs_nothing_else(bare, work):
+def test_wheel_makes_pages_by_itself(bare, work):
     """The template, the scripts and, where it has been built, the engine come along."""
     bare("cradle-fmu", "build", "--preset", "desk", "--out", "desk.fmu")
     bare("cradle-fmu", "page", "desk.fmu", "--stop", "1")
@@ -78,7 +78,7 @@ def test_a_page_needs_nothing_else(bare, work):
     assert '"title": "5 balls, 1 s"' in text and "#engine/recording.js" in text
 
 
-def test_its_page_in_a_registry_has_no_relative_links(wheel):
+def test_wheel_page_in_a_registry_has_no_relative_links(wheel):
     archive = zipfile.ZipFile(wheel)
     (metadata,) = (archive.read(name).decode() for name in archive.namelist() if name.endswith("/METADATA"))
     urls = dict(re.findall(r"^Project-URL: (\w+), (https://\S+)$", metadata, re.MULTILINE))
@@ -91,7 +91,7 @@ def test_its_page_in_a_registry_has_no_relative_links(wheel):
     assert pages | {f"{address}/raw/HEAD/docs/cradle.jpg"} <= set(links)
 
 
-def test_the_licences_come_along(wheel):
+def test_wheel_brings_its_licences(wheel):
     """Of this project and of all that is linked in; and the marker for type checkers."""
     names = zipfile.ZipFile(wheel).namelist()
     for name in ("LICENSE-MIT", "LICENSE-APACHE", "third-party.txt"):

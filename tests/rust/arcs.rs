@@ -24,7 +24,7 @@ pub fn period(p: &Parameters, angle: f64) -> f64 {
 
 /// Arcs differ from lines by the square of the amplitude.
 #[test]
-fn small_swings_are_linear() {
+fn arcs_of_small_swings_are_linear() {
     // With contacts whose outcome does not hang on the last digits.
     let hertz = Parameters { contact_model: ContactModel::Hertz, dead_band: 26e-9, ..lifted(5, 2, 1.0) };
     let linear = Parameters { contact_model: ContactModel::PowerLaw, dead_band: 2.6e-9, ..hertz.clone() };
@@ -48,7 +48,7 @@ fn small_swings_are_linear() {
 /// Ten minutes; with a dead band such that impacts come one after the other. Each is nearly the same as the one before,
 /// so that their rounding adds up.
 #[test]
-fn long_runs_keep_their_energy() {
+fn arcs_keep_the_energy_of_ten_minutes() {
     let runs = [(1, 30.0), (2, 30.0), (1, 80.0)];
     let models = [(ContactModel::Hertz, 2e-14), (ContactModel::Rigid, 5e-14)];
     for ((contact_model, allowed), (count, degrees)) in
@@ -65,7 +65,7 @@ fn long_runs_keep_their_energy() {
 /// centres turns as much as anywhere. Twice in a swing, each time nearly the same: changes of the stiffness in its last
 /// bits alone take the energy off by up to 1.5e-14.
 #[test]
-fn oblique_contacts_keep_their_energy() {
+fn arcs_keep_the_energy_of_oblique_contacts() {
     let hertz = Parameters { contact_model: ContactModel::Hertz, dead_band: 0.0, ..lifted(5, 2, 40.0) };
     let soft = Parameters { contact_model: ContactModel::PowerLaw, exponent: 2.0, overlap_ref: 1.0, ..hertz.clone() };
     for p in [hertz, Parameters { stiffness: 1.9e10, ..soft }] {
@@ -76,7 +76,7 @@ fn oblique_contacts_keep_their_energy() {
 /// Unequal pendulums swing together, pressed by almost nothing: the turn of their directions moves the time at which
 /// two of them part.
 #[test]
-fn balls_part_under_hardly_any_force() {
+fn arcs_balls_part_under_tiny_forces() {
     let mut p = Parameters { dead_band: 0.0, gravity: 10.2, radius: 5.0, length: 1.4, ..lifted(6, 0, 0.0) };
     (p.stiffness, p.damping) = (8.2e6, 4800.0);
     p.stiffness_ratio = vec![1.0, 1.0, 48.0, 1.5, 7.5];
@@ -86,7 +86,7 @@ fn balls_part_under_hardly_any_force() {
 }
 
 #[test]
-fn heights_angles_and_forces_on_the_support() {
+fn arcs_heights_angles_and_support_forces_have_their_formulas() {
     let (length, radius, angle, u) = (1.962, 0.0313, -60f64.to_radians(), 0.3 / 60f64.to_radians().cos());
     let host = Host::with_balls(2);
     let start = format!("x_start[1]={} v_start=0.3,-0.2", length * angle.sin());
@@ -110,7 +110,7 @@ fn heights_angles_and_forces_on_the_support() {
 }
 
 #[test]
-fn what_cannot_swing_is_refused_or_ends_the_run() {
+fn arcs_beyond_the_model_are_refused_or_end_the_run() {
     let start = |p: &Parameters| Simulation::new(p, &Inputs::zero(p.balls()), 0.0).unwrap_err().to_string();
     let p = lifted(2, 1, 30.0);
     let expect = |p: Parameters, text: &str| assert!(start(&p).contains(text), "{}", start(&p));
@@ -169,7 +169,7 @@ fn left_of_string(run: &Engine, p: &Parameters, ball: usize, of: usize) -> f64 {
 
 /// In flight, for which there is room beside a gap and between unequal pendulums; in contact; and rigid ones.
 #[test]
-fn neighbours_that_change_sides_end_the_run() {
+fn arcs_neighbours_changing_sides_end_the_run() {
     let apart = Parameters { gap: vec![0.3], radius: 0.05, ..lifted(2, 0, 0.0) };
     let above = Parameters { x_start: vec![-0.3, 1.5], v_start: vec![4.0, 0.0], ..apart };
     let unequal = Parameters {
@@ -199,7 +199,7 @@ fn neighbours_that_change_sides_end_the_run() {
 }
 
 #[test]
-fn a_growing_force_lifts_a_ball_from_rest() {
+fn arcs_growing_force_lifts_a_ball_from_rest() {
     for order in 1..=3 {
         let host = Host::started_with("pendulum.model=circular x_start=0");
         assert_eq!(host.set_derivative("F_ext[1]", order, -0.5), fmi2OK);
@@ -212,7 +212,7 @@ fn a_growing_force_lifts_a_ball_from_rest() {
 }
 
 #[test]
-fn a_host_sees_the_error_and_the_last_values() {
+fn arcs_failed_step_shows_the_error_and_the_last_values() {
     let host = Host::started_with("pendulum.model=circular v_start[5]=20");
     assert_eq!(host.step(0.0, 0.05), fmi2OK);
     host.refused(host.step(0.05, 1.0), "pendulum 5 swings beyond 90 degrees at t = 0.");
@@ -221,7 +221,7 @@ fn a_host_sees_the_error_and_the_last_values() {
 
 /// The last values are those of the events before the error: against the time, strong drag would have no limit.
 #[test]
-fn the_last_values_need_no_way_back() {
+fn arcs_last_values_are_those_of_the_events_before_the_error() {
     let mut p = Parameters { drag: 4e6, mass_ratio: vec![7.0, 6.0, 0.04], ..rigid(3, 3, 0.03, 0.3) };
     p.dead_band = 1e-11;
     let mut run = Engine::new(&p, &Inputs::zero(3), 0.0).unwrap();
@@ -247,7 +247,7 @@ fn rigid(balls: usize, count: usize, degrees: f64, restitution: f64) -> Paramete
 
 /// Unequal balls, which meet off the level; impacts are the limit of ever stiffer contacts.
 #[test]
-fn rigid_impacts_are_the_limit_of_stiff_ones() {
+fn arcs_rigid_impacts_are_the_limit_of_stiff_ones() {
     let (mass_ratio, length_ratio, gap) = (vec![1.0, 1.7, 0.6], vec![1.0, 0.8, 0.9], vec![0.2, 0.1]);
     let p = Parameters { mass_ratio, length_ratio, gap, ..rigid(3, 1, 60.0, 1.0) };
     let expected = run(&p, 3.0);
@@ -262,7 +262,7 @@ fn rigid_impacts_are_the_limit_of_stiff_ones() {
 
 /// With losses all end up swinging together, and the impacts have an end.
 #[test]
-fn in_the_end_rigid_balls_swing_together() {
+fn arcs_rigid_balls_end_up_swinging_together() {
     let p = rigid(5, 1, 60.0, 0.5);
     let mut engine = run(&p, 60.0);
     let pulses = |engine: &Engine| (0..4).map(|i| engine.pulses(i)).collect::<Vec<_>>();
@@ -278,7 +278,7 @@ fn in_the_end_rigid_balls_swing_together() {
 
 /// Equal pendulums that are pressed together are one, under the sum of the forces.
 #[test]
-fn pressed_rigid_balls_swing_as_one() {
+fn arcs_pressed_equal_rigid_balls_swing_as_one() {
     let mut p = rigid(3, 3, 40.0, 0.0);
     (p.mass_ratio, p.gravity) = (vec![1.0, 2.0, 0.5], 9.0);
     let mut inputs = Inputs { force: vec![7.0, 0.0, -1.0], support_acceleration: 0.4 };
@@ -325,7 +325,7 @@ fn pressed_rigid_balls_swing_as_one() {
 }
 
 #[test]
-fn other_rigid_balls_are_not_held_together() {
+fn arcs_unequal_rigid_balls_are_not_held_together() {
     let p = rigid(3, 0, 0.0, 0.5);
     let mut inputs = Inputs::zero(3);
     inputs.force[1] = 0.1;
@@ -354,7 +354,7 @@ fn other_rigid_balls_are_not_held_together() {
 
 /// Rigid balls without amplitude, whose rates differ by rounding, part at once.
 #[test]
-fn pulled_rigid_balls_part() {
+fn arcs_pulled_rigid_balls_part() {
     let mut p = rigid(3, 0, 0.0, 0.0);
     (p.gravity, p.radius, p.length) = (0.0, 0.05, 2.995241201409862);
     p.v_start = vec![0.7075077476437851, -0.2512780629875975, -0.6709155171783237];

@@ -7,7 +7,7 @@ use crate::runs::{assert_energy, cradle};
 
 /// Strong drag and damping on arcs: steps follow the slow motion, which for small angles is that on lines.
 #[test]
-fn what_creeps_on_arcs_costs_little() {
+fn creeping_on_arcs_costs_little() {
     let amplitude = 1e-4;
     for (balls, settings) in [
         (1, "pendulum.drag=1e3"),
@@ -35,7 +35,7 @@ fn what_creeps_on_arcs_costs_little() {
 /// A ball creeps to where a force holds it: `b L angle' = F cos(angle) - m g sin(angle)`, with an inertia that is less
 /// than the square of `m omega / b`.
 #[test]
-fn a_force_against_strong_drag_has_its_closed_form() {
+fn creeping_under_a_force_has_its_closed_form() {
     for (drag, force, share, start) in [
         (1e6, 9.81, 1e-4, 0.785),
         (1e6, 9.81, 8.0, 0.785),
@@ -59,7 +59,7 @@ fn a_force_against_strong_drag_has_its_closed_form() {
 
 /// Series that could hold for ever are renewed as well.
 #[test]
-fn balls_that_hardly_move_meet() {
+fn creeping_balls_meet_after_millions_of_seconds() {
     let p =
         cradle(2, "pendulum.model=circular gravity=0 contact.deadBand=0 x_start[1]=-0.1 x_start[2]=0 v_start[1]=1e-8");
     let mut run = Engine::new(&p, &Inputs::zero(2), 0.0).unwrap();

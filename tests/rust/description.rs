@@ -26,7 +26,7 @@ fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
 }
 
 #[test]
-fn the_description_is_the_table() {
+fn description_is_the_table() {
     for balls in [1, 2, 5, 13, 100] {
         let xml = xml(balls);
         assert!(!xml.contains("{{") && !xml.contains("}}"));
@@ -58,14 +58,14 @@ fn the_description_is_the_table() {
 }
 
 #[test]
-fn what_does_not_exist_is_not_found() {
+fn description_names_no_other_variable() {
     for name in ["", "x", "x[0]", "x[6]", "x[01]", "x[+1]", "x[1", "x1]", "F[5]", "gravity[1]", "x[1][1]", "nothing"] {
         assert!(Variable::named(name, 5).is_none(), "{name}");
     }
 }
 
 #[test]
-fn numbers_are_short_and_read_back_and_markup_is_escaped() {
+fn description_numbers_read_back_and_markup_is_escaped() {
     use newtons_cradle::variables::{Number, escaped};
 
     let samples = [0.0, 9.81, 1.0, 2.6e-6, 1e30, -1e30, 0.0313, 2.1e11, 1e-14, f64::MAX, 5e-324, 0.1 + 0.2];
@@ -77,7 +77,7 @@ fn numbers_are_short_and_read_back_and_markup_is_escaped() {
 }
 
 #[test]
-fn quantities_have_their_units_and_these_the_right_base_units() {
+fn description_units_have_the_right_base_units() {
     let text = xml(5);
     let units = read(&text).unit_definitions.unwrap().units;
     let exponents = |name: &str| {
@@ -113,7 +113,7 @@ fn quantities_have_their_units_and_these_the_right_base_units() {
 }
 
 #[test]
-fn small_and_large_numbers_are_shown_in_other_units() {
+fn description_display_units_suit_small_and_large_numbers() {
     let (two, settings) = (xml(2), Settings::default_for(2));
     let three = Description::fmi3(&settings).xml("2000-01-01T00:00:00Z");
     for (name, quantity, unit, shown, factor) in [
@@ -177,7 +177,7 @@ const TOUCHING: &str = "contact.model=rigid contact.deadBand=0 x_start=0 F_ext[1
 /// Every known is changed in every set-up: unknowns change exactly if they list it. Only the time of the next onset
 /// lists everything, in a long row nothing.
 #[test]
-fn dependencies_are_those_of_the_values() {
+fn description_dependencies_are_those_found_by_trial() {
     let xml = xml(BALLS);
     let mut described = dependencies(xml.split_once("<InitialUnknowns>").unwrap().1, BALLS);
     assert!(described.is_sorted_by_key(|(unknown, _)| unknown.reference()));
@@ -230,7 +230,7 @@ fn dependencies_are_those_of_the_values() {
 
 /// The force between rigid balls at rest against each other depends on all of them, so it appears when the run begins.
 #[test]
-fn rigid_contacts_transmit_nothing_before_the_run() {
+fn description_rigid_contacts_transmit_nothing_before_the_run() {
     let host = initializing(TOUCHING);
     let t_next = host.get("t_next");
     for name in ["F", "F_mean", "F_peak", "pulses"] {

@@ -70,7 +70,7 @@ fn step(law: &str, from: f64, length: f64) -> Step {
 }
 
 #[test]
-fn they_agree_with_differences() {
+fn derivatives_of_a_step_agree_with_differences() {
     for (law, values) in LAWS {
         // From the onset of the first impact, in s; length; smallest and largest number of onsets within.
         let steps = [
@@ -99,7 +99,7 @@ fn they_agree_with_differences() {
 
 /// The waves through touching balls, in which all pulses overlap; and balls pressed together by dashpots.
 #[test]
-fn overlapping_pulses_and_lasting_contacts() {
+fn derivatives_of_a_step_with_overlapping_pulses_and_lasting_contacts() {
     // Where balls just touch, or two onsets coincide, there is no derivative: so a nanometre apart, and unequal.
     let wave = "ball.massRatio=1.01,1.02,1.03,1.04,1.05 contact.deadBand=1e-9";
     let pressed = "x_start=0 contact.gap=-1.1e-5,-1.2e-5,-1.3e-5,-1.4e-5 contact.damping=2e4 contact.deadBand=0";
@@ -126,7 +126,7 @@ fn refused(host: &Host, (unknown, known, change): (&str, &str, f64), words: &str
 /// Derivatives are refused for a step in which rigid balls stay in contact; one that ends with an impact has those
 /// after it.
 #[test]
-fn rigid_balls_in_contact_are_refused() {
+fn derivatives_of_a_step_with_rigid_balls_in_contact_are_refused() {
     let refused = |host: &Host, input: &str| {
         refused(host, ("v[3]", input, 1.0), "v[3] has no derivative here: rigid balls stay in contact in it")
     };
@@ -144,7 +144,7 @@ fn rigid_balls_in_contact_are_refused() {
 }
 
 #[test]
-fn a_step_that_ends_at_an_onset_has_the_derivatives_from_the_right() {
+fn derivatives_of_a_step_to_an_onset_are_those_from_the_right() {
     let host = Host::started();
     let onset = host.get("t_next");
     assert_eq!(host.step(0.0, onset), fmi2OK);
@@ -158,14 +158,14 @@ fn a_step_that_ends_at_an_onset_has_the_derivatives_from_the_right() {
 }
 
 #[test]
-fn nothing_depends_on_inputs_that_have_not_been_held() {
+fn derivatives_of_a_step_by_inputs_not_held_are_zero() {
     let host = Host::started();
     let along = host.along(&outputs(BALLS), &[host.variable("F_ext[3]")], &[1.0]);
     assert!(along.iter().all(|derivative| *derivative == 0.0), "{along:?}");
 }
 
 #[test]
-fn directions_add_up_and_states_keep_them() {
+fn derivatives_of_a_step_add_up_and_survive_saved_states() {
     let step = step(LAWS[0].1, -0.05, 0.1);
     let host = &step.host;
     let (now, from) = (host.time().unwrap(), host.get("t_next") - 1e-3);
@@ -185,7 +185,7 @@ fn directions_add_up_and_states_keep_them() {
 
 /// In Initialization Mode the unknowns depend on the parameters and the inputs.
 #[test]
-fn initial_unknowns_agree_with_differences() {
+fn derivatives_of_initial_unknowns_agree_with_differences() {
     let relaxing = "contact.dampingLaw=viscoelastic contact.relaxationTime=1e-5";
     let real_relaxing = &format!("{relaxing} contact.exponent=1.7");
     for (what, law, closing) in [
@@ -226,7 +226,7 @@ fn initial_unknowns_agree_with_differences() {
 }
 
 #[test]
-fn what_has_no_derivative_is_refused() {
+fn derivatives_of_a_step_that_do_not_exist_are_refused() {
     let host = Host::default();
     assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
     refused(&host, ("x[1]", "contact.model", 1.0), "contact.model");

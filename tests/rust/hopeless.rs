@@ -14,13 +14,13 @@ fn is_hopeless(parameters: &Parameters, step: f64, why: &str) {
 }
 
 #[test]
-fn a_step_of_too_many_events_ends_in_an_error() {
+fn hopeless_step_of_too_many_events_ends_in_an_error() {
     is_hopeless(&cradle(2, "gravity=1e100"), 1.0, "contact 1 needs ");
 }
 
 /// The series of a flight are short where a pendulum is, or gravity is so strong.
 #[test]
-fn a_step_of_too_long_a_flight_ends_in_an_error() {
+fn hopeless_step_of_too_long_a_flight_ends_in_an_error() {
     let cradles = [(1, "pendulum.length=1e-30 x_start=-1e-31"), (2, "gravity=1e100 ball.massRatio[2]=1e-300")];
     for (balls, settings) in cradles {
         let parameters = cradle(balls, &format!("pendulum.model=circular {settings}"));
@@ -29,6 +29,6 @@ fn a_step_of_too_long_a_flight_ends_in_an_error() {
 }
 
 #[test]
-fn a_step_that_is_too_long_for_a_general_purpose_solver_ends_in_an_error() {
+fn hopeless_step_of_a_general_purpose_solver_ends_in_an_error() {
     is_hopeless(&cradle(5, "solver.method=rk4 solver.fixedStep=1e-20"), 0.01, "the solver needs 1.0e20 steps ");
 }

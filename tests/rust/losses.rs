@@ -34,7 +34,7 @@ fn outcome(p: &Parameters) -> f64 {
 }
 
 #[test]
-fn two_balls_part_as_asked() {
+fn losses_from_a_restitution_give_that_restitution() {
     for law in LAWS {
         for exponent in [1.0, 1.5, 2.0, 3.0, 7.3] {
             for (e, v) in
@@ -51,7 +51,7 @@ fn two_balls_part_as_asked() {
 
 /// By the law of constant restitution at any speed, exponent and ratio of masses, as rigid balls beside them.
 #[test]
-fn a_constant_restitution_is_exact() {
+fn losses_of_constant_restitution_are_exact() {
     for exponent in [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 7.3] {
         for e in [0.02, libm::exp(-2.0), 0.5, 0.9, 0.999] {
             for (v, mass) in [(1e-6, 1e-3), (1e-3, 1.0), (1.0, 0.3), (1.0, 1e3), (10.0, 1.0)] {
@@ -69,7 +69,7 @@ fn a_constant_restitution_is_exact() {
 
 /// Hertz contacts of unlike balls, and rigid ones.
 #[test]
-fn each_contact_has_its_own() {
+fn losses_by_contact_follow_their_ratios() {
     let mut settings = pair(DampingLaw::HuntCrossley, 1.0, 0.3);
     settings.parameters.contact_model = ContactModel::Hertz;
     settings.parameters.radius_ratio[1] = 1.4;
@@ -81,7 +81,7 @@ fn each_contact_has_its_own() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn losses_that_cannot_be_are_refused() {
     let refused = |law, e, speed, ratio| {
         let mut settings = pair(law, 1.5, 1.0);
         settings.parameters.loss_ratio[0] = ratio;

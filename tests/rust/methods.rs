@@ -128,7 +128,7 @@ fn compare(p: &Parameters) {
 }
 
 #[test]
-fn every_law_is_followed_as_by_the_engine() {
+fn methods_follow_every_law_as_the_engine_does() {
     use DampingLaw::{ConstantRestitution, HuntCrossley, KelvinVoigt, KelvinVoigtNoPull, Viscoelastic};
     for law in [KelvinVoigt, KelvinVoigtNoPull, HuntCrossley, Viscoelastic, ConstantRestitution] {
         compare(&lossy(ContactModel::PowerLaw, law));
@@ -145,7 +145,7 @@ pub fn default_by(method: SolverMethod) -> Parameters {
 }
 
 #[test]
-fn the_next_onset_comes_when_it_was_told() {
+fn methods_forecast_the_next_onset() {
     for (method, ..) in METHODS {
         let mut run = Simulation::new(&default_by(method), &Inputs::zero(5), 0.0).unwrap();
         let onsets = |run: &Simulation| (0..4).map(|i| run.pulses(i)).sum::<u64>();
@@ -175,7 +175,7 @@ fn the_next_onset_comes_when_it_was_told() {
 }
 
 #[test]
-fn there_may_be_no_next_onset() {
+fn methods_forecast_no_onset_where_there_is_none() {
     for (method, ..) in METHODS {
         // Free balls that part; a single ball.
         let apart = cradle(2, "gravity=0 v_start=-0.1,0.1 x_start=0");
@@ -196,7 +196,7 @@ fn there_may_be_no_next_onset() {
 }
 
 #[test]
-fn a_touch_within_a_long_step_is_not_missed() {
+fn methods_miss_no_touch_within_a_long_step() {
     // The first ball touches the second where it turns, 1.4 s on.
     for (depth, method) in
         [1e-4, 1e-7].into_iter().flat_map(|d| [SolverMethod::Adams, SolverMethod::Bdf].map(|m| (d, m)))
@@ -219,7 +219,7 @@ fn a_touch_within_a_long_step_is_not_missed() {
 
 /// A dense Jacobian of 30,000 unknowns would take 7 GB.
 #[test]
-fn the_jacobian_of_a_long_chain_is_not_dense() {
+fn methods_jacobian_of_a_long_chain_is_banded() {
     let (n, method) = (10_000, SolverMethod::Bdf);
     let mut p = Parameters { method, tolerance: 1e-6, ..Parameters::default_for(n) };
     p.stiffness = 1e4;
@@ -229,7 +229,7 @@ fn the_jacobian_of_a_long_chain_is_not_dense() {
 }
 
 #[test]
-fn what_cannot_go_on_is_an_error() {
+fn methods_that_cannot_go_on_end_in_an_error() {
     let mut p = Parameters { method: SolverMethod::Rk4, fixed_step: 1e-300, ..Parameters::default_for(2) };
     let mut run = Simulation::new(&p, &Inputs::zero(2), 1.0).unwrap();
     let error = run.advance(2.0, &mut Vec::new()).unwrap_err();

@@ -25,7 +25,7 @@ fn assert_peak(pulse: &Pulse, part: f64, allowed: f64, what: &str) {
 
 /// Whatever the exponent, and with what gravity and inputs do meanwhile.
 #[test]
-fn an_elastic_impact_of_two_peaks_half_way() {
+fn peak_of_an_elastic_impact_of_two_is_half_way() {
     for exponent in [1.0, 1.5, 2.0, 3.0, 7.3] {
         for gravity in [0.0, 9.81] {
             for (stiffness, force) in [(1e3, 0.0), (1e9, 0.0), (1e4, 2.0)] {
@@ -47,7 +47,7 @@ fn into_a_wall(text: &str) -> Parameters {
 }
 
 #[test]
-fn an_elastic_impact_of_three_peaks_half_way() {
+fn peak_of_an_elastic_impact_of_three_is_half_way() {
     for exponent in [1.0, 1.3, 1.5, 2.0, 2.5, 3.0, 7.3] {
         for stiffness in [1e5, 1e10] {
             let text = format!("contact.exponent={exponent} contact.stiffness={stiffness}");
@@ -64,7 +64,7 @@ fn an_elastic_impact_of_three_peaks_half_way() {
 /// A linear spring and a dashpot slow a ball of 1 kg down by `a = Re exp(i phase + (-gamma + i omega) t)`, up to a
 /// factor; the force is largest where `a'`, of the same form, is 0.
 #[test]
-fn a_damped_linear_contact_peaks_where_its_oscillation_does() {
+fn peak_of_a_damped_linear_contact_is_that_of_its_oscillation() {
     for (damping, no_pull) in [(1.0, false), (20.0, false), (20.0, true), (150.0, false)] {
         let (gamma, k) = (0.5 * damping, 1e4_f64);
         let omega = (k - gamma * gamma).sqrt();
@@ -85,7 +85,7 @@ fn a_damped_linear_contact_peaks_where_its_oscillation_does() {
 /// The rate of the force is 0 at the peak, for all laws, in rows of unlike balls whose pulses have several humps; no
 /// force at other times is larger.
 #[test]
-fn the_force_has_no_rate_at_its_peak() {
+fn peak_is_where_the_force_has_no_rate() {
     let (mut humps, mut seen) = (0, 0);
     for exponent in [1.0, 1.5, 2.5] {
         for (law, by) in [
@@ -123,7 +123,7 @@ fn the_force_has_no_rate_at_its_peak() {
 
 /// What changes after the peak of a pulse does not move it: an impact whose outcome was known is then followed in steps.
 #[test]
-fn a_pulse_keeps_its_peak_if_inputs_change_later() {
+fn peak_of_a_pulse_stays_if_inputs_change_later() {
     let arcs = "pendulum.model=circular contact.deadBand=0 x_start=-0.6,0.4 v_start=0.3,0.1 ball.massRatio=1,2";
     for (text, allowed) in [
         ("contact.deadBand=0 v_start=1,-0.2", 1e-12),
@@ -152,7 +152,7 @@ fn a_pulse_keeps_its_peak_if_inputs_change_later() {
 
 /// The general-purpose solvers find the same to what they are as exact.
 #[test]
-fn all_methods_agree() {
+fn peak_is_the_same_by_all_methods() {
     let p = Parameters { contact_model: ContactModel::Hertz, tolerance: 1e-10, ..touching(4, "v_start[1]=1") };
     let own = pulses_of(&p, 1e-3);
     for (method, allowed) in [(SolverMethod::Adams, 1e-4), (SolverMethod::Bdf, 1e-3)] {
@@ -170,7 +170,7 @@ fn all_methods_agree() {
 /// F^(1/6)` contacts per unit of time for unit masses and stiffness (J. Appl. Mech. Tech. Phys. 24, 733, 1983), is a
 /// little too low for one that is five beads long; once it has formed, the wave keeps its own to the last digits.
 #[test]
-fn the_speed_of_a_solitary_wave_is_read_from_the_peaks() {
+fn peak_times_give_the_speed_of_a_solitary_wave() {
     let pulses = pulses_of(&struck_chain(80, 1, 1.5), 70.0);
     let peak = |contact: usize| pulses.iter().find(|pulse| pulse.contact == contact).unwrap().peak;
     let speed = |from: usize, to: usize| {
@@ -183,7 +183,7 @@ fn the_speed_of_a_solitary_wave_is_read_from_the_peaks() {
 
 /// A pressed contact whose force stays the same has its peak where that began.
 #[test]
-fn a_constant_force_peaks_at_its_start() {
+fn peak_of_a_constant_force_is_at_its_start() {
     let p = touching(2, "gravity=0 contact.model=rigid");
     let (mut engine, mut pulses) = (started(&p), Vec::new());
     let press = |force: f64| Inputs { force: vec![force, -force], ..Inputs::zero(2) };

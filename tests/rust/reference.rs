@@ -82,7 +82,7 @@ fn assert_close(what: &str, got: &[f64], expected: &[f64], tolerance: f64) {
 }
 
 #[test]
-fn free_and_damped_chains() {
+fn reference_free_and_damped_chains() {
     for case in equal_chains() {
         assert_chain(&case, &chain(&case), [1e-11, 1e-13, 1e-10]);
     }
@@ -91,7 +91,7 @@ fn free_and_damped_chains() {
 /// Unequal balls that meet at speed, and viscoelastic ones in touch, in contacts that are not linear: by the engine,
 /// and by a method that knows nothing of where the force is not smooth.
 #[test]
-fn unequal_free_chains() {
+fn reference_unequal_free_chains() {
     let cases: Value = serde_json::from_str(include_str!("../data/free_chains.json")).unwrap();
     for case in cases.as_array().unwrap() {
         let p = Parameters { gap: numbers(&case["gaps"]), v_start: numbers(&case["v"]), ..chain(case) };
@@ -105,7 +105,7 @@ fn unequal_free_chains() {
 }
 
 #[test]
-fn cradle_states() {
+fn reference_cradle_states() {
     for case in reference()["cradle_states"].as_array().unwrap() {
         let id = case["id"].as_str().unwrap();
         let n = case["N"].as_u64().unwrap() as usize;
@@ -128,7 +128,7 @@ fn cradle_states() {
 }
 
 #[test]
-fn strongly_damped_cradles() {
+fn reference_strongly_damped_cradles() {
     let cases: Value = serde_json::from_str(include_str!("../data/strong_damping.json")).unwrap();
     for case in cases.as_array().unwrap() {
         let n = case["balls"].as_u64().unwrap() as usize;
@@ -208,7 +208,7 @@ fn assert_state(run: &mut Engine, amplitude: f64, state: &Value, most: f64, id: 
 /// After one click and after ten. The `sensitivity` is how much a small change of all starts grows; rounding between
 /// clicks moves balls one by one, which grows more, up to 1,000 times as much.
 #[test]
-fn cradles_on_arcs() {
+fn reference_cradles_on_arcs() {
     for case in arcs()["cradles"].as_array().unwrap() {
         let (p, inputs) = cradle_on_arcs(case);
         let (amplitude, contacts) = (-p.x_start[0], p.contacts());
@@ -222,7 +222,7 @@ fn cradles_on_arcs() {
 
 /// All laws, with drag and inputs (`tests/data/random_arcs.cpp`); the `sensitivity` is that to changes of single balls.
 #[test]
-fn random_cradles_on_arcs() {
+fn reference_random_cradles_on_arcs() {
     let (mut states, mut faults) = (0, Vec::new());
     for line in include_str!("../data/random_arcs.json").lines() {
         let case: Value = serde_json::from_str(line).unwrap();
@@ -252,7 +252,7 @@ fn random_cradles_on_arcs() {
 
 /// Rows in touch whose contacts have a constant restitution, from nearly elastic to hardly any (`tests/data/rows.cpp`).
 #[test]
-fn rows_of_constant_restitution() {
+fn reference_rows_of_constant_restitution() {
     let cases: Value = serde_json::from_str(include_str!("../data/rows.json")).unwrap();
     for case in cases.as_array().unwrap() {
         let (p, _) = cradle_on_arcs(case);
@@ -267,7 +267,7 @@ fn rows_of_constant_restitution() {
 /// The energy of those whose work depends most on how well integrals know where forces are not smooth, while forces on
 /// every other ball grow by 1 N/s and on the others fall by 0.7 N/s.
 #[test]
-fn work_of_growing_forces_on_arcs() {
+fn reference_work_of_growing_forces_on_arcs() {
     let cases =
         include_str!("../data/random_arcs.json").lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     let chosen = |case: &Value| [59, 139, 221, 230].iter().any(|number| case["number"] == *number);
@@ -284,7 +284,7 @@ fn work_of_growing_forces_on_arcs() {
 
 /// Pendulums by themselves: a quarter of a period after the other, they are where they should be.
 #[test]
-fn periods_on_arcs() {
+fn reference_periods_on_arcs() {
     let [amplitudes, periods] = ["amplitudes", "periods"].map(|key| numbers(&arcs()[key]));
     for (amplitude, period) in amplitudes.into_iter().zip(periods) {
         let p = on_arcs(vec![-amplitude]);
@@ -308,7 +308,7 @@ fn periods_on_arcs() {
 }
 
 #[test]
-fn runge_kutta_converges_as_fast_as_the_forces_are_smooth() {
+fn rk4_converges_as_fast_as_the_forces_are_smooth() {
     for case in equal_chains() {
         // A Kelvin-Voigt force jumps at the onset, another one bends there or, from p = 3 on, is as smooth as the
         // method asks for.

@@ -17,7 +17,7 @@ fn rigid(n: usize, settings: &str) -> Parameters {
 /// fly side by side never touch. Waves that cross, as in the paper's Figure 3, pass through each other: nothing but the
 /// order of the impacts shows that they met.
 #[test]
-fn as_many_balls_leave_as_were_lifted() {
+fn rigid_as_many_balls_leave_as_were_lifted() {
     let rows = [(2, 1, 0), (5, 1, 0), (5, 2, 0), (5, 3, 0), (5, 4, 0), (13, 3, 0), (13, 3, 2)];
     for (arcs, (n, left, right)) in [false, true].into_iter().flat_map(|arcs| rows.map(|row| (arcs, row))) {
         let mut p = rigid(n, "");
@@ -62,7 +62,7 @@ fn as_many_balls_leave_as_were_lifted() {
 
 /// With losses all end up swinging together, and the impacts have an end.
 #[test]
-fn in_the_end_all_swing_together() {
+fn rigid_balls_with_losses_end_up_swinging_together() {
     for (restitution, dead_band) in [(0.9, 0.0), (0.9, 2.6e-6), (0.5, 0.0), (0.1, 2.6e-6), (0.0, 0.0), (0.0, 2.6e-6)] {
         let settings = format!("contact.restitution={restitution} contact.deadBand={dead_band} x_start[1]=-0.1");
         let mut engine = started(&rigid(5, &settings));
@@ -84,7 +84,7 @@ fn in_the_end_all_swing_together() {
 
 /// Two balls pushed against each other bounce ever lower: an end of infinitely many impacts, then one body.
 #[test]
-fn chatter_comes_to_its_end() {
+fn rigid_chatter_ends() {
     for restitution in [0.2, 0.5, 0.9, 0.99] {
         let unequal = format!("contact.restitution={restitution} ball.massRatio[2]=3");
         let p = rigid(2, &format!("gravity=0 x_start[1]=-0.01 {unequal}"));
@@ -111,7 +111,7 @@ fn chatter_comes_to_its_end() {
 /// Nothing but drag takes the bounces of elastic balls: the lower they are, the more of them follow each other, but not
 /// for ever.
 #[test]
-fn elastic_chatter_comes_to_its_end() {
+fn rigid_elastic_chatter_ends() {
     let p = rigid(2, "gravity=0 x_start[1]=-0.01 pendulum.drag=2");
     let inputs = Inputs { force: vec![2.0, 0.0], ..Inputs::zero(2) };
     let mut engine = Engine::new(&p, &inputs, 0.0).unwrap();
@@ -134,7 +134,7 @@ fn frequencies() -> ([f64; 2], f64) {
 }
 
 #[test]
-fn a_body_parts_where_its_contact_would_pull() {
+fn rigid_body_parts_where_its_contact_would_pull() {
     let mut engine = started(&rigid(2, &format!("contact.restitution=0.3 x_start=-0.1 {UNEQUAL}")));
     let ([first, second], omega) = frequencies();
     let (quarter, mut pulses) = (0.5 * PI / omega, Vec::new());
@@ -163,7 +163,7 @@ fn a_body_parts_where_its_contact_would_pull() {
 
 /// The largest constraint force lies within the step, where the body turns.
 #[test]
-fn the_largest_force_is_found_within_a_step() {
+fn rigid_largest_force_is_found_within_a_step() {
     let mut engine = started(&rigid(2, &format!("contact.restitution=0 v_start=-0.2 {UNEQUAL}")));
     let ([first, second], omega) = frequencies();
     let mut pulses = Vec::new();
@@ -179,7 +179,7 @@ fn the_largest_force_is_found_within_a_step() {
 /// A push on the first of five balls at rest presses all of them; a pull takes it away; what is held together comes
 /// apart.
 #[test]
-fn inputs_press_and_part() {
+fn rigid_balls_are_pressed_and_parted_by_inputs() {
     let mut engine = started(&rigid(5, "contact.restitution=0.5"));
     let mut pulses = Vec::new();
     let mut inputs = Inputs::zero(5);
@@ -205,7 +205,7 @@ fn inputs_press_and_part() {
 
 /// Means over a microsecond have their digits after a day, too.
 #[test]
-fn the_mean_forces_of_a_body_keep_their_digits() {
+fn rigid_body_mean_forces_keep_their_digits() {
     for settings in ["", UNEQUAL] {
         let p = rigid(2, &format!("{settings} pendulum.drag=0.5"));
         let inputs = Inputs { force: vec![0.3, -0.2], support_acceleration: 0.01 };
@@ -224,7 +224,7 @@ fn the_mean_forces_of_a_body_keep_their_digits() {
 }
 
 #[test]
-fn ties_that_share_a_ball_keep_the_symmetry() {
+fn rigid_ties_sharing_a_ball_keep_the_symmetry() {
     let settings = "contact.restitution=0.7 ball.massRatio[2]=3 x_start[1]=-0.1 x_start[3]=0.1";
     let mut engine = started(&rigid(3, settings));
     let click = 0.5 * PI / 5f64.sqrt();
@@ -235,7 +235,7 @@ fn ties_that_share_a_ball_keep_the_symmetry() {
 }
 
 #[test]
-fn long_chains_and_long_runs_have_an_end() {
+fn rigid_long_chains_and_long_runs_end() {
     let mut p = rigid(200, "contact.restitution=0.9");
     p.x_start[..20].fill(-0.1);
     let mut engine = started(&p);
@@ -248,7 +248,7 @@ fn long_chains_and_long_runs_have_an_end() {
 /// A push that fades parts the ball it acts on from the others about where it passes zero: the balls differ in what
 /// drag does to them.
 #[test]
-fn a_fading_push_lets_go() {
+fn rigid_body_parts_as_a_push_fades() {
     let settings = "contact.restitution=0 gravity=0 pendulum.drag=0.00874297034530852 \
                     x_start[1]=-0.00040523104503505965 ball.massRatio=4.04272261952834,1,1,5.72064286882788";
     let mut engine = started(&rigid(4, settings));

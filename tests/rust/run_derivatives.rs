@@ -121,7 +121,7 @@ const RUNS: [(&str, f64); 20] = [
 ];
 
 #[test]
-fn they_agree_with_differences_and_both_directions_with_each_other() {
+fn derivatives_of_a_run_agree_with_differences_and_adjoints() {
     for (name, end) in RUNS {
         let parameters = cradle(3, &format!("x_start=-0.1,0,0.0011 v_start[1]=0.02 {name}"));
         let settings = Settings { parameters, ..Settings::default_for(3) };
@@ -158,7 +158,7 @@ fn they_agree_with_differences_and_both_directions_with_each_other() {
 /// Balls at rest in touch that forces press together: with an exponent that is not whole, the force has no series
 /// there. With damping, so that they do not come to rest at the same place again.
 #[test]
-fn contacts_that_close_from_rest() {
+fn derivatives_of_a_run_with_contacts_closing_from_rest() {
     for law in ["huntCrossley", "viscoelastic"] {
         let losses = "contact.relaxationTime=1e-4 contact.huntCrossley=0.1";
         let p = touching(2, &format!("contact.model=hertz ball.youngModulus=1e6 {losses} contact.dampingLaw={law}"));
@@ -211,7 +211,7 @@ fn both_ways(name: &str, tape: &Tape, settings: &Settings, allowed: f64) {
 }
 
 #[test]
-fn both_directions_agree_through_a_hundred_clicks() {
+fn derivatives_of_a_run_agree_with_adjoints_through_a_hundred_clicks() {
     // The derivatives grow with the run: for five balls of Hertz with small gaps to 1e13, for seven in touch to 1e25.
     for (balls, settings, allowed) in [
         (5, "", 1e-12),
@@ -236,7 +236,7 @@ fn both_directions_agree_through_a_hundred_clicks() {
 /// Without gravity a flight is a polynomial, as short as it is to the oscillator: with the slope of an input one of the
 /// third degree.
 #[test]
-fn long_flights_without_gravity() {
+fn derivatives_of_a_run_with_long_flights_without_gravity() {
     let p = cradle(1, "gravity=0 x_start=0");
     let mut simulation = Simulation::new(&p, &Inputs::zero(1), 0.0).unwrap();
     let mut history = History::default();
@@ -272,7 +272,7 @@ fn cut_step(p: &Parameters, change: f64) -> (Simulation, History) {
 
 /// Along a change of the inputs over all of it; those that act from its end on count for the next onset only.
 #[test]
-fn a_step_that_inputs_cut_has_derivatives() {
+fn derivatives_of_a_step_cut_by_inputs() {
     let soft = "contact.stiffness=2e3 contact.overlapRef=1 contact.damping=3 pendulum.drag=0.2";
     for settings in ["pendulum.drag=0.1", soft, "contact.stiffness=1e5 solver.method=adams"] {
         let p = cradle(4, &format!("{settings} solver.tolerance=1e-14"));
@@ -297,7 +297,7 @@ fn a_step_that_inputs_cut_has_derivatives() {
 
 /// A brake that changes at every millisecond, there and back.
 #[test]
-fn parameters_that_change_all_the_time() {
+fn derivatives_of_a_run_with_parameters_changed_at_every_step() {
     for contact_model in [ContactModel::PowerLaw, ContactModel::Hertz] {
         let mut p = Parameters { contact_model, ..Parameters::default_for(3) };
         let mut simulation = Simulation::new(&p, &Inputs::zero(3), START).unwrap();
@@ -327,7 +327,7 @@ fn parameters_that_change_all_the_time() {
 }
 
 #[test]
-fn another_course_than_that_of_the_run_has_none() {
+fn derivatives_of_a_run_refuse_another_course() {
     let settings = Settings::default_for(3);
     let Course { simulation, history, .. } = Course::new(&settings, 2.7);
     assert!(simulation.tape(&history).is_ok());
@@ -336,7 +336,7 @@ fn another_course_than_that_of_the_run_has_none() {
 
 /// Rigid balls in touch share a force: of three equal ones each gets a third, through the contacts.
 #[test]
-fn what_rigid_balls_in_touch_transmit() {
+fn derivatives_of_a_run_through_rigid_balls_in_touch() {
     let p = touching(3, "contact.model=rigid");
     let pressed = Inputs { force: vec![2.0, 0.0, -1.0], ..Inputs::zero(3) };
     let mut simulation = Simulation::new(&p, &pressed, 0.0).unwrap();
@@ -350,7 +350,7 @@ fn what_rigid_balls_in_touch_transmit() {
 
 /// One ball alone, on a line and on an arc.
 #[test]
-fn one_ball_has_derivatives() {
+fn derivatives_of_a_run_of_one_ball() {
     for model in ["linear", "circular"] {
         let p = cradle(1, &format!("pendulum.model={model} x_start=0.3"));
         let run = |gravity: f64| {
@@ -367,7 +367,7 @@ fn one_ball_has_derivatives() {
 
 /// Linear contacts damped ten and a hundred times critically: fast decays within the first microseconds of a long step.
 #[test]
-fn strongly_damped_impacts() {
+fn derivatives_of_a_run_with_strongly_damped_impacts() {
     for (damping, model) in [(5e3, "linear"), (5e4, "linear"), (5e3, "circular")] {
         let contact = format!("contact.stiffness=1e5 contact.overlapRef=1 contact.damping={damping}");
         let p = cradle(2, &format!("{contact} pendulum.model={model} x_start=-0.1,0.001 v_start[1]=0.02"));

@@ -27,7 +27,7 @@ fn initialization_mode_shows_the_values_that_are_set() {
 }
 
 #[test]
-fn before_the_first_step_the_means_are_the_values() {
+fn means_before_the_first_step_are_the_values() {
     let host = Host::started_with("x_start[2]=1e-5");
     let (force, support) = (host.get("F[2]"), host.get("F_support"));
     assert!(force > 0.0 && support != 0.0);
@@ -37,7 +37,7 @@ fn before_the_first_step_the_means_are_the_values() {
 }
 
 #[test]
-fn a_getter_after_a_setter_answers_from_before() {
+fn getters_after_a_setter_answer_from_before() {
     let host = Host::started();
     assert_eq!(host.step(0.0, 0.1), fmi2OK);
     let outputs = ["x[5]", "v[5]", "a[5]", "E_total", "F_support", "t_next"];
@@ -52,7 +52,7 @@ fn a_getter_after_a_setter_answers_from_before() {
 }
 
 #[test]
-fn setting_what_is_set_already_is_no_change() {
+fn setters_of_unchanged_values_change_nothing() {
     let run = |set: bool| {
         let host = Host::started();
         for i in 0..200 {
@@ -72,7 +72,7 @@ fn setting_what_is_set_already_is_no_change() {
 }
 
 #[test]
-fn the_hosts_time_is_adopted() {
+fn time_of_the_host_is_adopted() {
     let host = Host::started();
     let mut time = 0.0;
     for i in 0..1000 {
@@ -89,7 +89,7 @@ fn the_hosts_time_is_adopted() {
 }
 
 #[test]
-fn a_step_past_the_stop_time_is_made_and_told_once() {
+fn step_past_the_stop_time_is_made_and_told_once() {
     let host = Host::logging();
     assert_eq!(unsafe { fmi2SetupExperiment(host.c, 0, 0.0, 0.0, 1, 0.1) }, fmi2OK);
     assert_eq!((host.enter(), host.exit()), (fmi2OK, fmi2OK));
@@ -101,7 +101,7 @@ fn a_step_past_the_stop_time_is_made_and_told_once() {
 }
 
 #[test]
-fn categories_can_be_switched() {
+fn log_categories_can_be_switched() {
     let host = Host::logging();
     let switch = |on: bool, names: &[&std::ffi::CStr]| {
         let names: Vec<fmi2String> = names.iter().map(|name| name.as_ptr()).collect();
@@ -127,7 +127,7 @@ fn categories_can_be_switched() {
 }
 
 #[test]
-fn what_has_no_effect_is_told() {
+fn log_warns_of_parameters_without_effect() {
     let host = Host::logging();
     for (settings, expected) in [
         (
@@ -172,7 +172,7 @@ fn what_has_no_effect_is_told() {
 /// Every parameter that needs something, changed under all laws and methods: it is told once that this has no effect
 /// where the run keeps its bits, and not where it changes.
 #[test]
-fn what_is_told_to_have_no_effect_has_none() {
+fn log_warns_exactly_of_parameters_without_effect() {
     const STRUCK: &str = "gravity=0 contact.exponent=1.5 contact.deadBand=0 contact.damping=50 \
         contact.huntCrossley=0.3 contact.relaxationTime=1e-6 contact.restitution=0.8 x_start=0 \
         v_start=1,0,0,0,0 contact.gap=0,1,1,1";
@@ -221,7 +221,7 @@ fn what_is_told_to_have_no_effect_has_none() {
 }
 
 #[test]
-fn rigid_impacts_are_pulses_without_duration() {
+fn log_lists_rigid_impacts_as_pulses_without_duration() {
     let host = Host::logging();
     host.give("contact.model=rigid contact.deadBand=0");
     host.start();
@@ -251,7 +251,7 @@ fn rigid_impacts_are_pulses_without_duration() {
 }
 
 #[test]
-fn questions_about_the_last_step_are_answered() {
+fn status_of_the_last_step_is_answered() {
     let host = Host::started();
     let (mut status, mut boolean, mut string) = (fmi2Error, 7, null());
     unsafe {
@@ -268,7 +268,7 @@ fn questions_about_the_last_step_are_answered() {
 /// With strong drag the pull of the pendulum and the drag cancel, but for what the momentum loses; and late in a run
 /// the sums over a step are small parts of those since the start.
 #[test]
-fn the_mean_force_on_the_support_keeps_its_digits() {
+fn means_of_the_support_force_keep_their_digits() {
     for (drag, from, step) in [(1e6, 1.0, 0.25), (1e6, 1e4, 1e-3), (1e3, 5.0, 1e-6), (20.0, 3.0, 1e-3)] {
         let host = Host::with_balls(1);
         host.give(&format!("pendulum.drag={drag}"));
@@ -294,7 +294,7 @@ fn the_mean_force_on_the_support_keeps_its_digits() {
 
 /// Ten minutes in one step: Figure 6's set-up, and cubic contacts. Every impact of two balls is solved at once.
 #[test]
-fn long_runs_keep_their_energy() {
+fn energy_of_ten_minutes_is_kept() {
     for (scene, pulses) in [(scenes::TEN_MINUTES, 2562), (scenes::CUBIC, 7194)] {
         let host = scenes::ready(scene, "");
         let energy = host.get("E_total");
@@ -309,7 +309,7 @@ fn long_runs_keep_their_energy() {
 /// A look for the next onset takes a fixed amount of work also where contacts stay closed for ever, and each goes on
 /// from the last.
 #[test]
-fn the_next_onset_of_a_pressed_chain_is_looked_for_step_by_step() {
+fn forecast_of_a_pressed_chain_is_made_step_by_step() {
     for (gravity, model) in [0.0, 9.81].into_iter().flat_map(|gravity| [(gravity, "powerLaw"), (gravity, "hertz")]) {
         let cradle = format!("gravity={gravity} contact.model={model} contact.damping=1e5 x_start=0");
         let host = Host::started_with(&format!("{cradle} F_ext[1]=10 F_ext[5]=-10"));

@@ -48,7 +48,7 @@ fn pulse(p: &Parameters, time: f64) -> Pulse {
 }
 
 #[test]
-fn impacts_of_unlike_spheres_have_the_peak_and_the_duration_of_hertz() {
+fn spheres_impacts_have_the_peak_and_the_duration_of_hertz() {
     let off = |found: f64, expected: f64| (found / expected - 1.0).abs();
     for pair in &PAIRS {
         for v in [1e-6, 0.05, 0.7, 10.0] {
@@ -74,7 +74,7 @@ fn impacts_of_unlike_spheres_have_the_peak_and_the_duration_of_hertz() {
 
 /// However radii and moduli are shared between the common value and the ratios, in powers of two.
 #[test]
-fn equal_spheres_keep_their_bits() {
+fn spheres_of_equal_size_keep_their_bits() {
     for pendulum in ["linear", "circular"] {
         let text = format!("contact.model=hertz contact.deadBand=0 pendulum.model={pendulum}");
         let plain = cradle(5, &text);
@@ -91,7 +91,7 @@ fn equal_spheres_keep_their_bits() {
 /// Pivots are the two radii and the gap apart, whatever the contacts: hanging balls are apart by the gap, and one that
 /// is lifted by a right-angled triangle.
 #[test]
-fn pivots_are_as_far_apart_as_the_radii_say() {
+fn spheres_pivots_are_as_far_apart_as_their_radii() {
     let radii = [0.02, 0.005, 0.03];
     for model in ["powerLaw", "hertz", "rigid"] {
         let text = "pendulum.model=circular pendulum.length=0.5 x_start=-0.3,0,0 contact.deadBand=0 contact.gap=0,1e-3";

@@ -81,7 +81,7 @@ fn chains() -> Vec<(&'static str, Parameters)> {
 
 /// Under constant inputs, and under some that are polynomials of the third degree over the whole run.
 #[test]
-fn implicit_steps_give_the_results_of_explicit_ones() {
+fn stiff_implicit_steps_give_the_results_of_explicit_ones() {
     let change = |at_the_ends: f64, support: f64| {
         let force = vec![at_the_ends, -0.3 * at_the_ends, 0.1, 0.2 * at_the_ends, -at_the_ends];
         Inputs { force, support_acceleration: support }
@@ -99,7 +99,7 @@ fn implicit_steps_give_the_results_of_explicit_ones() {
 }
 
 #[test]
-fn pressed_chains_swing_as_one() {
+fn stiff_pressed_chains_swing_as_one() {
     for (name, parameters) in chains().into_iter().filter(|(name, _)| *name != "unequal pendulums") {
         let engine = run_under(&parameters, &pressing(5, 10.0), 100.0);
         let swing = -0.02 * libm::cos((9.81f64 / 1.962).sqrt() * 100.0);
@@ -121,7 +121,7 @@ fn pressed_chains_swing_as_one() {
 }
 
 #[test]
-fn strong_damping_costs_little() {
+fn stiff_damping_costs_little() {
     let work = |balls: usize, damping: f64, law: &str, dead_band: f64| -> WorkCounters {
         let text = format!("contact.damping={} {law} contact.deadBand={dead_band}", damping * critical());
         run(&cradle(balls, &text), 10.0).work()
@@ -145,7 +145,7 @@ fn strong_damping_costs_little() {
 /// Contacts that overlap by less than rounding, and neither press nor part, must not stop the time: whether there are
 /// any depends on the last digits.
 #[test]
-fn last_digits_stop_no_strongly_damped_run() {
+fn stiff_damping_is_not_stopped_by_last_digits() {
     for k in 0..40 {
         let gravity = 9.81 * (1.0 + f64::from(k) * 1e-14);
         let damping = 1e6 * critical();
@@ -156,7 +156,7 @@ fn last_digits_stop_no_strongly_damped_run() {
 }
 
 #[test]
-fn damping_beyond_measure_makes_the_balls_swing_as_one() {
+fn stiff_damping_without_limit_makes_the_balls_swing_as_one() {
     for damping in [1e14, 1e16, 1e18, 1e20, 1e25] {
         for law in DASHPOTS {
             let engine = run(&cradle(5, &format!("contact.damping={damping} {law}")), 3.0);
@@ -170,7 +170,7 @@ fn damping_beyond_measure_makes_the_balls_swing_as_one() {
 }
 
 #[test]
-fn balls_at_rest_against_each_other_cause_no_events() {
+fn settled_balls_cause_no_events() {
     // Without a dead band the balls end up in touch, swinging side by side.
     for law in DASHPOTS {
         for factor in [3.0, 10.0, 100.0, 1000.0] {
@@ -183,7 +183,7 @@ fn balls_at_rest_against_each_other_cause_no_events() {
 
 /// A cradle that Hunt-Crossley contacts bring to rest costs less and less: restitution 0.95 at the first impact.
 #[test]
-fn a_settled_cradle_costs_no_more_than_a_swinging_one() {
+fn settled_cradle_costs_no_more_than_a_swinging_one() {
     let mut engine = started(&cradle(5, "contact.dampingLaw=huntCrossley contact.huntCrossley=0.352970509"));
     let work = [100.0, 500.0, 600.0].map(|time| {
         engine.advance(time, &mut Vec::new()).unwrap();
@@ -195,7 +195,7 @@ fn a_settled_cradle_costs_no_more_than_a_swinging_one() {
 
 /// Fronts of waves too weak to matter, and motions that have decayed to what was rounding while the balls swung.
 #[test]
-fn what_hardly_moves_costs_little() {
+fn settled_waves_and_motions_cost_little() {
     for (name, balls, settings) in [
         ("together", 5, "x_start[2]=-0.1 contact.exponent=3 contact.damping=141421356.23730952"),
         ("settled", 4, "contact.exponent=3 contact.stiffness=2.4e11 contact.damping=1.83e6 pendulum.drag=3"),
@@ -221,7 +221,7 @@ fn what_hardly_moves_costs_little() {
 /// Damping far faster than the springs: the series are in its unit of time, and contacts that close from rest stay
 /// closed.
 #[test]
-fn energy_of_fast_damping_on_slow_springs() {
+fn stiff_damping_on_slow_springs_keeps_the_energy_balance() {
     for (balls, settings) in [
         (
             4,
@@ -244,7 +244,7 @@ fn energy_of_fast_damping_on_slow_springs() {
 /// is lost: among them onsets and releases that follow each other by nanoseconds, which leave a branch point just
 /// beside a step.
 #[test]
-fn balls_that_rattle() {
+fn rattling_balls_cost_little_and_keep_their_energy() {
     for (exponent, time, most) in [(1.5, 0.02, 5.0), (2.3, 0.02, 5.0), (3.0, 0.1, 3.0), (10.0, 0.1, 6.0)] {
         for (unequal, press) in [(false, 19.0), (true, 19.0), (false, 20.0), (true, 20.0)] {
             let unequal = if unequal { "ball.massRatio[4]=2 pendulum.lengthRatio[6]=0.9" } else { "" };
@@ -260,7 +260,7 @@ fn balls_that_rattle() {
 /// At no time is more energy missing than a small part of the most that there has been; on steep contacts most of it
 /// comes and goes. The other exponent is not a polynomial's for any stretching of the time.
 #[test]
-fn balls_that_rattle_keep_their_energy_at_all_times() {
+fn rattling_balls_keep_their_energy_at_all_times() {
     for exponent in [1.7, 10.0] {
         let parameters = touching(5, &format!("contact.exponent={exponent}"));
         for press in (5..=60).step_by(5).map(f64::from) {
@@ -278,7 +278,7 @@ fn balls_that_rattle_keep_their_energy_at_all_times() {
 /// Two contacts that overlap deeply at the start, with forces that are clipped at once: the sign of a force changes
 /// before the first point at which it is evaluated, or after the last.
 #[test]
-fn deep_overlaps_at_the_start_of_lossy_contacts() {
+fn clipped_contacts_overlapping_deeply_at_the_start() {
     let cradle = cradle(
         6,
         "contact.exponent=2.5 contact.stiffness=1e6 contact.dampingLaw=huntCrossley \
@@ -293,7 +293,7 @@ fn deep_overlaps_at_the_start_of_lossy_contacts() {
 
 /// A wave through many balls is dense with events, but over soon.
 #[test]
-fn a_wave_through_many_balls_is_not_hopeless() {
+fn wave_through_many_balls_is_not_hopeless() {
     let engine = run(&touching(5000, "contact.stiffness=1e12 gravity=0 v_start[1]=1"), 1000.0);
     assert!(engine.pulses(4998) > 0 && engine.work().events < 100_000, "{:?}", engine.work());
 }
@@ -301,7 +301,7 @@ fn a_wave_through_many_balls_is_not_hopeless() {
 /// Free balls whose drag ends every motion sooner than the clock can tell, under a force that grows, and a short
 /// pendulum that creeps back beside a long one: looking for onsets gets on.
 #[test]
-fn drag_beyond_all_measure_costs_little() {
+fn drag_without_limit_costs_little() {
     let short = "pendulum.drag=1e12 pendulum.lengthRatio=1,1e-12 x_start=-1e-3,0";
     for (balls, text, time) in [(3, "gravity=0 pendulum.drag=1.7976931348623157e308", 1e-5), (2, short, 1e4)] {
         let (inputs, mut rate) = (Inputs::zero(balls), Inputs::zero(balls));
@@ -316,7 +316,7 @@ fn drag_beyond_all_measure_costs_little() {
 /// Waves meet in touching balls with strong dashpots, some of which are off by rounding, or a little more; and one goes
 /// through balls that move together, but for rounding.
 #[test]
-fn strong_dashpots_between_balls_that_hardly_touch() {
+fn stiff_dashpots_between_balls_that_hardly_touch() {
     let patterns = [[1, -2, 0, 2, -1, 1, 0, -2, 2], [-1, 1, 2, -2, -2, 0, 1, 2, -1], [0, 0, 1, -1, 2, 1, -2, 0, 1]];
     for exponent in [1.5, 2.0, 3.0] {
         let row = touching(9, &format!("contact.stiffness=1e8 contact.damping=1e5 contact.exponent={exponent}"));
@@ -342,7 +342,7 @@ fn strong_dashpots_between_balls_that_hardly_touch() {
 /// Rows in touch whose ends are pressed settle under strong dashpots: what rounding leaves of forces that have died out
 /// opens and closes no contact.
 #[test]
-fn pressed_rows_settle_under_strong_dashpots() {
+fn stiff_dashpots_let_pressed_rows_settle() {
     for (balls, press, lifted) in [(5, 1e-5, 0.0), (5, 9.41, 6.3e-4), (8, 0.0331, 4e-7)] {
         for factor in [2.0, 27.0, 6.1e4] {
             let damping = factor * critical();
@@ -356,7 +356,7 @@ fn pressed_rows_settle_under_strong_dashpots() {
 /// Two balls are pressed together in equilibrium, a third one swings in: nothing changes up to the end of the step but
 /// the end.
 #[test]
-fn a_ball_swings_against_balls_in_equilibrium() {
+fn pressed_pair_in_equilibrium_is_struck_by_a_third_ball() {
     let (stiffness, press) = (1e3, 1e-3);
     let pull = 20.0 / 0.2;
     // Half the overlap at rest x: k (d / d_ref)^(p - 1) d = pull x for d = press - 2 x.

@@ -20,7 +20,7 @@ fn swing(force: [f64; 4], t: f64) -> (f64, f64) {
 }
 
 #[test]
-fn a_pendulum_under_a_cubic_force_swings_in_closed_form() {
+fn input_derivatives_pendulum_under_a_cubic_force_has_its_closed_form() {
     let force = [0.4, -0.7, 2.0, -3.0];
     for pieces in [1, 8] {
         let host = Host::with_balls(1);
@@ -47,7 +47,7 @@ fn a_pendulum_under_a_cubic_force_swings_in_closed_form() {
 }
 
 #[test]
-fn the_input_keeps_the_value_it_reached() {
+fn input_derivatives_leave_the_value_they_reached() {
     let (ramp, constant) = (Host::started(), Host::started());
     assert_eq!(ramp.set_derivative("a_support", 1, 2.0), fmi2OK);
     assert_eq!(ramp.get("a_support"), 0.0);
@@ -69,7 +69,7 @@ fn the_input_keeps_the_value_it_reached() {
 }
 
 #[test]
-fn the_next_onset_continues_the_inputs_of_the_last_step() {
+fn input_derivatives_continue_in_the_forecast() {
     let stepped = |length: f64| {
         let host = Host::started();
         assert_eq!(host.set_derivative("F_ext[2]", 1, -0.5), fmi2OK);
@@ -87,7 +87,7 @@ fn the_next_onset_continues_the_inputs_of_the_last_step() {
 }
 
 #[test]
-fn what_is_no_derivative_is_refused() {
+fn input_derivatives_that_are_none_are_refused() {
     let host = Host::started();
     let refused = |name: &str, order: i32, value: f64, expected: &str| {
         // A good one goes with it, and is not applied either.
@@ -120,7 +120,7 @@ fn what_is_no_derivative_is_refused() {
 }
 
 #[test]
-fn derivatives_given_before_the_first_step_act_in_it_and_a_reset_forgets_them() {
+fn input_derivatives_before_the_first_step_act_in_it_and_reset_forgets_them() {
     let during = Host::default();
     assert_eq!(during.set_derivative("F_ext[5]", 1, 0.3), fmi2OK);
     during.start();
@@ -192,7 +192,7 @@ fn check(what: &str, host: &Host, (start, h, count): (f64, f64, usize), toleranc
 const MAX_ORDER: usize = 3;
 
 #[test]
-fn they_agree_with_differences_in_flight_and_in_contact() {
+fn output_derivatives_agree_with_differences_in_flight_and_in_contact() {
     for (law, values) in LAWS.into_iter().filter(|(law, _)| !law.starts_with("rigid")) {
         let host = Host::started_with(&format!("contact.deadBand=0 F_ext[5]=0.4 a_support=-0.2 {values}"));
         check(&format!("{law}, in flight"), &host, (0.0, 0.01, 40), 1e-6);
@@ -223,7 +223,7 @@ fn they_agree_with_differences_in_flight_and_in_contact() {
 /// Five unequal pendulums, released side by side and pressed together, swing as one: rigid ones with drag, and others.
 /// A dashpot that would pull has no force, but until the overlap has fallen to 0 its contact has energy, which is lost.
 #[test]
-fn they_agree_with_differences_while_a_contact_is_clipped() {
+fn output_derivatives_agree_with_differences_while_a_contact_is_clipped() {
     let host = Host::started_with("contact.deadBand=0 contact.dampingLaw=kelvinVoigtNoPull contact.damping=3e4");
     let onset = host.get("t_next");
     assert_eq!(host.step(0.0, onset), fmi2OK);
@@ -243,7 +243,7 @@ fn they_agree_with_differences_while_a_contact_is_clipped() {
 }
 
 #[test]
-fn they_agree_with_differences_in_lasting_contacts() {
+fn output_derivatives_agree_with_differences_in_lasting_contacts() {
     let rigid = "contact.model=rigid pendulum.drag=0.4 F_ext[5]=-2 a_support=-0.2";
     let damped = "contact.damping=2e4 F_ext[5]=-3";
     // Of damped contacts the third derivative of a force is rounding from the fifth digit on, of some starts from the
@@ -263,7 +263,7 @@ fn they_agree_with_differences_in_lasting_contacts() {
 /// the force between balls j and j + 1 is what the first j are pushed by, less their share of the mass in what all are
 /// pushed by.
 #[test]
-fn they_keep_their_digits_where_balls_rest_against_each_other() {
+fn output_derivatives_keep_their_digits_in_settled_contacts() {
     const PUSHES: [[f64; 5]; 4] = [
         [3.0, 0.2, -0.1, 0.4, -2.5],
         [0.3, 0.0, 0.1, 0.0, -0.1],
@@ -309,7 +309,7 @@ fn they_keep_their_digits_where_balls_rest_against_each_other() {
 }
 
 #[test]
-fn inputs_that_change_count() {
+fn output_derivatives_include_those_of_inputs() {
     let host = Host::started();
     for (name, order, value) in
         [("F_ext[5]", 1, 2.0), ("F_ext[5]", 2, -3.0), ("F_ext[5]", 3, 5.0), ("a_support", 1, 0.7)]
@@ -326,7 +326,7 @@ fn inputs_that_change_count() {
 }
 
 #[test]
-fn they_exist_before_the_first_step_and_at_an_onset_from_the_right() {
+fn output_derivatives_before_the_first_step_and_at_an_onset() {
     let host = Host::started_with("v_start[4]=0.3");
     assert_eq!((host.derivative("x[4]", 1), host.derivative("x[4]", 2), host.derivative("v[4]", 2)), (0.3, 0.0, -1.5));
     let dashpot = Host::started_with("contact.damping=2e4");
@@ -341,7 +341,7 @@ fn they_exist_before_the_first_step_and_at_an_onset_from_the_right() {
 }
 
 #[test]
-fn what_has_no_derivative_is_refused() {
+fn output_derivatives_that_do_not_exist_are_refused() {
     let host = Host::started();
     let refused = |name: &str, order: i32, expected: &str| {
         let (references, mut values) = ([host.vr("x[1]"), host.vr(name)], [7.0; 2]);

@@ -42,7 +42,7 @@ fn strength(v: f64) -> f64 {
 /// (1999) 4465; they round to 1.15344 and 0.79826). The higher powers are those of a contact that opens where it would
 /// pull (T. Schwager and T. Poeschel, Phys. Rev. E 78 (2008) 051304).
 #[test]
-fn slow_hertz_impacts_have_the_known_series() {
+fn viscoelastic_slow_hertz_impacts_have_the_known_series() {
     const POWERS: [f64; 6] = [1.0, 2.0, 2.5, 3.0, 3.5, 4.0];
     let v = 0.3;
     let x = SVector::<f64, 6>::from_fn(|i, _| 2e-4 * (i + 1) as f64 * (i + 1) as f64);
@@ -59,7 +59,7 @@ fn slow_hertz_impacts_have_the_known_series() {
 
 /// The coefficient of restitution depends on `A (K^2 v / mu^2)^(1/5)` alone, from weak to strong damping.
 #[test]
-fn restitution_depends_on_one_number() {
+fn viscoelastic_restitution_depends_on_one_number() {
     for x in [1e-3, 0.1, 1.0, 10.0, 1e3] {
         let [slow, fast] = [1e-3, 1.0].map(|v| restitution(&pair(ContactModel::Hertz, x / strength(v), v)));
         assert!((slow - fast).abs() < 1e-14, "X = {x}: {slow} {fast}");
@@ -70,7 +70,7 @@ fn restitution_depends_on_one_number() {
 /// With the exponent 1 it is Kelvin and Voigt's law that never pulls, whose `e` is known (T. Schwager and T. Poeschel,
 /// Granular Matter 9 (2007) 465).
 #[test]
-fn linear_contacts_have_the_restitution_of_a_dashpot_that_does_not_pull() {
+fn viscoelastic_linear_contacts_have_the_restitution_of_a_clipped_dashpot() {
     let stiffness = Parameters::default_for(2).stiffness;
     let omega0 = (stiffness / MU).sqrt();
     for ratio in [1e-4, 0.01, 0.1, 0.5, 0.7, 0.72, 0.99, 1.01, 3.0, 50.0] {
@@ -93,7 +93,7 @@ fn linear_contacts_have_the_restitution_of_a_dashpot_that_does_not_pull() {
 /// spring then takes them apart as fast as the damping lets it, `d + p A d' = 0`, until they fly. Also where the
 /// exponent is nearly 1, and the force of an onset matters from the smallest overlaps on.
 #[test]
-fn strong_damping_leaves_what_the_spring_can_do_against_it() {
+fn viscoelastic_strong_damping_leaves_a_creeping_rebound() {
     for exponent in [1.01, 1.15, 1.5, 2.0, 3.7] {
         for relaxation_time in [1.0, 10.0] {
             let (v, stiffness) = (0.6, 1e5);
@@ -112,7 +112,7 @@ fn strong_damping_leaves_what_the_spring_can_do_against_it() {
 /// Contacts in which damping exceeds the spring by far, and whose force has hardly a sign while they open: none stops
 /// the run.
 #[test]
-fn overdamped_cradles_go_on() {
+fn viscoelastic_overdamped_cradles_go_on() {
     let laws = [0.1, 1.0, 10.0, 100.0].map(|time| (DampingLaw::Viscoelastic, 1.5, time, 1e10)).into_iter();
     let others = [1e3, 1e10].map(|stiffness| (DampingLaw::HuntCrossley, 2.5, 1e7, stiffness));
     for (law, exponent, coefficient, stiffness) in laws.chain(others) {
@@ -125,7 +125,7 @@ fn overdamped_cradles_go_on() {
 
 /// A dashpot is strongest at the onset, before anything is compressed.
 #[test]
-fn the_largest_force_of_a_dashpot_is_that_of_the_onset() {
+fn dashpot_peaks_at_its_onset() {
     let mut p = Parameters { damping: 1e5, exponent: 1.5, dead_band: 1e-4, ..Parameters::default_for(5) };
     p.x_start = vec![-0.05, 0.0, 0.0, 0.0, 0.0];
     let peaks = [SolverMethod::EventDriven, SolverMethod::Adams].map(|method| {

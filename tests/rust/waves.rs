@@ -8,7 +8,7 @@ use crate::runs::{assert_energy, cradle, run, touching};
 /// The next contact of a wave overlaps by less than rounding, and its balls move by less than that: nothing tells when
 /// it closes.
 #[test]
-fn balls_at_rest_but_for_rounding_do_not_stall_a_wave() {
+fn wave_is_not_stalled_by_balls_at_rest_but_for_rounding() {
     let parameters =
         touching(9, "contact.exponent=5.5 contact.stiffness=1.70956e10 ball.mass=0.25283 v_start[1]=0.59288");
     let engine = run(&parameters, 1.73e-4);
@@ -36,7 +36,7 @@ fn balls_that_touch(balls: usize, exponent: f64, stiffness: f64) -> Parameters {
 /// Forces that only grow from 0 part balls at rest before a wave presses them, or press them: which of it, no
 /// acceleration at the start tells.
 #[test]
-fn forces_grow_from_zero_beside_a_wave() {
+fn wave_beside_forces_that_grow_from_zero() {
     for (exponent, balls) in [1.0, 1.3, 1.5, 2.0, 2.5, 3.0].into_iter().flat_map(|p| [3, 4, 5].map(|n| (p, n))) {
         for (gravity, moving) in [0.0, 9.81].into_iter().flat_map(|g| (0..=balls).map(move |i| (g, i))) {
             let mut parameters = Parameters { gravity, ..balls_that_touch(balls, exponent, 1e4) };
@@ -54,7 +54,7 @@ fn forces_grow_from_zero_beside_a_wave() {
 
 /// From rest balls are pressed by forces that grow with any power of the time.
 #[test]
-fn forces_of_any_degree_press_balls_at_rest() {
+fn balls_at_rest_are_pressed_by_forces_of_any_degree() {
     let (first, second, third) =
         (vec![0.398, -0.557, -0.304], vec![-0.367, -0.592, -0.799], vec![-0.574, 0.0266, -0.00476]);
     for (exponent, scale) in [(1.0, 1.0), (1.5, 100.0), (2.5, 15.0), (3.0, 1e3)] {
@@ -67,7 +67,7 @@ fn forces_of_any_degree_press_balls_at_rest() {
 /// Where damping is stiff, series follow balls from rest: their forces begin with a power of the time that lies beyond
 /// the order.
 #[test]
-fn forces_press_stiffly_damped_balls_from_rest() {
+fn balls_at_rest_with_stiff_damping_are_pressed() {
     let mut parameters = balls_that_touch(3, 5.0, 1e4);
     (parameters.damping_law, parameters.hunt_crossley) = (DampingLaw::HuntCrossley, 1e5);
     let forces = [[0.0; 3], [0.0; 3], [-0.367, -0.592, -0.799], [0.574, 0.0266, -0.00476]];
@@ -77,7 +77,7 @@ fn forces_press_stiffly_damped_balls_from_rest() {
 /// Two balls part at a force that begins with `-a t` and come together again where its other terms have made up for
 /// that: at the root of a polynomial.
 #[test]
-fn balls_that_a_growing_force_parts_close_where_it_brings_them_back() {
+fn balls_parted_by_a_growing_force_close_where_it_brings_them_back() {
     let (a, b, c) = (0.0958 / 0.011, 0.2108 / 0.011_f64.powi(2), 0.9038 / 0.011_f64.powi(3));
     // -a t^3 / 6 + b t^4 / 24 + c t^5 / 120 = 0
     let onset = (-b / 24.0 + (b * b / 576.0 + a * c / 180.0).sqrt()) / (c / 60.0);
@@ -95,7 +95,7 @@ fn balls_that_a_growing_force_parts_close_where_it_brings_them_back() {
 /// Contacts that have stopped to press while forces vary hold no step back, and no step looks far beyond where they
 /// open.
 #[test]
-fn forces_vary_while_contacts_have_stopped_to_press() {
+fn contacts_without_pressure_hold_no_step_back_while_forces_vary() {
     let mut parameters = balls_that_touch(5, 1.5, 2.1e6);
     (parameters.damping_law, parameters.relaxation_time) = (DampingLaw::Viscoelastic, 7.6e-4);
     let forces =
@@ -119,7 +119,7 @@ fn forces_vary_while_contacts_have_stopped_to_press() {
 
 /// Gravity parts balls that touch, and a wave reaches them right after that: their contact does not close before.
 #[test]
-fn balls_that_touch_part_before_a_wave_reaches_them() {
+fn touching_balls_part_before_a_wave_reaches_them() {
     for (first, moving, v) in [(0, 0, 0.01466), (1, 0, 0.01466), (1, 1, 0.01466), (0, 3, -0.1001), (1, 3, -0.1001)] {
         let dead_band = 1.7922e-6;
         let mut parameters = Parameters { exponent: 2.0, dead_band, ..Parameters::default_for(5) };
@@ -131,7 +131,7 @@ fn balls_that_touch_part_before_a_wave_reaches_them() {
 
 /// The same where forces at the ends press.
 #[test]
-fn balls_that_touch_part_before_forces_press_them() {
+fn touching_balls_part_before_forces_press_them() {
     for exponent in [1.5, 2.0, 2.5] {
         let dead_band = 1.6529975176654166e-8;
         let mut parameters = Parameters { exponent, dead_band, stiffness: 3.3e8, ..Parameters::default_for(4) };
@@ -143,7 +143,7 @@ fn balls_that_touch_part_before_forces_press_them() {
 /// How fast balls at rest are soon is not told by what they hold as yet: next to no energy, and speeds of next to
 /// nothing.
 #[test]
-fn forces_press_balls_that_overlap_by_next_to_nothing() {
+fn balls_with_tiny_overlaps_are_pressed() {
     for (overlap, v) in [(7e-23, 0.0), (3e-24, 0.0), (7e-23, 3e-27)] {
         let mut parameters = Parameters { mass: 0.37, ..balls_that_touch(4, 2.5, 2.8e4) };
         parameters.x_start = (0..4).map(|i| -(f64::from(i) * overlap)).collect();
@@ -154,7 +154,7 @@ fn forces_press_balls_that_overlap_by_next_to_nothing() {
 
 /// Balls that overlap by next to nothing part by less than rounding: no step is planned to end where they do.
 #[test]
-fn no_release_is_planned_for_balls_at_rest_but_for_rounding() {
+fn release_is_not_planned_for_balls_at_rest_but_for_rounding() {
     let mut parameters = cradle(
         7,
         "contact.deadBand=0 ball.mass=0.18320617160920666 contact.exponent=2.5 contact.stiffness=1000915.7391515343 \

@@ -19,7 +19,7 @@ fn assert_bounds(parameters: &Parameters, time: f64, steps: u64, evaluations: u6
 
 /// Steel balls that touch: four pulses a group, where those of two balls alone are one step each without damping.
 #[test]
-fn a_minute_of_touching_steel_balls() {
+fn work_of_a_minute_of_touching_steel_balls() {
     for (losses, steps, evaluations, events) in [
         ("", 1600, 16_400, 620..=630),
         ("contact.dampingLaw=huntCrossley contact.huntCrossley=0.05", 2000, 19_000, 615..=630),
@@ -34,7 +34,7 @@ fn a_minute_of_touching_steel_balls() {
 /// A line of steel balls that touch, the first struck to 1 m/s: a wave through all of them, which leaves them at rest
 /// but for the first and the last ones.
 #[test]
-fn a_wave_through_a_hundred_steel_balls() {
+fn work_of_a_wave_through_a_hundred_steel_balls() {
     let parameters = touching(100, "contact.model=hertz gravity=0 v_start[1]=1");
     assert_bounds(&parameters, 0.02, 700, 36_500, 175..=200);
 }
@@ -42,7 +42,7 @@ fn a_wave_through_a_hundred_steel_balls() {
 /// One ball strikes four that touch at 1 m/s: a few steps for each of the eight switchings, whether a power is a
 /// product or not.
 #[test]
-fn a_collision_with_any_exponent() {
+fn work_of_a_collision_with_any_exponent() {
     for exponent in [1.25, 1.5, 1.7, 2.0, 2.3, 2.75, 3.0, 4.0] {
         let parameters = touching(5, &format!("x_start[1]=-1e-3 v_start[1]=1 contact.exponent={exponent}"));
         assert_bounds(&parameters, 2e-3, 27, 550, 8..=8);
@@ -52,7 +52,7 @@ fn a_collision_with_any_exponent() {
 /// Damped balls that are pressed together take many steps to the next onset, which is followed only for who
 /// asks for its time.
 #[test]
-fn a_derivative_costs_what_its_step_costs() {
+fn work_of_a_derivative_is_that_of_its_step() {
     let parameters = touching(5, "contact.damping=1e4 x_start[1]=-0.1");
     let (pressed, along) = ([0.0, 5.0, 0.0, 0.0, -5.0], [1.0, 0.0, 0.0, 0.0, 0.0]);
     let [pressed, along] = [pressed, along].map(|force| Inputs { force: force.to_vec(), ..Inputs::zero(5) });
@@ -74,7 +74,7 @@ fn a_derivative_costs_what_its_step_costs() {
 /// Orders and steps follow from the errors that a step has made, and that other orders would have: who is wrong about
 /// one of them by a factor takes more steps, to the same result.
 #[test]
-fn the_errors_that_orders_and_steps_are_chosen_by() {
+fn work_shows_that_error_estimates_are_right() {
     for (method, steps, evaluations) in [("adams", 702, 1210), ("bdf", 1660, 4450)] {
         let contacts = "contact.exponent=2.5 contact.stiffness=1e6";
         let parameters = cradle(5, &format!("{contacts} solver.method={method} solver.tolerance=1e-10"));

@@ -265,13 +265,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_file_is_a_preset() {
+    fn presets_are_all_files() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
         assert_eq!(std::fs::read_dir(folder).unwrap().count(), PRESETS.len() + 1);
     }
 
     #[test]
-    fn a_preset_states_every_parameter_that_has_an_effect() {
+    fn presets_state_every_parameter_that_has_an_effect() {
         for preset in PRESETS {
             let recipe = preset.recipe().unwrap();
             let parameters = recipe.settings().unwrap().parameters;

@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_is_for_one_version_and_has_every_variable() {
+    fn documentation_page_is_for_one_version_and_has_every_variable() {
         let start = Settings::default_for(5);
         let scalars = Description { clocks: false, scalars: true, ..Description::fmi3(&start) };
         let versions = [Description::of(&start), Description::fmi3(&start), scalars];

@@ -263,7 +263,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn versions_and_paths_are_read() {
+    fn check_reads_versions_and_paths_of_binaries() {
         assert_eq!(glibc(b"GLIBC_2.2.5"), Some((2, 2)));
         assert!(glibc(b"GLIBC_2.17") > glibc(b"GLIBC_2.4"));
         assert_eq!(glibc(b"GCC_3.0"), None);

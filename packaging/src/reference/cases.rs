@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn at_most_ten_variables_are_recorded() {
+    fn reference_records_at_most_ten_variables() {
         let names = |balls| recorded(balls).iter().map(Variable::to_string).collect::<Vec<_>>().join(" ");
         assert_eq!(names(1), "x[1] p_total E_total");
         assert_eq!(names(2), "x[1] x[2] impulse[1] p_total E_total");

@@ -7,7 +7,7 @@ use newtons_cradle::variables::Description;
 use super::support::{BINARY, Folder, PROGRAM, START, ended, fmu, text, zip};
 
 #[test]
-fn start_values_go_into_description_and_resources() {
+fn build_puts_start_values_into_description_and_resources() {
     let folder = Folder::new("start");
     let parameters = "balls = 3\nx_start = [-0.2, 0, 0]\n[contact]\nmodel = \"hertz\"\n'gap[1]' = 1e-6\n\
                       [solver]\ntolerance = 1e-9\n";
@@ -28,7 +28,7 @@ fn start_values_go_into_description_and_resources() {
 }
 
 #[test]
-fn presets_are_told_in_the_help() {
+fn help_lists_presets() {
     let folder = Folder::new("preset");
     let lines: Vec<String> = PRESETS.iter().map(|preset| format!("{:8} {}\n", preset.name, preset.title())).collect();
     let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
@@ -37,7 +37,7 @@ fn presets_are_told_in_the_help() {
 }
 
 #[test]
-fn files_are_named_after_what_is_in_them() {
+fn build_names_files_after_their_contents() {
     let folder = Folder::new("names");
     folder.write("few/three.toml", "balls = 3");
     for (words, name) in [
@@ -53,7 +53,7 @@ fn files_are_named_after_what_is_in_them() {
 }
 
 #[test]
-fn a_target_that_cannot_be_written_leaves_nothing() {
+fn build_to_a_target_that_cannot_be_written_leaves_nothing() {
     let folder = Folder::new("target");
     folder.write("folder/file", "");
     folder.run(&format!("build {BINARY} --out folder/file/x.fmu")).with(2, &["there is no folder "]);
@@ -64,7 +64,7 @@ fn a_target_that_cannot_be_written_leaves_nothing() {
 /// A device may have no end, and a pipe waits for its other end. Neither is replaced; the target of a link is.
 #[cfg(unix)]
 #[test]
-fn only_regular_files_are_read_and_replaced() {
+fn build_reads_and_replaces_only_regular_files() {
     use std::os::unix::fs::{FileTypeExt, symlink};
     use std::{fs, thread};
 
@@ -105,7 +105,7 @@ fn only_regular_files_are_read_and_replaced() {
 /// Its binary waits for ever, so that the program is in the midst of it.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_program_that_is_ended_leaves_no_temporary_files() {
+fn build_that_is_ended_leaves_no_temporary_files() {
     use std::os::unix::process::CommandExt;
     use std::time::{Duration, Instant};
     use std::{fs, thread};
@@ -136,7 +136,7 @@ fn a_program_that_is_ended_leaves_no_temporary_files() {
 
 #[cfg(unix)]
 #[test]
-fn a_full_disk_leaves_the_old_fmu() {
+fn build_on_a_full_disk_leaves_the_old_fmu() {
     let folder = Folder::new("full");
     folder.write("x.fmu", "old");
     // A limit on the size of files fails as a full disk does, in the middle of writing.
@@ -149,7 +149,7 @@ fn a_full_disk_leaves_the_old_fmu() {
 /// Who reads only the first line closes the pipe; a full disk is one line.
 #[cfg(target_os = "linux")]
 #[test]
-fn output_that_nobody_takes_ends_the_program_quietly_and_a_full_disk_with_a_line() {
+fn output_into_a_closed_pipe_ends_quietly_and_a_full_disk_with_a_line() {
     let folder = Folder::new("output");
     folder.build("x.fmu", "");
     for words in ["presets", "--help", "build --help", "info x.fmu", "check x.fmu", "build --binary HOST=LIBRARY"] {
@@ -173,7 +173,7 @@ fn output_that_nobody_takes_ends_the_program_quietly_and_a_full_disk_with_a_line
 
 /// By name or by number: the same FMU.
 #[test]
-fn enumerations_are_given_by_name_or_number() {
+fn build_takes_enumerations_by_name_or_number() {
     let folder = Folder::new("items");
     folder.write("named.toml", "contact.model = \"hertz\"");
     folder.write("numbered.toml", "contact.model = 2");
@@ -192,7 +192,7 @@ fn enumerations_are_given_by_name_or_number() {
 /// The FMU is right, but this machine cannot run it: that is no problem of the FMU.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_temporary_folder_of_no_use_is_named() {
+fn temporary_folder_of_no_use_is_named() {
     let folder = Folder::new("temporary");
     folder.build("x.fmu", "");
     std::fs::create_dir(folder.file("small")).unwrap();
@@ -222,7 +222,7 @@ fn a_temporary_folder_of_no_use_is_named() {
 }
 
 #[test]
-fn a_date_is_taken_from_the_environment() {
+fn build_takes_its_date_from_the_environment() {
     let folder = Folder::new("date");
     let words = format!("build {BINARY} --out x.fmu");
     let build = |date: &str| ended(folder.command(PROGRAM, &words).env("SOURCE_DATE_EPOCH", date));
@@ -234,7 +234,7 @@ fn a_date_is_taken_from_the_environment() {
 }
 
 #[test]
-fn what_cannot_be_read_is_no_finding() {
+fn check_of_what_cannot_be_read_is_no_finding() {
     let folder = Folder::new("unreadable");
     folder.write("text.fmu", "text");
     folder.run("check nothing.fmu").with(2, &["nothing.fmu"]);
@@ -244,7 +244,7 @@ fn what_cannot_be_read_is_no_finding() {
 }
 
 #[test]
-fn a_binary_with_other_results_or_that_crashes_is_found_out() {
+fn check_finds_binaries_with_other_results_or_crashes() {
     let folder = Folder::new("results");
     let sound = folder.build("sound.fmu", "");
     let check = |name: &str, contents: &[u8], option: &str| {
@@ -275,7 +275,7 @@ fn a_binary_with_other_results_or_that_crashes_is_found_out() {
 }
 
 #[test]
-fn what_is_refused_is_named_and_leaves_nothing() {
+fn build_names_what_it_refuses_and_leaves_nothing() {
     let folder = Folder::new("refused");
     folder.write("bad.toml", "x_start = [1, true]");
     folder.write("torn.toml", "balls = ");
@@ -375,7 +375,7 @@ fn what_is_refused_is_named_and_leaves_nothing() {
 }
 
 #[test]
-fn without_sources_and_an_fmu_it_says_what_to_do() {
+fn build_without_sources_and_an_fmu_says_what_to_do() {
     let folder = Folder::new("bare");
     let cures = ["--from", "`pip install newtons-cradle`", "the folder of the sources"];
     folder.run("build --balls 13").with(1, &["there is no binary to pack", cures[0], cures[1], cures[2]]);

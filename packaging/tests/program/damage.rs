@@ -35,7 +35,7 @@ fn with(name: &str, contents: Option<&[u8]>) -> Vec<u8> {
 }
 
 #[test]
-fn a_sound_fmu_has_no_problem() {
+fn check_finds_no_problem_in_a_sound_fmu() {
     for description in Description::all(&START, false).iter().chain(&Description::all(&START, true)) {
         assert_eq!(problems(&zip(&fmu(description))), "");
     }
@@ -52,7 +52,7 @@ fn a_sound_fmu_has_no_problem() {
 }
 
 #[test]
-fn damaged_entries_are_found() {
+fn check_finds_damaged_entries() {
     let (platform, resources) = (Platform::host().unwrap(), "resources/cradle.json");
     let library = platform.path(platform.folder, "NewtonsCradle");
     let (description, sound) = (&SMALL[DESCRIPTION], fmu(&Description::of(&START)));
@@ -84,7 +84,7 @@ fn damaged_entries_are_found() {
 
 /// Unpacked as such, a link leads out of the FMU, and who reads a pipe waits for ever.
 #[test]
-fn links_pipes_and_names_that_come_twice_are_found() {
+fn check_finds_links_pipes_and_duplicate_names() {
     let made = |name: &str, kind: u32, system: u8| {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
         for (name, contents) in &*SMALL {
@@ -118,7 +118,7 @@ fn links_pipes_and_names_that_come_twice_are_found() {
 
 /// Names, and texts of the description.
 #[test]
-fn what_is_foreign_is_shown_without_control_characters() {
+fn check_shows_foreign_text_without_control_characters() {
     let mut entries = SMALL.clone();
     let name = "resources/\x1b]0;title\x07\u{9b}31m\u{202e}\nfile";
     entries.insert(name.to_owned(), b"1".to_vec());
@@ -136,7 +136,7 @@ fn what_is_foreign_is_shown_without_control_characters() {
 }
 
 #[test]
-fn changed_descriptions_are_found() {
+fn check_finds_changed_descriptions() {
     for description in [Description::of(&START), Description::fmi3(&START)] {
         let mut entries = build::entries(&Recipe::default(), &description, vec![]).unwrap();
         let text = text(&entries, DESCRIPTION);
@@ -160,7 +160,7 @@ fn changed_descriptions_are_found() {
 
 /// A reader that recurses exhausts the stack at some depth.
 #[test]
-fn deeply_nested_descriptions_are_survived() {
+fn check_survives_deeply_nested_descriptions() {
     let (begin, end) = ("<a>".repeat(100_000), "</a>".repeat(100_000));
     let whole = format!("<fmiModelDescription fmiVersion=\"2.0\">{begin}{end}</fmiModelDescription>");
     let folder = Folder::new("nested");
@@ -173,14 +173,14 @@ fn deeply_nested_descriptions_are_survived() {
 }
 
 #[test]
-fn what_is_allowed_and_unusual_is_a_remark() {
+fn check_remarks_on_what_is_allowed_and_unusual() {
     let (report, _) = bytes(&with("documentation/\u{fc}.txt", Some(b"1")), MAX_BYTES);
     assert_eq!(report.problems.join("\n"), problems(&zip(&SMALL)));
     assert!(report.remarks.join("\n").contains("\u{fc}.txt: not in ASCII"), "{report}");
 }
 
 #[test]
-fn every_flipped_bit_and_cut_is_survived_and_hardly_one_overlooked() {
+fn check_survives_flipped_bits_and_cuts_and_overlooks_hardly_one() {
     let sound = zip(&SMALL);
     let expected = problems(&sound);
     let tried: Vec<usize> = (0..sound.len()).step_by(401).collect();
@@ -198,7 +198,7 @@ fn every_flipped_bit_and_cut_is_survived_and_hardly_one_overlooked() {
 }
 
 #[test]
-fn a_zip_bomb_is_not_unpacked() {
+fn check_does_not_unpack_a_zip_bomb() {
     let found = bytes(&with("a", Some(&vec![0; 8 << 20])), 1 << 20).0.problems.join("\n");
     assert!(found.contains("a: the unpacked files exceed 1048576 bytes"), "{found}");
 }

@@ -8,7 +8,7 @@ use super::support::{BINARY, Folder, PROGRAM, START, ended, fmu, text, zip};
 const REFERENCE: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
 #[test]
-fn an_fmu_gives_its_binaries_and_licences() {
+fn build_from_an_fmu_takes_its_binaries_and_licences() {
     let folder = Folder::new("from");
     let from = zip(&fmu(&Description::of(&START)));
     folder.write("NewtonsCradle.fmu", &from);
@@ -21,7 +21,7 @@ fn an_fmu_gives_its_binaries_and_licences() {
 }
 
 #[test]
-fn what_is_replaced_is_told() {
+fn build_tells_what_it_replaces() {
     let folder = Folder::new("replaced");
     folder.write("x.fmu", "a letter");
     let build = |words: &str| folder.run(&format!("build {BINARY} --out x.fmu {words}"));
@@ -34,7 +34,7 @@ fn what_is_replaced_is_told() {
 /// The layout of a virtual environment: `bin/cradle-fmu` and the package in `lib/python3.x/site-packages`.
 #[cfg(unix)]
 #[test]
-fn an_installed_program_has_its_fmu_and_its_python() {
+fn installed_program_has_its_fmu_and_its_python() {
     let folder = Folder::new("environment");
     let package = "venv/lib/python3.11/site-packages/newtons_cradle";
     folder.write(&format!("{package}/NewtonsCradle.fmu"), zip(&fmu(&Description::of(&START))));
@@ -54,7 +54,7 @@ fn an_installed_program_has_its_fmu_and_its_python() {
 
 #[cfg(unix)]
 #[test]
-fn arguments_and_exit_code_of_python_are_passed_on() {
+fn installed_program_passes_on_arguments_and_exit_codes() {
     let folder = Folder::new("passed");
     folder.script("python", "[ \"$1\" = -c ] && exit 0\nprintf '<%s>' \"$@\"\nexit 7");
     let given = ["a b.fmu", "--out", "c.html", "--help"];
@@ -92,7 +92,7 @@ fn arguments_and_exit_code_of_python_are_passed_on() {
 }
 
 #[test]
-fn the_hint_after_a_build_works_as_it_stands() {
+fn build_ends_with_a_hint_that_works() {
     let folder = Folder::new("a hint");
     let built = ended(folder.command(PROGRAM, &format!("build {BINARY} --out")).arg("it's mine.fmu")).quiet();
     let hint = built.output.lines().find_map(|line| line.strip_prefix("Try it: ")).unwrap();
@@ -104,7 +104,7 @@ fn the_hint_after_a_build_works_as_it_stands() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn libraries_for_other_machines_come_without_a_hint_and_one_for_each() {
+fn build_for_other_machines_gives_no_hint() {
     const MACHINE: usize = 18; // its place in an ELF header
     let folder = Folder::new("machines");
     let mut library = std::fs::read(super::support::library_path()).unwrap();
@@ -126,7 +126,7 @@ fn libraries_for_other_machines_come_without_a_hint_and_one_for_each() {
 }
 
 #[test]
-fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
+fn reference_results_are_in_the_fmu_and_beside_it() {
     let folder = Folder::new("reference");
     let entries = folder.build("five.fmu", "--preset figure5 --reference beside");
     let manifest = text(&entries, &format!("{REFERENCE}/fmi-ls-manifest.xml"));
@@ -153,7 +153,7 @@ fn parameter_sets_and_reference_results_are_in_the_fmu_and_beside_it() {
 
 /// In FMI 3.0 a set with arrays is one of SSP 2.0, and the others are as in FMI 2.0.
 #[test]
-fn an_fmu_of_fmi_3_has_parameter_sets_with_arrays() {
+fn reference_parameter_sets_of_fmi_3_have_arrays() {
     let folder = Folder::new("arrays");
     let related = |name: &str, words: &str| {
         let mut files = folder.build(name, words);
@@ -175,7 +175,7 @@ fn an_fmu_of_fmi_3_has_parameter_sets_with_arrays() {
 
 /// The others are still there, and the binary takes the description for its own.
 #[test]
-fn outputs_are_real_for_hosts_that_know_no_others() {
+fn build_offers_real_outputs_for_hosts_that_know_no_others() {
     let folder = Folder::new("real");
     let named = |text: &str, part: &str| -> Vec<String> {
         let variables = text.split("<ModelVariables>").nth(1).unwrap().split("</ModelVariables>").next().unwrap();
@@ -202,7 +202,7 @@ fn outputs_are_real_for_hosts_that_know_no_others() {
 
 /// The start values contain a force that no string bears; the presets run without it.
 #[test]
-fn a_case_that_cannot_run_is_left_out_alone_with_the_reason_of_the_fmu() {
+fn reference_case_that_cannot_run_is_left_out_with_the_reason() {
     let folder = Folder::new("slack");
     let said = folder.run(&format!("build {BINARY} --preset desk --set F_ext[1]=5 --out x.fmu")).with(0, &[]);
     let reason = "the FMU gets no reference results of start: fmi2DoStep: the run cannot go on: the string of ball 1 ";
@@ -226,7 +226,7 @@ fn a_case_that_cannot_run_is_left_out_alone_with_the_reason_of_the_fmu() {
 /// A C compiler makes the binary: one without the functions of FMI.
 #[cfg(target_os = "linux")]
 #[test]
-fn results_that_cannot_be_recorded_are_missed_loudly() {
+fn reference_results_that_cannot_be_recorded_are_named() {
     let folder = Folder::new("missed");
     folder.compile("int nothing(void) { return 0; }\n", "");
     let reason = "the FMU gets no reference results: fmi2Instantiate is not exported";
@@ -243,7 +243,7 @@ fn results_that_cannot_be_recorded_are_missed_loudly() {
 /// A folder as the sources are, and a script that stands in for cargo-zigbuild.
 #[cfg(unix)]
 #[test]
-fn a_target_with_a_version_of_glibc_is_linked_by_zigbuild() {
+fn build_links_old_glibc_by_zigbuild() {
     let folder = Folder::new("sources");
     folder.write("Cargo.toml", "[package]\nname = \"newtons-cradle\"\n");
     folder.script("cargo-zigbuild", "echo \"$@\" > arguments\nexit 1");

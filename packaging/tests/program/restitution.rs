@@ -3,7 +3,7 @@
 use super::support::{BINARY, Folder, text};
 
 #[test]
-fn losses_are_set_by_a_coefficient_of_restitution() {
+fn build_sets_losses_by_a_restitution() {
     let folder = Folder::new("restitution");
     let built = |words: &str| format!("build {BINARY} --out x.fmu {words}");
     let default = "Set contact.dampingLaw = constantRestitution, contact.restitution = 0.9: two balls, free and alone, \

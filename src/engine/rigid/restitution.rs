@@ -1,5 +1,5 @@
 //! The velocities of touching rigid balls after the impacts of one instant: impacts of two, one after the other, or
-//! joint. See "Rigid contacts" in docs/theory.md for their order and outcome, and for rows on arcs ([`Row`]).
+//! joint. See "Rigid contacts" in docs/theory.md for their order and outcome, and [`Row`] for balls on arcs.
 
 use std::ops::Range;
 
@@ -7,6 +7,10 @@ use crate::model::Cradle;
 use crate::solver::{EventQueue, Scalar};
 
 /// Touching balls, as they collide on a line.
+///
+/// On arcs they approach each other at `l u_l - r u_r`, with the velocities u along the paths and the parts l and r of
+/// the direction between two of them. With `w = c u`, whose factors c have the ratio `r / l` from one ball to the next,
+/// that is `(l / c_l) (w_l - w_r)`. So in w they collide as on a line, with the masses `m / c^2`.
 pub(crate) struct Row<S> {
     /// In kg.
     masses: Vec<S>,

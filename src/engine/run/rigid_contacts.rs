@@ -182,10 +182,13 @@ impl Engine {
             };
             self.begin_ledger(j, t);
             self.queue.remove(j);
-            let ledger = &mut self.contacts[j].ledger;
-            ledger.add(impulse);
-            ledger.reach(peak.after(anchor), anchor);
-            ledger.reach_in_step(in_step);
+            // A force that has acted for no time, under an input that was set and set again, is no part of the pulse.
+            if anchor < t {
+                let ledger = &mut self.contacts[j].ledger;
+                ledger.add(impulse);
+                ledger.reach(peak.after(anchor), anchor);
+                ledger.reach_in_step(in_step);
+            }
             self.contacts[j].set_anchored(0.0, Mode::Pressing);
             // Members differ by rounding only.
             self.balls[j + 1].flight.v = self.balls[j].flight.v;

@@ -23,7 +23,7 @@ fn stepped(balls: usize, settings: &str) -> Host {
 }
 
 #[test]
-fn places_are_those_of_the_start() {
+fn exchange_on_arcs_starts_at_the_given_positions() {
     let lifted = |angles: &[f64]| {
         let places: Vec<String> = angles.iter().map(|angle| (0.2 * angle.to_radians().sin()).to_string()).collect();
         format!("pendulum.model=circular pendulum.length=0.2 ball.radius=0.02 x_start={}", places.join(","))
@@ -48,7 +48,7 @@ fn places_are_those_of_the_start() {
 }
 
 #[test]
-fn unequal_pendulums_swing_as_in_co_simulation() {
+fn exchange_on_arcs_of_unequal_pendulums_is_co_simulation() {
     let (other, mut run) = (stepped(2, UNEQUAL), exchanging(2, UNEQUAL));
     assert!((run.get("x[2]") + 0.02).abs() < 1e-15 && (run.get("a[2]") - 0.1569).abs() < 1e-4);
     run.steps(2.0, 1e-4, rk4);
@@ -59,7 +59,7 @@ fn unequal_pendulums_swing_as_in_co_simulation() {
 
 /// States that a solver may try: their derivatives, indicators and values do not exist, but the run goes on.
 #[test]
-fn a_state_without_a_place_is_discarded() {
+fn exchange_on_arcs_discards_impossible_trial_states() {
     let run = exchanging(2, UNEQUAL);
     let (y, rates, indicators) = (run.states(), run.rates(), run.indicators());
     // Farther out than the pendulum is long; farther from the left ball, or closer to it, than the arc of the right one
@@ -100,7 +100,7 @@ fn a_state_without_a_place_is_discarded() {
 }
 
 #[test]
-fn so_it_is_in_fmi_3() {
+fn exchange_on_arcs_discards_impossible_trial_states_in_fmi_3() {
     let run = fmi3::Host::exchanging();
     assert_eq!(unsafe { fmi3SetInt64(run.c, &vr("pendulum.model"), 1, &2, 1) }, fmi3OK);
     run.start();
@@ -127,7 +127,7 @@ fn so_it_is_in_fmi_3() {
 
 /// A solver that halves steps that are discarded gets on where whole ones would leave the arcs.
 #[test]
-fn a_solver_that_halves_discarded_steps_gets_on() {
+fn exchange_on_arcs_goes_on_with_halved_steps() {
     let run = exchanging(2, "pendulum.model=circular x_start=0.3,1.8 v_start=0,0.7");
     let euler = |y: &[f64], h: f64| -> Option<Vec<f64>> {
         let rates = run.rates();
@@ -151,7 +151,7 @@ fn a_solver_that_halves_discarded_steps_gets_on() {
 /// The largest force of a damped contact at 60 degrees lies within a step, whose slopes there need the acceleration of
 /// the overlap.
 #[test]
-fn the_peak_of_a_damped_contact_is_that_of_co_simulation_wherever_it_is() {
+fn exchange_on_arcs_peak_of_a_damped_contact_is_that_of_co_simulation() {
     let settings = "pendulum.model=circular gravity=0.001 pendulum.length=1 x_start=-0.87,-0.86 v_start=0.5,0 \
                     contact.stiffness=1e5 contact.dampingLaw=3 contact.huntCrossley=3 exchange.contacts=1";
     let (other, mut run) = (stepped(2, settings), exchanging(2, settings));
@@ -163,7 +163,7 @@ fn the_peak_of_a_damped_contact_is_that_of_co_simulation_wherever_it_is() {
 
 /// Between events, too.
 #[test]
-fn a_string_that_goes_slack_ends_the_run() {
+fn exchange_on_arcs_slack_string_ends_the_run() {
     let mut run = exchanging(2, "pendulum.model=circular x_start=-1.9,0");
     run.steps(0.1, 1e-3, rk4);
     assert!(!run.completed());
@@ -174,7 +174,7 @@ fn a_string_that_goes_slack_ends_the_run() {
 
 /// The long pendulum is at the left: where the balls are follows from their overlap all the time.
 #[test]
-fn neighbours_that_change_sides_end_the_run() {
+fn exchange_on_arcs_neighbours_changing_sides_end_the_run() {
     let unequal = "pendulum.model=circular pendulum.lengthRatio[1]=1.5 x_start=0,1.9 v_start=5,0";
     for contacts in ["exchange.contacts=1", "exchange.contacts=2", "contact.model=rigid"] {
         let other = stepped(2, unequal);

@@ -55,7 +55,7 @@ fn knowns(host: &Host) -> Vec<(Variable, Option<usize>, f64)> {
 }
 
 #[test]
-fn derivatives_are_differences() {
+fn exchange_derivatives_agree_with_differences() {
     let unknowns = unknowns();
     let on_arcs = LAWS.map(|law| format!("{law} {ARCS}"));
     for law in LAWS.into_iter().chain([RIGID]).map(str::to_owned).chain(on_arcs) {
@@ -96,7 +96,7 @@ fn derivatives_are_differences() {
 }
 
 #[test]
-fn the_structure_is_what_depends() {
+fn exchange_structure_lists_what_depends() {
     let unknowns = unknowns();
     for (rigid, laws) in [(false, &LAWS[..]), (true, &[RIGID])] {
         let mut settings = Settings::default_for(BALLS);
@@ -130,7 +130,7 @@ fn the_structure_is_what_depends() {
 }
 
 #[test]
-fn rates_are_those_of_the_variables() {
+fn exchange_rates_are_the_derivative_variables() {
     let mut run = exchanging(BALLS, "");
     let (states, rates): (Vec<_>, Vec<_>) = states(BALLS).unzip();
     let arrays = Variable::states().flat_map(|(array, _)| (0..array.len(BALLS)).map(move |i| array.element(i)));

@@ -15,7 +15,7 @@ const ONE_LIFTED: &str = "contact.deadBand=0 x_start[2]=0";
 const BOTH_ENDS: &str = "x_start=-0.1,0,0,0,0.1";
 
 #[test]
-fn balls_at_rest_in_touch_stay_so() {
+fn exchange_balls_at_rest_in_touch_stay_so() {
     for contacts in [1, 2] {
         let mut run = with(AT_REST, contacts);
         assert_eq!(run.next, f64::INFINITY);
@@ -27,7 +27,7 @@ fn balls_at_rest_in_touch_stay_so() {
 }
 
 #[test]
-fn a_ball_hits_four_at_rest_in_touch() {
+fn exchange_ball_hits_four_at_rest_in_touch() {
     let mut run = with(ONE_LIFTED, 2);
     run.steps(1.0, 1e-3, rk4);
     let other = stepped(ONE_LIFTED, 1.0);
@@ -39,7 +39,7 @@ fn a_ball_hits_four_at_rest_in_touch() {
 }
 
 #[test]
-fn ties_from_both_ends_stay_mirrored() {
+fn exchange_ties_from_both_ends_stay_mirrored() {
     let mut run = with(BOTH_ENDS, 2);
     for k in 1..=10 {
         run.steps(f64::from(k), 1e-3, rk4);
@@ -52,7 +52,7 @@ fn ties_from_both_ends_stay_mirrored() {
 }
 
 #[test]
-fn what_is_closed_from_the_start_is_followed_from_there() {
+fn exchange_contacts_closed_at_the_start_are_followed() {
     let settings = "contact.deadBand=0 x_start=2e-8,0,0,-1e-8,0 v_start[5]=-0.1";
     for (contacts, h) in [(1, 1e-8), (2, 1e-3)] {
         let (host, all) = (Host::exchanging(5), format!("{settings} exchange.contacts={contacts}"));
@@ -76,7 +76,7 @@ fn what_is_closed_from_the_start_is_followed_from_there() {
 }
 
 #[test]
-fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
+fn exchange_input_changed_at_an_onset_acts_within_the_contact() {
     let other = Host::started();
     let onset = other.get("t_next");
     assert_eq!([other.step(0.0, onset), other.set("F_ext[3]", 50.0), other.step(onset, 1e-4)], [fmi2OK; 3]);
@@ -99,7 +99,7 @@ fn an_input_that_changes_at_an_onset_acts_within_the_contact() {
 }
 
 #[test]
-fn a_chain_that_stays_pressed_is_resolved() {
+fn exchange_mapped_leaves_a_pressed_chain_to_the_solver() {
     // Without gravity no period limits the duration of a group.
     for (gravity, contacts) in [(9.81, 1), (9.81, 2), (0.0, 1), (0.0, 2)] {
         let settings = format!("{AT_REST} gravity={gravity} F_ext[1]=1e3 F_ext[5]=-1e3 contact.damping=1e5");
@@ -116,7 +116,7 @@ fn a_chain_that_stays_pressed_is_resolved() {
 }
 
 #[test]
-fn a_short_impact_beside_a_pair_that_stays_pressed_is_mapped() {
+fn exchange_mapped_follows_an_impact_beside_a_pressed_pair() {
     // The pair is pressed from the start, or closes a microsecond after that, within the impact.
     for (overlap, closed) in [(1e-7, true), (-1e-8, false)] {
         let forces = "F_ext[4]=1e3 F_ext[5]=-1e3";
@@ -135,7 +135,7 @@ fn a_short_impact_beside_a_pair_that_stays_pressed_is_mapped() {
 }
 
 #[test]
-fn a_late_event_goes_back_to_every_onset() {
+fn exchange_late_event_goes_back_to_every_onset() {
     let mut run = with(BOTH_ENDS, 2);
     for k in 1..=500 {
         run.whole_steps(0.02 * f64::from(k), 0.02, euler);
@@ -148,7 +148,7 @@ fn a_late_event_goes_back_to_every_onset() {
 }
 
 #[test]
-fn an_event_with_nothing_due_changes_nothing() {
+fn exchange_event_with_nothing_due_changes_nothing() {
     for contacts in [1, 2] {
         let mut run = with("", contacts);
         // Up to the first onset where the host would have to integrate it.
@@ -166,7 +166,7 @@ fn an_event_with_nothing_due_changes_nothing() {
 }
 
 #[test]
-fn a_resolved_pulse_is_that_of_co_simulation() {
+fn exchange_resolved_pulse_is_that_of_co_simulation() {
     let other = stepped("", 0.71);
     let mut run = with("", 1);
     run.steps(0.70, 1e-3, rk4);
@@ -214,7 +214,7 @@ fn at_an_onset(settings: &str) -> Master {
 
 /// What a solver tries and rejects is no part of a pulse, and reading changes nothing that is saved.
 #[test]
-fn a_rejected_trial_leaves_no_trace() {
+fn exchange_rejected_trial_leaves_no_trace() {
     let [plain, tried] = [false, true].map(|tries| {
         let mut run = at_an_onset(APART);
         while run.each("inContact").contains(&1.0) {
@@ -251,7 +251,7 @@ fn unreported(host: &Host, from: f64, to: f64) -> Vec<f64> {
 
 /// The peak of a pulse follows from its ends and its impulse, if the host reports no steps within.
 #[test]
-fn a_pulse_in_one_step_has_a_peak() {
+fn exchange_pulse_within_one_step_has_a_peak() {
     for (exponent, off) in [(1.0, -0.0027), (1.5, 0.019), (3.0, -0.285)] {
         let settings = format!("{APART} contact.exponent={exponent}");
         let mut run = at_an_onset(&settings);
@@ -273,7 +273,7 @@ fn rigid(pendulum: &str, restitution: f64, settings: &str) -> String {
 }
 
 #[test]
-fn rigid_impacts_are_those_of_co_simulation() {
+fn exchange_rigid_impacts_are_those_of_co_simulation() {
     for (restitution, pendulum) in [1.0, 0.9].into_iter().flat_map(|e| PENDULUMS.map(|model| (e, model))) {
         let settings = rigid(pendulum, restitution, "");
         let (other, mut run) = (stepped(&settings, 3.0), exchanging(5, &settings));
@@ -284,7 +284,7 @@ fn rigid_impacts_are_those_of_co_simulation() {
 }
 
 #[test]
-fn pressed_rigid_balls_move_as_a_body_until_they_part() {
+fn exchange_pressed_rigid_balls_move_as_a_body_until_they_part() {
     for pendulum in PENDULUMS {
         let mut run = exchanging(5, &rigid(pendulum, 0.5, "contact.deadBand=0 x_start=0 F_ext[1]=5 F_ext[5]=-3"));
         let forces = run.each("F");
@@ -304,7 +304,7 @@ fn pressed_rigid_balls_move_as_a_body_until_they_part() {
 }
 
 #[test]
-fn chatter_of_rigid_balls_comes_to_an_end() {
+fn exchange_chatter_of_rigid_balls_ends() {
     for pendulum in PENDULUMS {
         let pressed = "contact.deadBand=0 x_start=-0.01,0,0,0,0 F_ext[1]=5 F_ext[5]=-5";
         let mut run = exchanging(5, &rigid(pendulum, 0.5, pressed));

@@ -12,7 +12,7 @@ fn figure_6(pendulum: &str) -> String {
 }
 
 #[test]
-fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
+fn exchange_mapped_rk4_keeps_the_energy_of_figure_6() {
     for whole in [true, false] {
         let mut run = exchanging(5, &figure_6("linear"));
         if whole {
@@ -30,7 +30,7 @@ fn rk4_at_a_millisecond_keeps_the_energy_of_figure_6() {
 }
 
 #[test]
-fn rk4_follows_figure_6_on_arcs() {
+fn exchange_mapped_rk4_follows_figure_6_on_arcs() {
     let mut run = exchanging(5, &figure_6("circular"));
     // Near a contact an overlap changes within the time in which balls pass each other, 0.03 s. Later the impacts do
     // not come one after the other any more, and rounding grows.
@@ -50,7 +50,7 @@ fn pulses_are_those_of_co_simulation(host: &Host, pendulum: &str, time: f64) {
 }
 
 #[test]
-fn euler_leaves_exactly_what_euler_does() {
+fn exchange_mapped_euler_has_only_its_own_error_in_flight() {
     let mut run = exchanging(5, &figure_6("linear"));
     let (h, steps) = (1e-3, 20_000);
     run.whole_steps(f64::from(steps) * h, h, euler);
@@ -62,7 +62,7 @@ fn euler_leaves_exactly_what_euler_does() {
 }
 
 #[test]
-fn one_ball_swings_and_two_free_balls_meet_once() {
+fn exchange_mapped_one_ball_swings_and_two_free_balls_meet_once() {
     let mut alone = exchanging(1, "");
     assert_eq!((alone.next, alone.states().len(), alone.indicators().len()), (f64::INFINITY, 4, 0));
     alone.steps(1.0, 1e-3, rk4);

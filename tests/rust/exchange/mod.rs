@@ -48,7 +48,7 @@ fn bits(run: &Master) -> Vec<u64> {
 }
 
 #[test]
-fn a_restored_run_goes_on_with_the_same_bits() {
+fn exchange_restored_run_keeps_its_bits() {
     for (settings, until) in [("", 1.0), ("exchange.contacts=resolved", 0.7025), ("contact.model=rigid", 1.0)] {
         let mut run = exchanging(5, settings);
         run.steps(until, 1e-3, rk4);

@@ -28,7 +28,7 @@ fn onsets(balls: usize, settings: &str, time: f64) -> usize {
 }
 
 #[test]
-fn touching_balls_that_drag_presses_together_close_once() {
+fn exchange_touching_balls_pressed_by_drag_close_once() {
     for (heavy, model) in [(1, "powerLaw"), (1, "hertz"), (2, "powerLaw")] {
         for contacts in ["resolved", "mapped"] {
             let of_all = "x_start=-0.03 contact.deadBand=0 pendulum.drag=0.02 contact.stiffness=1e7";
@@ -71,7 +71,7 @@ prop_compose! {
 
 proptest! {
     #[test]
-    fn events_without_onsets_come_to_an_end((balls, values) in touching()) {
+    fn exchange_events_without_onsets_end((balls, values) in touching()) {
         onsets(balls, &values, 3e-4);
     }
 }

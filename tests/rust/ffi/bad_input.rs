@@ -9,7 +9,7 @@ use newtons_cradle::fmi2::*;
 use newtons_cradle::variables::{FILE_NAME, Recipe, StartValue};
 
 #[test]
-fn parameters_out_of_range_are_refused() {
+fn bad_parameters_are_refused_with_their_ranges() {
     let host = Host::default();
     let bad = [
         ("ball.mass", 0.0, "ball.mass = 0 kg is refused; allowed: finite and > 0 kg"),
@@ -35,7 +35,7 @@ fn parameters_out_of_range_are_refused() {
 }
 
 #[test]
-fn rigid_balls_that_cannot_start_are_refused() {
+fn bad_starts_of_rigid_balls_are_refused() {
     let host = Host::default();
     host.refused(host.set("contact.restitution", 1.1), "contact.restitution = 1.1 is refused; allowed: 0 to 1");
     host.give("contact.model=rigid x_start[3]=0.001");
@@ -51,7 +51,7 @@ fn rigid_balls_that_cannot_start_are_refused() {
 }
 
 #[test]
-fn what_is_beyond_the_range_of_doubles_is_refused_by_name() {
+fn bad_starts_beyond_the_range_of_doubles_are_refused_by_name() {
     let host = Host::default();
     assert_eq!(host.set("x_start[1]", -1e200), fmi2OK);
     assert_eq!((host.set_up(0.0), host.enter()), (fmi2OK, fmi2OK));
@@ -80,7 +80,7 @@ fn what_is_beyond_the_range_of_doubles_is_refused_by_name() {
 
 /// Legal values of extreme size end no host, and what they lead to is said where it comes up.
 #[test]
-fn legal_values_that_no_run_can_start_with_are_refused_by_name() {
+fn bad_combinations_of_legal_values_are_refused_by_name() {
     let rigid = "contact.model=rigid contact.deadBand=0 pendulum.length=0.4";
     let steel = "contact.model=hertz contact.deadBand=0 pendulum.length=0.4";
     let of_coefficients = [
@@ -141,7 +141,7 @@ fn legal_values_that_no_run_can_start_with_are_refused_by_name() {
 
 /// A restitution of 0 is in its range, but no law of compliant contacts has it.
 #[test]
-fn a_tunable_parameter_without_a_coefficient_is_refused_and_the_run_goes_on() {
+fn bad_tunable_parameter_is_refused_and_the_run_goes_on() {
     let host = Host::started_with("contact.dampingLaw=constantRestitution contact.restitution=0.5");
     assert_eq!(host.step(0.0, 0.1), fmi2OK);
     host.refused(host.set("contact.restitution", 0.0), "contact.restitution ^ contact.lossRatio[1] is too small");
@@ -152,7 +152,7 @@ fn a_tunable_parameter_without_a_coefficient_is_refused_and_the_run_goes_on() {
 }
 
 #[test]
-fn a_refused_call_sets_nothing() {
+fn bad_call_sets_nothing() {
     let host = Host::default();
     let references = [host.vr("ball.mass"), host.vr("gravity"), host.vr("pendulum.length")];
     host.refused(unsafe { fmi2SetReal(host.c, references.as_ptr(), 3, [2.0, 1.0, 0.0].as_ptr()) }, "pendulum.length");
@@ -168,7 +168,7 @@ fn a_refused_call_sets_nothing() {
 }
 
 #[test]
-fn unknown_references_and_wrong_types_are_refused() {
+fn bad_references_and_types_are_refused() {
     let host = Host::started();
     let (mass, x, law, pulses) =
         (host.vr("ball.mass"), host.vr("x[1]"), host.vr("contact.model"), host.vr("pulses[1]"));
@@ -196,7 +196,7 @@ fn unknown_references_and_wrong_types_are_refused() {
 }
 
 #[test]
-fn steps_that_are_no_steps_are_refused() {
+fn bad_communication_steps_are_refused() {
     let host = Host::default();
     host.refused(host.step(0.0, 0.01), "fmi2DoStep: not allowed in the instantiated state; allowed: in step mode");
     host.start();
@@ -216,7 +216,7 @@ fn steps_that_are_no_steps_are_refused() {
 }
 
 #[test]
-fn experiments_that_are_none_are_refused() {
+fn bad_experiments_are_refused() {
     let host = Host::default();
     host.refused(host.enter(), "experiment must be set up first");
     host.refused(host.set_up(f64::NAN), "startTime = NaN s");
@@ -232,7 +232,7 @@ fn experiments_that_are_none_are_refused() {
 }
 
 #[test]
-fn null_pointers_are_refused_unless_nothing_is_asked_for() {
+fn bad_null_pointers_are_refused_unless_nothing_is_asked_for() {
     let host = Host::started();
     let x = host.vr("x[1]");
     unsafe {
@@ -257,7 +257,7 @@ fn null_pointers_are_refused_unless_nothing_is_asked_for() {
 
 /// One guard stands before every function.
 #[test]
-fn nobody_is_refused() {
+fn bad_component_pointers_are_refused_by_every_function() {
     let (mut real, mut state) = (0.0, null_mut());
     let zeros = [0_u64; 64]; // Memory that is no component.
     for c in [null_mut(), zeros.as_ptr().cast_mut().cast(), 1_usize as fmi2Component] {
@@ -283,7 +283,7 @@ fn refused(instantiate: Instantiate, expected: &str) {
 }
 
 #[test]
-fn instances_of_something_else_are_refused() {
+fn bad_guids_and_kinds_are_refused_at_instantiation() {
     let wrong = "{00000000-0000-0000-0000-000000000000}".to_owned();
     refused(Instantiate { guid: Some(wrong), ..Default::default() }, &format!("allowed: {}", guid(5)));
     refused(Instantiate { guid: None, ..Default::default() }, "fmuGUID =  is refused");
@@ -317,7 +317,7 @@ fn resources_decide_what_is_instantiated() {
 }
 
 #[test]
-fn missing_resources_mean_the_defaults_and_damaged_ones_are_refused() {
+fn resources_missing_mean_the_defaults_and_damaged_ones_are_refused() {
     let (folder, location) = resources("damaged", b"{ \"format\": 1, ");
     let with = |location: &str| Instantiate { location: Some(location.to_owned()), ..Default::default() };
     refused(with(&location), FILE_NAME);
@@ -338,7 +338,7 @@ fn missing_resources_mean_the_defaults_and_damaged_ones_are_refused() {
 /// What is no file may have no end, and a pipe waits for somebody to write into it.
 #[cfg(unix)]
 #[test]
-fn resources_that_are_no_file_or_too_large_are_refused() {
+fn resources_that_are_no_regular_file_or_too_large_are_refused() {
     let (folder, location) = resources("devices", b"");
     let with = || Instantiate { location: Some(location.clone()), ..Default::default() };
     let file = folder.join(FILE_NAME);

@@ -122,7 +122,7 @@ const OWN: [&[Function]; 2] = [
 ];
 
 #[test]
-fn every_function_is_legal_where_the_standard_says_so_and_nowhere_else() {
+fn calls_are_legal_exactly_where_fmi_2_says_so() {
     assert_eq!(COMMON.len() + OWN[0].len() + OWN[1].len(), 40);
     for (exchange, states) in [false, true].into_iter().zip(STATES) {
         let own = OWN[usize::from(exchange)].iter().map(|function| (*function, true));
@@ -152,7 +152,7 @@ fn every_function_is_legal_where_the_standard_says_so_and_nowhere_else() {
 }
 
 #[test]
-fn every_state_leads_back_by_a_reset() {
+fn calls_of_reset_lead_back_from_every_state() {
     for state in STATES[0] {
         let host = host_in(*state, false);
         host.assert_usable();
@@ -162,7 +162,7 @@ fn every_state_leads_back_by_a_reset() {
 }
 
 #[test]
-fn what_may_be_set_depends_on_the_state() {
+fn calls_of_setters_are_legal_by_state_and_variable() {
     const TUNABLE: [&str; 7] = [
         "pendulum.drag",
         "contact.damping",
@@ -186,7 +186,7 @@ fn what_may_be_set_depends_on_the_state() {
 }
 
 #[test]
-fn bad_arguments_in_model_exchange_are_refused_and_change_nothing() {
+fn calls_with_bad_arguments_in_model_exchange_change_nothing() {
     let host = host_in(Continuous, true);
     let before = host.everything();
     let mut y = host.states();
@@ -220,7 +220,7 @@ fn bad_arguments_in_model_exchange_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn every_state_comes_back_in_an_instance_of_its_kind_only() {
+fn saved_states_belong_to_instances_of_their_kind() {
     let hosts = [Host::default(), Host::exchanging(5)];
     for (kind, name) in ["co-simulation", "model exchange"].into_iter().enumerate() {
         for state in STATES[kind] {
@@ -234,7 +234,7 @@ fn every_state_comes_back_in_an_instance_of_its_kind_only() {
 }
 
 #[test]
-fn types_and_version_are_those_of_the_standard() {
+fn calls_of_types_and_version_answer_as_in_the_standard() {
     unsafe {
         assert_eq!(std::ffi::CStr::from_ptr(fmi2GetTypesPlatform()), c"default");
         assert_eq!(std::ffi::CStr::from_ptr(fmi2GetVersion()), c"2.0");
@@ -243,7 +243,7 @@ fn types_and_version_are_those_of_the_standard() {
 
 /// Hosts that do not ask whether a call was refused come to an end all the same.
 #[test]
-fn answers_of_refused_calls_end_a_run() {
+fn calls_refused_are_answered_with_values_that_end_a_run() {
     let host = Host::default();
     for c in [host.c, null_mut()] {
         let (mut enter, mut terminate, mut ended, mut status) = (1, 0, 0, fmi2OK);

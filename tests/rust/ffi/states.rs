@@ -93,7 +93,7 @@ fn run(host: &Host, points: &[f64], from: usize) -> Vec<(Vec<u64>, Vec<Line>)> {
 }
 
 #[test]
-fn a_restored_run_goes_on_with_the_same_bits() {
+fn saved_states_restore_the_run_to_the_bit() {
     for (name, settings) in SETUPS {
         let points = points(settings);
         let whole = instantiated(settings);
@@ -119,7 +119,7 @@ fn a_restored_run_goes_on_with_the_same_bits() {
 
 /// Balls blown apart, which come together after 1e14 s: a double resolves a hundredth of a second there.
 #[test]
-fn a_look_ahead_into_the_far_future_can_be_saved() {
+fn saved_states_hold_a_far_forecast() {
     let (host, mut time) = (Host::with_balls(2), 0.0);
     host.give("gravity=0 x_start=0 contact.gap=-1e12");
     host.start();
@@ -136,7 +136,7 @@ fn a_look_ahead_into_the_far_future_can_be_saved() {
 }
 
 #[test]
-fn a_parameter_that_is_set_and_set_back_changes_nothing() {
+fn parameter_set_and_set_back_changes_nothing() {
     for (name, settings) in SETUPS {
         let [left_alone, set_back] = [false, true].map(|is_set| {
             let host = instantiated(settings);
@@ -154,7 +154,7 @@ fn a_parameter_that_is_set_and_set_back_changes_nothing() {
 }
 
 #[test]
-fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
+fn saved_states_hold_phase_settings_and_pending_messages() {
     let host = Host::default();
     assert_eq!(host.set("ball.mass", 2.0), fmi2OK);
     let instantiated = host.to_bytes();
@@ -193,7 +193,7 @@ fn a_state_holds_the_phase_the_settings_and_what_is_still_to_be_told() {
 }
 
 #[test]
-fn the_error_state_can_be_saved_and_left() {
+fn saved_states_hold_the_error_state() {
     let host = Host::started_with("gravity=0 F_ext[1]=-1e300");
     let before = host.save();
     assert_eq!((host.step(0.0, 1e9), host.set("F_ext[1]", 0.0), host.step(1e9, 1.0)), (fmi2OK, fmi2OK, fmi2Error));
@@ -207,7 +207,7 @@ fn the_error_state_can_be_saved_and_left() {
 }
 
 #[test]
-fn memory_is_used_again_and_freed_once() {
+fn saved_states_reuse_memory_and_free_it_once() {
     let host = Host::started();
     let state = host.save();
     let (mut again, x) = (state, host.get("x[1]"));
@@ -239,7 +239,7 @@ fn memory_is_used_again_and_freed_once() {
 }
 
 #[test]
-fn damaged_bytes_are_refused() {
+fn saved_states_of_damaged_bytes_are_refused() {
     let host = Host::started();
     let onset = host.get("t_next");
     assert_eq!(host.step(0.0, onset + 1e-7), fmi2OK);
@@ -272,7 +272,7 @@ fn damaged_bytes_are_refused() {
 }
 
 #[test]
-fn states_of_other_fmus_are_refused() {
+fn saved_states_of_other_fmus_are_refused() {
     let (five, four) = (Host::started(), Host::with_balls(4));
     let fmu = |balls: usize| format!("the FMU of {balls} ball(s) with the GUID {}", guid(balls));
     let expected = format!("it belongs to {}; allowed: states of {}", fmu(5), fmu(4));
@@ -284,7 +284,7 @@ fn states_of_other_fmus_are_refused() {
 }
 
 #[test]
-fn a_long_chain_has_a_sensible_size() {
+fn saved_states_of_a_long_chain_have_a_sensible_size() {
     let host = Host::with_balls(500);
     host.start();
     assert_eq!(host.step(0.0, 1.0), fmi2OK);
@@ -299,7 +299,7 @@ fn a_long_chain_has_a_sensible_size() {
 
 /// The force does more work on the way to the impact than a double holds. What a step leaves can always be read again.
 #[test]
-fn a_step_beyond_the_range_of_doubles_is_an_error() {
+fn step_beyond_the_range_of_doubles_is_an_error() {
     let far = "gravity=0 ball.mass=1e250 x_start=-1e20,0,0,0,0 F_ext=1e300,0,0,0,0";
     for (method, step, words) in [
         ("eventDriven", 1e-14, "the state of ball 1 is not finite at t = 1e-14 s"),

@@ -36,7 +36,7 @@ fn own(states: [f64; 17]) -> Vec<f64> {
 }
 
 #[test]
-fn the_bits_are_those_of_fmi_2_and_each_pulse_ticks() {
+fn fmi3_exchange_has_the_bits_of_fmi_2_and_a_tick_for_each_pulse() {
     // Mapped, and resolved by steps that take some to a contact.
     for (contacts, h) in [(2, 1e-3), (1, 2e-4)] {
         let other = cradle_host::Host::exchanging(5);
@@ -97,7 +97,7 @@ fn the_bits_are_those_of_fmi_2_and_each_pulse_ticks() {
 
 /// In Continuous-Time Mode states can be set as variables, too; the time does not go back behind an event.
 #[test]
-fn states_are_set_as_variables() {
+fn fmi3_exchange_states_are_set_as_variables() {
     let exchange = Host::exchanging();
     exchange.start();
     let c = exchange.c;

@@ -202,7 +202,7 @@ const OWN: [&[Function]; 2] = [
 ];
 
 #[test]
-fn calls_are_legal_where_the_standard_has_them() {
+fn calls_are_legal_exactly_where_fmi_3_says_so() {
     // All but fmi3GetVersion, three that instantiate, fmi3FreeInstance and fmi3SerializeFMUState, which is called on
     // the way.
     assert_eq!(COMMON.len() + OWN[0].len() + OWN[1].len(), 75 - 6);
@@ -219,7 +219,7 @@ fn calls_are_legal_where_the_standard_has_them() {
 }
 
 #[test]
-fn an_instance_of_one_version_is_none_of_the_other() {
+fn fmi3_refuses_instances_of_fmi_2() {
     let (host, other) = (Host::new(true, true), cradle_host::Host::started());
     unsafe {
         assert_eq!(newtons_cradle::fmi2::fmi2Reset(host.c), cradle_host::fmi2Error);
@@ -232,7 +232,7 @@ fn an_instance_of_one_version_is_none_of_the_other() {
 }
 
 #[test]
-fn the_description_of_fmi_3_is_the_table() {
+fn fmi3_description_is_the_table() {
     for balls in [1, 2, 5, 13, 100] {
         let settings = Settings::default_for(balls);
         let xml = Description::fmi3(&settings).xml("2000-01-01T00:00:00Z");
@@ -258,7 +258,7 @@ fn the_description_of_fmi_3_is_the_table() {
 
 /// The host may select rigid contacts, whose forces depend on inputs directly, whatever the start value is.
 #[test]
-fn dependencies_are_those_of_any_contact_model() {
+fn fmi3_dependencies_cover_every_contact_model() {
     let structure = |model| {
         let mut settings = Settings::default_for(5);
         settings.parameters.contact_model = model;
@@ -281,7 +281,7 @@ fn dependencies_are_those_of_any_contact_model() {
 
 /// Also of a step that returns early, again and again.
 #[test]
-fn a_step_past_the_stop_time_is_told_once() {
+fn fmi3_step_past_the_stop_time_is_told_once() {
     let (host, mut time, mut steps) = (Host::new(true, true), 0.0, 0);
     assert_eq!(unsafe { fmi3EnterInitializationMode(host.c, 0, 0.0, 0.0, 1, 3.0) }, fmi3OK);
     assert_eq!(unsafe { fmi3ExitInitializationMode(host.c) }, fmi3OK);

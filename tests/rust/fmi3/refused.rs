@@ -7,7 +7,7 @@ use super::*;
 
 /// A host that meets an error within a step may clean up at once; the instance is still in the middle of that step.
 #[test]
-fn an_instance_is_not_freed_in_the_middle_of_a_step() {
+fn fmi3_instance_is_not_freed_within_a_step() {
     let answer = ask(Intermediate, false, |host| {
         let (refused, ..) = host.step(0.0, 1.0);
         unsafe { fmi3FreeInstance(host.c) };
@@ -18,7 +18,7 @@ fn an_instance_is_not_freed_in_the_middle_of_a_step() {
 }
 
 #[test]
-fn a_refused_number_of_balls_changes_nothing() {
+fn fmi3_refused_number_of_balls_changes_nothing() {
     let host = Host::new(true, true);
     let (n, numbers) = ([vr("n"); 2], [3, 0]);
     unsafe {
@@ -33,7 +33,7 @@ fn a_refused_number_of_balls_changes_nothing() {
 /// Slopes act over a step: at a point nothing depends on them. A weight that is no number, or a change that is none,
 /// has no answer.
 #[test]
-fn derivatives_at_a_point() {
+fn fmi3_derivatives_at_a_point() {
     let (a, knowns) = ([vr("a")], ["F_ext", "der(F_ext)", "der(a_support)"].map(vr));
     let initializing = || {
         let host = Host::new(true, true);
@@ -56,7 +56,7 @@ fn derivatives_at_a_point() {
 /// Before initialization a host reads start values, those of the description or what it has set, and nothing that is
 /// calculated.
 #[test]
-fn start_values_are_there_before_initialization() {
+fn fmi3_start_values_can_be_read_before_initialization() {
     let (own, forces) = (Host::new(true, true), [1.0, 2.0, 3.0, 4.0, 5.0]);
     let mut model = 0;
     assert_eq!(own.set("F_ext", &forces), fmi3OK);
@@ -86,7 +86,7 @@ fn start_values_are_there_before_initialization() {
 
 /// Within a step, hosts may read every variable, beyond the standard, and set those that the standard allows.
 #[test]
-fn everything_can_be_read_in_the_middle_of_a_step() {
+fn fmi3_everything_can_be_read_within_a_step() {
     let answer = ask(Intermediate, false, |host| {
         let scalars = ["t_next", "E_residual", "F_support_mean", "E_dissipated"].map(|name| (name, 1));
         let arrays = ["F_mean", "F_peak", "overlap", "a"].map(|name| (name, 5));
@@ -100,7 +100,7 @@ fn everything_can_be_read_in_the_middle_of_a_step() {
 
 /// By FMI 3.0.2 the name has a character that is no white space.
 #[test]
-fn a_blank_name_is_refused() {
+fn fmi3_blank_instance_name_is_refused() {
     let token = cradle_host::fmi3::token();
     for (name, created) in [(c" \t\n", false), (c"", false), (c" a", true)] {
         let c = unsafe { fmi3InstantiateModelExchange(name.as_ptr(), token.as_ptr(), null(), 0, 0, null_mut(), None) };
@@ -111,7 +111,7 @@ fn a_blank_name_is_refused() {
 
 /// `#` is an escape character in messages, and a message names the refused call that ended the run.
 #[test]
-fn messages_say_what_ended_the_run() {
+fn fmi3_messages_say_what_ended_the_run() {
     let refused = Host::instantiated(c"#1#", None).err().unwrap();
     assert!(refused[0].contains("##1##"), "{refused:?}");
     let host = Host::exchanging();

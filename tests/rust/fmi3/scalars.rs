@@ -13,7 +13,7 @@ fn instantiated(co_simulation: Option<[bool; 2]>) -> Host {
 }
 
 #[test]
-fn the_description_has_the_variables_of_fmi_2() {
+fn fmi3_scalars_description_has_the_variables_of_fmi_2() {
     for balls in [1, 2, 5, 13] {
         let settings = Settings::default_for(balls);
         let xml = Description { scalars: true, ..Description::fmi3(&settings) }.xml("2000-01-01T00:00:00Z");
@@ -33,7 +33,7 @@ fn the_description_has_the_variables_of_fmi_2() {
 }
 
 #[test]
-fn states_and_values_are_those_of_fmi_2() {
+fn fmi3_scalars_states_and_values_are_those_of_fmi_2() {
     let (host, other) = (instantiated(None), cradle_host::Host::exchanging(5));
     other.start();
     host.start();
@@ -57,7 +57,7 @@ fn states_and_values_are_those_of_fmi_2() {
 }
 
 #[test]
-fn arrays_and_n_are_unknown() {
+fn fmi3_scalars_know_no_arrays_and_no_n() {
     for name in ["n", "q", "x", "onset.closed"] {
         let (host, mut values) = (instantiated(Some([true, true])), [0.0; 5]);
         host.start();

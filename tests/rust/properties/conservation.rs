@@ -120,7 +120,7 @@ proptest! {
 
     /// In flight and within contacts.
     #[test]
-    fn balls_on_arcs_move_as_their_equations_say(case in cradles(ARCS), mut shares in vec(0.0..1.0, 5)) {
+    fn arcs_motion_obeys_the_equations(case in cradles(ARCS), mut shares in vec(0.0..1.0, 5)) {
         shares.extend(within(&case.run()?.1, &shares, case.time));
         shares.sort_by(f64::total_cmp);
         let mut engine = case.start()?;
@@ -135,23 +135,23 @@ proptest! {
     #![proptest_config(config(800))]
 
     #[test]
-    fn energy_momentum_and_impulses(case in cradles(ANY)) {
+    fn conservation_of_energy_momentum_and_impulses(case in cradles(ANY)) {
         all_is_accounted_for(&case)?;
     }
 
     #[test]
-    fn energy_momentum_and_impulses_on_arcs(case in cradles(ARCS)) {
+    fn conservation_of_energy_momentum_and_impulses_on_arcs(case in cradles(ARCS)) {
         all_is_accounted_for(&case)?;
     }
 
     #[test]
-    fn energy_momentum_and_impulses_of_rigid_balls(case in rigid()) {
+    fn conservation_of_energy_momentum_and_impulses_of_rigid_balls(case in rigid()) {
         all_is_accounted_for(&case)?;
     }
 
     /// With inputs that change between the steps and within them.
     #[test]
-    fn energy_of_rigid_runs_under_changing_inputs(
+    fn conservation_of_rigid_energy_under_changing_inputs(
         case in rigid(),
         changes in vec((0..6usize, -3.0..3.0, -10.0..10.0, any::<bool>()), 2..12),
     ) {
@@ -180,7 +180,7 @@ proptest! {
     #![proptest_config(config(60))]
 
     #[test]
-    fn energy_of_pressed_runs(mut case in cradles(Family { pressed: true, ..ANY })) {
+    fn conservation_of_energy_in_pressed_runs(mut case in cradles(Family { pressed: true, ..ANY })) {
         case.time = case.time.min(1.0);
         all_is_accounted_for(&case)?;
     }

@@ -170,22 +170,22 @@ proptest! {
     #![proptest_config(Config { max_global_rejects: 10_000, ..config(60) })]
 
     #[test]
-    fn on_lines(case in cradles(Family { powers: true, ..ANY }), which in 0..KNOWNS.len()) {
+    fn derivatives_of_random_runs_on_lines(case in cradles(Family { powers: true, ..ANY }), which in 0..KNOWNS.len()) {
         derivatives_agree(&case, which)?;
     }
 
     #[test]
-    fn of_pressed_contacts(case in cradles(Family { pressed: true, powers: true, ..ANY }), which in 0..KNOWNS.len()) {
+    fn derivatives_of_random_runs_of_pressed_contacts(case in cradles(Family { pressed: true, powers: true, ..ANY }), which in 0..KNOWNS.len()) {
         derivatives_agree(&case, which)?;
     }
 
     #[test]
-    fn on_arcs(case in cradles(ARCS), which in 0..KNOWNS.len()) {
+    fn derivatives_of_random_runs_on_arcs(case in cradles(ARCS), which in 0..KNOWNS.len()) {
         derivatives_agree(&case, which)?;
     }
 
     #[test]
-    fn of_rigid_contacts(case in rigid(), which in 0..KNOWNS.len()) {
+    fn derivatives_of_random_runs_of_rigid_contacts(case in rigid(), which in 0..KNOWNS.len()) {
         derivatives_agree(&case, which)?;
     }
 }

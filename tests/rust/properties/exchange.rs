@@ -266,7 +266,7 @@ proptest! {
     #![proptest_config(config(500))]
 
     #[test]
-    fn model_exchange_of_pairs_on_arcs_is_that_of_co_simulation(row in rows(Just(2))) {
+    fn exchange_of_random_pairs_on_arcs_is_co_simulation(row in rows(Just(2))) {
         is_that_of_co_simulation(&row)?;
     }
 }
@@ -275,7 +275,7 @@ proptest! {
     #![proptest_config(config(200))]
 
     #[test]
-    fn model_exchange_of_rows_on_arcs_is_that_of_co_simulation(row in rows(3..=MOST)) {
+    fn exchange_of_random_rows_on_arcs_is_co_simulation(row in rows(3..=MOST)) {
         is_that_of_co_simulation(&row)?;
     }
 }

@@ -50,7 +50,7 @@ fn compare(case: &Case, times: &[f64], between: &[f64]) -> Result<Vec<Pulse>, Te
 
 /// The same for the methods that integrate the whole chain.
 #[test]
-fn looks_at_other_methods_change_nothing() {
+fn observing_other_methods_changes_nothing() {
     let between: Vec<f64> = (1..100).map(|k| f64::from(k) / 100.0).collect();
     for (method, ..) in METHODS {
         let case = Case { p: default_by(method), inputs: Inputs::zero(5), time: 2.8 };
@@ -143,36 +143,36 @@ proptest! {
     #![proptest_config(config(150))]
 
     #[test]
-    fn steps_that_inputs_cut_add_up(case in cradles(ANY), share in 0.01..0.99) {
+    fn steps_cut_by_inputs_add_up(case in cradles(ANY), share in 0.01..0.99) {
         cut_steps_add_up(&case, share)?;
     }
 
     #[test]
-    fn steps_on_arcs_that_inputs_cut_add_up(case in cradles(ARCS), share in 0.01..0.99) {
+    fn steps_cut_by_inputs_add_up_on_arcs(case in cradles(ARCS), share in 0.01..0.99) {
         cut_steps_add_up(&case, share)?;
     }
 
     #[test]
-    fn steps_of_rigid_balls_that_inputs_cut_add_up(case in rigid(), share in 0.01..0.99) {
+    fn steps_cut_by_inputs_add_up_for_rigid_balls(case in rigid(), share in 0.01..0.99) {
         cut_steps_add_up(&case, share)?;
     }
 
     #[test]
-    fn looks_at_a_run_change_nothing(
+    fn observing_a_run_changes_nothing(
         case in cradles(ANY), points in points(), shares in vec(0.0..1.0, 5), effort in 1u64..3000,
     ) {
         looks_change_nothing(&case, points, &shares, effort)?;
     }
 
     #[test]
-    fn looks_at_balls_on_arcs_change_nothing(
+    fn observing_balls_on_arcs_changes_nothing(
         case in cradles(ARCS), points in points(), shares in vec(0.0..1.0, 5), effort in 1u64..3000,
     ) {
         looks_change_nothing(&case, points, &shares, effort)?;
     }
 
     #[test]
-    fn looks_at_rigid_balls_change_nothing(case in rigid(), points in points(), effort in 1u64..300) {
+    fn observing_rigid_balls_changes_nothing(case in rigid(), points in points(), effort in 1u64..300) {
         looks_change_nothing(&case, points, &[], effort)?;
     }
 

@@ -51,7 +51,7 @@ proptest! {
     #![proptest_config(config(40))]
 
     #[test]
-    fn powers_are_followed_as_by_adams(case in cradles(Family { powers: true, ..ANY })) {
+    fn adams_follows_random_powers_as_the_engine_does(case in cradles(Family { powers: true, ..ANY })) {
         agrees_with_adams(case)?;
     }
 }

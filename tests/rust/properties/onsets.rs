@@ -25,7 +25,7 @@ proptest! {
 
     /// The first onset is where a search through the closed form finds the first overlap, and t_next is that time.
     #[test]
-    fn the_first_onset_is_the_first_overlap(mut case in cradles(ANY)) {
+    fn onset_is_the_first_overlap(mut case in cradles(ANY)) {
         case.p.drag = 0.0;
         let n = case.p.balls();
         let apart = |i: usize| case.p.gap[i] + case.p.dead_band;
@@ -60,7 +60,7 @@ proptest! {
 
     /// A ball that swings up to its neighbour and just reaches it, or just does not.
     #[test]
-    fn grazing(
+    fn onset_of_grazing_balls_is_not_missed(
         amplitude in decades(-3.0, 0.0),
         depth in decades(-14.0, -2.0),
         touches in any::<bool>(),
@@ -93,7 +93,7 @@ proptest! {
 
     /// Contacts that are closed at the start are onsets then; those in touch and about to close are in the first step.
     #[test]
-    fn contacts_at_the_start(
+    fn onset_of_contacts_closed_at_the_start(
         mut case in cradles(ANY),
         overlaps in proptest::collection::vec(prop_oneof![2 => Just(0.0), 1 => decades(-12.0, -6.0)], 6),
     ) {
@@ -132,7 +132,7 @@ proptest! {
 /// Three balls side by side that differ by rounding swing into a fourth: whether they are in touch then, their rates do
 /// not tell.
 #[test]
-fn what_rounding_parts_does_not_stall() {
+fn onset_of_balls_parted_by_rounding_does_not_stall() {
     let mut p = Parameters::default_for(4);
     (p.gravity, p.length) = (8.098359547511615, 1.0307861065392323);
     (p.stiffness, p.exponent, p.dead_band) = (1e5, 1.5, 0.0);

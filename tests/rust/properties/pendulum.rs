@@ -32,7 +32,7 @@ proptest! {
     /// Under a force and an acceleration of the support that change at some time. The decay rates stay where the
     /// formulas above do not cancel.
     #[test]
-    fn one_ball_swings_as_the_closed_form_says(
+    fn pendulum_follows_its_closed_form(
         (gravity, mass, decay) in (0.1..30.0, decades(-2.0, 2.0), prop_oneof![Just(0.0), decades(-4.0, 0.7)]),
         start in (-1.0..1.0, -1.0..1.0),
         ((force, support), (later_force, later_support)) in ((-1.0..1.0, -1.0..1.0), (-1.0..1.0, -1.0..1.0)),
@@ -68,7 +68,7 @@ proptest! {
 
     /// Without drag it is back after any number of periods.
     #[test]
-    fn the_period_does_not_drift(gravity in 0.1..30.0, start in (-1.0..1.0, -1.0..1.0), periods in 1u32..100_000) {
+    fn pendulum_period_does_not_drift(gravity in 0.1..30.0, start in (-1.0..1.0, -1.0..1.0), periods in 1u32..100_000) {
         let p = single(gravity, 1.0, 0.0, start);
         let omega = (gravity / p.length).sqrt();
         let end = f64::from(periods) * (std::f64::consts::TAU / omega);

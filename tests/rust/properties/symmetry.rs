@@ -60,12 +60,12 @@ proptest! {
     #![proptest_config(config(300))]
 
     #[test]
-    fn a_mirrored_or_later_start_gives_the_same_run(case in cradles(ANY), start in 0u32..1000) {
+    fn symmetry_of_mirrored_and_later_starts(case in cradles(ANY), start in 0u32..1000) {
         mirrored_and_later_runs_are_the_same(&case, start.into())?;
     }
 
     #[test]
-    fn a_mirrored_start_gives_the_same_run_of_rigid_balls(case in rigid()) {
+    fn symmetry_of_mirrored_starts_of_rigid_balls(case in rigid()) {
         mirrored_and_later_runs_are_the_same(&case, 0.0)?;
     }
 }
@@ -94,7 +94,7 @@ proptest! {
     /// common velocity changes nothing else. Velocities scale with v, impulses with m v, times with
     /// `(m / (k v^(p-1)))^(1/(p+1))`.
     #[test]
-    fn collisions_have_the_symmetries_of_their_equations(
+    fn symmetry_of_collisions_in_scale_and_time(
         (n, strikers) in (2..=8usize).prop_flat_map(|n| (Just(n), 1..n)),
         exponent in exponents(),
         common in -10.0..10.0,

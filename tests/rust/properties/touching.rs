@@ -138,7 +138,7 @@ proptest! {
     #![proptest_config(config(400))]
 
     #[test]
-    fn rows_that_touch_run_to_their_end(case in touching(MOST)) {
+    fn touching_rows_run_to_their_end(case in touching(MOST)) {
         follow(&case, 20, 1e-11)?;
     }
 }
@@ -177,7 +177,7 @@ fn awkward_starts() -> impl Strategy<Value = Case> {
 
 /// 5,000 cases, or ten times as many as the environment asks for.
 #[test]
-fn awkward_starts_keep_their_energy() {
+fn touching_rows_keep_their_energy_from_awkward_starts() {
     let config = contextualize_config(config(500));
     let mut runner = TestRunner::new(Config { cases: 10 * config.cases, ..config });
     if let Err(failure) = runner.run(&awkward_starts(), |case| follow(&case, 5, 1e-12)) {
@@ -193,7 +193,7 @@ proptest! {
 
     /// Forces that are polynomials of the time, from one communication point to the next, some of which begin at 0.
     #[test]
-    fn rows_that_touch_run_to_their_end_under_forces_that_vary(
+    fn touching_rows_run_to_their_end_under_varying_forces(
         case in touching(FEW),
         forces in vec(vec(-1.0..1.0, FEW), ORDER),
     ) {
@@ -222,7 +222,7 @@ proptest! {
     #![proptest_config(config(20))]
 
     #[test]
-    fn rows_that_touch_are_followed_as_by_adams(case in touching(FEW)) {
+    fn touching_rows_move_as_by_adams(case in touching(FEW)) {
         agrees_with_adams(case)?;
     }
 }
@@ -230,7 +230,7 @@ proptest! {
 /// Four balls side by side, carried along by the support: what drag takes from them is a small part of what it takes on
 /// the whole of a step of Gauss collocation, which is much longer than what is read of it.
 #[test]
-fn what_drag_takes_from_balls_side_by_side() {
+fn touching_balls_lose_to_drag_what_their_equations_say() {
     let (drag, acceleration, time) = (0.0019096320351125679, 2.5_f64, 1e-3_f64);
     let row =
         "gravity=0 contact.exponent=3 contact.deadBand=1.7922e-6 contact.stiffness=319211632.7866216 v_start=1e-17";
@@ -246,7 +246,7 @@ fn what_drag_takes_from_balls_side_by_side() {
 }
 
 #[test]
-fn lossy_balls_that_touch_at_the_start_keep_their_energy() {
+fn touching_lossy_balls_balance_their_energy() {
     for (n, exponent) in [(5, 1.43), (9, 1.2)] {
         let contacts = "contact.dampingLaw=viscoelastic contact.relaxationTime=2.1912927399663294e-8 \
                         contact.stiffness=1876871.5348316086 pendulum.drag=1.13655423662179";

@@ -14,7 +14,7 @@ DOCUMENT = (ROOT / "docs/makers/exact-rows.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_the_fmu_is_exact(case, cradle, fmu_path):
+def test_exact_rows_by_the_fmu(case, cradle, fmu_path):
     """Within 1e-13 of the scale, or ten times the sensitivity; and two computations agree to 15 digits in each case."""
     # In FMI 3.0 arrays keep the description of a long row short.
     judgement = case.judge(case.run(cradle(balls=case.n, fmi=3, binaries=fmu_path)))
@@ -27,7 +27,7 @@ def test_the_fmu_is_exact(case, cradle, fmu_path):
         assert name in ("onset", "release") or not np.isnan(values).any()
 
 
-def test_the_data_is_whole():
+def test_exact_rows_data_is_whole():
     """The version, the number of cases, and lines of the CSV file."""
     data = json.loads((ROOT / "exact-rows/cases.json").read_text(encoding="utf-8"))
     assert f"version: {data['version']}\n" in (ROOT / "exact-rows/CITATION.cff").read_text(encoding="utf-8")
@@ -40,7 +40,7 @@ def test_the_data_is_whole():
 
 
 @pytest.mark.parametrize(("p", "name"), [(1.0, "linear"), (1.5, "hertz"), (2.0, "square"), (3.0, "cubic")])
-def test_two_balls_have_a_closed_form(p, name):
+def test_exact_rows_of_two_have_a_closed_form(p, name):
     """Duration and largest force of an elastic impact of two."""
     case, x = nc.benchmark(f"equal-2-{name}"), 1.0 / (p + 1.0)
     deepest = ((p + 1.0) / 4.0) ** x
@@ -50,13 +50,13 @@ def test_two_balls_have_a_closed_form(p, name):
     assert case.expected["v"] == pytest.approx([0.0, 1.0], abs=1e-15)
 
 
-def test_two_balls_part_at_their_coefficient_of_restitution():
+def test_exact_rows_of_two_part_at_their_restitution():
     case = nc.benchmark("constant-2-hertz")
     assert case.expected["v"] == pytest.approx([0.5 * (1.0 - case.damping), 0.5 * (1.0 + case.damping)], abs=1e-15)
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case.material], ids=lambda case: case.name)
-def test_steel_rows_are_of_spheres(case):
+def test_exact_rows_of_steel_are_of_spheres(case):
     """Masses, and stiffnesses after Hertz, by the formulas of docs/makers/exact-rows.md."""
     r, e = np.array(case.radius), case.material["youngModulus"] / (1.0 - case.material["poissonRatio"] ** 2)
     assert case.mass == pytest.approx(4.0 / 3.0 * math.pi * case.material["density"] * r**3, rel=1e-15)
@@ -65,12 +65,12 @@ def test_steel_rows_are_of_spheres(case):
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case.material], ids=lambda case: case.name)
-def test_steel_rows_by_radii_are_as_exact(cradle, fmu_path, case):
+def test_exact_rows_of_steel_by_radii(cradle, fmu_path, case):
     fmu, record = cradle(balls=case.n, binaries=fmu_path), ["x", "v", "F_peak", "E_total"]
     assert case.judge(fmu.simulate(case.spheres, times=[0.0, case.stop], record=record)).within
 
 
-def test_published_results_differ_as_the_document_says():
+def test_exact_rows_differ_from_published_results_as_the_document_says():
     """A chain that is tested to 1e-12 elsewhere, at most 5e-4 from the exact results in docs/makers/exact-rows.md."""
     names = ("siconos-monodisperse", "siconos-tapered-as-run", "siconos-tapered")
     equal, as_run, tapered = map(nc.benchmark, names)
@@ -80,7 +80,7 @@ def test_published_results_differ_as_the_document_says():
     assert [words for words in said if words not in " ".join(DOCUMENT.split())] == []
 
 
-def test_judgements():
+def test_exact_rows_judgements():
     """The ten lines of docs/makers/exact-rows.md have a few digits of case 1, and it tells which; exact results have all."""
     scope = {}
     exec(DOCUMENT.split("```python\n")[1].split("```")[0], scope)
@@ -108,12 +108,12 @@ def test_judgements():
         ({}, "result: a Result is needed, or a dict"),
     ],
 )
-def test_wrong_results_are_refused(given, complaint):
+def test_exact_rows_refuse_wrong_results(given, complaint):
     with pytest.raises(nc.CradleError, match=complaint):
         nc.benchmark("apart-5-wide").judge(given)
 
 
-def test_unknown_cases_and_other_ends_are_refused(fmu):
+def test_exact_rows_refuse_unknown_cases_and_other_ends(fmu):
     for name, hint in (("equal-5-herz", ".*did you mean equal-5-hertz"), ([1], "")):
         with pytest.raises(nc.InvalidValue, match=re.escape(f"there is no case {name!r}") + hint):
             nc.benchmark(name)
