@@ -1,7 +1,6 @@
 """Makes the site of the documents: mkdocs, by checkout/mkdocs.yml and checkout/site_hook.py, from docs, the Python
 package's docstrings, the FMU's own page, the rustdoc, and the live page if it has been made."""
 
-import re
 import shutil
 import zipfile
 from pathlib import Path
@@ -37,7 +36,9 @@ def build(out: Path, fmu: Path) -> None:
     with stage("3/4 rustdoc"):
         command = ["cargo", "doc", "--quiet", "--package", "newtons-cradle", "--no-deps", "--target-dir", RUSTDOC]
         run(command, env={"RUSTDOCFLAGS": "-Dwarnings"})
-        add_rustdoc()
+        folder = shutil.copytree(RUSTDOC / "doc", PARTS / "rust")
+        for path in folder.rglob("*.md"):  # licences of fonts, not pages
+            path.rename(path.with_suffix(".txt"))
     with stage("4/4 mkdocs"):
         with zipfile.ZipFile(fmu) as archive:
             (PARTS / "fmu.html").write_bytes(archive.read("documentation/index.html"))
@@ -49,13 +50,3 @@ def build(out: Path, fmu: Path) -> None:
             say("  !! a picture takes the place of the live page: `python3 cradle.py page` makes it")
         command = [PYTHON, "-m", "mkdocs", "build", "--strict", "--config-file", "checkout/mkdocs.yml"]
         run([*command, "--site-dir", out.resolve()], env={"NO_MKDOCS_2_WARNING": "1"})
-
-
-def add_rustdoc() -> None:
-    """Copies the rustdoc. What it has of docs leads to the site's pages, and mkdocs finds no documents of its own."""
-    folder = shutil.copytree(RUSTDOC / "doc", PARTS / "rust")
-    for path in folder.rglob("*.md"):
-        path.rename(path.with_suffix(".txt"))
-    theory = folder / "newtons_cradle/theory/index.html"
-    text = theory.read_text(encoding="utf-8")
-    theory.write_text(re.sub(r'href="([\w/-]+)\.md', r'href="../../../\1.html', text), encoding="utf-8")

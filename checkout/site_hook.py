@@ -72,24 +72,23 @@ What `import newtons_cradle as nc` brings: `build` is `nc.build`. [Python](pytho
 
 
 def on_page_markdown(text: str, *, page: Page, **_: Any) -> str:
-    """Links lead to other pages of the site, to the live page, or into the repository."""
+    """Links lead to other pages of the site or into the repository; the live page takes the place of its picture."""
     here = page.file.src_uri
     home = next((path for path, name in ALSO.items() if name == here), f"docs/{here}")
 
     def leads(link: str, picture: bool) -> str:
         path, mark, anchor = link.partition("#")
         target = posixpath.normpath(posixpath.join(posixpath.dirname(home), path))
-        if target == "out/cradle.html":
-            place, mark = (LIVE.name, mark + anchor) if LIVE.exists() else ("page.md", "")
-        elif target in ALSO or target.startswith("docs/"):
-            place, mark = ALSO.get(target, target.removeprefix("docs/")), mark + anchor
-        else:
+        if target not in ALSO and not target.startswith("docs/"):
             return links.in_repository(ADDRESS, target, picture) + mark + anchor
-        return posixpath.relpath(place, posixpath.dirname(here) or ".") + mark
+        place = ALSO.get(target, target.removeprefix("docs/"))
+        if place == LIVE.name and not LIVE.exists():
+            place, mark, anchor = "page.md", "", ""  # how to get it
+        return posixpath.relpath(place, posixpath.dirname(here) or ".") + mark + anchor
 
     if here == "changelog.md":  # what it tells stands elsewhere as well
         page.meta["search"] = {"exclude": True}
-    if here == "index.md" and LIVE.exists():  # instead of its picture
+    if here == "index.md" and LIVE.exists():
         page.meta["hide"] = ["toc"]
         text = re.sub(r"(?ms)^!\[.*?\n\n", STAGE, text, count=1)
     return indented(links.relinked(text, leads))
