@@ -1,23 +1,23 @@
-//! When something happens next, as far as has been looked.
+//! Forecasts: the next time at which something happens, as far as it is known.
 
 use serde::{Deserialize, Serialize};
 
-/// Time given for "never" where an event lies ahead, s.
+/// Time that stands for "never", s.
 pub const NEVER: f64 = 1e30;
 
-/// When something happens next.
+/// The next time at which something happens, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Forecast<T = f64> {
-    /// At this time.
+    /// It happens at this time.
     At(T),
-    /// Not before this time; what comes then has not been looked at.
+    /// It does not happen before this time; the search has not gone further.
     NotBefore(T),
-    /// Never, or not as long as was asked for.
+    /// It never happens, or not within the time searched.
     Never,
 }
 
 impl<T> Forecast<T> {
-    /// When it happens, or up to when it does not; `None` if it does not at all.
+    /// The time at which it happens, or before which it does not; `None` if it never does.
     pub fn until(self) -> Option<T> {
         match self {
             Self::At(time) | Self::NotBefore(time) => Some(time),
@@ -27,23 +27,23 @@ impl<T> Forecast<T> {
 }
 
 impl Forecast {
-    /// After the time `now` (s) not before `time` (s). Between one double and the next there is no time, so that the
-    /// answer can always be later than now.
+    /// Not before `time` (s), but always after `now` (s): at the earliest at the next double, so that a search
+    /// advances.
     pub fn not_before(time: f64, now: f64) -> Self {
         Self::NotBefore(time.max(now.next_up()))
     }
 
-    /// When it happens, s, if that is known.
+    /// The time at which it happens, s, if that is known.
     pub fn found(self) -> Option<f64> {
         if let Self::At(time) = self { Some(time) } else { None }
     }
 
-    /// When it happens, or up to when it does not, s; [`NEVER`] if it does not at all.
+    /// The time at which it happens, or before which it does not, s; [`NEVER`] if it never does.
     pub fn time(self) -> f64 {
         self.until().unwrap_or(NEVER)
     }
 
-    /// Whether the search has come to an end.
+    /// Whether the search is complete.
     pub fn is_settled(self) -> bool {
         !matches!(self, Self::NotBefore(_))
     }

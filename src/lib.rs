@@ -2,32 +2,30 @@
 //! model exchange.
 //!
 //! The model is P. C. Breedveld's (Modelling & simulation of bouncing objects: Newton's cradle revisited, Mechatronics
-//! 2002): neighbouring balls are joined by springs that act only while the balls overlap, so that a collision is a
-//! short, stiff, continuous contact, and the one-after-another transfer of momentum comes out by itself. The classical
-//! model that he sets it against, impacts without duration, is there to compare (`contact.model = rigid`).
+//! 2002): neighbouring balls are joined by springs that act only while the balls overlap. A collision is a short,
+//! stiff, continuous contact; the transfer of momentum from ball to ball is a result, not an assumption. The classical
+//! model to which he compares it, impacts without duration, is here too (`contact.model = rigid`).
 //!
 //! # How it is built
 //!
-//! A call of a host passes three of the modules below: [`fmi2`] or [`fmi3`] turns C into Rust and asks whether the call
-//! is legal now, `instance` carries it out, [`engine`] moves the trajectory. What the host reads is evaluated at its
-//! communication point without moving anything. [`model`] is the physics in SI units, `solver` numerics that know no
-//! cradle, [`variables`] the interface as one table. The producer of the FMU is built without the feature `engine`: it
-//! needs the parameters and the table only.
+//! A call of a host passes three of the modules below: [`fmi2`] or [`fmi3`] turns C into Rust and checks that the call
+//! is legal in the current state, `instance` carries it out, [`engine`] moves the trajectory. Reading a value evaluates
+//! it at the communication point and moves nothing. [`model`] is the physics in SI units, `solver` numerics that know
+//! no cradle, [`variables`] the interface as one table. `cradle-fmu`, which writes FMUs, is built without the feature
+//! `engine`, because it needs only the parameters and the table.
 //!
-//! Beside the event-driven engine stand the methods that one would take without it (`solver.method`):
+//! `solver.method` also offers the usual methods, for comparison and as an independent check; they are slow.
 //! [`engine::Continuous`] integrates the whole chain by backward differentiation, Adams-Moulton or Runge-Kutta
-//! formulas. They are slow, for comparison, and an independent check. In model exchange the host takes their part
-//! ([`engine::Exchange`]). An instance sees either of them as an [`engine::Simulation`], the variables as
-//! [`model::Results`].
+//! formulas. In model exchange the host integrates ([`engine::Exchange`]). An instance sees each of them as an
+//! [`engine::Simulation`], the variables as [`model::Results`].
 //!
 //! # Three ideas
 //!
 //! 1. *Flight is exact.* Between contacts a ball swings in closed form from its anchor; it is evaluated, never stepped.
 //!    On an arc, a power series takes the place of the closed form.
-//! 2. *A contact costs only what touches.* Two elastic balls have an outcome in closed form. All others form clusters
-//!    with their neighbours: contacts that are not linear, and those on arcs, are followed by Gauss collocation; linear
-//!    ones by Taylor series or, if they are damped or stay closed, by their natural modes; what is stiff for the pace
-//!    of the motion by an L-stable collocation method.
+//! 2. *A contact costs only what touches.* The impact of two elastic balls has a closed form. All others form clusters
+//!    with their neighbours. Their contacts are followed by Gauss collocation if nonlinear or on arcs; by Taylor series
+//!    if linear, or by natural modes if damped or long closed; by an L-stable collocation method if stiff.
 //! 3. *The communication grid is not the integration grid.* While the inputs stay as they are, the trajectory is the
 //!    same bit for bit, however a host cuts its steps.
 //!
@@ -48,14 +46,14 @@
 //! # Ok::<(), newtons_cradle::engine::EngineError>(())
 //! ```
 
-// In tests what goes wrong fails the test.
+// Tests may unwrap: a panic fails the test.
 #![cfg_attr(test, allow(clippy::unwrap_used))]
-// A browser calls the instance directly: what only the C interfaces use is unused there.
+// A browser calls the instance directly, so items that only the C interfaces use are unused there.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports))]
 
 #[cfg(feature = "engine")]
 pub mod engine;
-// In a browser no host could call them: web/ has functions of its own.
+// No host can call the C interfaces in a browser; web/ has its own functions.
 #[cfg(all(feature = "engine", not(target_family = "wasm")))]
 mod ffi;
 pub mod files;
@@ -71,7 +69,7 @@ pub mod model;
 mod number;
 #[cfg_attr(not(feature = "engine"), allow(dead_code, unused_imports))]
 mod solver;
-// The link to another page leads to the item here.
+// Here the page's link to the loss laws leads to the item instead of another page.
 #[doc = "[loss laws]: crate::model::DampingLaw"]
 #[doc = ""]
 #[doc = include_str!("../docs/theory.md")]

@@ -24,7 +24,7 @@ pub fn measure(runs: &[Run], span: f64) -> Result<(Vec<Line>, String), String> {
             let text = String::from_utf8_lossy(&run.map_err(|error| error.to_string())?.stdout).into_owned();
             // Warnings of SUNDIALS 7 come before.
             let fields: Vec<&str> = text.lines().last().unwrap_or_default().split_whitespace().collect();
-            let [seconds, steps, evaluations, error, sundials] = fields[..] else {
+            let [seconds, steps, _, error, sundials] = fields[..] else {
                 return Err(format!("{title} ended with {text:?}"));
             };
             sundials.clone_into(&mut version);
@@ -33,7 +33,6 @@ pub fn measure(runs: &[Run], span: f64) -> Result<(Vec<Line>, String), String> {
                 method: (*title).to_owned(),
                 seconds: number(seconds)?,
                 steps: number(steps)?,
-                evaluations: number(evaluations)?,
                 energy_error: number(error)?,
                 span,
             })

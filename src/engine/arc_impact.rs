@@ -1,5 +1,5 @@
-//! The outcome of an elastic impact of two balls on arcs: that along a fixed direction in closed form, and what the
-//! turn of the directions, gravity and inputs change, iterated. See "Arcs" in docs/theory.md, and [`Shape`].
+//! The outcome of an elastic impact of two balls on arcs: in closed form along a fixed direction, then by iteration for
+//! the turn of the directions, gravity and inputs. See "Arcs" in docs/theory.md, and [`Shape`].
 
 use crate::engine::Peak;
 use crate::engine::cluster::{BallOnArc, ContactDirection};
@@ -7,7 +7,7 @@ use crate::engine::flight::Flight;
 use crate::model::{BallModel, ContactLaw, Pair};
 use crate::solver::{DoubleDouble, NODES, Power, Stretching, Table, quadrature::gauss_legendre, weighted};
 
-/// Iterations at most. Each gains as many digits as `SMALL`, the largest change of accelerations, has at least.
+/// Most iterations. Each gains at least as many digits as `SMALL`, the largest allowed change of accelerations, has.
 const ITERATIONS: usize = 8;
 const SMALL: f64 = 1e-3;
 
@@ -22,9 +22,9 @@ type Values = [f64; 2 * NODES];
 
 /// The impact along a fixed direction for one exponent p of the force law, at nodes.
 ///
-/// There the overlap is `q phi(t / T0)`, with the largest overlap q and the duration `T0` in closed form. The turn of
-/// the directions, gravity and inputs make it `q (phi + y)(x)`, `x = t / T`, `T = (1 + late) T0`, with a small y and
-/// `y(1) = 0`. With N, which has the pull, the turn, `late`, and what is not linear in y,
+/// Along it the overlap is `q phi(t / T0)`, with the largest overlap q and the duration `T0` in closed form. With the
+/// turn of the directions, gravity and inputs, it is `q (phi + y)(x)`, `x = t / T`, `T = (1 + late) T0`, with a small y
+/// and `y(1) = 0`. N collects the pull, the turn, the effect of `late`, and the terms not linear in y:
 ///
 /// ```text
 /// phi'' = -kappa phi^p,     phi'(0) = sigma,     kappa = sigma^2 (p+1) / 2,     e = phi + (p-1) / 2 x phi'
@@ -53,7 +53,8 @@ impl Shape {
     /// The highest exponent for which the nodes suffice.
     pub const HIGHEST: f64 = 3.0;
 
-    /// For the exponent p, and the power of the time that makes forces smooth where the contact closes and opens.
+    /// The shape for the exponent p. `power` stretches the time so that forces are smooth where the contact closes and
+    /// opens.
     pub fn new(p: f64, power: Option<Power>) -> Self {
         let (share, order) = (1.0 / (p + 1.0), 0.5 * (p + 1.0));
         let sigma = 2.0 * std::f64::consts::PI.sqrt() * libm::tgamma(1.0 + share) / libm::tgamma(0.5 + share);
@@ -64,7 +65,8 @@ impl Shape {
         let times: Values = both(&|half, m| 0.5 * (half as f64 + halves[half].times[m]));
         let weights = both(&|half, m| 0.5 * halves[half].of_rate[m]);
         let [mut phi, mut slopes, mut powers, mut scalings] = [[0.0; 2 * NODES]; 4];
-        // phi^(p+1) = sin(v^order)^2 makes the time an integral by v of what hardly varies, smooth in the root of v.
+        // phi^(p+1) = sin(v^order)^2 makes the time an integral over v of a function that hardly varies, smooth in the
+        // root of v.
         let angle = |root: f64| libm::pow(root, 2.0 * order);
         let pace = |root: f64| 2.0 * root * libm::pow(libm::sin(angle(root)) / angle(root), 1.0 / order - 1.0);
         let (mut root, mut before) = (0.0_f64, 0.0);
@@ -88,7 +90,7 @@ impl Shape {
         Self { p, sigma, kappa, halves, times, weights, phi, slopes, powers, scalings }
     }
 
-    /// Integrals up to the nodes.
+    /// Integrals from the start to the nodes.
     fn integrate(&self, values: &Values) -> Values {
         let [first, second] = [0, NODES].map(|from| std::array::from_fn(|m| values[from + m]));
         let [early, late] = self.halves;
@@ -104,20 +106,21 @@ impl Shape {
     }
 }
 
-/// What an impact of two has changed.
+/// The outcome of an impact of two.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ImpactResult {
-    /// In s.
+    /// Duration, s.
     pub duration: f64,
-    /// Displacements of the two balls along their paths, m, and velocities afterwards, m/s. The overlap is 0 then.
+    /// Displacements of the two balls along their paths, m, and velocities afterwards, m/s. The overlap is 0 again.
     pub displacements: [f64; 2],
     pub velocities: [f64; 2],
-    /// Impulse, N.s, and largest force, its time counted from the onset.
+    /// Impulse, N.s, and largest force, with its time since the onset.
     pub impulse: f64,
     pub peak: Peak,
 }
 
-/// The outcome for two balls without drag, in touch, under constant inputs; `None` where too much varies.
+/// The outcome for two balls without drag, in touch, under constant inputs; `None` if directions or forces vary too
+/// much.
 pub(crate) fn outcome(
     balls: &[BallModel; 2],
     flights: [&Flight; 2],
@@ -132,14 +135,14 @@ pub(crate) fn outcome(
     let start = ContactDirection::new(&starts[0], &starts[1], lengths, distances);
     let rate = starts[0].approach(&starts[1], &start);
     let along = start.along.map(|[along]| along);
-    // 1 over the reduced mass along the line of the centres.
+    // 1 over the reduced mass along the line of the centres, 1/kg.
     let inverse_mass = along[0] * along[0] * inverse_masses[0] + along[1] * along[1] * inverse_masses[1];
     let reach = law.largest_overlap(1.0 / inverse_mass, rate);
     let (strongest, first) = (law.elastic_force(reach), sigma * reach / rate);
     let turns = [0, 1].map(|k| first * flights[k].v.abs() / lengths[k]);
     let begins = rate > 0.0 && first > 0.0 && turns[0].max(turns[1]) < SMALL;
     if !begins {
-        return None; // Also where they are no numbers.
+        return None; // Also if they are NaN.
     }
     let mut moving = starts.map(|start| start.lasting());
     let mut direction = start.lasting();
@@ -159,7 +162,8 @@ pub(crate) fn outcome(
             moving[k].follow(&balls[k], flights[k], &[way, u], &times.map(|time| time * duration));
         }
         direction = ContactDirection::new(&moving[0], &moving[1], lengths, distances);
-        // Changes of the squared parts along the paths, by the small parts away from them, which keep the digits.
+        // Changes of the squared components along the paths, from the small components away from them, which keep the
+        // digits.
         let shorter = [0, 1].map(|k| {
             let ([before], now) = (start.outward[k], &direction.outward[k]);
             now.map(|now| (now - before) * (now + before))
@@ -198,7 +202,7 @@ pub(crate) fn outcome(
         }
         let sum = |value: &dyn Fn(usize) -> f64| duration * weighted(weights, &std::array::from_fn(value));
         let missing = sum(&|m| direction.pull[m] + less(m) * forces[m]);
-        // Directions are nearly the same in each impact: their rounding would add up.
+        // Directions are nearly the same in each impact, so their rounding would add up.
         let product = DoubleDouble::product;
         let pushes = [0, 1].map(|k| {
             let (mass, inverse) = (balls[k].mass, inverse_masses[k]);
@@ -224,7 +228,7 @@ pub(crate) fn outcome(
         let middle = scaled + half_slope / kappa;
         let rate_there = half_scaling - 0.25 * (p - 1.0) * kappa * middle;
         let force = law.elastic_force(reach * (1.0 + (middle + 0.5 * rate_there * rate_there / kappa)));
-        // `y'' = rest - kappa p y` there; the nodes on both sides are as far from it.
+        // `y'' = rest - kappa p y` there, with the mean of the two nodes beside it.
         let bend = 0.5 * (by_scaling[NODES - 1] + by_scaling[NODES]) - kappa * p * middle;
         let peak = Peak { force, time: duration * (0.5 + rate_there / (kappa - bend)) };
         return Some(ImpactResult { duration, displacements, velocities, impulse: impulse.value(), peak });

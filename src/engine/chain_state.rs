@@ -12,14 +12,14 @@ pub(crate) struct ChainState {
 }
 
 impl ChainState {
-    /// With these positions (m) and velocities (m/s), overlaps (m) and modes, without inputs.
+    /// A state of these positions (m) and velocities (m/s), overlaps (m) and modes, without inputs.
     pub fn new(balls: impl Iterator<Item = (f64, f64)>, contacts: impl Iterator<Item = (f64, Mode)>) -> Self {
         let flight = |(x, v)| Flight { x, v, forcing: Forcing::default() };
         let contact = |(overlap, mode)| WindowContact { overlap, mode };
         Self { flights: balls.map(flight).collect(), contacts: contacts.map(contact).collect() }
     }
 
-    /// Under these accelerations by the inputs.
+    /// The state under these accelerations by the inputs.
     pub fn under(mut self, forcings: impl IntoIterator<Item = Forcing>) -> Self {
         self.flights.iter_mut().zip(forcings).for_each(|(flight, forcing)| flight.forcing = forcing);
         self
@@ -33,8 +33,8 @@ impl ChainState {
 }
 
 impl ChainState {
-    /// The series of all motions and forces, in seconds, for derivatives by time up to the highest order. The overlaps
-    /// of pressing contacts may be `given` by the run's description; computed from forces they would be rounding, which
+    /// The series of all motions and forces, in seconds, up to the highest derivative by time. The run's description
+    /// can give the overlaps of pressing contacts (`given`): computed from forces they would be mere rounding, which
     /// each derivative multiplies by the angular frequency of the contact, some 1e5 1/s.
     pub fn series(&self, cradle: &Cradle, given: &[Option<OverlapSeries>]) -> Series {
         let (window, mut series) = (self.window(cradle), Series::default());

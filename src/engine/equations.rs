@@ -12,14 +12,14 @@ use crate::solver::Scalar;
 pub struct State<S = f64> {
     #[serde(skip)]
     pub(crate) cradle: Cradle<S>,
-    /// Flags of the contacts, which change in events only.
+    /// Flags of the contacts, which change only in events.
     pub(crate) modes: Vec<Mode>,
-    /// For each contact, whether its right ball is [beyond](crate::model::Pair::is_beyond) the line from the left one
-    /// through the pivot of the right one. An overlap fits two places of the right ball, one on either side of that
-    /// line; it stays on the side of its start.
+    /// For each contact, whether its right ball is [beyond](crate::model::Pair::is_beyond) the line from the left
+    /// centre to the right pivot. An overlap fits two places of the right ball, one on either side of that line; the
+    /// ball stays on the side where it starts.
     #[serde(skip)]
     pub(crate) beyond: Vec<bool>,
-    /// Positions and velocities along the paths.
+    /// Positions (m) and velocities (m/s) along the paths, and overlaps (m).
     #[serde(skip)]
     pub(crate) x: Vec<S>,
     #[serde(skip)]
@@ -34,7 +34,7 @@ pub struct State<S = f64> {
 }
 
 impl<S: Scalar> State<S> {
-    /// With these flags, positions and velocities along the paths, overlaps, and accelerations by the inputs.
+    /// The state with these flags, positions and velocities along the paths, overlaps, and accelerations by the inputs.
     pub fn at(cradle: Cradle<S>, modes: Vec<Mode>, [x, v, overlaps]: [Vec<S>; 3], forcings: Vec<S>) -> Self {
         let mut state = Self { cradle, modes, beyond: Vec::new(), x, v, overlaps, forcings, forces: Vec::new() };
         state.forces = if state.cradle.rigid {
@@ -45,8 +45,8 @@ impl<S: Scalar> State<S> {
         state
     }
 
-    /// The state `y` of a host, in the order of [`Exchange`](super::Exchange). A position is that to its left less
-    /// overlap and clearance, on arcs along the paths.
+    /// The state from a host's state vector `y`, in the order of [`Exchange`](super::Exchange). A position follows from
+    /// its left neighbour's, the overlap and the clearance; on arcs along the paths.
     pub(crate) fn new(cradle: Cradle<S>, (modes, beyond): (Vec<Mode>, Vec<bool>), y: &[S], forcings: Vec<S>) -> Self {
         let n = cradle.balls.len();
         let (overlaps, v) = (y[1..n].to_vec(), y[n..2 * n].to_vec());
@@ -62,7 +62,8 @@ impl<S: Scalar> State<S> {
         Self { beyond, ..Self::at(cradle, modes, [x, v, overlaps], forcings) }
     }
 
-    /// Force of a pressing contact, N. One that has yet to open although its overlap has vanished has no elastic force.
+    /// Force of a pressing contact, N. If it has yet to open although its overlap has vanished, it has no elastic
+    /// force.
     fn contact_force(&self, j: usize) -> S {
         if self.modes[j] != Mode::Pressing {
             return S::default();
@@ -73,12 +74,12 @@ impl<S: Scalar> State<S> {
         self.cradle.contacts[j].unclipped_force(overlap, rate)
     }
 
-    /// Constraint forces, N, by which balls joined by closed rigid contacts have one acceleration.
+    /// Constraint forces, N, that give balls joined by closed rigid contacts one acceleration.
     fn constraint_forces(&self) -> Vec<S> {
         let Self { cradle, modes, .. } = self;
         let mut forces = vec![S::default(); modes.len()];
         let free = |i: usize| match cradle.balls[i].on_arc {
-            // Equal pendulums: what differs.
+            // The pendulums are equal: only the forcing differs.
             true => self.forcings[i],
             false => cradle.balls[i].acceleration(self.x[i], self.v[i], S::default(), self.forcings[i]),
         };
@@ -100,7 +101,7 @@ impl<S: Scalar> State<S> {
     }
 }
 
-/// What has a state is a chain in it.
+/// Anything that holds a state is a chain.
 impl<S: Scalar, T: Deref<Target = State<S>>> Chain<S> for T {
     fn cradle(&self) -> &Cradle<S> {
         &self.cradle

@@ -9,32 +9,32 @@ use crate::number::Number;
 pub enum EngineError {
     /// A state became infinite or NaN.
     NotFinite {
-        /// When, s.
+        /// Time, s.
         time: f64,
-        /// Whose, from 0.
+        /// Ball, from 0.
         ball: usize,
     },
-    /// In model exchange: no place on its arc is what the states say of a ball.
+    /// In model exchange: no place of a ball on its arc fits the states.
     NoPlace {
-        /// When, s.
+        /// Time, s.
         time: f64,
-        /// Which, from 0.
+        /// Ball, from 0.
         ball: usize,
     },
     /// The overlap, the force or the impulse of a contact became infinite or NaN.
     ContactNotFinite {
-        /// When, s.
+        /// Time, s.
         time: f64,
-        /// Whose, from 0.
+        /// Contact, from 0.
         contact: usize,
     },
     /// A ball cannot go on along its arc.
     OffArc {
-        /// When, s.
+        /// Time, s.
         time: f64,
-        /// Which, from 0.
+        /// Ball, from 0.
         ball: usize,
-        /// Why.
+        /// Reason.
         fault: Fault,
     },
     /// A coefficient of the equations is beyond the range of doubles; the text says which, and what is allowed.
@@ -45,28 +45,28 @@ pub enum EngineError {
     NotRigid(String),
     /// The energy, or a sum over all balls, is beyond the range of doubles.
     EnergyNotFinite {
-        /// When, s.
+        /// Time, s.
         time: f64,
     },
     /// No progress in time: the step shrank below the resolution of doubles.
     Stalled {
-        /// When, s.
+        /// Time, s.
         time: f64,
-        /// Where, from 0.
+        /// Contact, from 0.
         contact: usize,
     },
-    /// So much has to be computed that the end of the step is days away.
+    /// The rest of the step would take days to compute.
     OutOfReach {
-        /// When, s.
+        /// Time, s.
         time: f64,
-        /// What for.
+        /// What the run is busy with.
         by: Busy,
         /// Steps and events in a second of the run, 1/s.
         rate: f64,
     },
-    /// A general-purpose solver fails even with such small steps.
+    /// A general-purpose solver fails even with its smallest steps.
     StepTooSmall {
-        /// When, s.
+        /// Time, s.
         time: f64,
         /// The step that failed, s.
         step: f64,

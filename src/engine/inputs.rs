@@ -11,9 +11,9 @@ const _: () = assert!(MAX_INPUT_DERIVATIVE == MAX_FORCE_ORDER);
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct HeldInputs {
-    /// Time that they refer to, s.
+    /// Time to which values and derivatives refer, s.
     pub since: f64,
-    /// The values, and their derivatives from the first on; those beyond are zero.
+    /// The values, then their derivatives by time; higher ones are zero.
     pub orders: Vec<Inputs>,
 }
 
@@ -23,14 +23,15 @@ impl HeldInputs {
         Self { since, orders: vec![values] }
     }
 
-    /// Those from the time `since` (s) on with these values and derivatives, unless they are constant and act already.
+    /// Inputs with these values and derivatives from the time `since` (s) on; `None` if they are constant and act
+    /// already.
     pub fn changed(&self, since: f64, values: &Inputs, derivatives: &[Inputs]) -> Option<Self> {
         let values = std::slice::from_ref(values);
         let same = derivatives.is_empty() && self.orders == values;
         (!same).then(|| Self { since, orders: [values, derivatives].concat() })
     }
 
-    /// Whether they are those of `balls` balls.
+    /// Whether the number of orders is allowed and all have forces for `balls` balls.
     pub fn fit(&self, balls: usize) -> bool {
         let orders = (1..=MAX_INPUT_DERIVATIVE + 1).contains(&self.orders.len());
         orders && self.orders.iter().all(|inputs| inputs.force.len() == balls)
@@ -40,35 +41,35 @@ impl HeldInputs {
         self.orders.iter().all(Inputs::is_finite)
     }
 
-    /// An input, or a function of the inputs, with its derivatives.
+    /// An input, or a linear function of the inputs, with its derivatives.
     pub fn derivatives(&self, input: impl Fn(&Inputs) -> f64) -> Forcing {
         let mut derivatives = Forcing::default();
         derivatives.iter_mut().zip(&self.orders).for_each(|(to, inputs)| *to = input(inputs));
         derivatives
     }
 
-    /// Acceleration of ball `i` by them, with its derivatives.
+    /// Acceleration of ball `i` of the mass `mass` (kg) by the inputs, with its derivatives.
     pub fn forcing(&self, i: usize, mass: f64) -> Forcing {
         self.derivatives(|inputs| inputs.force[i] / mass - inputs.support_acceleration)
     }
 
-    /// Accelerations of all balls by them.
+    /// Accelerations of all balls by the inputs.
     pub fn forcings(&self, cradle: &Cradle) -> Vec<Forcing> {
         cradle.balls.iter().enumerate().map(|(i, ball)| self.forcing(i, ball.mass)).collect()
     }
 
-    /// The same inputs, expanded about the time `t` (s).
+    /// These inputs, expanded about the time `t` (s).
     pub fn at(&self, t: f64) -> Self {
         let later = |k: usize| self.orders[k].continued(&self.orders[k + 1..], t - self.since);
         Self { since: t, orders: (0..self.orders.len()).map(later).collect() }
     }
 
-    /// Their values at the time `t` (s).
+    /// The values of the inputs at the time `t` (s).
     pub fn values(&self, t: f64) -> Inputs {
         self.orders[0].continued(&self.orders[1..], t - self.since)
     }
 
-    /// Coefficients of the power series of one of them.
+    /// Coefficients of the power series of an input.
     pub fn series(&self, input: impl Fn(&Inputs) -> f64) -> Forcing {
         of_derivatives(self.derivatives(input))
     }

@@ -1,10 +1,11 @@
-//! Drives a run. [`Simulation`] is one by any method: the event-driven [`Engine`], or a general solver, [`Continuous`].
+//! Drives a run. [`Simulation`] is a run by any method: by the event-driven [`Engine`] or by a general solver,
+//! [`Continuous`].
 //!
 //! Each module imports only from those before it: `flight`, `records`, `cluster`, `arc_impact`, `pair_impact`,
 //! `rigid`, `tape`, `run`, `derivatives`, `observation`, `exchange`, `continuous`.
 //!
-//! Events come at their own times: between changes of the inputs, neither communication points nor reading results
-//! change a bit of a trajectory.
+//! Events have their own times: between changes of the inputs, neither communication points nor reading results change
+//! a bit of a trajectory.
 
 mod arc_impact;
 mod chain_state;

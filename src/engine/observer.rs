@@ -7,36 +7,37 @@ use crate::solver::DoubleDouble;
 /// The largest force of a contact in a span of time, and when it was first reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
-    /// In N.
+    /// Force, N.
     pub force: f64,
-    /// In s; within the engine often from the start of what is looked at.
+    /// Time, s; within the engine often counted from the start of a span.
     pub time: f64,
 }
 
 impl Peak {
-    /// Part of a force that is rounding.
+    /// Rounding error of a force, relative.
     const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-    /// Takes a `force` at another `time` if it is larger.
+    /// Takes `force` at `time` if it is larger.
     pub(crate) fn raise(&mut self, force: f64, time: f64) {
         if force > self.force {
             *self = Self { force, time };
         }
     }
 
-    /// Takes a `force` whose rate is 0 at another `time` if it is larger. Within `near`, two times, the force has one
-    /// maximum: what has been found there is no larger, whatever its rounding.
+    /// Takes a `force` whose rate is 0 at `time`, if it is larger. Between the two times `near` the force has only one
+    /// maximum, so a force found there before is not larger, whatever its rounding.
     pub(crate) fn turn(&mut self, force: f64, time: f64, near: [f64; 2]) {
         self.take(Self { force, time }, near[0] <= self.time && self.time <= near[1]);
     }
 
-    /// Takes the largest force of what began at `begun` (s) if it is larger. Where that began, the force may have been
-    /// rising: the place of the maximum is a later one.
+    /// Takes the largest force of a part that began at `begun` (s), if it is larger. If the largest force so far was at
+    /// `begun`, the force was still rising there, so the maximum is later.
     pub(crate) fn continue_with(&mut self, next: Self, begun: f64) {
         self.take(next, self.time == begun);
     }
 
-    /// Takes another peak if it is larger by more than rounding or, if what is known `precedes` it, not smaller by more.
+    /// Takes another peak if it is larger by more than rounding; if the known one `precedes` it, also if it is not
+    /// smaller by more.
     fn take(&mut self, other: Self, precedes: bool) {
         let least = self.force * (1.0 + if precedes { -Self::ROUNDING } else { Self::ROUNDING });
         if other.force > least {
@@ -45,7 +46,7 @@ impl Peak {
         self.force = self.force.max(other.force);
     }
 
-    /// The same, its time counted from the zero of the clock and not from `start`.
+    /// The peak with its time counted from the zero of the clock instead of from `start`.
     pub(crate) fn after(self, start: DoubleDouble) -> Self {
         Self { time: (start + self.time).value_up(), ..self }
     }
@@ -70,8 +71,8 @@ pub struct Pulse {
 pub type OfPulse = fn(&Pulse) -> f64;
 
 impl Pulse {
-    /// What the log says of a pulse besides its contact, by name, in SI units: the log line, `log.pulses` and the
-    /// instance's checks follow from it.
+    /// The values of a pulse in the log besides its contact, by name, in SI units. The log line, `log.pulses` and the
+    /// instance's checks follow from this list.
     pub const VALUES: [(&'static str, OfPulse); 5] = [
         ("onset", |pulse| pulse.onset),
         ("release", |pulse| pulse.release),
@@ -80,7 +81,7 @@ impl Pulse {
         ("peakTime", |pulse| pulse.peak.time),
     ];
 
-    /// The value of this name: one of [`Self::VALUES`] or the duration.
+    /// The value of this name: one of [`Self::VALUES`] or the duration, s.
     pub fn value(&self, name: &str) -> Option<f64> {
         if name == "duration" {
             return Some(self.release - self.onset);
@@ -88,7 +89,7 @@ impl Pulse {
         Self::VALUES.iter().find(|(known, _)| *known == name).map(|(_, of)| of(self))
     }
 
-    /// Whether it is one of so many contacts, and finite.
+    /// Whether the contact is below `contacts` and all values are finite.
     pub fn is_sound(&self, contacts: usize) -> bool {
         self.contact < contacts && Self::VALUES.iter().all(|(_, of)| of(self).is_finite())
     }
@@ -101,7 +102,7 @@ pub struct Progress {
     pub time: f64,
     /// Rounds of work in this call so far: steps and events.
     pub rounds: u64,
-    /// What the last one was about.
+    /// What the last round was about.
     pub by: Busy,
 }
 
@@ -116,7 +117,7 @@ pub enum Busy {
     Solver,
 }
 
-/// Is notified of events during a run. It can change nothing but the end of a call.
+/// Is notified of events during a run. It can change nothing but the end of a call, by [`stop`](Self::stop).
 pub trait Observer {
     /// A pulse has finished.
     fn pulse(&mut self, _pulse: Pulse) {}
@@ -124,7 +125,7 @@ pub trait Observer {
     /// Contact `contact`, counted from 0, has closed at `time` (s).
     fn onset(&mut self, _contact: usize, _time: f64) {}
 
-    /// An earlier end for the call of `advance`, s; not before the last event notified.
+    /// An earlier end for the call of `advance`, s, if wanted; not before the last event notified.
     fn stop(&self) -> Option<f64> {
         None
     }

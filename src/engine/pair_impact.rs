@@ -13,7 +13,7 @@ use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of
 use crate::model::{ContactLaw, Cradle};
 use crate::solver::{DoubleDouble, Dual, Scalar, hypotenuse};
 
-/// Terms of the expansion, and the largest `alpha + |beta|` for which its error is below the rounding.
+/// Number of terms of the expansion, and the largest `alpha + |beta|` for which its error is below rounding.
 const TERMS: usize = 7;
 const SMALL: f64 = 1e-3;
 
@@ -26,21 +26,21 @@ pub(crate) struct ImpactCoefficients {
     p: f64,
     /// Of the integrals of `dq / sqrt(...)` and of `q dq / sqrt(...)`.
     integrals: OnceLock<Box<[Expansion; 2]>>,
-    /// For derivatives.
+    /// Coefficients for derivatives.
     derivatives: OnceLock<Box<PulseCoefficients>>,
-    /// For balls on arcs.
+    /// Coefficients for balls on arcs.
     shape: OnceLock<Box<Shape>>,
 }
 
-/// The derivatives of these by the exponent, and those of the integrals of `q^g sqrt(...) dq` for g = 0 and for the
-/// exponent s of the damping.
+/// Derivatives of the first two expansions by the exponent p, and expansions of the integrals of `q^g sqrt(...) dq` for
+/// g = 0 and for the exponent s of the damping.
 #[derive(Clone, Debug)]
 struct PulseCoefficients {
     by_exponent: [Expansion; 2],
     works: [Expansion; 2],
 }
 
-/// An impact in numbers without unit.
+/// A dimensionless impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PulseShape {
     /// The integrals of `dq / sqrt(...)` and of `q dq / sqrt(...)`, and their derivatives by alpha, beta and p.
@@ -50,12 +50,12 @@ pub(crate) struct PulseShape {
 }
 
 impl ImpactCoefficients {
-    /// For the contacts of a cradle, which have one exponent.
+    /// Coefficients for the contacts of a cradle, which have one exponent.
     pub fn of(cradle: &Cradle) -> Arc<Self> {
         Arc::new(Self::new(cradle.contacts.first().map_or(1.0, |law| law.exponent)))
     }
 
-    /// For the exponent `p` of the force law.
+    /// Coefficients for the exponent `p` of the force law.
     pub fn new(p: f64) -> Self {
         Self { p, ..Self::default() }
     }
@@ -64,12 +64,12 @@ impl ImpactCoefficients {
         self.integrals.get_or_init(|| Box::new([0.0, 1.0].map(|g| coefficients(self.p, g, -0.5))))
     }
 
-    /// The shape of an impact by this law; `None` where its expansion does not hold.
+    /// The dimensionless impact by this law; `None` where its expansion does not hold.
     pub fn pulse(&self, law: &ContactLaw, alpha: f64, beta: f64) -> Option<PulseShape> {
         let (p, damping) = (law.exponent, law.damping_exponent());
         let expands = alpha + beta.abs() < SMALL;
         if !expands {
-            return None; // Also where they are no numbers.
+            return None; // Also if they are NaN.
         }
         let derivatives = self.derivatives.get_or_init(|| {
             let by_exponent = |g: f64| {
@@ -99,7 +99,7 @@ impl ImpactCoefficients {
             let duration = 2.0 / frequency * libm::atan2(rate * frequency, pull);
             let (offset, amplitude) = (pull / frequency2, rate / frequency);
             let radius = hypotenuse(offset * offset + amplitude * amplitude, offset, amplitude);
-            // The difference of the two without cancellation.
+            // The difference of radius and offset without cancellation.
             let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
             let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
             return Some([duration, peak_overlap, overlap_integral]);
@@ -108,9 +108,9 @@ impl ImpactCoefficients {
         let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
         let expands = alpha + beta.abs() < SMALL;
         if !expands {
-            return None; // Also where they are no numbers.
+            return None; // Also if they are NaN.
         }
-        // 1 = q^(p+1) + alpha q^2 + beta q at the peak: Newton from the first-order root.
+        // At the peak 1 = q^(p+1) + alpha q^2 + beta q: Newton's method from the first-order root.
         let mut q = 1.0 - (alpha + beta) / (p + 1.0);
         for _ in 0..if alpha + beta.abs() > 1e-8 { 3 } else { 0 } {
             let power = libm::pow(q, p);
@@ -129,8 +129,8 @@ fn beta_function<S: Scalar>(share: S, r: f64) -> S {
     let value = root * libm::tgamma(s) / libm::tgamma(s + 0.5);
     let mut found = S::with_tangent(value, 0.0);
     if share.tangent() != 0.0 {
-        // The difference of the digamma functions at s + 1/2 and s, which is small: up to s + 16 step by step, from
-        // there on by its asymptotic series.
+        // The small difference of the digamma functions at s + 1/2 and s: by recursion up to s + 16, from there on by
+        // its asymptotic series.
         let steps = (0..16).map(|k| 0.5 / ((s + f64::from(k)) * (s + f64::from(k) + 0.5))).sum::<f64>();
         let inverse = 1.0 / (s + 16.0);
         let square = inverse * inverse;
@@ -140,10 +140,12 @@ fn beta_function<S: Scalar>(share: S, r: f64) -> S {
     if r < 0.0 { found } else { found * S::from(0.5) / (share + S::from(0.5)) }
 }
 
-/// With `P = q^(p+1) + P_1`, `P_1 = beta q + alpha q^2`, and E the energy over that of the onset, the integral of
-/// `q^g (1 - P)^r`, r = -1/2 or 1/2, is the sum over k of `(-1)^k / k! (d/dE)^k` of the integral of `q^g P_1^k (E -
-/// q^(p+1))^r` at E = 1, and that of `q^m (E - q^(p+1))^r` is `E^(s + r) B(s, r + 1) / (p+1)` with `s = (m+1) / (p+1)`
-/// and Euler's beta function B.
+/// Coefficients of the expansion of the integral of `q^g (1 - P)^r`, r = -1/2 or 1/2, with `P = q^(p+1) + P_1` and
+/// `P_1 = beta q + alpha q^2`.
+///
+/// With the energy E over that at the onset, the integral is the sum over k of `(-1)^k / k! (d/dE)^k` of the integral
+/// of `q^g P_1^k (E - q^(p+1))^r` at E = 1. The integral of `q^m (E - q^(p+1))^r` is `E^(s + r) B(s, r + 1) / (p+1)`
+/// with `s = (m+1) / (p+1)` and Euler's beta function B.
 fn coefficients<S: Scalar>(p: S, g: S, r: f64) -> Expansion<S> {
     let mut table = [[S::default(); TERMS]; TERMS];
     let (one, number) = (S::from(1.0), |k: usize| S::from(k as f64));
@@ -161,7 +163,8 @@ fn coefficients<S: Scalar>(p: S, g: S, r: f64) -> Expansion<S> {
     table
 }
 
-/// Sums the expansion up to where the rest is below the rounding; single terms may be 0 (for p = 3 the first in beta).
+/// Sums the expansion until the rest is below rounding. Single terms may be 0 before that (for p = 3 the first in
+/// beta).
 fn expansion<S: Scalar>(table: &Expansion, alpha: S, beta: S) -> S {
     let (mut sum, mut size) = (S::default(), 1.0);
     for (k, row) in table.iter().enumerate() {
@@ -173,7 +176,7 @@ fn expansion<S: Scalar>(table: &Expansion, alpha: S, beta: S) -> S {
         }
         sum += term;
         size *= alpha.value() + beta.value().abs();
-        // The linear terms have derivatives where they are 0, too.
+        // The linear terms may be 0 and still have derivatives.
         if k > 0 && size < 1e-18 {
             break;
         }
@@ -183,7 +186,7 @@ fn expansion<S: Scalar>(table: &Expansion, alpha: S, beta: S) -> S {
 
 /// An impact under way whose outcome is known.
 ///
-/// A saved state has only its contact, and computes it anew.
+/// A saved state holds only its contact; the rest is computed again.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct PairImpact {
     pub contact: usize,
@@ -194,7 +197,7 @@ pub(crate) struct PairImpact {
     /// Running integrals of the left and the right ball.
     #[serde(skip)]
     pub integrals: [RunningIntegrals; 2],
-    /// Its segments, computed on first use.
+    /// Segments of its motion, computed on first use.
     #[serde(skip)]
     pub interior: OnceCell<Vec<Interior>>,
 }
@@ -202,7 +205,7 @@ pub(crate) struct PairImpact {
 #[derive(Clone, Debug)]
 pub(crate) struct Interior {
     pub segment: Cluster,
-    /// Sums over the previous segments: the impulse of the contact, N.s, and the integrals of the two balls.
+    /// Sums over the segments before: the impulse of the contact, N.s, and the integrals of the two balls.
     pub impulse: f64,
     pub integrals: [RunningIntegrals; 2],
 }
@@ -214,7 +217,7 @@ impl Interior {
 }
 
 impl PairImpact {
-    /// The impact in `contact` of its balls, in flight, anchored at its start with overlap 0; `None` without closed
+    /// The impact in `contact` of two balls in flight, anchored at its start with overlap 0; `None` if it has no closed
     /// form.
     pub fn new(
         contact: usize,
@@ -247,7 +250,7 @@ impl PairImpact {
         };
         let u: [f64; 4] = o.basis(t.into());
         let displacement = centre.displacement(o, &u);
-        // Not as a difference of velocities, in whose rounding gravity's effect in a microsecond would drown.
+        // A difference of velocities would lose the effect of gravity in a microsecond to rounding.
         let speed_up = (centre.forcing[0] - o.omega2() * centre.x) * u[1] - o.omega2() * centre.v * u[2];
         let velocities = if left.model.mass == right.model.mass {
             [r.v + speed_up, l.v + speed_up]
@@ -295,8 +298,8 @@ impl PairImpact {
         self.start + self.outcome.duration
     }
 
-    /// An upper bound of the outward displacement of a ball `tau` (s) after the start, without accelerations other than
-    /// by the contact: the contact pushes outwards, so balls lag behind the chord.
+    /// An upper bound (m) of the outward displacement of a ball `tau` (s) after the start by the contact alone. The
+    /// contact pushes outwards, so the ball lags behind the chord.
     pub fn chord(&self, ball: usize, tau: f64) -> f64 {
         if tau < self.outcome.duration {
             self.outcome.displacements[ball] * tau / self.outcome.duration
@@ -330,9 +333,9 @@ mod tests {
         gauss_legendre(&integrand, 0.0, std::f64::consts::FRAC_PI_2, 20)
     }
 
-    /// Also where single terms vanish: for p = 3 the one linear in beta, for p = 5 the one linear in alpha.
+    /// Includes vanishing terms: for p = 3 the one linear in beta, for p = 5 the one linear in alpha.
     #[test]
-    fn expansion_agrees_with_quadrature() {
+    fn pair_impact_expansion_agrees_with_quadrature() {
         let disturbances =
             [(0.0, 0.0), (0.0, 9e-4), (0.0, -9e-4), (9e-4, 0.0), (1e-4, 2e-4), (3e-4, -6e-4), (1e-30, 1e-5)];
         for p in [1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0] {

@@ -1,8 +1,8 @@
 //! The records of a run, for every method: pulses, impulse and peak of each contact, in total and in the current step
 //! ([`Ledger`]), and the start of that step ([`StepStart`]).
 //!
-//! Only balls that an event is about to move are recorded: the others are still on their closed forms, which give their
-//! start. So the cost of a step depends on its events, not on the number of balls.
+//! Only balls that an event is about to move are recorded. The others are still on their closed forms, which give their
+//! state at the start of the step. So the cost of a step depends on its events, not on the number of balls.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,12 +16,12 @@ pub(crate) const RAPID: f64 = 1e-5;
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     pub record: Record,
-    /// Number of the last onsets that came within [`RAPID`] of the one before.
+    /// Number of the last onsets, each of which came within [`RAPID`] of the one before.
     pub rapid: u64,
     /// Integral of the force up to the start of the current segment, N.s. Where that integral is a state (`continuous`,
-    /// `exchange`): its value at the last onset or, after a pulse, release.
+    /// `exchange`), its value at the last onset or, once that pulse has ended, at its release.
     pub impulse: DoubleDouble,
-    /// The part of it that belongs to the last pulse, N.s.
+    /// Part of `impulse` that belongs to the last pulse, N.s.
     pulse_impulse: f64,
     /// Largest force of the last pulse up to the start of the current segment.
     pub pulse_peak: Peak,
@@ -113,21 +113,21 @@ impl BallStart {
 pub(crate) struct StepStart {
     /// Number of the step; 0 before the first.
     pub number: u64,
-    /// When it began, s.
+    /// Time at which it began, s.
     pub time: f64,
-    /// Up to when the ledgers hold its largest forces, s: what acts from a change of the inputs on is no part of a step
-    /// that ends there.
+    /// Time up to which the ledgers hold the largest forces of the step, s. If it ends where inputs change, what acts
+    /// from then on is not part of it.
     pub entered: f64,
-    /// Balls that have moved off their closed forms since.
+    /// Balls that have left their closed forms since the step began.
     #[serde(skip)]
     pub moved: Vec<u32>,
-    /// Their states then, and overlap (m) and mode of the contacts beside them.
+    /// Their states when the step began, and overlap (m) and mode of the contacts beside them.
     pub balls: Vec<Option<BallStart>>,
     pub contacts: Vec<Option<(f64, Mode)>>,
 }
 
 impl StepStart {
-    /// Before the first step, at `time` (s).
+    /// The record before the first step, at `time` (s).
     pub fn new(balls: usize, contacts: usize, time: f64) -> Self {
         Self {
             number: 0,
@@ -150,12 +150,12 @@ impl StepStart {
         }
     }
 
-    /// Whether what is recorded of this ball is finite.
+    /// Whether the record of this ball is finite.
     pub fn is_finite_at(&self, ball: usize) -> bool {
         self.balls[ball].as_ref().is_none_or(BallStart::is_finite)
     }
 
-    /// Whether all values are finite, and contacts recorded with their balls.
+    /// Whether all values are finite, and each recorded contact has a recorded ball.
     pub fn is_sound(&self) -> bool {
         let contact = |(contact, balls): (&Option<(f64, Mode)>, &[Option<BallStart>])| {
             contact.is_none_or(|(overlap, _)| overlap.is_finite() && balls.iter().any(Option::is_some))

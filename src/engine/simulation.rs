@@ -14,17 +14,17 @@ use super::run::{Engine, InvalidState, Snapshot, require};
 use super::tape::{Tape, Unfollowed};
 use crate::model::{ContactModel, Differential, Inputs, Parameters, PendulumModel, Results, SolverMethod, Tunables};
 
-/// A run by the selected method, whose functions have the meaning of those of [`Engine`], with its parameters.
+/// A run by the selected method, with its parameters. Its functions mean what those of [`Engine`] mean.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// As they act now.
+    /// With the present values of those that may change.
     parameters: Parameters,
-    /// The time at which it began, s.
+    /// Start time, s.
     start: f64,
     run: ByMethod,
 }
 
-/// As plain data it has a [`Snapshot`] in place of the engine.
+/// The run by each method; as plain data with a [`Snapshot`] in place of the engine.
 #[expect(clippy::large_enum_variant, reason = "a simulation has one")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum ByMethod<Run = Engine> {
@@ -41,7 +41,7 @@ pub struct SimulationSnapshot {
     run: ByMethod<Snapshot>,
 }
 
-/// Functions that are those of the selected method.
+/// Declares functions that are those of the selected method.
 macro_rules! of_method {
     ($(fn $name:ident($self:ident: $by:ty $(, $argument:ident: $type:ty)*) -> $result:ty;)*) => {
         impl Simulation {$(
@@ -68,7 +68,6 @@ of_method! {
     fn continue_step(self: &mut Self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError>;
 }
 
-/// Results come from the selected method.
 impl Deref for Simulation {
     type Target = dyn Results;
 
@@ -103,7 +102,7 @@ impl Simulation {
         &self.parameters
     }
 
-    /// From now on these are the tunable parameters; see [`Engine::retune`].
+    /// Sets the tunable parameters from now on; see [`Engine::retune`].
     pub fn retune(&mut self, tunables: &Tunables) -> Result<(), EngineError> {
         let mut tuned = self.parameters.clone();
         tuned.tune(tunables);
@@ -111,14 +110,14 @@ impl Simulation {
             ByMethod::EventDriven(engine) => engine.retune(&tuned),
             ByMethod::Continuous(run) => run.retune(&tuned),
         };
-        // The run has kept its coefficients if it cannot have new ones.
+        // If no coefficients follow from the new parameters, the run has kept its old ones.
         if !matches!(retuned, Err(EngineError::NoCoefficient(_))) {
             self.parameters = tuned;
         }
         retuned
     }
 
-    /// Whether the run has yet to begin; until then rigid contacts transmit nothing.
+    /// Sets whether the run has yet to begin; until then rigid contacts transmit nothing.
     pub fn set_initializing(&mut self, initializing: bool) {
         if let ByMethod::EventDriven(engine) = &mut self.run {
             engine.initializing = initializing;
@@ -135,13 +134,13 @@ impl Simulation {
         Some((stretches, start))
     }
 
-    /// What has acted until now, since the last change.
+    /// What has acted since the last change, until now.
     fn stretch(&self) -> Stretch {
         Stretch { until: self.time(), inputs: self.inputs().clone(), tunables: self.parameters.tunables() }
     }
 
-    /// Derivatives of the outputs at the start along a direction of parameters and inputs; that of the next onset is
-    /// NaN unless it is wanted ([`LastStep::with_next_onset`]).
+    /// Derivatives of the outputs at the start along a direction of parameters and inputs. The derivative of the next
+    /// onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
     pub fn sensitivity_at_start(
         &self,
         (tangent, inputs): (&Parameters, &Inputs),
@@ -151,8 +150,8 @@ impl Simulation {
         last_step.along_parameters(tangent, inputs)
     }
 
-    /// Derivatives of the outputs along inputs that were held over the last step; an error if it cannot be followed.
-    /// That of the next onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
+    /// Derivatives of the outputs along a direction of the inputs held over the last step; an error if the step cannot
+    /// be followed. The derivative of the next onset is NaN unless it is wanted ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_step(
         &self,
         history: &History,
@@ -165,7 +164,7 @@ impl Simulation {
     }
 
     /// Derivatives of the outputs along a direction of parameters and inputs over the whole run, which has this
-    /// history; an error if it cannot be followed. That of the next onset is NaN unless it is wanted
+    /// `history`; an error if the run cannot be followed. The derivative of the next onset is NaN unless it is wanted
     /// ([`LastStep::with_next_onset`]).
     pub fn sensitivity_of_run(
         &self,
@@ -181,8 +180,8 @@ impl Simulation {
         last_step.along((self.start, &start), &stretches, (Some(tangent), inputs))
     }
 
-    /// The last step in parts, for derivatives by inputs both ways; an error before the first, or if it cannot
-    /// be followed.
+    /// The last step in parts, for derivatives by inputs forwards and in reverse; an error before the first step, or if
+    /// the step cannot be followed.
     pub fn tape_of_step(&self, history: &History) -> Result<Tape, Unfollowed> {
         if self.step_length() == 0.0 {
             return Err(Unfollowed::NoHistory);
@@ -191,7 +190,8 @@ impl Simulation {
         self.last_step().tape_of_step(&stretches)
     }
 
-    /// The run up to now in parts, for derivatives both ways; an error at its start, or if it cannot be followed.
+    /// The run so far in parts, for derivatives forwards and in reverse; an error at its start, or if it cannot be
+    /// followed.
     pub fn tape(&self, history: &History) -> Result<Tape, Unfollowed> {
         if self.time() <= self.start {
             return Err(Unfollowed::NoHistory);
@@ -208,7 +208,8 @@ impl Simulation {
         }
     }
 
-    /// Before inputs or tunable parameters change: keeps the history so far, that of the run if it is `wanted`.
+    /// Keeps the history so far before inputs or tunable parameters change; that of the whole run only if it is
+    /// `wanted`.
     pub fn keep_history(&self, wanted: bool, history: &mut History) {
         history.keep(wanted, self.step_length() > 0.0, &self.stretch());
     }
@@ -229,8 +230,8 @@ impl Simulation {
         SimulationSnapshot { tunables: self.parameters.tunables(), run }
     }
 
-    /// The run of `snapshot`, with its tunable parameters, if they are `allowed`; the others are those of `parameters`.
-    /// See [`Engine::restore`].
+    /// The run of `snapshot` with its tunable parameters, if they are `allowed`; the other parameters are those of
+    /// `parameters`. See [`Engine::restore`].
     pub fn restore(
         mut parameters: Parameters,
         start: f64,

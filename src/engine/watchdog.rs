@@ -1,14 +1,14 @@
-//! Gives up steps whose end is out of reach, and reports progress: in runs by every method.
+//! Gives up steps that would take days, and reports progress: in runs by every method.
 
 use super::{Busy, EngineError, Observer, Progress};
 use crate::solver::DoubleDouble;
 
-/// Watches a call of [`advance`](super::Simulation::advance): reports progress, and gives up where it would take days.
-/// Whatever may take long within such a call passes [`check`](Self::check) every few milliseconds. Effort is work in
-/// units of about a tenth of a microsecond, counted, so that a run ends in the same way on every computer.
+/// Watches a call of [`advance`](super::Simulation::advance): reports progress, and gives up if the call would take
+/// days. Whatever may take long within the call passes [`check`](Self::check) every few milliseconds. Effort is counted
+/// work, in units of about a tenth of a microsecond, so that a run ends in the same way on every computer.
 pub(super) struct Watchdog {
     until: DoubleDouble,
-    /// Effort from one look at the progress to the next.
+    /// Effort between two looks at the progress.
     look: u64,
     /// Effort up to which no progress is reported.
     quiet_until: u64,
@@ -20,23 +20,23 @@ pub(super) struct Watchdog {
 }
 
 impl Watchdog {
-    /// Effort from one report to the next: some milliseconds.
+    /// Effort between two reports: some milliseconds.
     const REPORT: u64 = 50_000;
-    /// Effort from one look to the next, and more for each contact, so that a single wave through a long cradle does
-    /// not decide. Effort to the end that is hopeless, more than a day, and for how many looks.
+    /// Effort between two looks, plus some for each contact, so that a single wave through a long cradle does not
+    /// decide. The run ends after `LOOKS` looks in a row at which the rest takes more than `HOPELESS`, more than a day.
     const LOOK: u64 = 1 << 22;
     const LOOK_OF_A_CONTACT: u64 = 1 << 12;
     const HOPELESS: f64 = 1e12;
     const LOOKS: u32 = 8;
 
-    /// For a call from the time `from` to `until`, with this effort of earlier calls.
+    /// For a call from the time `from` to `until`, after this `effort` in earlier calls.
     pub fn new(from: DoubleDouble, until: f64, contacts: usize, effort: u64) -> Self {
         let look = Self::LOOK + Self::LOOK_OF_A_CONTACT * contacts as u64;
         let quiet_until = effort.saturating_add(Self::REPORT);
         Self { until: until.into(), look, quiet_until, rounds: 0, last: (from, 0, effort), hopeless: 0 }
     }
 
-    /// Counts `rounds` of the work `by` which the run has come to the time `t`, with this `effort` so far.
+    /// Counts `rounds` of the work `by`, with which the run has come to the time `t`, after this `effort` in all.
     #[inline]
     pub fn check(
         &mut self,
@@ -70,7 +70,6 @@ impl Watchdog {
 mod tests {
     use super::*;
 
-    /// Counts the reports.
     struct Reports(u64);
 
     impl Observer for Reports {
@@ -79,7 +78,7 @@ mod tests {
         }
     }
 
-    /// A step of 1e6 s in pieces of this effort and these lengths (s): the error, and the number of reports.
+    /// A step of 1e6 s in pieces of this effort and these lengths (s): its error, and the number of reports.
     fn watch(effort: u64, lengths: impl Iterator<Item = f64>) -> (Option<EngineError>, u64) {
         let (mut watchdog, mut reports) = (Watchdog::new(1.0.into(), 1e6, 4, 7), Reports(0));
         let (mut t, mut so_far) = (DoubleDouble::from(1.0), 7);
@@ -93,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_given_up_where_all_looks_in_a_row_are_hopeless() {
+    fn watchdog_gives_up_after_hopeless_looks_in_a_row() {
         let look = Watchdog::LOOK + 4 * Watchdog::LOOK_OF_A_CONTACT;
         // At this pace a look comes after 1 s, and the end after 4e12 units.
         let (error, reports) = watch(look, std::iter::repeat_n(1.0, 8));
@@ -102,7 +101,7 @@ mod tests {
         let (error, reports) = watch(look / 8, std::iter::repeat_n(0.125, 1000));
         assert_eq!(error, Some(EngineError::OutOfReach { time: 9.0, by: Busy::Flight(3), rate: 16.0 }));
         assert_eq!(reports, 64);
-        // A burst of seven looks, again and again; and a pace that comes to the end within a day.
+        // Bursts of seven hopeless looks; and a pace that comes to the end within a day.
         assert_eq!(watch(look, (1..8000).map(|i| if i % 8 == 0 { 100.0 } else { 1.0 })).0, None);
         assert_eq!(watch(look, std::iter::repeat_n(5.0, 1000)).0, None);
         // No progress at all.

@@ -31,7 +31,7 @@ pub(crate) unsafe fn array_mut<'a, T>(
         return Ok(&mut []);
     }
     check(name, pointer, count)?;
-    // SAFETY: as above.
+    // SAFETY: as in `array`.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer.cast(), count) })
 }
 
@@ -54,7 +54,7 @@ pub(crate) fn fill<T>(places: &mut [MaybeUninit<T>], values: impl IntoIterator<I
     places.iter_mut().zip(values).for_each(|(place, value)| *place = MaybeUninit::new(value));
 }
 
-/// Writes `values` to the `given` places at `places`, which must be as many; `count` names that argument.
+/// Writes `values` to `places`; refuses if their number is not `given`, the host's argument `count`.
 ///
 /// # Safety
 /// As for [`array_mut()`].
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_in_a_message_is_expanded() {
+    fn message_with_percent_signs_is_not_expanded() {
         let message = |format| log_line(LogCategory::Error, "100 %s of #r1#\0!", format)[1].clone();
         assert_eq!(
             (message(true).as_c_str(), message(false).as_c_str()),

@@ -12,7 +12,7 @@ pub(crate) trait Version {
     /// Marks memory as a component of this version.
     const MAGIC: u64;
     type Status: Copy + 'static;
-    /// One for each [`Severity`], in its order.
+    /// The status for each [`Severity`], in its order.
     const STATUSES: [Self::Status; 5];
 
     fn status(of: Severity) -> Self::Status {
@@ -39,8 +39,8 @@ pub(crate) struct Component<V> {
     instance: UnsafeCell<Instance>,
 }
 
-/// The pointer to a new component for the host, which `log` calls in its own `fenv`; NULL if `make` panics, or
-/// if it refuses: then the log says why `function` failed.
+/// The pointer to a new component for the host; `log` calls the host in its own `fenv`. NULL if `make` panics, or if it
+/// refuses: then the log says why `function` failed.
 pub(crate) fn create<V: Version>(
     function: &str,
     (fenv, log): (HostFenv, Log),
@@ -96,7 +96,7 @@ impl<V: Version> Component<V> {
         }
     }
 
-    /// Calls the host between two parts of a step, in its own floating-point environment; none if there is no
+    /// Calls the host between two parts of a step, in its own floating-point environment; `None` if there is no
     /// component.
     ///
     /// # Safety
@@ -104,7 +104,7 @@ impl<V: Version> Component<V> {
     pub(crate) unsafe fn call_host<T>(c: *mut c_void, host: impl FnOnce(&V) -> T) -> Option<T> {
         // SAFETY: as the caller promises.
         let component = unsafe { Self::from_raw(c) }?;
-        // The host may ask for the same meanwhile, and be refused.
+        // Meanwhile the host may try another step. It is refused, but also passes here: the flag must stay set.
         let before = component.calling_host.replace(true);
         let done = host(&component.callbacks);
         component.calling_host.set(before);
@@ -112,8 +112,8 @@ impl<V: Version> Component<V> {
     }
 }
 
-/// What a pointer of the host points to, if that begins with this number; none for null and, as far as can be detected,
-/// for foreign pointers.
+/// What a pointer of the host points to, if that begins with the number `magic`; `None` for null and, as far as can be
+/// detected, for foreign pointers.
 ///
 /// # Safety
 /// `pointer` is null or points to readable memory of at least the size of a `T`, which begins with a number.

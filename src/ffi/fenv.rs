@@ -26,7 +26,7 @@ impl HostFenv {
         Inside(self)
     }
 
-    /// Calls back the host in its environment. What it changes there is kept for it.
+    /// Calls the host back in its environment. What it changes there is kept for it.
     pub(crate) fn outside<T>(&self, callback: impl FnOnce() -> T) -> T {
         self.restore();
         let answer = callback();
@@ -98,7 +98,7 @@ mod registers {
             }
         }
 
-        /// Writes the registers `to`, where these differ, which is slower than to compare.
+        /// Writes the registers `to` where these differ: writing is slower than comparing.
         #[inline]
         pub(super) fn change(self, to: Self) {
             if self.mxcsr != to.mxcsr {
@@ -108,7 +108,7 @@ mod registers {
             self.x87.change(to.x87);
         }
 
-        /// Not inlined, so that only who changes the register stores what it is to be.
+        /// Not inlined, so that only a change stores the new value in memory.
         #[cold]
         #[inline(never)]
         fn write_mxcsr(self) {
@@ -140,7 +140,7 @@ mod registers {
                 let (mut control, mut status) = (0_u16, 0_u16);
                 // SAFETY: writes these two bytes only.
                 unsafe { asm!("fnstcw [{}]", in(reg) &raw mut control, options(nostack, preserves_flags)) };
-                // SAFETY: as above.
+                // SAFETY: writes the two bytes of `status` only.
                 unsafe { asm!("fnstsw [{}]", in(reg) &raw mut status, options(nostack, preserves_flags)) };
                 Self { control, flags: status & FLAGS }
             }
@@ -149,8 +149,8 @@ mod registers {
                 Self { control: DEFAULT, ..self }
             }
 
-            /// As for SSE. The control word alone cannot be written: with a flag set, an exception that it unmasks
-            /// traps.
+            /// Writes the registers `to` where these differ. The control word alone cannot be written: with a flag set,
+            /// an exception that it unmasks traps.
             pub(super) fn change(self, to: Self) {
                 if self != to {
                     // Control word and status word are the lower halves of the first two of these.
@@ -197,7 +197,7 @@ mod registers {
             Self { control: 0, ..self }
         }
 
-        /// Writes the registers `to`, where these differ, which is slower than to compare.
+        /// Writes the registers `to` where these differ: writing is slower than comparing.
         #[inline]
         pub(super) fn change(self, to: Self) {
             if self.control != to.control {

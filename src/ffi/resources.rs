@@ -9,7 +9,7 @@ use crate::files::{self, MAX_START_VALUES};
 use crate::instance::{Purpose, Start};
 use crate::variables::{Description, FILE_NAME, Recipe, Refusal, Settings, ensure};
 
-/// A description that an instance was made of.
+/// The description that an instance was made from.
 struct Known {
     fmi3: bool,
     settings: Settings,
@@ -17,11 +17,11 @@ struct Known {
     scalars: bool,
 }
 
-/// The last one. Writing a description for its hash takes longer than all else here, and a host that makes one instance
-/// after the other has the same.
+/// The last description used. Writing one for its hash takes longer than all else here, and a host that makes several
+/// instances in a row uses the same one.
 static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
 
-/// The recipe at `location`, a URI; the default one if there is no location or no file. Only the one file is looked
+/// The recipe at `location`, a URI; the default one if there is no location or no file. Only this one file is looked
 /// for.
 pub(crate) fn at_location(location: &[u8]) -> Result<Recipe, Refusal> {
     if location.is_empty() { Ok(Recipe::default()) } else { first_of(folders(location, cfg!(windows))?) }
@@ -33,7 +33,7 @@ pub(crate) fn at_path(path: &[u8]) -> Result<Recipe, Refusal> {
     if path.is_empty() || is_uri { at_location(path) } else { first_of(vec![path.to_vec()]) }
 }
 
-/// What an instance is made of, with the start values of a recipe: as in the first description of these that has this
+/// What an instance is made from: the start values of a recipe, as in the first of its descriptions that has this
 /// `token` (argument `name`); otherwise the reason why there is none.
 pub(crate) fn start(
     purpose: Purpose,
@@ -60,7 +60,7 @@ pub(crate) fn start(
     Err(Refusal::argument(name, guid, allowed))
 }
 
-/// The recipe in the first of these folders with one; otherwise the default one.
+/// The recipe in the first of these folders that has one; otherwise the default one.
 fn first_of(folders: Vec<Vec<u8>>) -> Result<Recipe, Refusal> {
     for folder in folders {
         let file = os_path(folder).join(FILE_NAME);
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_description_is_no_other() {
+    fn resources_description_is_recognised() {
         let (five, six) = (Recipe::default(), Recipe::new(6));
         let settings = five.settings().unwrap();
         let [fmi2, fmi3] = [Description::of(&settings), Description::fmi3(&settings)].map(|own| own.guid());
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn every_host_is_understood() {
+    fn resources_location_of_every_host_is_understood() {
         for location in ["file:///a/r", "file:/a/r", "file:////a/r", "file://localhost/a/r", "FILE:///a/r", "/a/r"] {
             assert_eq!(on(false, location), ["/a/r"], "{location}");
         }
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_is_understood() {
+    fn resources_location_on_windows_is_understood() {
         for location in ["file:///C:/a/r", "file:/C:/a/r", "file:////C:/a/r", "file://C:/a/r", "file:///C|/a/r"] {
             assert_eq!(on(true, location), ["C:/a/r"], "{location}");
         }
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn other_places_are_refused() {
+    fn resources_location_elsewhere_is_refused() {
         for location in ["http://example.org/r", "file:r", "file://elsewhere/r"] {
             assert!(folders(location.as_bytes(), false).unwrap_err().to_string().contains("allowed: "), "{location}");
         }

@@ -7,7 +7,7 @@ use super::component::marked;
 use crate::instance::SavedState;
 use crate::variables::Refusal;
 
-/// Marks memory as a state of ours; "cradleFS" in ASCII.
+/// Marks memory as a saved state of this FMU; "cradleFS" in ASCII.
 const MAGIC: u64 = 0x6372_6164_6c65_4653;
 
 #[repr(C)]

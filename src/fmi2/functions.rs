@@ -92,8 +92,8 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
 
 // Logging and phases.
 export! {
-    /// Switches logging on for the categories listed only, for all if none is listed, or off. An unknown category is an
-    /// error and changes nothing.
+    /// Switches logging on for the categories listed and off for all others; for all if none is listed. An unknown
+    /// category is an error and changes nothing.
     fn fmi2SetDebugLogging(loggingOn: fmi2Boolean, nCategories: usize, categories: *const fmi2String)
     as SET_DEBUG_LOGGING |instance| {
         let categories = ffi::categories(array("categories", categories, nCategories)?)?;
@@ -179,9 +179,9 @@ export! {
         write("value", value, ("nvr", nvr), instance.output_derivatives(references, orders)?)
     };
     /// Derivatives of the unknowns along the direction in which the knowns change by `dvKnown`. In Initialization Mode
-    /// the unknowns are real outputs and calculated parameters, the knowns real parameters and inputs; later, the real
-    /// outputs at the end of the last step, and the inputs that were held over it; in model exchange the real outputs
-    /// and the derivatives of the states, and states and inputs.
+    /// the unknowns are real outputs and calculated parameters, the knowns real parameters and inputs. Later, the
+    /// unknowns are real outputs at the end of the last step, the knowns the inputs held over it. In model exchange the
+    /// unknowns are real outputs and derivatives of states, the knowns states and inputs.
     fn fmi2GetDirectionalDerivative(
         vUnknown_ref: *const fmi2ValueReference, nUnknown: usize, vKnown_ref: *const fmi2ValueReference, nKnown: usize,
         dvKnown: *const f64, dvUnknown: *mut f64
@@ -234,7 +234,7 @@ export! {
     };
 }
 
-/// Refuses any other question about the last step than the `allowed` one, of this name in the standard.
+/// Refuses a question about the last step other than the `allowed` one, which the standard calls `name`.
 fn check(asked: fmi2StatusKind, allowed: fmi2StatusKind, name: &str) -> Result<(), Refusal> {
     ensure(asked == allowed, || Refusal::argument("fmi2StatusKind", asked, format_args!("{name} ({allowed})")))
 }

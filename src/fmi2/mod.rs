@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_fatal_and_the_instance_can_only_be_freed() {
+    fn panic_is_fatal_and_the_instance_can_only_be_freed() {
         let lines = Rc::new(RefCell::new(Vec::new()));
         let kept = lines.clone();
         let sink = move |severity, _, text: &str| kept.borrow_mut().push((severity, text.to_owned()));
@@ -81,12 +81,12 @@ mod tests {
     }
 
     #[test]
-    fn a_call_from_within_a_call_is_refused() {
+    fn call_from_within_a_call_is_refused() {
         let c = component(Log::new(None, false, true));
         let mut inner = fmi2Status::fmi2OK;
         let outer = reset(c, |_| {
             inner = reset(c, |_| {});
-            unsafe { Component::<Fmi2>::free(c) }; // Left alone.
+            unsafe { Component::<Fmi2>::free(c) }; // Ignored during a call.
         });
         assert_eq!((outer, inner), (fmi2Status::fmi2OK, fmi2Status::fmi2Error));
         assert_eq!(reset(c, |_| {}), fmi2Status::fmi2OK);

@@ -5,7 +5,7 @@ use std::ffi::{c_char, c_int, c_uint, c_void};
 
 /// An instance, opaque to the host.
 pub type fmi2Component = *mut c_void;
-/// The host's own, handed back to its callbacks.
+/// Data of the host, handed back to its callbacks.
 pub type fmi2ComponentEnvironment = *mut c_void;
 /// A saved state, opaque to the host.
 pub type fmi2FMUstate = *mut c_void;
@@ -18,9 +18,9 @@ pub type fmi2Boolean = c_int;
 /// A null-terminated text in UTF-8.
 pub type fmi2String = *const c_char;
 
-/// No.
+/// False.
 pub const fmi2False: fmi2Boolean = 0;
-/// Yes.
+/// True.
 pub const fmi2True: fmi2Boolean = 1;
 
 /// Return value of a function. Hosts never pass one to us, so an enumeration is safe.
@@ -81,7 +81,7 @@ pub struct fmi2EventInfo {
     pub nextEventTime: f64,
 }
 
-/// The callbacks of the host. Memory is our own (`canNotUseMemoryManagementFunctions`) and steps are
+/// The callbacks of the host. The FMU manages its own memory (`canNotUseMemoryManagementFunctions`) and steps are
 /// synchronous, so only the logger and its environment are used.
 #[repr(C)]
 #[derive(Clone, Copy)]

@@ -15,7 +15,7 @@ macro_rules! export {
 
 // Logging and phases.
 export! {
-    /// Switches logging on or off for the categories listed, for all if none is listed.
+    /// Switches logging on or off for the categories listed; for all if none is listed.
     fn fmi3SetDebugLogging(loggingOn: fmi3Boolean, nCategories: usize, categories: *const fmi3String)
     as SET_DEBUG_LOGGING |instance| {
         let categories = ffi::categories(array("categories", categories, nCategories)?)?;
@@ -24,7 +24,7 @@ export! {
     };
     /// Enters Configuration Mode, in which the number of balls can be set.
     fn fmi3EnterConfigurationMode() as ENTER_CONFIGURATION_MODE |instance| instance.enter(Phase::ConfigurationMode);
-    /// Leaves it.
+    /// Leaves Configuration Mode.
     fn fmi3ExitConfigurationMode() as EXIT_CONFIGURATION_MODE |instance| instance.enter(Phase::Instantiated);
     /// Enters Initialization Mode. A tolerance can only tighten `solver.tolerance`; non-positive and non-finite values
     /// are ignored.
@@ -197,8 +197,8 @@ no_such_type! {
 // Derivatives.
 export! {
     /// Derivatives of the unknowns along the direction in which the knowns change by `seed`. In Initialization Mode the
-    /// unknowns are real outputs and calculated parameters, the knowns real parameters and inputs; later outputs and
-    /// inputs, as `derivatives.of` says.
+    /// unknowns are real outputs and calculated parameters, the knowns real parameters and inputs; later they are
+    /// outputs and inputs, as `derivatives.of` says.
     fn fmi3GetDirectionalDerivative(
         unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference, nKnowns: usize,
         seed: *const f64, nSeed: usize, sensitivity: *mut f64, nSensitivity: usize,
@@ -207,7 +207,8 @@ export! {
         let found = instance.directional(unknowns, knowns, array("seed", seed, nSeed)?)?;
         write("sensitivity", sensitivity, ("nSensitivity", nSensitivity), found)
     };
-    /// The same derivatives, summed over the unknowns with the weights `seed`, by each known.
+    /// The derivatives of fmi3GetDirectionalDerivative, summed over the unknowns with the weights `seed`, for each
+    /// known.
     fn fmi3GetAdjointDerivative(
         unknowns: *const fmi3ValueReference, nUnknowns: usize, knowns: *const fmi3ValueReference, nKnowns: usize,
         seed: *const f64, nSeed: usize, sensitivity: *mut f64, nSensitivity: usize,
@@ -309,7 +310,7 @@ pub unsafe extern "C" fn fmi3DoStep(
     };
     let mut end: Option<StepEnd> = None;
     let mut part = |legal: Call, body: &dyn Fn(&mut Instance) -> Result<StepEnd, Refusal>| {
-        // Those of a refused call, see `export_by`.
+        // The answers of a refused call, see `export_by`.
         _ = answers(false, fmi3True, false, end.map_or(currentCommunicationPoint, |end| end.time));
         let status = unsafe {
             call::<Fmi3>(instance, "fmi3DoStep", legal, &mut |instance| {
@@ -331,7 +332,7 @@ pub unsafe extern "C" fn fmi3DoStep(
     status
 }
 
-// Model exchange: events are those of co-simulation with event mode.
+// Model exchange. Its events are handled like those of co-simulation with event mode.
 export! {
     /// Enters Continuous-Time Mode.
     fn fmi3EnterContinuousTimeMode() as ENTER_CONTINUOUS_TIME_MODE |instance| instance.enter(Phase::ContinuousTimeMode);

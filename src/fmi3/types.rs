@@ -5,7 +5,7 @@ use std::ffi::{c_char, c_int, c_uint, c_void};
 
 /// An instance, opaque to the host.
 pub type fmi3Instance = *mut c_void;
-/// The host's own, handed back to its callbacks.
+/// Data of the host, handed back to its callbacks.
 pub type fmi3InstanceEnvironment = *mut c_void;
 /// A saved state, opaque to the host.
 pub type fmi3FMUState = *mut c_void;
@@ -13,7 +13,7 @@ pub type fmi3FMUState = *mut c_void;
 pub type fmi3ValueReference = c_uint;
 /// A C `bool`, as the byte that it is: a host may pass any.
 pub type fmi3Boolean = u8;
-/// Whether a clock is active, likewise.
+/// Whether a clock is active: a byte like [`fmi3Boolean`].
 pub type fmi3Clock = u8;
 /// A null-terminated text in UTF-8.
 pub type fmi3String = *const c_char;
@@ -21,12 +21,12 @@ pub type fmi3String = *const c_char;
 pub type fmi3Binary = *const u8;
 /// How a variable depends on another one. A plain integer, since a host may pass any.
 pub type fmi3DependencyKind = c_int;
-/// What is known of the interval of a clock, likewise.
+/// What is known of the interval of a clock. A plain integer, since a host may pass any.
 pub type fmi3IntervalQualifier = c_int;
 
-/// No.
+/// False.
 pub const fmi3False: fmi3Boolean = 0;
-/// Yes.
+/// True.
 pub const fmi3True: fmi3Boolean = 1;
 
 /// Return value of a function. Hosts never pass one to us, so an enumeration is safe.

@@ -13,7 +13,7 @@ use crate::variables::{Edge, MAX_LOG};
 /// in this order; the next time is another tick.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Tick {
-    /// In s.
+    /// Time, s.
     time: f64,
     closed: Vec<usize>,
     ended: Vec<Pulse>,
@@ -50,7 +50,7 @@ pub(super) struct Clocks {
     pending: VecDeque<Tick>,
     /// Whether the clocks of onsets and of releases are active.
     pub active: [bool; 2],
-    /// Their last ticks; before the first there is none.
+    /// The last tick of each clock, if there was one.
     last: [Option<Tick>; 2],
     pub discrete: Vec<Discrete>,
     pub work: WorkCounters,
@@ -157,7 +157,7 @@ impl Clocks {
         self.last[edge as usize].as_ref().map_or(-NEVER, |tick| tick.time)
     }
 
-    /// Whether a contact was part of it.
+    /// Whether a contact was part of the last tick of a clock.
     pub fn is_part(&self, edge: Edge, contact: usize) -> bool {
         self.last[edge as usize].as_ref().is_some_and(|tick| match edge {
             Edge::Onset => tick.has_closed(contact),
@@ -211,7 +211,7 @@ mod tests {
     use crate::engine::Peak;
 
     #[test]
-    fn the_text_is_bounded_and_has_the_last_pulses() {
+    fn pulses_text_is_bounded_and_has_the_last_pulses() {
         let mut pulses = Pulses::default();
         let value = -1.234_567_890_123_456_7e-300;
         for contact in 0..10_000 {

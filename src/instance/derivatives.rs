@@ -68,8 +68,8 @@ impl Instance {
     }
 
     /// Derivatives of all elements of `unknowns` along the direction in which the elements of the `knowns` change by
-    /// `seed`: in Initialization Mode those of the start values, later those of the end of the last step along inputs
-    /// that were held over it or along parameters and inputs of the whole run, or in model exchange those of what
+    /// `seed`. In Initialization Mode these are derivatives of the start values; later, of the values at the end of the
+    /// last step, along inputs held over it or along parameters and inputs of the whole run; in model exchange, of what
     /// follows from states and inputs.
     pub fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (unknowns, knowns) = (self.elements_of(unknowns, false)?, self.knowns(knowns)?);
@@ -84,7 +84,7 @@ impl Instance {
     }
 
     /// The sums of the derivatives of the elements of `unknowns`, times the weights `seed`, by each element of the
-    /// `knowns`. Those over a step or a run are found all at once, others one known after the other.
+    /// `knowns`. Sums over a step or a run are found all at once, others one known after another.
     pub fn adjoint(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (unknowns, knowns) = (self.elements_of(unknowns, false)?, self.knowns(knowns)?);
         Refusal::unless_count("nSeed", seed.len(), unknowns.len())?;
@@ -108,7 +108,7 @@ impl Instance {
             let Settings { parameters, inputs, .. } = &along.settings;
             let found = gradient.as_ref().map(|gradient| gradient.along(parameters, inputs));
             let found = found.filter(|found| found.is_finite());
-            // Without a finite sum from the tape each unknown is followed by itself.
+            // Without a finite sum from the tape, each unknown is followed on its own.
             let followed = if found.is_some() { &others } else { &all };
             let (unknowns, weights): (Vec<Element>, Vec<f64>) =
                 followed.iter().map(|(unknown, weight)| (Some(*unknown), *weight)).unzip();
@@ -124,19 +124,19 @@ impl Instance {
         knowns.iter().map(derivative).collect()
     }
 
-    /// Derivatives of `unknowns` along a direction. Those over a run are taken from its tape if that is `taped` and has
-    /// them, else by following the run.
+    /// Derivatives of `unknowns` along a direction. Those over a run come from its tape, if `taped` and the tape has
+    /// them; otherwise the run is followed.
     fn derivatives_along(&mut self, unknowns: &[Element], along: &Direction, taped: bool) -> Result<Vec<f64>, Refusal> {
         let Settings { parameters: tangent, inputs, .. } = &along.settings;
         let derived = self.derived();
         let tape = if derived == Derived::Run { self.tape()? } else { None };
-        // A direction may be followed for longer than a tape is kept, and at the start, where there is none; what else
-        // a tape lacks a direction lacks, too.
+        // A run can be followed along a direction for longer than a tape can be kept, and at its start, where there is
+        // no tape. Where a tape fails for another reason, following fails, too.
         let mut why = tape.as_ref().and_then(|tape| tape.as_ref().err().copied());
         let follows = why.is_none_or(|why| matches!(why, Unfollowed::TooLong | Unfollowed::NoHistory));
         let mut found_or = |found: Result<Differential, Unfollowed>| found.map_err(|refused| why = Some(refused)).ok();
         let at_point = self.run.settings.derivatives_of == DerivativesOf::Point;
-        // The motion is followed beyond now only for who asks.
+        // The motion is followed beyond now only if an unknown needs it.
         let of_next_onset = Differential { next_onset: 1.0, ..Differential::all(self.balls(), 0.0) };
         let asks = |unknown: &Variable| value(Some(&of_next_onset), unknown) != 0.0;
         let next_onset = unknowns.iter().flatten().any(asks);
@@ -198,7 +198,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Whether these have derivatives now.
+    /// Checks that these have derivatives now.
     fn check_unknowns(&self, unknowns: &[Element]) -> Result<(), Refusal> {
         let (causalities, allowed): (&[Causality], _) = match self.derived() {
             Derived::Start => {
@@ -218,7 +218,7 @@ impl Instance {
         Ok((simulation, history))
     }
 
-    /// The tape of what the derivatives are taken over, if that is a step or a run.
+    /// The tape of the step or the run over which derivatives are taken, if they are.
     fn tape(&self) -> Result<Option<Result<Arc<Tape>, Unfollowed>>, Refusal> {
         let InstanceState { history, simulation, settings, .. } = &self.run;
         Ok(match (self.derived(), simulation) {
@@ -233,7 +233,7 @@ impl Instance {
         })
     }
 
-    /// The derivative of `variable`, if it is finite; after a failed step any value passes.
+    /// Passes the derivative of `variable` if it is finite; after a failed step, in any case.
     fn finite(&self, variable: impl Display, derivative: f64, why: Option<Unfollowed>) -> Result<f64, Refusal> {
         ensure(derivative.is_finite() || self.run.phase == Phase::Error, || no_derivative(variable, why))?;
         Ok(derivative)
@@ -263,7 +263,7 @@ impl Instance {
     }
 }
 
-/// Whether a real variable has derivatives and one of these causalities.
+/// Checks that a real variable has derivatives and one of these causalities.
 fn check_differentiable(variable: &Variable, causalities: &[Causality], allowed: &str) -> Result<(), Refusal> {
     let known = variable.row.derivative.is_some() && causalities.contains(&variable.row.causality);
     ensure(known, || not_differentiable(variable, allowed))
@@ -274,7 +274,7 @@ fn value(of: Option<&Differential>, variable: &Variable) -> f64 {
     variable.row.derivative.zip(of).map_or(f64::NAN, |(get, of)| get(of, variable.index))
 }
 
-/// For a reason, or because it is not finite.
+/// Refusal of a derivative, for the reason `why` or because it is not finite.
 fn no_derivative(what: impl Display, why: Option<Unfollowed>) -> Refusal {
     match why {
         Some(why) => Refusal::no_value(format_args!("{what} has no derivative here: {why}")),

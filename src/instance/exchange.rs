@@ -1,7 +1,7 @@
 //! Model exchange: the host integrates the states.
 //!
-//! For hosts of FMI 3.0 arrays over contacts have one element more than there are contacts: the last impulse is a state
-//! that is always zero, the last indicators are always 1. Clocks tell them of events.
+//! For hosts of FMI 3.0, arrays over contacts have one element more than there are contacts: the last impulse is a
+//! state that is always zero, and the last indicators are always 1. Clocks tell such hosts of events.
 
 use super::legality::{Kind, Phase};
 use super::lifecycle::Instance;
@@ -62,7 +62,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The values, with those of elements that belong to no contact at these places.
+    /// The values, with `padding` inserted at the places of elements that belong to no contact.
     fn padded(&self, mut values: Vec<f64>, places: &[usize], padding: f64) -> Vec<f64> {
         if !self.start.scalars {
             places.iter().for_each(|place| values.insert(*place, padding));
@@ -85,7 +85,7 @@ impl Instance {
         Ok(self.padded(nominals, &[self.padding_state()], 1.0))
     }
 
-    /// The event indicators, of all contacts and then of their laws.
+    /// The event indicators: of all contacts, then of their laws.
     pub fn event_indicators(&mut self) -> Result<Found, Refusal> {
         let (balls, indicators) = (self.balls(), self.exchange()?.indicators());
         Ok(self.checked("event indicator", self.padded(indicators, &[balls - 1, 2 * balls - 1], 1.0)))
@@ -96,7 +96,7 @@ impl Instance {
         (values, exist)
     }
 
-    /// An element of `z.contact` or `z.clip`, counted from 0. In co-simulation they are 1.
+    /// An element of `z.contact` or `z.clip`, counted from 0. In co-simulation all are 1.
     pub(super) fn indicator(&mut self, of: Extra, index: usize) -> Result<f64, Refusal> {
         if self.run.purpose.kind == Kind::CoSimulation || index + 1 == self.balls() {
             return Ok(1.0);
@@ -108,7 +108,8 @@ impl Instance {
         Ok(found)
     }
 
-    /// Goes from integration to events. With clocks, handles all that is due and activates the clocks of the first.
+    /// Goes from integration to events. With clocks, handles all that is due and activates the clocks of the first
+    /// event.
     pub(super) fn enter_events_of_exchange(&mut self) -> Result<(), Refusal> {
         self.run.phase = Phase::EventMode;
         if self.run.purpose.events {
@@ -119,7 +120,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Handles what is due and, with clocks, activates those of the next pending event.
+    /// Handles what is due and, with clocks, activates the clocks of the next pending event.
     pub(super) fn next_event_of_exchange(&mut self) -> Result<Handled, Refusal> {
         let next = self.handle_events()?;
         let again = self.run.purpose.events && self.tick();

@@ -17,7 +17,7 @@ pub struct Purpose {
 }
 
 impl Purpose {
-    /// That of a host of FMI 2.0.
+    /// The purpose of a host of FMI 2.0.
     pub fn fmi2(kind: Kind) -> Self {
         Self { kind, ..Self::default() }
     }
@@ -51,7 +51,7 @@ macro_rules! phases {
     };
 }
 
-// Each with its name in messages, and the instances that have it.
+// Each phase with its name in messages, and the instances that have it.
 phases! {
     /// Start values can be set, nothing is calculated.
     #[default]
@@ -59,15 +59,15 @@ phases! {
     ConfigurationMode "Configuration Mode" |of| of.fmi3;
     /// A refused call ended the run before anything was calculated.
     Abandoned "the terminated state, before any calculation" |of| of.fmi3;
-    /// Start values can be set and calculated values be read.
+    /// Start values can be set, and calculated values read.
     InitializationMode "Initialization Mode" |_| true;
     StepMode "step mode" |of| of.kind == Kind::CoSimulation;
     /// Discrete variables and states may jump: model exchange, and co-simulation with event mode.
     EventMode "Event Mode" |of| of.events || of.kind == Kind::ModelExchange;
     ContinuousTimeMode "Continuous-Time Mode" |of| of.kind == Kind::ModelExchange;
-    /// The host has been called within a step.
+    /// The instance has called the host within a step.
     IntermediateUpdate "Intermediate Update Mode" |of| of.fmi3 && of.kind == Kind::CoSimulation;
-    /// The run is over, its last values can be read.
+    /// The run is over; its last values can be read.
     Terminated "the terminated state" |_| true;
     Error "the error state" |_| true;
 }
@@ -76,7 +76,7 @@ const BOTH: Option<Kind> = None;
 const STEPS: Option<Kind> = Some(Kind::CoSimulation);
 const EXCHANGE: Option<Kind> = Some(Kind::ModelExchange);
 
-/// Which kind of instance a call is for, if it is not for both, and a letter for each phase in which it is legal, a dot
+/// The kind of instance that a call is for, if not for both; and a letter for each phase in which it is legal, a dot
 /// for the others.
 #[derive(Clone, Copy)]
 pub struct Call(Option<Kind>, &'static [u8; PHASES.len()]);
@@ -93,7 +93,7 @@ impl Call {
     pub const RESET: Self = Self(BOTH, b"ICANSET.DF");
     /// Reading values of any type.
     pub const GET: Self = Self(BOTH, b"...NSETUDF");
-    /// The same in FMI 3.0, where start values can be read before initialization.
+    /// [`Self::GET`] in FMI 3.0, where start values can be read before initialization.
     pub const GET_ARRAYS: Self = Self(BOTH, b"I..NSETUDF");
     /// Setting real values; the table of variables says which.
     pub const SET: Self = Self(BOTH, b"I..NSETU..");
@@ -109,7 +109,7 @@ impl Call {
     pub const STATUS: Self = Self(STEPS, b"....S...D.");
     pub const ENTER_CONFIGURATION_MODE: Self = Self(BOTH, b"I.........");
     pub const EXIT_CONFIGURATION_MODE: Self = Self(BOTH, b".C........");
-    /// Setting counts: the number of balls is one.
+    /// Setting counts, such as the number of balls.
     pub const SET_COUNTS: Self = Self(BOTH, b"IC.NSE....");
     /// Asking about the intervals of clocks; no clock has one.
     pub const INTERVALS: Self = Self(BOTH, b"...N.E....");

@@ -32,7 +32,7 @@ impl Experiment {
         ensure(stop >= start, || Refusal::number("stopTime", stop, "s", allowed))
     }
 
-    /// `own`, the tolerance parameter, tightened to the host's where that is smaller, but not below 1e-14.
+    /// `own`, the tolerance parameter, or the host's tolerance if that is smaller, but not below 1e-14.
     pub(super) fn tighten(&self, own: f64) -> f64 {
         match self.tolerance {
             Some(host) if host > 0.0 => own.min(host.max(MIN_TOLERANCE)),
@@ -52,12 +52,12 @@ pub(super) struct InstanceState {
     /// setting changes.
     #[serde(skip)]
     pub(super) simulation: Option<Simulation>,
-    /// The same in model exchange.
+    /// The run in model exchange, built and dropped like `simulation`.
     #[serde(skip)]
     pub(super) exchange: Option<Exchange>,
     /// Derivatives of the inputs by time over the next step, from the first on; those beyond are zero.
     pub(super) input_derivatives: Vec<Inputs>,
-    /// The inputs or their derivatives have not been passed to the simulation yet.
+    /// Whether inputs or their derivatives have yet to be passed to the simulation.
     pub(super) inputs_changed: bool,
     /// The history of inputs for derivatives of the run, in FMI 3.0.
     pub(super) history: History,
@@ -66,7 +66,7 @@ pub(super) struct InstanceState {
     pub(super) clocks: Clocks,
     /// Whether events of model exchange have changed states and not all of them have been reported.
     pub(super) states_changed: bool,
-    /// When the host of model exchange last entered Event Mode with clocks, s.
+    /// Time at which the host of model exchange last entered Event Mode with clocks, s.
     pub(super) last_event: Option<f64>,
     /// Whether a step past the host's stop time has been logged.
     pub(super) past_stop_logged: bool,
@@ -85,7 +85,7 @@ pub(super) struct InstanceState {
 /// A step that may be interrupted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StepUnderWay {
-    /// The end first asked for, and the current one, s.
+    /// The end that the host asked for, and the current end, s.
     pub(super) asked: f64,
     pub(super) end: f64,
 }
@@ -138,14 +138,14 @@ impl InstanceState {
         require(known, "an input derivative is out of range")
     }
 
-    /// Whether these parameters are in their ranges.
+    /// Whether these parameters and the coefficients that follow from them are in their ranges.
     pub(super) fn allows(&self, parameters: &Parameters) -> bool {
         let settings = Settings { parameters: parameters.clone(), ..self.settings.clone() };
         settings.are_sound(parameters.balls()) && parameters.check_coefficients().is_ok()
     }
 }
 
-/// What an instance is made of.
+/// What an instance is created from.
 pub struct Start {
     pub purpose: Purpose,
     /// Start values of the description, which a reset returns to.
@@ -178,7 +178,7 @@ impl Instance {
         self.run.settings.balls()
     }
 
-    /// Refuses a call that is not legal in the current phase. To be asked before every call.
+    /// Refuses a call that is not legal in the current phase. Every call has to ask this first.
     #[inline]
     pub fn require(&self, call: Call) -> Result<(), Refusal> {
         let InstanceState { phase, purpose, .. } = self.run;
@@ -221,7 +221,7 @@ impl Instance {
     /// Takes start time, stop time and tolerance; the last call before initialization counts.
     pub fn set_up(&mut self, experiment: Experiment) -> Result<(), Refusal> {
         experiment.check()?;
-        // Only in FMI 3.0 a run may end where it starts.
+        // Only in FMI 3.0 may a run end where it starts.
         let start = experiment.start;
         let lasts = self.run.purpose.fmi3 || experiment.stop != Some(start);
         let allowed = format_args!("later than startTime = {} s", Number(start));
@@ -256,7 +256,7 @@ impl Instance {
                 self.tick();
             }
         }
-        // Status OK: several hosts end a run at a warning.
+        // With status OK, because several hosts end a run at a warning.
         for warning in self.run.settings.doubtful() {
             self.log.write(Severity::Ok, LogCategory::Warning, format_args!("{warning}"));
         }
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tolerance_only_tightens() {
+    fn tolerance_only_tightens() {
         assert_eq!(with(1e-4).tighten(1e-12), 1e-12);
         assert_eq!(with(1e-13).tighten(1e-12), 1e-13);
         assert_eq!(with(1e-20).tighten(1e-12), 1e-14);

@@ -29,7 +29,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// A log to `sink`, or to nowhere; `on` switches all categories. One that `insists` always writes warnings and
+    /// A log to `sink`, or to nowhere. `on` switches all categories on. A log that `insists` always writes warnings and
     /// errors.
     pub fn new(sink: Option<Sink>, on: bool, insists: bool) -> Self {
         Self { sink, enabled: [on; LogCategory::ITEMS.len()], insists }
@@ -60,7 +60,7 @@ impl Log {
         self.write(Severity::Ok, LogCategory::Solver, text);
     }
 
-    /// Writes a line of 17 digits, so that they read back as the same doubles.
+    /// Writes a line with numbers of 17 digits, which read back as the same doubles.
     pub fn pulse(&self, pulse: Pulse) {
         if !self.wants(LogCategory::Events) {
             return;

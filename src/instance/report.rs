@@ -14,7 +14,7 @@ const FIRST: Duration = Duration::from_secs(2);
 const EVERY: Duration = Duration::from_secs(10);
 
 /// Logs each pulse as it finishes, and how far the step has come if it takes long. Passes onsets and releases to the
-/// clocks; if asked, ends the step at the first.
+/// clocks; if asked, ends the step at the first of them.
 pub(super) struct StepLogger<'a> {
     log: &'a Log,
     clocks: &'a mut Clocks,
@@ -26,14 +26,14 @@ pub(super) struct StepLogger<'a> {
     pub stopped: Option<f64>,
     /// Time of the first progress callback; most steps have none.
     since: Option<Instant>,
-    /// When the next line is due, after that.
+    /// Time after that at which the next line is due.
     due: Duration,
     /// What the step was busy with, and how often.
     seen: BTreeMap<Busy, u64>,
 }
 
 impl<'a> StepLogger<'a> {
-    /// For a step to the time `until` (s).
+    /// A logger for a step to the time `until` (s).
     #[inline]
     pub fn new(log: &'a Log, clocks: &'a mut Clocks, purpose: Purpose, until: f64, stops: bool) -> Self {
         let seen = BTreeMap::new();
@@ -104,7 +104,7 @@ mod tests {
     use crate::instance::Kind;
 
     #[test]
-    fn a_step_that_takes_long_is_logged_and_not_too_often() {
+    fn long_step_is_logged_and_not_too_often() {
         let lines = Rc::new(RefCell::new(Vec::new()));
         let kept = lines.clone();
         let sink = move |severity, category, text: &str| kept.borrow_mut().push((severity, category, text.to_owned()));

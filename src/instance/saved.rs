@@ -9,7 +9,7 @@ use super::lifecycle::{Instance, InstanceState};
 use crate::engine::{Exchange, InvalidState, Simulation, SimulationSnapshot, require};
 use crate::variables::{MAX_BALLS, MIN_BALLS, Refusal, ensure};
 
-/// A saved state. The log is no part of it.
+/// A saved state, without the log.
 pub struct SavedState {
     guid: String,
     run: InstanceState,
@@ -22,7 +22,7 @@ const HEADER: usize = MAGIC.len() + size_of::<u32>();
 
 const DIGEST: usize = size_of::<uuid::Bytes>();
 
-/// A name-based UUID (version 5, hence by SHA-1) of all bytes before it: no damage goes unnoticed.
+/// A name-based UUID (version 5, hence by SHA-1) of all bytes before it, so that no damage goes unnoticed.
 fn digest(bytes: &[u8]) -> uuid::Bytes {
     Uuid::new_v5(&Uuid::NAMESPACE_OID, bytes).into_bytes()
 }
@@ -57,7 +57,7 @@ impl From<InvalidState> for Refusal {
     }
 }
 
-/// The content of the bytes of a state, or why they are none.
+/// The content of the bytes of a state, or why they are not a state.
 fn content(bytes: &[u8]) -> Result<&[u8], Refusal> {
     let foreign = || refused("these are not the bytes of a state of this FMU, or they are cut short");
     let rest = bytes.strip_prefix(&MAGIC).ok_or_else(foreign)?;
@@ -112,7 +112,7 @@ impl Instance {
         self.check_owner(&guid, owner_balls)?;
         let ((mut run, snapshot, exchange), rest) = postcard::take_from_bytes::<Content>(rest).map_err(unreadable)?;
         require(rest.is_empty(), "there are more bytes than those of the state")?;
-        // Only FMI 3.0 hosts with arrays can change the number of balls.
+        // Only hosts of FMI 3.0 with arrays can change the number of balls.
         let Purpose { kind, fmi3, .. } = self.run.purpose;
         let balls = if self.start.scalars { self.balls() } else { owner_balls.clamp(MIN_BALLS, MAX_BALLS) };
         require(run.purpose.fmi3 == fmi3, "it is one of another version of the standard")?;

@@ -9,7 +9,7 @@ use crate::engine::{EngineError, Results};
 use crate::model::{ContactModel, Inputs};
 use crate::variables::{Number, Refusal, ensure};
 
-/// Allowed difference between the host's time and ours, relative to the larger of 1 s and the time.
+/// Allowed difference between the host's time and the instance's, relative to the larger of 1 s and the time.
 const CLOCK_TOLERANCE: f64 = 1e-12;
 
 /// How a step, or a part of it, has ended.
@@ -27,11 +27,11 @@ pub struct StepEnd {
 /// What follows from an event that has been handled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handled {
-    /// Whether another one is due at once.
+    /// Whether another event is due at once.
     pub again: bool,
     /// Whether continuous states have changed.
     pub changed: bool,
-    /// When the next one is due, s, if known.
+    /// When the next event is due, s, if known.
     pub next: Option<f64>,
 }
 
@@ -66,7 +66,7 @@ impl Instance {
             return Ok(self.reached(own, false));
         }
         if let Some(simulation) = &mut self.run.simulation {
-            // Before new inputs act, so that they are no event of the step before.
+            // Before new inputs act, so that their effect belongs to this step.
             simulation.begin_step();
             self.run.history.begin_step();
         }
@@ -139,7 +139,7 @@ impl Instance {
         self.reached(step.asked, false)
     }
 
-    /// Slopes that are not 0. They act over each step, like derivatives that are given again.
+    /// Slopes, if any is not 0. They act over each step, like derivatives that are set for each step.
     fn slopes(&self) -> Option<&Inputs> {
         let slopes = &self.run.settings.slopes;
         let act = || slopes.support_acceleration != 0.0 || slopes.force.iter().any(|slope| *slope != 0.0);
@@ -153,7 +153,7 @@ impl Instance {
         }
     }
 
-    /// Checks that inputs with derivatives are finite after a step of `length` (s), in messages called `name`.
+    /// Checks that inputs with derivatives are finite after a step of `length` (s), which messages call `name`.
     fn check_inputs_after(&self, name: &str, length: f64) -> Result<(), Refusal> {
         let derivatives = self.slopes().map_or(&*self.run.input_derivatives, slice::from_ref);
         if derivatives.is_empty() {
@@ -180,7 +180,7 @@ impl Instance {
         Refusal::new(format_args!("the run cannot go on: {error}"))
     }
 
-    /// Hands changed inputs and tunable parameters to the simulation.
+    /// Passes changed inputs and tunable parameters to the simulation.
     pub(super) fn update_simulation(&mut self) -> Result<(), Refusal> {
         let run = &mut self.run;
         let over_run = run.derives_over_run();
@@ -221,7 +221,8 @@ impl Instance {
         Ok(())
     }
 
-    /// Ends the event of the active clocks, and activates those of the next; in model exchange, handles what is due.
+    /// Ends the event of the active clocks, and activates the clocks of the next event; in model exchange, handles what
+    /// is due.
     pub fn update_discrete_states(&mut self) -> Result<Handled, Refusal> {
         if self.run.purpose.kind == Kind::ModelExchange {
             return self.next_event_of_exchange();
@@ -233,7 +234,7 @@ impl Instance {
         Ok(Handled { again, changed: false, next })
     }
 
-    /// Inputs that press rigid balls together close contacts at once: the clocks tick where they take effect.
+    /// Inputs that press rigid balls together close contacts at once: the clocks tick when the inputs take effect.
     fn catch_up_rigid(&mut self) {
         if self.run.settings.parameters.contact_model == ContactModel::Rigid && self.run.purpose.has_event_mode() {
             self.catch_up();
@@ -275,7 +276,7 @@ mod tests {
     use crate::variables::Settings;
 
     #[test]
-    fn a_refused_step_changes_nothing() {
+    fn refused_step_changes_nothing() {
         let mut settings = Settings::default_for(2);
         settings.slopes.support_acceleration = 1e308;
         let purpose = Purpose { fmi3: true, ..Purpose::default() };

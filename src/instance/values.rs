@@ -9,7 +9,7 @@ use crate::engine::{Exchange, NEVER};
 use crate::model::Inputs;
 use crate::variables::{Access, Causality, Extra, Number, Refusal, Settings, Shape, TABLE, Type, Variable, padding};
 
-/// In messages: why a value is no number.
+/// In messages: why a value is not a number.
 const BEYOND_RANGE: &str = "what it is calculated from is beyond the range of doubles";
 
 impl Start {
@@ -38,7 +38,7 @@ impl Instance {
         self.start.variable(reference, self.balls()).ok_or_else(unknown)
     }
 
-    /// The same, if it is one of this type.
+    /// The variable behind a value reference, if it is of this type.
     pub(super) fn variable(&self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
         let variable = self.known(reference)?;
         if self.is_of(variable, asked) {
@@ -52,7 +52,8 @@ impl Instance {
         Err(refuse_reference(variable, format_args!("variables of type {asked}; this one is of type {of}")))
     }
 
-    /// The same, if its value is known; before initialization only start values are.
+    /// The variable behind a value reference, if it is of this type and its value is known; before initialization only
+    /// start values are.
     #[cold]
     fn readable(&mut self, reference: u32, asked: Type) -> Result<Variable, Refusal> {
         let variable = self.variable(reference, asked)?;
@@ -104,7 +105,7 @@ impl Instance {
         if at_once { self.update_simulation() } else { Ok(()) }
     }
 
-    /// The value of a scalar or an element.
+    /// The value of a scalar or of an element of an array.
     #[inline(always)] // with a call, a getter of one value takes a twentieth longer
     fn value(&mut self, variable: Variable) -> Result<f64, Refusal> {
         let Variable { row, index, .. } = variable;
@@ -135,7 +136,7 @@ impl Instance {
         })
     }
 
-    /// Refuses `values` of this name, counted `from` 0 on, of which one is not finite, or any if a ball has no place.
+    /// Refuses `values`, called `name` and numbered from `from` + 1 on, if one is not finite or a ball has no place.
     pub(super) fn require_numbers(&self, name: &str, from: usize, values: &[f64]) -> Result<(), Refusal> {
         let any = values.iter().fold(false, |any, value| any | !value.is_finite());
         let lost = any || self.run.exchange.as_ref().is_some_and(Exchange::lacks_places);
@@ -251,7 +252,7 @@ impl Instance {
         Ok(elements)
     }
 
-    /// Whether a variable can be set now, and to this value.
+    /// Checks that a variable can be set now, and to this value.
     fn check(&self, variable: Variable, value: f64) -> Result<(), Refusal> {
         let (phase, causality) = (self.run.phase, variable.row.causality);
         if causality == Causality::StructuralParameter {
@@ -319,7 +320,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Refuses tunable parameters, each in its range, of which the cradle's coefficients are not finite.
+    /// Refuses tunable parameters that give coefficients that are not finite, although each parameter is in its range.
     fn check_tuned(&self, elements: &[(Variable, f64)]) -> Result<(), Refusal> {
         let is_tuned = |(variable, _): &&(Variable, f64)| {
             variable.row.causality == Causality::Parameter && variable.index < variable.row.shape.len(self.balls())

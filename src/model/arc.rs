@@ -1,5 +1,5 @@
-//! Balls on arcs about their pivots, in doubles and dual numbers; see "Arcs" in docs/theory.md. On a line instead of
-//! arcs, the same functions give the linear model. Overlaps are computed without cancellation.
+//! Geometry of balls on arcs about their pivots, in doubles and dual numbers; see "Arcs" in docs/theory.md. For balls
+//! on a line, the same functions give the linear model. Overlaps are computed without cancellation.
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
@@ -14,7 +14,7 @@ pub(crate) struct Place<S = f64> {
     /// Sine and cosine of the angle: (cos, sin) is the direction of the path.
     pub sin: S,
     pub cos: S,
-    /// The acceleration towards rest along the path, over gravity.
+    /// Acceleration by gravity towards rest along the path, divided by g.
     pub restoring: S,
 }
 
@@ -31,17 +31,17 @@ impl<S: Scalar> BallModel<S> {
         Place { x: twice * cos, y: twice * sin, sin: sine, cos: (cos - sin) * (cos + sin), restoring: sine }
     }
 
-    /// Energy in the field of gravity over the mass at `s` (m) along the path, m2/s2.
+    /// Gravitational potential energy per unit of mass at `s` (m) along the path, m2/s2.
     pub(crate) fn potential(&self, s: S) -> S {
         if self.on_arc { self.gravity * self.place(s).y } else { S::from(0.5) * (self.omega2 * s * s) }
     }
 
-    /// The acceleration (m/s2) towards rest at `s` (m) along the path, over gravity.
+    /// Acceleration by gravity towards rest at `s` (m) along the path, divided by g.
     pub(crate) fn restoring(&self, s: S) -> S {
         self.place(s).restoring
     }
 
-    /// The distance (m) between the ends of a stretch of the path (m).
+    /// Length (m) of the chord of a `stretch` (m) of the path.
     pub(crate) fn chord(&self, stretch: S) -> S {
         if !self.on_arc {
             return stretch;
@@ -50,8 +50,8 @@ impl<S: Scalar> BallModel<S> {
         S::from(2.0) * self.length * half
     }
 
-    /// What gravity and this acceleration by the inputs (m/s2) give at `s` (m) along the path, less what they would
-    /// give on a line, m/s2.
+    /// Acceleration (m/s2) along the path at `s` (m) by gravity and the horizontal `forcing` (m/s2), less its value on
+    /// a line.
     pub(crate) fn bend(&self, s: S, forcing: S) -> S {
         if !self.on_arc {
             return S::default();
@@ -60,12 +60,12 @@ impl<S: Scalar> BallModel<S> {
         forcing * (cos - S::from(1.0)) + self.gravity * (s / self.length - sin)
     }
 
-    /// The state along the path (m, m/s) for this horizontal deflection (m), less than the length, and its rate (m/s).
+    /// State along the path (m, m/s) for the horizontal deflection `x` (m, `|x|` < length) and its rate `v` (m/s).
     pub fn along_path(&self, x: S, v: S) -> (S, S) {
         if !self.on_arc {
             return (x, v);
         }
-        // With all digits near 90 degrees, too. A step of Newton's, for the derivative.
+        // The arc tangent keeps all digits near 90 degrees; a step of Newton's method adds the derivative.
         let below = ((self.length - x) * (self.length + x)).sqrt();
         let angle = libm::atan2(x.value(), below.value());
         let (sin, cos) = S::from(angle).sin_cos();
@@ -73,7 +73,7 @@ impl<S: Scalar> BallModel<S> {
     }
 }
 
-/// The direction from the centre of a ball to that of the next one, on arcs.
+/// Unit vector from the centre of a ball to the centre of the next, on arcs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line<S = f64>([S; 2]);
 
@@ -84,18 +84,18 @@ impl<S: Scalar> Line<S> {
         Self([width / distance, height / distance])
     }
 
-    /// The part of its direction along the path at a place.
+    /// Component along the path at a place.
     pub fn along(&self, place: &Place<S>) -> S {
         self.0[0] * place.cos + self.0[1] * place.sin
     }
 
-    /// The part away from the pivot of the ball at a place.
+    /// Component away from the pivot of the ball at a place.
     pub fn outward(&self, place: &Place<S>) -> S {
         self.0[0] * place.sin - self.0[1] * place.cos
     }
 }
 
-/// Two neighbours and the law of their contact. Places and states are those along the paths (m, m/s).
+/// Two neighbours and the law of their contact. Places and states are measured along the paths (m, m/s).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pair<'a, S = f64> {
     pub balls: [&'a BallModel<S>; 2],
@@ -110,7 +110,7 @@ impl<S: Scalar> Cradle<S> {
 }
 
 impl<S: Scalar> Pair<'_, S> {
-    /// Horizontal and vertical displacement (m), right less left; of equal pendulums without cancellation.
+    /// Horizontal and vertical displacement (m), right ball less left ball; without cancellation for equal pendulums.
     fn relative_displacement(&self, [l, r]: [S; 2]) -> [S; 2] {
         let [left, right] = self.balls;
         if left.length != right.length {
@@ -122,13 +122,13 @@ impl<S: Scalar> Pair<'_, S> {
         [chord * cos, chord * sin]
     }
 
-    /// Horizontal and vertical distance (m) between the centres, on arcs.
+    /// Horizontal and vertical distance (m) from the left centre to the right one, on arcs.
     pub fn distances(&self, places: [S; 2]) -> [S; 2] {
         let [width, height] = self.relative_displacement(places);
         [self.law.pivots + width, height]
     }
 
-    /// Their overlap, m.
+    /// Overlap, m.
     pub fn overlap(&self, places: [S; 2]) -> S {
         let ContactLaw { pivots, clearance, .. } = *self.law;
         if !self.balls[0].on_arc {
@@ -140,7 +140,7 @@ impl<S: Scalar> Pair<'_, S> {
         -(excess / (distance + pivots)) - clearance
     }
 
-    /// The parts along the two paths of the direction from the left to the right one.
+    /// Components, along the two paths, of the unit vector from the left centre to the right one.
     #[inline]
     pub fn parts_along(&self, places: [S; 2]) -> [S; 2] {
         if self.balls[0].on_arc { self.parts_along_arcs(places) } else { [S::from(1.0); 2] }
@@ -152,7 +152,7 @@ impl<S: Scalar> Pair<'_, S> {
         [line.along(&left), line.along(&right)]
     }
 
-    /// The part along the path of the left (0) or the right (1) one, at these places, and that away from its pivot.
+    /// Components of the [`Line`] along the path of the left (0) or right (1) ball, and away from its pivot.
     pub fn parts_of(&self, side: usize, places: [&Place<S>; 2]) -> [S; 2] {
         if !self.balls[0].on_arc {
             return [S::from(1.0), S::default()];
@@ -161,7 +161,7 @@ impl<S: Scalar> Pair<'_, S> {
         [line.along(places[side]), line.outward(places[side])]
     }
 
-    /// Rate of the overlap (m/s) in these states.
+    /// Rate of the overlap (m/s) in the states `[l, r]`.
     #[inline]
     pub fn overlap_rate(&self, [l, r]: [(S, S); 2]) -> S {
         let [left, right] = self.parts_along([l.0, r.0]);
@@ -185,25 +185,25 @@ impl<S: Scalar> Pair<'_, S> {
         line.along(&l) * left - line.along(&r) * right + (round - across * across / distance)
     }
 
-    /// Whether the right one lies beyond the line from the left one through its pivot: then it is the other of the two
-    /// places at this distance. Balls that hang side by side do not; those that swing far out to both sides may.
+    /// Whether the right ball lies beyond the line from the left centre to the right pivot; for one overlap it has a
+    /// place on either side. Only balls that swing far out to both sides may be beyond, not those side by side.
     pub fn is_beyond(&self, places: [S; 2]) -> bool {
         self.parts_along(places)[1].value() < 0.0
     }
 
-    /// The place of the right one for that of the left and their overlap (m), [beyond](Self::is_beyond) that line or
-    /// not. NaN if it has none within 90 degrees.
+    /// Place of the right ball (m) for the place `left` and the `overlap` (m), [beyond](Self::is_beyond) that line or
+    /// not. NaN if there is none within 90 degrees.
     ///
-    /// At the angle of the left one, V is the vector between the centres, with the parts l along the path and o away
-    /// from the pivot of the right one. Turned from there by an angle with the tangent t of its half, the right one is
-    /// at the distance D (law of cosines): `(L - o + c) t^2 + l t + c = 0` with `c = (V^2 - D^2) / (4 L)`.
+    /// With the right ball at the angle of the left one, the vector V between the centres has the components l along
+    /// the path of the right ball and o away from its pivot. Turned further by an angle whose half has the tangent t,
+    /// that ball is at the distance D (law of cosines): `(L - o + c) t^2 + l t + c = 0` with `c = (V^2 - D^2) / (4 L)`.
     pub fn place_beside(&self, left: S, overlap: S, beyond: bool) -> S {
         let Self { balls: [_, ball], law } = self;
         if !ball.on_arc {
             return left - (overlap + law.clearance);
         }
         let [one, two, half] = [1.0, 2.0, 0.5].map(S::from);
-        // It is turned about its pivot from the angle of the left one: equal ones are as far apart there as pivots.
+        // The right ball starts at the angle of the left one, where equal pendulums keep the distance of their pivots.
         let angle = left / self.balls[0].length;
         let start = ball.length * angle;
         let [width, height] = self.relative_displacement([left, start]);
@@ -212,7 +212,7 @@ impl<S: Scalar> Pair<'_, S> {
         let outward = (law.pivots + width) * sin - height * cos;
         let closer = law.clearance + overlap;
         let excess = width * (two * law.pivots + width) + height * height + closer * (two * law.pivots - closer);
-        // The root of the discriminant has the sign of the part along the path there.
+        // The root of the discriminant has the sign of the component along the path at the solution.
         let c = half * half * excess / ball.length;
         let a = ball.length - outward + c;
         let root = (along * along - excess * (one - outward / ball.length) - two * two * c * c).sqrt();
@@ -224,7 +224,7 @@ impl<S: Scalar> Pair<'_, S> {
             (root - along) / (two * a)
         };
         let place = start.value() + 2.0 * ball.length.value() * libm::atan(tangent.value());
-        // A step of Newton's, for the derivatives, and for the digits that the excess of unequal pendulums has lost.
+        // A step of Newton's method gives the derivatives, and the digits that `excess` lost for unequal pendulums.
         let place = S::from(place);
         let missing = self.overlap([left, place]) - overlap;
         let place = place + missing / self.parts_along([left, place])[1];
@@ -235,7 +235,7 @@ impl<S: Scalar> Pair<'_, S> {
 }
 
 impl Pair<'_> {
-    /// Whether the centre of a ball is beside the string of the other one, on the wrong side; on arcs.
+    /// Whether, on arcs, the centre of one ball is beside the string of the other and on its wrong side.
     pub fn changed_sides(&self, places: [f64; 2]) -> bool {
         let [width, height] = self.distances(places);
         let beyond = |k: usize, side: f64| {
@@ -245,13 +245,12 @@ impl Pair<'_> {
         beyond(0, -1.0) || beyond(1, 1.0)
     }
 
-    /// How much farther along its path the left one is, m, at these places and with this overlap, which on a line tells
-    /// more digits.
+    /// Place of the left ball less the right one's, m; on a line from the overlap, which has more digits.
     pub fn apart(&self, [left, right]: [f64; 2], overlap: f64) -> f64 {
         if self.balls[0].on_arc { left - right } else { overlap + self.law.clearance }
     }
 
-    /// Change of the overlap (m) by these `moves` (m) from `places`, with their relative accuracy.
+    /// Change of the overlap (m) by `moves` (m) from `places`, with the relative accuracy of the moves.
     #[inline]
     pub fn change_of_overlap(&self, places: [f64; 2], moves: [f64; 2]) -> f64 {
         if self.balls[0].on_arc { self.change_along_arcs(places, moves) } else { moves[0] - moves[1] }
@@ -267,7 +266,8 @@ impl Pair<'_> {
         self.change_of_distance(places, [right.0 - left.0, right.1 - left.1])
     }
 
-    /// The same where the moves have the difference `relative` (m): of equal pendulums with its relative accuracy.
+    /// As [`Self::change_of_overlap`], given the difference `relative` (m) of the moves, left less right. For equal
+    /// pendulums the change has the relative accuracy of that difference.
     pub fn change_by_relative(&self, places: [f64; 2], moves: [f64; 2], relative: f64) -> f64 {
         let (ball, apart) = (self.balls[0], places[1] - places[0]);
         if !ball.on_arc {
@@ -276,7 +276,7 @@ impl Pair<'_> {
         if ball.length != self.balls[1].length {
             return self.change_along_arcs(places, moves);
         }
-        // The chord from one place to the other becomes longer and turns.
+        // The chord between the two places changes its length and turns.
         let half_turn = 0.25 * (moves[0] + moves[1]) / ball.length;
         let before = 0.5 * (places[0] + places[1]) / ball.length;
         let longer = -2.0 * libm::cos(0.5 * (apart - 0.5 * relative) / ball.length) * ball.chord(0.5 * relative);
@@ -286,7 +286,7 @@ impl Pair<'_> {
         self.change_of_distance(places, [longer * cos_end - across * sin, longer * sin_end + across * cos])
     }
 
-    /// Change of the overlap where the distances grow by these, horizontal and vertical.
+    /// Change of the overlap (m) when the horizontal and the vertical distance grow by these amounts (m).
     fn change_of_distance(&self, places: [f64; 2], [wider, higher]: [f64; 2]) -> f64 {
         let [width, height] = self.distances(places);
         let distance = (width * width + height * height).sqrt();
@@ -295,8 +295,8 @@ impl Pair<'_> {
     }
 }
 
-/// Overlap of two neighbours (m) with its rate (m/s) and acceleration (m/s2) from those of `G = (touch^2 - D^2) / (2
-/// touch)`, for the distance `touch` (m) of the centres at which they touch.
+/// Overlap of two neighbours (m), its rate (m/s) and acceleration (m/s2), from the value and derivatives of
+/// `G = (touch^2 - D^2) / (2 touch)`, where `touch` (m) is the distance of the centres at first contact.
 pub(crate) fn overlap_of_approach<S: Scalar>([g, rate, bend]: [S; 3], touch: S) -> [S; 3] {
     let (one, two) = (S::from(1.0), S::from(2.0));
     let q = (one - two * g / touch).sqrt();
@@ -309,14 +309,14 @@ mod tests {
     use crate::model::{Parameters, PendulumModel};
     use crate::solver::Dual;
 
-    /// Pendulums of these lengths (m), of balls with the radius 0.03 m.
+    /// Two pendulums of these lengths (m) with balls of radius 0.03 m.
     fn cradle(lengths: [f64; 2]) -> Cradle {
         let mut p = Parameters { pendulum: PendulumModel::Circular, ..Parameters::default_for(2) };
         (p.length, p.length_ratio, p.radius) = (1.0, lengths.to_vec(), 0.03);
         Cradle::new(&p)
     }
 
-    /// Angles, rad, of equal and of unequal pendulums, from side by side to far out; some of them beyond.
+    /// Checks equal and unequal pendulums at angles (rad) from side by side to far out, some of them beyond.
     fn each(mut check: impl FnMut(&Pair, [f64; 2], bool)) {
         let angles = [-1.48, -0.7, -1e-3, -1e-9, 0.0, 1e-6, 0.02, 0.9, 1.48];
         for lengths in [[1.0; 2], [0.5, 2.0], [2.0, 0.5], [1.0, 1.01]] {
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_follows_from_that_beside_and_the_overlap() {
+    fn arc_position_follows_from_a_neighbour_and_the_overlap() {
         let mut beyond_some = false;
         each(|pair, [left, right], beyond| {
             let overlap = pair.overlap([left, right]);
@@ -346,10 +346,10 @@ mod tests {
     }
 
     #[test]
-    fn there_is_no_place_beyond_90_degrees_or_out_of_reach() {
+    fn arc_position_beyond_90_degrees_or_out_of_reach_does_not_exist() {
         let cradle = cradle([1.0, 0.5]);
         let pair = cradle.pair(0);
-        // Centres that would be apart by less than nothing; too close, and too far, for the arc.
+        // Centres closer than 0 apart, and distances too short and too long for the arc.
         for (left, overlap) in [(0.0, 0.0601), (-0.9, 0.05), (0.0, -1.2)] {
             assert!(pair.place_beside(left, overlap, false).is_nan(), "{left} {overlap}");
         }
@@ -357,10 +357,10 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_of_a_place_are_differences() {
+    fn arc_position_derivatives_agree_with_differences() {
         each(|pair, [left, right], beyond| {
             let (overlap, part) = (pair.overlap([left, right]), pair.parts_along([left, right])[1]);
-            // By the place of the left one, the overlap and the length in turn.
+            // Derivatives by the left place, the overlap and the right length in turn.
             for along in 0..3 {
                 let number = |value: f64, k: usize| Dual::with_tangent(value, if k == along { 1.0 } else { 0.0 });
                 let (balls, law) = (pair.balls.map(|ball| ball.map(Dual::from)), pair.law.map(Dual::from));
@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn the_acceleration_of_an_overlap_is_that_along_the_motion() {
+    fn arc_overlap_acceleration_is_that_along_the_motion() {
         each(|pair, places, _| {
             let ([u, w], [a, b], h) = ([0.7, -0.4], [0.3, 1.1], 1e-4);
             let at = |t: f64| {

@@ -1,4 +1,4 @@
-//! The force law of one contact, by which the engine uses damping laws.
+//! The force law of one contact: elastic and damping force.
 
 use super::damping::{Damping, Growth};
 use crate::solver::dual::{Dual, Scalar};
@@ -6,7 +6,7 @@ use crate::solver::power::{is_whole, power};
 use crate::solver::series::PowerSeries;
 use serde::{Deserialize, Serialize};
 
-/// Whether and how a contact acts.
+/// How a contact acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// No overlap.
@@ -33,11 +33,11 @@ pub struct ContactLaw<S = f64> {
     pub pivots: S,
     /// Damping law.
     pub damping: Damping<S>,
-    /// Coefficient of restitution, if it is rigid.
+    /// Coefficient of restitution of a rigid contact, 1, 0 to 1.
     pub restitution: S,
 }
 
-/// `(d / d_ref)^w + b r` has the sign of a force for every overlap d (m) above 0 and rate r (m/s).
+/// `(d / d_ref)^w + b r`, which has the sign of the force for overlaps d (m) above 0 and rates r (m/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignOfForce {
     /// Reference overlap d_ref, m.
@@ -49,7 +49,7 @@ pub struct SignOfForce {
 }
 
 impl SignOfForce {
-    /// At the overlap `d` (m) and its rate (m/s).
+    /// Its value at the overlap `d` (m) and its `rate` (m/s).
     pub fn at(&self, d: f64, rate: f64) -> f64 {
         let by_overlap = match self.exponent {
             0.0 => 1.0,
@@ -59,13 +59,13 @@ impl SignOfForce {
         by_overlap + self.by_rate * rate
     }
 
-    /// A bound, 0 or more, of what it is without its rate at any overlap.
+    /// Lower bound (0 or more) of its value at rate 0, for any overlap.
     pub fn least(&self) -> f64 {
         if self.exponent == 0.0 { 1.0 } else { 0.0 }
     }
 
-    /// By how much it may be wrong at the overlap `d` (m) if that is known to within `position` (m), and its rate to
-    /// within `velocity` (m/s).
+    /// How wrong it may be at the overlap `d` (m) if `d` is known to within `position` (m) and its rate to within
+    /// `velocity` (m/s).
     pub fn noise(&self, d: f64, position: f64, velocity: f64) -> f64 {
         let slope = match self.exponent {
             0.0 => 0.0,
@@ -75,8 +75,8 @@ impl SignOfForce {
         slope * position / self.overlap_ref + self.by_rate * velocity
     }
 
-    /// As a power series of the time, from those of the overlap (m) and of its rate (m/s), which may be shorter. Of an
-    /// overlap that is `negligible` fractional powers are left out.
+    /// Its power series in time, from those of the overlap (m) and of its rate (m/s); the latter may be shorter.
+    /// Fractional powers of a `negligible` overlap are left out.
     pub fn series(&self, overlap: &[f64], rate: &[f64], negligible: bool) -> Vec<f64> {
         let mut powers = PowerSeries::new(self.exponent, 1.0 / self.overlap_ref);
         let left_out = negligible && !is_whole(self.exponent);
@@ -86,7 +86,7 @@ impl SignOfForce {
 }
 
 impl<S: Scalar> ContactLaw<S> {
-    /// The same law in other numbers.
+    /// The law with every number converted.
     pub fn map<T>(&self, number: impl Fn(S) -> T) -> ContactLaw<T> {
         ContactLaw {
             stiffness: number(self.stiffness),
@@ -99,7 +99,7 @@ impl<S: Scalar> ContactLaw<S> {
         }
     }
 
-    /// `(d / d_ref)^(p-1)` at the overlap `d` (m). Continued to `d <= 0`; `None` there if the exponent is not whole.
+    /// `(d / d_ref)^(p-1)` at the overlap `d` (m). For `d <= 0` it is continued if the exponent is whole, else `None`.
     fn power(&self, d: S) -> Option<S> {
         let ratio = d / self.overlap_ref;
         Some(match self.whole_exponent() {
@@ -121,8 +121,8 @@ impl<S: Scalar> ContactLaw<S> {
         self.elastic_force(d) * d / (self.exponent + S::from(1.0))
     }
 
-    /// Elastic force at the overlap `d` (m), N, and factor of its rate in the law, N.s/m; continued to `d <= 0`
-    /// unless one of them has a branch point there.
+    /// Elastic force (N) and damping force over rate (N.s/m) at the overlap `d` (m). Continued to `d <= 0`, unless one
+    /// of them has a branch point at 0.
     pub fn parts(&self, d: S) -> Option<(S, S)> {
         let power = self.power(d)?;
         let elastic = self.stiffness * power * d;
@@ -147,13 +147,13 @@ impl<S: Scalar> ContactLaw<S> {
         self.damping.growth.exponent(self.exponent)
     }
 
-    /// Force at the overlap `d` (m) and its rate (m/s), not clipped, N; not continued: 0 for `d <= 0`.
+    /// Force before clipping at the overlap `d` (m) and its `rate` (m/s), N; 0 for `d <= 0`.
     pub fn unclipped_force(&self, d: S, rate: S) -> S {
         let parts = if d.value() <= 0.0 { None } else { self.parts(d) };
         parts.map_or(S::default(), |(elastic, by_rate)| elastic + by_rate * rate)
     }
 
-    /// The exponent as an integer, if it is and stays one: powers are then products.
+    /// The exponent if it is an integer and has no derivative: powers are then products.
     pub fn whole_exponent(&self) -> Option<usize> {
         let whole = self.exponent.value() as usize;
         (whole as f64 == self.exponent.value() && self.exponent.tangent() == 0.0).then_some(whole)
@@ -161,8 +161,8 @@ impl<S: Scalar> ContactLaw<S> {
 }
 
 impl ContactLaw {
-    /// A simple expression with the sign of the force, if that is not as simple: the force over that of its two parts
-    /// which grows less with the overlap.
+    /// The force divided by `k d_ref (d / d_ref)^s`, which has the same sign. `None` without damping and for a dashpot:
+    /// there the force itself is as simple.
     pub fn sign_of_force(&self) -> Option<SignOfForce> {
         if self.is_elastic() || self.has_dashpot() {
             return None;
@@ -179,28 +179,28 @@ impl ContactLaw {
         self.damping.clipped && !self.is_elastic()
     }
 
-    /// Whether its damping is that of a dashpot, `F = F_el + c r`.
+    /// Whether the damping is a dashpot's, `F = F_el + c r`.
     pub fn has_dashpot(&self) -> bool {
         self.damping_exponent() == 0.0
     }
 
-    /// Coefficient c of the dashpot, N.s/m; 0 if it has none.
+    /// Coefficient c of the dashpot, N.s/m; 0 without a dashpot.
     pub fn damping_coefficient(&self) -> f64 {
         if self.has_dashpot() { self.damping.coefficient } else { 0.0 }
     }
 
-    /// The exponents of the overlap in its force that are not whole numbers: the force has a branch point at 0.
+    /// Those exponents of the overlap in the force that are not whole: with one, the force has a branch point at 0.
     pub fn branch_exponents(&self) -> impl Iterator<Item = f64> + Clone {
         let of_damping = if self.is_elastic() { 0.0 } else { self.damping_exponent() };
         [self.exponent, of_damping].into_iter().filter(|exponent| !is_whole(*exponent))
     }
 
-    /// Whether its force is a smooth function of overlap and rate where the overlap vanishes.
+    /// Whether the force is a smooth function of overlap and rate at overlap 0.
     pub fn is_smooth(&self) -> bool {
         self.branch_exponents().next().is_none()
     }
 
-    /// The mode of a closed contact at this overlap (m) and rate (m/s).
+    /// Mode of a closed contact at this overlap (m) and rate (m/s).
     pub fn mode_when_closed(&self, overlap: f64, rate: f64) -> Mode {
         let closed = |overlap: f64| if overlap > 0.0 { overlap } else { f64::MIN_POSITIVE };
         let clipped = match self.sign_of_force() {
@@ -210,9 +210,9 @@ impl ContactLaw {
         if clipped { Mode::Clipped } else { Mode::Pressing }
     }
 
-    /// What the power series of its force consist of, as factors and powers: the elastic force `k d_ref (d / d_ref)^p`,
-    /// and the impulse of the damping, `C d_ref / (s+1) (d / d_ref)^(s+1)`, whose rate is the damping force. Of an
-    /// overlap that is `negligible` only a dashpot's.
+    /// What the power series of the force consist of, as factors and powers: the elastic force `k d_ref (d / d_ref)^p`,
+    /// and the impulse of the damping, `C d_ref / (s+1) (d / d_ref)^(s+1)`, whose rate is the damping force. If the
+    /// overlap is `negligible`, only the part of a dashpot.
     pub fn force_series(&self, negligible: bool) -> [Option<(f64, PowerSeries)>; 2] {
         let scale = 1.0 / self.overlap_ref;
         let grown = self.damping_exponent() + 1.0;
@@ -246,8 +246,8 @@ impl ContactLaw {
         self.exponent == 1.0 && (self.is_elastic() || self.has_dashpot())
     }
 
-    /// Mechanical impedance of a linear contact hit by a reduced mass `m` (kg), N.s/m: an upper bound of its largest
-    /// force over the rate at which it closes.
+    /// Mechanical impedance of a linear contact for a reduced mass `m` (kg), N.s/m: an upper bound of the largest force
+    /// over the closing rate.
     pub fn impedance(&self, m: f64) -> f64 {
         self.damping_coefficient() + (self.stiffness * m).sqrt()
     }
@@ -262,8 +262,8 @@ impl ContactLaw {
         self.power(d).map(|power| (self.stiffness * power * d, self.exponent * self.stiffness * power))
     }
 
-    /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), with derivatives (N/m, N.s/m), continued as
-    /// [`Self::parts`].
+    /// Unclipped force (N) at the overlap `d` (m) and its rate (m/s), with its derivatives by both (N/m, N.s/m),
+    /// continued like [`Self::parts`].
     pub fn continued(&self, d: f64, rate: f64) -> Option<(f64, f64, f64)> {
         let (elastic, slope) = self.elastic_continued(d)?;
         if self.is_elastic() {

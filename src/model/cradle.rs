@@ -5,7 +5,7 @@ use super::damping::{Damping, Elastic, Growth};
 use super::parameters::{ContactModel, Parameters, PendulumModel};
 use crate::solver::dual::Scalar;
 
-/// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`, or the same on an arc.
+/// One ball on its pendulum: `x'' + 2 gamma x' + omega2 x = (forces) / mass`, or the equation of an arc.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BallModel<S = f64> {
     /// Mass, kg.
@@ -23,7 +23,7 @@ pub struct BallModel<S = f64> {
 }
 
 impl<S: Scalar> BallModel<S> {
-    /// The same in other numbers.
+    /// The ball with every number converted.
     pub fn map<T>(&self, number: impl Fn(S) -> T) -> BallModel<T> {
         BallModel {
             mass: number(self.mass),
@@ -35,21 +35,23 @@ impl<S: Scalar> BallModel<S> {
         }
     }
 
-    /// Horizontal force (N) of pendulum and drag on the support at the position `x` (m) and the velocity `v` (m/s).
+    /// Horizontal force (N) of pendulum and drag on the support at the position `x` (m) and the velocity `v` (m/s), on
+    /// a line.
     pub fn support_force(&self, x: S, v: S) -> S {
         self.mass * (self.omega2 * x + S::from(2.0) * self.gamma * v)
     }
 
-    /// Acceleration (m/s2) at `x` (m) and `v` (m/s) under the sum of contact forces (N) and `forcing` by the inputs.
+    /// Acceleration (m/s2) on a line at `x` (m) and `v` (m/s) under the contact forces (N) and the `forcing` (m/s2) of
+    /// the inputs.
     pub fn acceleration(&self, x: S, v: S, force: S, forcing: S) -> S {
         force / self.mass + forcing - self.omega2 * x - S::from(2.0) * self.gamma * v
     }
 }
 
-/// All balls and contacts.
+/// The coefficients of all balls and contacts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cradle<S = f64> {
-    /// From left to right.
+    /// The balls from left to right.
     pub balls: Vec<BallModel<S>>,
     /// Contact `i` lies between ball `i` and ball `i + 1`. Rigid contacts have no stiffness.
     pub contacts: Vec<ContactLaw<S>>,
@@ -65,13 +67,13 @@ impl BallModel {
 }
 
 impl Cradle {
-    /// Derives the coefficients of the equations from `p`, whose values are in their ranges.
+    /// Derives the coefficients from `p`, whose values must be in their ranges.
     pub fn new(p: &Parameters) -> Self {
         Self::along(p, p)
     }
 
-    /// Refuses parameters, from which this is derived, whose products or quotients leave the range of doubles, although
-    /// each of them is in its range.
+    /// Refuses parameters whose products or quotients leave the range of doubles, although each parameter is in its own
+    /// range. `self` must be derived from `p`.
     pub(crate) fn check(&self, p: &Parameters) -> Result<(), String> {
         let check = |holds: bool, what: std::fmt::Arguments, value: f64| {
             let side = if value == 0.0 { "small" } else { "large" };
@@ -115,8 +117,9 @@ impl Cradle {
         left * right / (left + right)
     }
 
-    /// An upper bound (m/s) of the speeds that the balls reach by their energy at these states, `x` and overlaps in m,
-    /// `v` in m/s, and by accelerations `forcing(i)` (m/s2) within one unit of their time.
+    /// Scale (m/s) of the speeds that the balls reach from these states (`x` and overlaps in m, `v` in m/s): by their
+    /// velocities, by the energy of pendulums and contacts, and by accelerations `forcing(i)` (m/s2) within one unit of
+    /// time of a pendulum.
     pub fn speed_in_reach(&self, [x, v, overlaps]: [&[f64]; 3], forcing: impl Fn(usize) -> f64) -> f64 {
         let held = |j: usize| self.contacts.get(j).map_or(0.0, |law| law.elastic_energy(overlaps[j]));
         let of_ball = |(i, ball): (usize, &BallModel)| {
@@ -139,7 +142,7 @@ impl Cradle {
 }
 
 impl Parameters {
-    /// Refuses products or quotients of them that leave the range of doubles; see [`Cradle::check`].
+    /// Refuses parameters whose products or quotients leave the range of doubles; see [`Cradle::check`].
     pub(crate) fn check_coefficients(&self) -> Result<(), String> {
         Cradle::new(self).check(self)
     }
@@ -151,7 +154,7 @@ impl<S: Scalar> Cradle<S> {
         self.balls[0].on_arc
     }
 
-    /// The same cradle in other numbers.
+    /// The cradle with every number converted.
     pub fn map<T>(&self, number: impl Fn(S) -> T + Copy) -> Cradle<T> {
         Cradle {
             balls: self.balls.iter().map(|ball| ball.map(number)).collect(),
@@ -160,7 +163,8 @@ impl<S: Scalar> Cradle<S> {
         }
     }
 
-    /// The same in dual numbers, with the derivatives of the coefficients for derivatives `tangent` of the parameters.
+    /// Derives the coefficients from `p`; in dual numbers with their derivatives for the derivatives `tangent` of the
+    /// parameters.
     pub fn along(p: &Parameters, tangent: &Parameters) -> Self {
         let one = |field: fn(&Parameters) -> f64| S::with_tangent(field(p), field(tangent));
         let each = |field: fn(&Parameters) -> &[f64]| {
@@ -211,15 +215,16 @@ impl<S: Scalar> Cradle<S> {
     }
 }
 
-/// `K = 4/3 E* sqrt(R*)` of two spheres, N/m^(3/2), with `1/E* = (1 - nu^2) (1/E_l + 1/E_r)` and `1/R* = 1/R_l + 1/R_r`,
-/// for Young's moduli E (Pa), Poisson's ratio nu and the radii R (m) (Johnson, Contact Mechanics, 1985, section 4.2).
+/// `K = 4/3 E* sqrt(R*)` of two spheres, N/m^(3/2), with `1/E* = (1 - nu^2) (1/E_l + 1/E_r)` and
+/// `1/R* = 1/R_l + 1/R_r`, for Young's moduli E (Pa), Poisson's ratio nu and the radii R (m) (Johnson, Contact
+/// Mechanics, 1985, section 4.2).
 pub fn hertz_stiffness<S: Scalar>(young_moduli: [S; 2], poisson_ratio: S, radii: [S; 2]) -> S {
     let modulus = reduced(young_moduli) / (S::from(1.0) - poisson_ratio * poisson_ratio);
     S::from(4.0 / 3.0) * modulus * reduced(radii).sqrt()
 }
 
-/// The number whose inverse is the sum of the inverses of these two, which are above 0: of equal ones exactly half, the
-/// same in either order, and without intermediate values beyond the range of doubles.
+/// The number whose inverse is the sum of the inverses of these two, which are above 0. Equal numbers give exactly
+/// half, the order changes no bit, and no intermediate value leaves the range of doubles.
 fn reduced<S: Scalar>([a, b]: [S; 2]) -> S {
     let (least, most) = if b.value() < a.value() { (b, a) } else { (a, b) };
     least / (S::from(1.0) + least / most)
@@ -235,7 +240,7 @@ mod tests {
         assert!((hertz_stiffness([2.1e11; 2], 0.3, [0.0127; 2]) - 12_259_521_115.776_325).abs() < 1e-4);
     }
 
-    /// The formula of equal spheres, to the bit, with its derivatives.
+    /// Equal spheres: compares with the simpler formula, to the bit, with derivatives.
     #[test]
     fn equal_spheres_are_half_of_one() {
         let number = |k: u32| 0.1 + f64::from(k) * 0.618_033_988_749_895;
@@ -251,7 +256,8 @@ mod tests {
         }
     }
 
-    /// Against `1/E* = (1 - nu^2) (1/E_l + 1/E_r)` and `1/R* = 1/R_l + 1/R_r` as they stand; the same from behind.
+    /// Compares with `1/E* = (1 - nu^2) (1/E_l + 1/E_r)` and `1/R* = 1/R_l + 1/R_r` as written. The order of the
+    /// spheres changes no bit.
     #[test]
     fn unlike_spheres_have_the_stiffness_of_hertz() {
         let plane = |modulus: f64| (1.0 - 0.09) / modulus;

@@ -1,39 +1,40 @@
-//! The damping laws of contacts. All of them add `C (d / d_ref)^s r` to the elastic force `k d (d / d_ref)^(p-1)`, for
-//! an overlap d > 0 and its rate r. [`contact`](super::contact) and [`forces`](super::forces)
-//! compute the forces.
+//! The damping laws of contacts. Each adds `C (d / d_ref)^s r` to the elastic force `k d (d / d_ref)^(p-1)`, for an
+//! overlap d > 0 and its rate r. [`contact`](super::contact) and [`forces`](super::forces) compute the forces.
 //!
 //! # A new law
 //!
-//! A damping law of this form takes an item of [`DampingLaw`] with its arm in [`Parameters::contacts_lose`], and its
-//! arm in [`Damping::selected`]; C = 0 means no damping. Another exponent is a [`Growth`], for which the compiler asks
-//! in `contact.rs` and `forces.rs`. A coefficient of its own is one more parameter, whose name goes into
-//! `LOSS_PARAMETERS` of the table of variables. The methods ask a [`ContactLaw`](super::ContactLaw):
+//! A damping law of this form needs a variant of [`DampingLaw`], with arms in [`Parameters::contacts_lose`] and
+//! [`Damping::selected`]; C = 0 means no damping. A new exponent s is a variant of [`Growth`]: the compiler then asks
+//! for arms in `contact.rs` and `forces.rs`. A new coefficient is one more parameter, whose name goes into
+//! `LOSS_PARAMETERS` of the table of variables. The methods use these functions of a
+//! [`ContactLaw`](super::ContactLaw):
 //!
-//! - outputs, `bdf`, `adams` and `rk4` for `force`; `bdf` and peaks also for `force_slopes`;
-//! - series and derivatives by time for `force_series`, `unclipped_force`, `sign_of_force`, `damping_coefficient`, and
-//!   to an order of magnitude for `relaxation_time` and `largest_negligible_overlap`;
-//! - Gauss collocation for `unclipped_forces`, `damping_forces`, `sign_of_force`, `branch_exponents` and
-//!   `relaxes_within`, at the start of a step for `unclipped_force` and `force_slopes`;
-//! - implicit collocation for `continued`: where that ends, only steps that stay at d > 0;
-//! - natural modes for `is_linear` and `damping_coefficient`, the impact of two for `is_elastic`;
-//! - events for `mode_when_closed` and `clips`.
+//! - outputs, `bdf`, `adams` and `rk4`: `force`; `bdf` and peaks also `force_slopes`;
+//! - series and derivatives by time: `force_series`, `unclipped_force`, `sign_of_force`, `damping_coefficient`, and, to
+//!   an order of magnitude, `relaxation_time` and `largest_negligible_overlap`;
+//! - Gauss collocation: `unclipped_forces`, `damping_forces`, `sign_of_force`, `branch_exponents` and `relaxes_within`;
+//!   at the start of a step `unclipped_force` and `force_slopes`;
+//! - implicit collocation: `continued`; where it is `None`, only steps that stay at d > 0 succeed;
+//! - natural modes: `is_linear` and `damping_coefficient`; the impact of two: `is_elastic`;
+//! - events: `mode_when_closed` and `clips`.
 //!
-//! Clipping is found from `sign_of_force`, `(d / d_ref)^(p-s) + b r`, because the sign of the force itself is rounding
-//! where the elastic force almost vanishes.
+//! Clipping follows from `sign_of_force`, `(d / d_ref)^(p-s) + b r`, because rounding may change the sign of the
+//! computed force where the elastic force almost vanishes.
 //!
 //! A new elastic law needs arms in `elastic_force`, `elastic_energy`, `elastic_continued`, `power`, `force_series`,
 //! `unclipped_forces`, `whole_exponent`, `branch_exponents`, `static_overlap` (finite even where nothing balances the
 //! force, because scales of velocities follow from it) and `largest_overlap` (to a few digits). Under a power law the
-//! deepest contact is the stiffest, and many scales rest on that. These places take it for granted; they need an arm of
-//! their own or must refuse the law:
+//! deepest contact is the stiffest, and many scales rest on that. The following places assume a power law; each needs
+//! an arm for the new law or must refuse it:
 //!
 //! - `is_linear`, [`Damping::selected`], `sign_of_force` and `damping_for`; `largest_negligible_overlap` and
-//!   `relaxation_time`, which use inverse powers; `relaxes_within`, by which force times overlap is p + 1 times the
-//!   energy;
+//!   `relaxation_time`, which use inverse powers; `relaxes_within`, which takes force times overlap as p + 1 times
+//!   the energy;
 //! - `PairImpact::new` and `along_arcs`, which ask only whether the law is elastic; `law_derivatives` of the tape;
-//! - Gauss collocation: a step that is short for the largest overlap is short for a power law. A slope that changes
-//!   within much less needs a limit where a step is planned (`Planner::new`) and one at its nodes (`conclude` returns
-//!   `TooLong`), or all nodes may lie beyond the change. `SENSITIVITY` and the forecasts of `plan.rs` use the exponent;
+//! - Gauss collocation, for which a step that suits the largest overlap suits all smaller ones. A slope that changes
+//!   within much less than the largest overlap needs a limit where a step is planned (`Planner::new`) and one at its
+//!   nodes (`conclude` returns `TooLong`), or all nodes may lie beyond the change. `SENSITIVITY` and the forecasts of
+//!   `plan.rs` use the exponent;
 //! - `Cluster::describe`: by implicit collocation, undamped contacts that ring by a small part of the largest speed
 //!   lose 1e-10 of the energy;
 //! - `Dynamics::new`, whose scale of overlaps is `largest_overlap`: `adams` and `bdf` may lose two digits.
@@ -46,7 +47,7 @@ use crate::solver::dual::Scalar;
 pub struct Damping<S = f64> {
     /// Factor C of the rate at the overlap d_ref, N.s/m, >= 0; 0 if the contact is elastic.
     pub coefficient: S,
-    /// The exponent s.
+    /// How damping grows with the overlap: the exponent s.
     pub growth: Growth,
     /// Whether the total force is clipped at 0.
     pub clipped: bool,
@@ -58,11 +59,11 @@ pub enum Growth {
     /// `s = 0`.
     #[default]
     Constant,
-    /// As the elastic force: `s = p`.
+    /// Like the elastic force: `s = p`.
     Force,
-    /// As the stiffness of the contact: `s = p - 1`.
+    /// Like the stiffness of the contact: `s = p - 1`.
     Stiffness,
-    /// As the root of the stiffness: `s = (p - 1) / 2`.
+    /// Like the root of the stiffness: `s = (p - 1) / 2`.
     RootOfStiffness,
 }
 
@@ -91,8 +92,8 @@ pub struct Elastic<S> {
 }
 
 impl<S: Scalar> Damping<S> {
-    /// The law that `p` selects, for a contact whose losses are `loss_ratio` times those of its parameter, which
-    /// `number` gives.
+    /// The law that `p` selects. `number` reads its parameter; `loss_ratio` multiplies the losses, or is the exponent
+    /// of e.
     pub fn selected(
         p: &Parameters,
         number: impl Fn(fn(&Parameters) -> f64) -> S,
@@ -119,7 +120,7 @@ impl<S: Scalar> Damping<S> {
         Self { coefficient, growth, clipped: p.damping_law != DampingLaw::KelvinVoigt }
     }
 
-    /// The same law in other numbers.
+    /// The law with every number converted.
     pub fn map<T>(&self, number: impl Fn(S) -> T) -> Damping<T> {
         Damping { coefficient: number(self.coefficient), growth: self.growth, clipped: self.clipped }
     }
@@ -135,12 +136,12 @@ fn half_decrement<S: Scalar>(restitution: S, loss_ratio: S) -> S {
     S::with_tangent(-0.5 * product(q, log), -0.5 * change)
 }
 
-/// The damping ratio zeta of a contact with [`Growth::RootOfStiffness`], for which two balls alone collide with the
+/// Damping ratio zeta of a contact of [`Growth::RootOfStiffness`] for which two balls alone collide with the
 /// coefficient of restitution `exp(-2 h)`, h >= 0.
 ///
-/// With `z = d^((p+1)/2)` and `d tau = d^((p-1)/2) dt` the overlap is a damped linear oscillator. It is released where
-/// its force vanishes: `zeta = cos(beta)` with `beta cot(beta) = h`, or `zeta = cosh(b)` with `b coth(b) = h` beyond
-/// `h = 1` (for p = 1: Schwager and Poeschel, Granular Matter 9, 2007, 465).
+/// With `z = d^((p+1)/2)` and `d tau = d^((p-1)/2) dt` the overlap is a damped linear oscillator, released where its
+/// force vanishes: `zeta = cos(beta)` with `beta cot(beta) = h`, or beyond `h = 1` `zeta = cosh(b)` with
+/// `b coth(b) = h` (for p = 1: Schwager and Poeschel, Granular Matter 9, 2007, 465).
 fn damping_ratio<S: Scalar>(h: S) -> S {
     let (h, tangent) = (h.value(), h.tangent());
     if h == f64::INFINITY {
@@ -148,7 +149,7 @@ fn damping_ratio<S: Scalar>(h: S) -> S {
     }
     // `y` is `beta^2` or `-b^2`.
     let (zeta, slope, y) = if h < 1.0 {
-        // With the cotangent t of beta.
+        // In terms of the cotangent t of beta.
         let beta_at = |t: f64| libm::atan2(1.0, t);
         let slope_at = |t: f64| beta_at(t) - t / (1.0 + t * t);
         let t = monotonically(0.0, |t| (h - t * beta_at(t)) / slope_at(t));
@@ -159,7 +160,7 @@ fn damping_ratio<S: Scalar>(h: S) -> S {
         let b = monotonically(h, |b| (h - b / libm::tanh(b)) / slope_at(b));
         (libm::cosh(b), libm::sinh(b) / slope_at(b), -b * b)
     };
-    // Near critical damping, by the series of both in y.
+    // Near critical damping: the power series in y of both derivatives by y.
     let slope = if y.abs() < 0.01 {
         let of_zeta = 0.5 - y * (1.0 / 12.0 - y * (1.0 / 240.0 - y / 10080.0));
         of_zeta / (1.0 / 3.0 + y * (2.0 / 45.0 + y * (2.0 / 315.0 + y * (4.0 / 4725.0 + y * 2.0 / 18711.0))))
@@ -169,7 +170,7 @@ fn damping_ratio<S: Scalar>(h: S) -> S {
     S::with_tangent(zeta, if tangent == 0.0 { 0.0 } else { slope * tangent })
 }
 
-/// A root by Newton's method, from a side from which steps never pass it: until one goes back, or none is left.
+/// A root by Newton's method, from a side from which steps never overshoot it. Ends when a step goes back or vanishes.
 fn monotonically(start: f64, step: impl Fn(f64) -> f64) -> f64 {
     let (mut at, first) = (start, step(start));
     let mut change = first;
@@ -185,7 +186,7 @@ mod tests {
     use super::*;
     use crate::solver::Dual;
 
-    /// Against the equations that it solves, and its derivative against differences.
+    /// Checks the ratio against its equation, and its derivative against differences.
     #[test]
     fn damping_ratios_give_their_restitution() {
         for h in [0.0, 1e-12, 5e-4, 0.05, 0.3, 0.9, 0.999, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.01, 2.0, 30.0, 300.0] {

@@ -7,7 +7,7 @@ pub struct Item {
     pub name: &'static str,
     /// The integer that hosts use; it never changes.
     pub value: i32,
-    /// Text.
+    /// Text for users.
     pub description: &'static str,
 }
 
@@ -23,11 +23,11 @@ macro_rules! enumerations {
         }
 
         impl $type {
-            /// All of them.
+            /// All items.
             pub const ITEMS: &[$crate::model::Item] =
                 &[$($crate::model::Item { name: $name, value: Self::$item as i32, description: $text }),*];
 
-            /// That with this integer.
+            /// The item with this integer.
             pub fn numbered(value: i32) -> Option<Self> {
                 [$(Self::$item),*].into_iter().find(|item| *item as i32 == value)
             }

@@ -1,17 +1,17 @@
-//! Forces of a contact at many overlaps at once: the formulas of `contact`, in loops that compilers vectorise.
+//! Forces of a contact at many overlaps at once: the formulas of `contact` in loops that compilers vectorise.
 
 use super::contact::ContactLaw;
 use super::damping::{Damping, Growth};
 use crate::solver::power::powers;
 
 impl ContactLaw {
-    /// `(d / d_ref)` and `(d / d_ref)^(p-1)` at several overlaps d (m), none < 0: products, and one factor for the
-    /// fractional part of the exponent.
+    /// `(d / d_ref)` and `(d / d_ref)^(p-1)` at several overlaps d (m), none < 0. The powers are products, with one
+    /// factor for the fractional part of the exponent.
     #[inline(always)]
     fn ratios_and_powers<const N: usize>(&self, overlaps: &[f64; N]) -> [[f64; N]; 2] {
         let scale = 1.0 / self.overlap_ref;
         let ratios = overlaps.map(|overlap| overlap * scale);
-        // Finite differences in tests go below an exponent of 1.
+        // Finite differences in tests use exponents below 1.
         let whole = (self.exponent as usize).max(1);
         let mut powers = match self.exponent - whole as f64 {
             0.0 => [1.0; N],
@@ -24,13 +24,14 @@ impl ContactLaw {
         [ratios, powers]
     }
 
-    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. At overlaps <= 0 only `c r` is left.
+    /// [`Self::unclipped_force`] at several overlaps (m) and rates (m/s), N. At overlaps <= 0 only the `c r` of a
+    /// dashpot is left.
     #[inline(always)]
     pub fn unclipped_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         let overlaps = overlaps.map(positive);
         let ([ratios, powers], mut forces) = (self.ratios_and_powers(&overlaps), [0.0; N]);
         let (k, Damping { coefficient: c, growth, .. }) = (self.stiffness, self.damping);
-        // One loop for each law; compilers do not move the choice out of a common one.
+        // One loop for each law: compilers do not move the choice out of a common loop.
         macro_rules! forces {
             ($m:ident: $force:expr) => {
                 for $m in 0..N {
@@ -48,7 +49,7 @@ impl ContactLaw {
         forces
     }
 
-    /// Damping parts of the forces, N; as a difference they would lose digits where damping is weak.
+    /// Damping forces, N. As differences of forces they would lose digits where damping is weak.
     pub fn damping_forces<const N: usize>(&self, overlaps: &[f64; N], rates: &[f64; N]) -> [f64; N] {
         let [ratios, powers] = self.ratios_and_powers(&overlaps.map(positive));
         let mut forces = rates.map(|rate| self.damping.coefficient * rate);
@@ -75,9 +76,8 @@ fn positive(overlap: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Overlaps without force, and NaN.
     #[test]
-    fn open_contacts_have_none_and_nan_stays() {
+    fn force_of_an_open_contact_is_zero_and_nan_stays() {
         let grown = [Growth::Force, Growth::Stiffness, Growth::RootOfStiffness];
         let dampings = grown.map(|growth| Damping { coefficient: 1e3, growth, clipped: true });
         for (damping, exponent) in

@@ -1,18 +1,19 @@
-//! How the overlap of two neighbours and the direction of their contact change with what they depend on.
+//! How the overlap of two neighbours and the direction of their contact depend on places and lengths.
 
 use super::arc::{Line, Pair, Place};
 
-/// How overlap and directions of a pair depend on its places and lengths.
+/// Directions of a contact, with derivatives of them and of the overlap.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Linkage {
-    /// The parts of the direction from the left to the right one along their paths.
+    /// Components, along the two paths, of the unit vector from the left centre to the right one.
     pub along: [f64; 2],
-    /// Derivatives of the overlap and of these parts by the two places, the two lengths and the distance of the pivots.
+    /// Derivatives of the overlap and of these components by the two places, the two lengths and the distance of the
+    /// pivots.
     pub by: [[f64; 5]; 3],
 }
 
 impl Linkage {
-    /// On a line.
+    /// The linkage of balls on a line.
     pub const STRAIGHT: Self = Self { along: [1.0; 2], by: [[1.0, -1.0, 0.0, 0.0, 0.0], [0.0; 5], [0.0; 5]] };
 }
 
@@ -28,7 +29,7 @@ impl Pair<'_> {
         let (cos, sin, line) = (width / distance, height / distance, Line::new(&at[0], &at[1], self.law.pivots));
         let (along, outward) = (at.each_ref().map(|place| line.along(place)), at.each_ref().map(|at| line.outward(at)));
         let angles = [0, 1].map(|k| places[k] / self.balls[k].length);
-        // By its length a ball moves along the line and across it.
+        // A longer pendulum moves its ball along the line of centres and across it.
         let [left, right] = [0, 1].map(|k| {
             let Place { y, sin: s, cos: c, .. } = at[k];
             let [x, y] = [s - angles[k] * c, y / self.balls[k].length - angles[k] * s];

@@ -1,4 +1,4 @@
-//! Damping from a coefficient of restitution: that of two balls, free and alone, at a speed.
+//! Damping from a coefficient of restitution, for the impact of two free balls at a given speed.
 //!
 //! In units of the impact the reduced mass, the speed of approach and the elastic force at the overlap 1 are 1, so that
 //! the overlap x has `x'' = -x^p - D x^s x'`. An impact turns the point (u, z) about the origin, from (1, 0): `u = x'`,
@@ -8,8 +8,8 @@
 //! d ln(r) / d angle = -q cos^2 / (1 + q sin cos),   q = D / h (h r sin)^w,   w = (2 s - p + 1) / (p + 1)
 //! ```
 //!
-//! A law that does not pull ends where `x^(p-s) = D e` and `u = -e`, another one at the angle pi. Both are known from e, so
-//! that only r there has to agree, at the root of one function of D.
+//! A law that does not pull ends where `x^(p-s) = D e` and `u = -e`, another one at the angle pi. Since e determines
+//! the end, D is the root of one function: the error of r there.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -17,23 +17,23 @@ use super::contact::ContactLaw;
 
 /// Steps of the coarsest integration.
 const STEPS: i32 = 60;
-/// Integrations, each with twice as many steps, that are extrapolated.
+/// Number of integrations, each with twice as many steps as the one before, for extrapolation.
 const LEVELS: u32 = 5;
-/// Ends of the variable of integration, beyond which nothing is left to the last digit, for p up to 10.
+/// The variable of integration runs from minus to plus this; beyond, not even the last digit changes, for p up to 10.
 const ENDS: f64 = 4.9;
 
 impl ContactLaw {
-    /// The factor C of its damping, N.s/m, by which two balls of the reduced mass `m` (kg), free and alone, that close at
-    /// `rate` (m/s, > 0) part with this `restitution`, above 0 and at most 1; to about 1e-10 of the restitution.
+    /// The damping factor C, N.s/m, with which two free balls of the reduced mass `m` (kg) that close at `rate` (m/s,
+    /// positive) part with this `restitution`, above 0 and at most 1; to about 1e-10 of the restitution.
     pub fn damping_for(&self, restitution: f64, m: f64, rate: f64) -> f64 {
         let impact = Impact::new(self.exponent, self.damping_exponent(), self.damping.clipped, restitution);
         self.unit_of_damping(m, rate) * if restitution < 1.0 { impact.damping() } else { 0.0 }
     }
 
-    /// The factor C of its damping, N.s/m, that is D = 1 in the units of such an impact.
+    /// The damping factor C, N.s/m, for D = 1 in the units of such an impact.
     pub fn unit_of_damping(&self, m: f64, rate: f64) -> f64 {
         let ratio = (m / self.stiffness).sqrt() * (rate / self.overlap_ref);
-        // The unit of length over the reference overlap.
+        // Unit of length over reference overlap.
         let length = libm::pow(ratio, 2.0 / (self.exponent + 1.0));
         m * rate / (length * self.overlap_ref) / libm::pow(length, self.damping_exponent())
     }
@@ -43,12 +43,10 @@ impl ContactLaw {
 struct Impact {
     p: f64,
     s: f64,
-    /// Whether its law does not pull.
+    /// Whether the law does not pull.
     clipped: bool,
     restitution: f64,
-    /// The factor h.
     h: f64,
-    /// The exponent w.
     w: f64,
 }
 
@@ -57,9 +55,9 @@ impl Impact {
         Self { p, s, clipped, restitution, h: (0.5 * (p + 1.0)).sqrt(), w: (2.0 * s - p + 1.0) / (p + 1.0) }
     }
 
-    /// The factor D for its coefficient of restitution, by the secant between two points about the root.
+    /// The factor D for the coefficient of restitution, by regula falsi.
     fn damping(&self) -> f64 {
-        // Right for small losses of a linear contact.
+        // Right in the limit of small losses, for a linear contact.
         let guess = 2.0 / PI * (1.0 - self.restitution);
         let (mut low, mut high) = (guess, guess);
         let mut at_low = self.excess(guess);
@@ -82,7 +80,7 @@ impl Impact {
             if value == 0.0 || !(low < middle && middle < high) {
                 return middle;
             }
-            // The end that stays counts half, so that it moves next time (Illinois).
+            // Halving the value at the end that stays makes that end move next time (Illinois).
             if value > 0.0 {
                 (low, at_low, at_high) = (middle, value, 0.5 * at_high);
             } else {
@@ -92,7 +90,7 @@ impl Impact {
         0.5 * (low + high)
     }
 
-    /// By how much `ln(r)` at the end is above that of the coefficient of restitution: positive where D is too small.
+    /// `ln(r)` at the end less its value for the coefficient of restitution: positive where D is too small.
     fn excess(&self, damping: f64) -> f64 {
         let Self { p, s, clipped, restitution: e, h, w } = *self;
         if s == p {
@@ -107,7 +105,7 @@ impl Impact {
         let beyond = libm::atan2(z, e);
         let end = PI - beyond;
         let slope = |t: f64, ln_r: f64| {
-            // The ends, with their fractional powers, lie at infinite t.
+            // Double exponential substitution: the ends, with their fractional powers, lie at infinite t.
             let tail = libm::exp(-PI * libm::sinh(t.abs()));
             let (near, far) = (end * tail / (1.0 + tail), end / (1.0 + tail));
             let (angle, rest) = if t < 0.0 { (near, far) } else { (far, near) };
@@ -122,8 +120,8 @@ impl Impact {
             let divisor = under + over * sin * cos;
             (divisor > 0.0).then(|| -over * cos * cos / divisor * rate)
         };
-        // Without clipping the balls would not part. With w > 0 those of too small a D part before the end that belongs
-        // to e, and only then would stick; otherwise those of too large a one do.
+        // The integration fails where balls stick unless the law clips. With w > 0 that means that D is too small: the
+        // balls part before the end that belongs to e and would stick only later. Otherwise D is too large.
         let stuck = if w > 0.0 { f64::INFINITY } else { f64::NEG_INFINITY };
         extrapolated(slope).map_or(stuck, |ln_r| ln_r - libm::log(libm::hypot(e, z)))
     }
@@ -134,14 +132,14 @@ fn beyond_linear(x: f64) -> f64 {
     if x.abs() > 0.3 {
         return libm::log1p(x) - x;
     }
-    // By the series of log(1 + x) = 2 artanh(y), whose first term is that of x but for a square.
+    // By the series of log(1 + x) = 2 artanh(y), whose first term 2 y is x - x y.
     let y = x / (2.0 + x);
     let series = (1..12).rev().fold(0.0, |sum, k| y * y * (sum + 1.0 / f64::from(2 * k + 1)));
     2.0 * y * series - x * y
 }
 
-/// The end of a solution from 0, by the classical method of Runge and Kutta with finer and finer steps; `None` where its
-/// `slope` is.
+/// End value of a solution that starts at 0, by the classical Runge-Kutta method with ever smaller steps, extrapolated;
+/// `None` if `slope` gives it anywhere.
 fn extrapolated(slope: impl Fn(f64, f64) -> Option<f64>) -> Option<f64> {
     let mut rows: Vec<f64> = Vec::new();
     for level in 0..LEVELS {
@@ -154,7 +152,7 @@ fn extrapolated(slope: impl Fn(f64, f64) -> Option<f64>) -> Option<f64> {
             let k3 = slope(t + 0.5 * step, y + 0.5 * step * k2)?;
             y += step / 6.0 * (k1 + 2.0 * (k2 + k3) + slope(t + step, y + step * k3)?);
         }
-        // The first of the errors that are left is of order 4.
+        // The leading error is of order 4.
         let (mut row, mut weight) = (vec![y], 16.0);
         for coarser in rows {
             let finer = row[row.len() - 1];

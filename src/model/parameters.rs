@@ -14,9 +14,9 @@ enumerations! {
         Rigid "rigid" "no force law: instantaneous impacts of two balls with a coefficient of restitution",
     }
 
-    /// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive. The third is by
-    /// Hunt and Crossley (1975), the fourth by Kuwabara and Kono (1987) and Brilliantov et al. (1996), the last, for
-    /// Hertz contacts, by Tsuji et al. (1992).
+    /// Damping of a contact, `contact.dampingLaw`. All laws act only while the overlap is positive. Sources: the third,
+    /// Hunt and Crossley (1975); the fourth, Kuwabara and Kono (1987) and Brilliantov et al. (1996); the last, for
+    /// Hertz contacts, Tsuji et al. (1992).
     DampingLaw {
         KelvinVoigt = 1 "kelvinVoigt" "adds c times the overlap rate; may pull just before the balls part",
         KelvinVoigtNoPull "kelvinVoigtNoPull" "as kelvinVoigt, with the total force clipped at 0",
@@ -49,15 +49,15 @@ enumerations! {
 /// Defines the parameters, each with its default for `n >= 1` balls.
 macro_rules! parameters {
     ($n:ident: $($(#[$doc:meta])* $field:ident: $type:ty = $default:expr,)*) => {
-        /// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over
-        /// contacts `n - 1`; the ranges are those of the variables table and hold for every value here.
+        /// All parameters of a cradle of `n` balls. Vectors over balls have length `n`, vectors over contacts `n - 1`.
+        /// The ranges are those of the table of variables and hold for every value here.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         pub struct Parameters {
             $($(#[$doc])* pub $field: $type,)*
         }
 
         impl Parameters {
-            /// The defaults for `n >= 1` balls: the first `max(1, min(2, n - 1))` are lifted by 0.1 m.
+            /// The defaults for `n >= 1` balls: the first `max(1, min(2, n - 1))` start at x = -0.1 m.
             pub fn default_for($n: usize) -> Self {
                 Self { $($field: $default,)* }
             }
@@ -115,11 +115,11 @@ parameters! {
     relaxation_time: f64 = 0.0,
     /// Coefficient of restitution of rigid contacts and of the constantRestitution law, 1, 0 to 1.
     restitution: f64 = 1.0,
-    /// Losses of each contact over those of its law's parameter, 1, >= 0; the exponent of a restitution.
+    /// Factor of the damping of each contact, 1, >= 0; the exponent of the coefficient of restitution.
     loss_ratio: Vec<f64> = vec![1.0; n.saturating_sub(1)],
     /// Horizontal position of each ball at the start time, m.
     x_start: Vec<f64> = lifted(n),
-    /// Its rate at the start time, m/s.
+    /// Horizontal velocity of each ball at the start time, m/s.
     v_start: Vec<f64> = vec![0.0; n],
     /// Method of solution.
     method: SolverMethod = SolverMethod::EventDriven,
@@ -127,11 +127,11 @@ parameters! {
     tolerance: f64 = 1e-12,
     /// Step of [`SolverMethod::Rk4`], s, > 0.
     fixed_step: f64 = 1e-6,
-    /// What a host that integrates the equations itself sees of contacts.
+    /// How contacts appear to a host that integrates the equations.
     exchange_contacts: ExchangedContacts = ExchangedContacts::Mapped,
 }
 
-/// Start positions: the first balls are lifted.
+/// Start positions: the first balls are pulled to the left.
 fn lifted(n: usize) -> Vec<f64> {
     let count = n.saturating_sub(1).clamp(1, 2);
     (0..n).map(|i| if i < count { -0.1 } else { 0.0 }).collect()
@@ -147,23 +147,23 @@ impl Parameters {
         [self.drag, self.damping, self.hunt_crossley, self.relaxation_time, self.restitution]
     }
 
-    /// The parameters that may change during a run.
+    /// The tunable parameters: those that may change during a run.
     pub fn tunables(&self) -> Tunables {
         Tunables { numbers: self.tunable_numbers(), loss_ratio: self.loss_ratio.clone() }
     }
 
-    /// Whether they are those of `other`.
+    /// Whether the tunable parameters equal those of `other`.
     pub fn is_tuned_as(&self, other: &Self) -> bool {
         self.tunable_numbers() == other.tunable_numbers() && self.loss_ratio == other.loss_ratio
     }
 
-    /// Sets them.
+    /// Sets the tunable parameters.
     pub fn tune(&mut self, tunables: &Tunables) {
         [self.drag, self.damping, self.hunt_crossley, self.relaxation_time, self.restitution] = tunables.numbers;
         self.loss_ratio.clone_from(&tunables.loss_ratio);
     }
 
-    /// Whether contacts dissipate energy, unless their loss ratio is 0.
+    /// Whether contacts with a loss ratio above 0 dissipate energy.
     pub fn contacts_lose(&self) -> bool {
         if self.contact_model == ContactModel::Rigid {
             return self.restitution < 1.0;
@@ -201,7 +201,7 @@ impl Parameters {
         ]
     }
 
-    /// Those of the balls in `range` and of the contacts between them.
+    /// The parameters of the balls in `range` and of the contacts between them.
     pub fn part(&self, range: &Range<usize>) -> Self {
         let (mut part, balls) = (self.clone(), self.balls());
         for vector in part.vectors_mut() {
@@ -213,23 +213,23 @@ impl Parameters {
     }
 }
 
-/// The parameters that may change during a run, in the units of [`Parameters`].
+/// The tunable parameters, in the units of [`Parameters`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tunables {
-    /// Drag, damping, Hunt and Crossley's factor, the relaxation time, and the coefficient of restitution.
+    /// Drag b, damping c, Hunt and Crossley's alpha, relaxation time A, coefficient of restitution e.
     numbers: [f64; 5],
     loss_ratio: Vec<f64>,
 }
 
 impl Tunables {
-    /// How many numbers they are.
+    /// Number of values.
     #[expect(clippy::len_without_is_empty, reason = "there are always some")]
     pub fn len(&self) -> usize {
         self.numbers.len() + self.loss_ratio.len()
     }
 }
 
-/// The inputs of the cradle at one time, or their derivatives by time of one order.
+/// The inputs of the cradle at one time, or their time derivatives of one order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
     /// External force on each ball, N.
@@ -244,12 +244,12 @@ impl Inputs {
         Self { force: vec![0.0; n], support_acceleration: 0.0 }
     }
 
-    /// Whether all of them are finite.
+    /// Whether all inputs are finite.
     pub fn is_finite(&self) -> bool {
         self.support_acceleration.is_finite() && self.force.iter().all(|force| force.is_finite())
     }
 
-    /// What they are `tau` (s) later with these derivatives, from the first on, by Taylor's theorem.
+    /// The inputs `tau` (s) later, by Taylor's theorem with their `derivatives` from the first on.
     pub fn continued(&self, derivatives: &[Self], tau: f64) -> Self {
         let mut later = self.clone();
         let mut power = 1.0;

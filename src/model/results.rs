@@ -1,4 +1,4 @@
-//! What a run shows at its current time, in doubles or dual numbers, and derivatives of that.
+//! What a run shows at its current time, in doubles or dual numbers, and its derivatives.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,17 +8,17 @@ use super::cradle::{BallModel, Cradle};
 use crate::forecast::{Forecast, NEVER};
 use crate::solver::dual::{Dual, Scalar};
 
-/// Periods of the first ball within which the next onset is looked for.
+/// Number of periods of the first ball within which the next onset is looked for.
 pub const ONSET_PERIODS: f64 = 1000.0;
 
 /// Highest derivative of an input that is taken into account.
 pub const MAX_INPUT_DERIVATIVE: usize = 3;
 
-/// Highest derivative by time that is offered.
+/// Highest time derivative of an output that is offered.
 pub const MAX_OUTPUT_DERIVATIVE: usize = 3;
 
 /// A cradle in a state, and what follows from state and inputs, for every method of solution. Balls and contacts are
-/// counted from 0; contact `i` is that of balls `i` and `i + 1`.
+/// counted from 0; contact `i` lies between balls `i` and `i + 1`.
 pub trait Chain<S: Scalar = f64> {
     /// The coefficients of its equations.
     fn cradle(&self) -> &Cradle<S>;
@@ -36,7 +36,7 @@ pub trait Chain<S: Scalar = f64> {
         self.overlap(i).value() > 0.0
     }
 
-    /// The overlap of contact `i` by which it has energy, m.
+    /// The overlap of contact `i` that stores its elastic energy, m.
     fn elastic_overlap(&self, i: usize) -> S {
         self.overlap(i)
     }
@@ -146,7 +146,7 @@ pub trait Chain<S: Scalar = f64> {
     }
 }
 
-/// A run at its current time.
+/// A run at its current time: all results.
 pub trait Results: Chain {
     /// Length of the last step, s; 0 where values over a step are those of this instant.
     fn step_length(&self) -> f64 {
@@ -179,7 +179,7 @@ pub trait Results: Chain {
     fn force_peak(&self, i: usize) -> f64;
     /// Integral of the force of contact `i` since the start, N.s.
     fn impulse(&self, i: usize) -> f64;
-    /// The record of contact `i`.
+    /// Onsets and releases of contact `i`.
     fn record(&self, i: usize) -> Record;
     /// The total energy at the start, J.
     fn energy_at_start(&self) -> f64;
@@ -187,7 +187,7 @@ pub trait Results: Chain {
     fn dissipated_energy(&self) -> f64;
     /// Work of the external forces and of the moving support since the start, J.
     fn external_work(&self) -> f64;
-    /// First onset of any contact strictly after the current time, as far as a bounded amount of work shows it.
+    /// First onset of any contact strictly after the current time, as far as a limited search finds it.
     fn next_onset(&self) -> Forecast;
     /// Work counters since the start.
     fn work(&self) -> WorkCounters;
@@ -218,28 +218,28 @@ fn place<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> Place<S> {
     chain.cradle().balls[i].place(chain.state_of(i).0)
 }
 
-/// Acceleration of ball `i` along its path, at its place there, m/s2.
+/// Acceleration of ball `i` along its path, m/s2; its place is `at`.
 #[inline]
 fn along_path<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<S>) -> S {
     let (ball, (_, u), [force, _]) = (&chain.cradle().balls[i], chain.state_of(i), pushed(chain, i));
     force / ball.mass + chain.forcing_of(i) * at.cos - ball.gravity * at.restoring - S::from(2.0) * ball.gamma * u
 }
 
-/// Tension of the string of ball `i` on an arc, at its place there, N.
+/// Tension of the string of ball `i` on an arc, N; its place is `at`.
 fn tension<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize, at: &Place<S>) -> S {
     let (ball, (_, u)) = (&chain.cradle().balls[i], chain.state_of(i));
     let pull = ball.gravity * at.cos + u * u / ball.length + chain.forcing_of(i) * at.sin;
     ball.mass * pull + pushed(chain, i)[1]
 }
 
-/// The sum of the contact forces on ball `i` along its path, and that away from the pivot, N.
+/// Sums of the contact forces on ball `i` along its path and away from its pivot, N.
 fn pushed<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
     let cradle = chain.cradle();
     let from_left = if i > 0 { chain.force(i - 1) } else { S::default() };
     let from_right = if i < cradle.contacts.len() { chain.force(i) } else { S::default() };
     let (mut sum, own) = ([S::default(); 2], place(chain, i));
     for (force, j) in [(from_left, i.wrapping_sub(1)), (-from_right, i)] {
-        // Balls far apart need no direction.
+        // Without a force no direction is needed.
         if force != S::default() {
             let [left, right] = [j, j + 1].map(|k| if k == i { own } else { place(chain, k) });
             let [along, outward] = cradle.pair(j).parts_of(i - j, [&left, &right]);
@@ -250,7 +250,7 @@ fn pushed<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
     sum
 }
 
-/// Horizontal and vertical force, upwards, of ball `i` on the support, N: by the tension of its string and the drag.
+/// Horizontal and upward force of ball `i` on the support, N: by the tension of its string and the drag.
 fn on_support<S: Scalar>(chain: &(impl Chain<S> + ?Sized), i: usize) -> [S; 2] {
     let (ball, (s, u)) = (&chain.cradle().balls[i], chain.state_of(i));
     if !ball.on_arc {
@@ -289,15 +289,15 @@ pub struct WorkCounters {
     pub events: u64,
 }
 
-/// Declares [`Differential`] by the names of the results: first those that follow from the state and the inputs.
+/// Declares [`Differential`] with the names of the results; first those that follow from the state and the inputs.
 macro_rules! differential {
     (
         of_balls: $($ball:ident)*; of_contacts: $($contact:ident)*; totals: $($total:ident)*;
         others_of_contacts: $($other:ident)*; others: $($number:ident)*;
     ) => {
-        /// Derivatives of all real outputs by time, of one order; or of these and of the states of model exchange with
-        /// their derivatives along one direction in the space of inputs, states and parameters. The units are those of
-        /// the variables over that of the time or of the direction.
+        /// Derivatives of the results. Either time derivatives, of one order, of all real outputs; or derivatives along
+        /// one direction in the space of inputs, states and parameters, also of the states of model exchange and their
+        /// time derivatives. The units are those of the variables over that of the time or of the direction.
         #[derive(Clone, Debug)]
         pub struct Differential {
             $(#[doc = concat!("Of `", stringify!($ball), "` of each ball.")]
@@ -313,7 +313,7 @@ macro_rules! differential {
         }
 
         impl Differential {
-            /// This value for everything.
+            /// This value as every derivative.
             pub fn all(balls: usize, value: f64) -> Self {
                 let [balls, contacts] = [balls, balls.saturating_sub(1)].map(|count| vec![value; count]);
                 Self {
@@ -325,7 +325,7 @@ macro_rules! differential {
                 }
             }
 
-            /// The weights of a `sum` of them.
+            /// The weights of a linear `sum` of the derivatives.
             pub(crate) fn weights(balls: usize, sum: impl Fn(&Self) -> f64) -> Self {
                 let (mut unit, mut weights) = (Self::all(balls, 0.0), Self::all(balls, 0.0));
                 let with = |number: fn(&mut Self, usize) -> &mut f64, i: usize, unit: &mut Self| {
@@ -344,7 +344,7 @@ macro_rules! differential {
                 weights
             }
 
-            /// The sum with these weights; what has none need not be a number.
+            /// The weighted sum; a derivative without weight need not be a number.
             pub(crate) fn dot(&self, weights: &Self) -> f64 {
                 let sum = |of: &[f64], by: &[f64]| {
                     of.iter().zip(by).filter(|(_, by)| **by != 0.0).map(|(of, by)| of * by).sum::<f64>()
@@ -354,7 +354,7 @@ macro_rules! differential {
                 $(sum(&[self.$number], &[weights.$number]) +)* 0.0
             }
 
-            /// Those of these balls, of the contacts between them, and of the whole.
+            /// The derivatives for these balls, the contacts between them, and the whole cradle.
             pub(crate) fn of_balls(&self, balls: std::ops::Range<usize>) -> Self {
                 let contacts = balls.start..balls.end - 1;
                 Self {
@@ -366,7 +366,8 @@ macro_rules! differential {
                 }
             }
 
-            /// Derivatives of these outputs by the state of `chain` and the inputs; 0 for the others.
+            /// Derivatives, along the tangent of `chain`, of the outputs that follow from its state and inputs; 0 for
+            /// the others.
             pub(crate) fn along(chain: &dyn Chain<Dual>) -> Self {
                 let [balls, contacts] = [chain.cradle().balls.len(), chain.cradle().contacts.len()];
                 Self {

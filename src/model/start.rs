@@ -1,10 +1,10 @@
-//! Which start values balls on arcs cannot have.
+//! Start values that balls on arcs cannot have.
 
 use super::contact::ContactLaw;
 use super::cradle::{BallModel, Cradle};
 use crate::number::Number;
 
-/// Refuses what balls on arcs cannot do at the start: says why, and what is allowed.
+/// Refuses start values that balls on arcs cannot have, with the reason and what is allowed.
 pub(crate) fn check_start(cradle: &Cradle, x_start: &[f64]) -> Result<(), String> {
     if !cradle.on_arcs() {
         return Ok(());

@@ -9,15 +9,15 @@ use super::series::{
 /// Number of equidistant places at which a series is sampled at once.
 const SAMPLES: usize = 8;
 
-/// Part of a value that is rounding.
+/// Rounding error of a value, relative.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Most evaluations of one search, far more than usual: a series that almost touches 0 for that long has no crossing.
+/// Most evaluations of one search, far more than usual: a series that almost touches 0 for so long has no crossing.
 const EVALUATIONS: u32 = 1000;
 
-/// Where on `[from, to]` the value is largest, and that value.
+/// The place on `[from, to]` where the value is largest, and that value.
 ///
-/// The interval is scanned in eighths for changes of sign of the derivative, each refined to a maximum; within its
+/// The derivative is scanned in eighths of the interval; each change of its sign is refined to a maximum. Within its
 /// range of fast convergence a series does not turn more often.
 pub fn maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
     let higher = |best: (f64, f64), t: f64| {
@@ -34,14 +34,14 @@ pub fn maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
     let (mut left, mut slope_left) = (from, slope_at_start);
     for (right, slope_right) in places.into_iter().zip(sample_derivative(c, &places)) {
         if slope_left > 0.0 && slope_right <= 0.0 {
-            // Newton's steps: half the digits of the place give all digits of the maximum.
+            // Newton's method: half the digits of the place give all digits of the maximum.
             let falling = |t: f64| {
                 let [_, slope, curvature] = value_and_derivatives(c, t);
                 [-slope, -curvature, 0.0]
             };
             let top = root::rising_zero(falling, (left, -slope_left), (right, -slope_right));
             let value = value_by_lanes(c, top);
-            // An end beside it may be as high, in rounding.
+            // Up to rounding, an end of the interval beside it may be as high.
             let noise = if best.0 == left || best.0 == right { ROUNDING * best.1.abs() } else { 0.0 };
             if value > best.1 - noise {
                 best = (top, value.max(best.1));
@@ -56,19 +56,19 @@ fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
     std::array::from_fn(|p| from + (to - from) * (p + 1) as f64 / SAMPLES as f64)
 }
 
-/// The first `t` in `[0, until]` from which on `sign` (1 or -1) times the series minus `level` is positive, by
-/// [`search_within`]; NaN for a series that leaves the range of doubles, so that it is noticed where that time is used.
+/// The first `t` in `[0, until]` after which `sign` (1 or -1) times the series minus `level` is positive, by
+/// [`search_within`]. NaN for a series that leaves the range of doubles, so that it is noticed where that time is used.
 ///
-/// At 0 it should not be positive; of a value that is, only what exceeds it counts.
+/// At 0 it should not be positive; if it is, only a rise above that value counts.
 #[inline]
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     let (value, slope) = (sign * (c[0] - level), sign * c[1]);
     let (chord, bend) = (value + until * slope, until * until * bound(&c[2..], until));
-    // A cheap bound: most searches would find nothing.
+    // A cheap bound: most searches find nothing.
     if value < -bend && chord < -bend {
         return None;
     }
-    // Of numbers beyond the range of doubles nothing is known.
+    // Nothing is known of numbers beyond the range of doubles.
     if !(chord + bend).is_finite() {
         return Some(f64::NAN);
     }
@@ -85,13 +85,13 @@ struct Above<'a> {
 impl Above<'_> {
     fn first_positive(&self, until: f64) -> Option<f64> {
         let &Self { c, sign, level } = self;
-        // At a start with vanishing value, slope and curvature the first coefficient that is not zero decides.
+        // If value, slope and curvature vanish at the start, the first coefficient that is not zero decides.
         if sign * (c[0] - level) >= 0.0 && [c[1], c[2]] == [0.0; 2] {
             let lead = c[3..].iter().position(|&c| c != 0.0).map(|more| 3 + more)?;
             if sign * c[lead] > 0.0 {
                 return Some(0.0);
             }
-            // As long as this, the leading term dominates.
+            // Up to `half / rest` the leading term dominates.
             let (half, rest) = (0.5 * c[lead].abs(), bound(&c[lead + 1..], until));
             if rest * until <= half {
                 return None;
@@ -116,7 +116,7 @@ impl Smooth for Above<'_> {
         [sign * (value - level), sign * slope, sign * curvature]
     }
 
-    /// The sum of the terms that rise.
+    /// The sum of the rising terms of the third derivative.
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64 {
         let rising = |c: f64| if self.sign * c > 0.0 { self.sign * c } else { 0.0 };
         let third = |c: f64, k: f64| k * (k - 1.0) * (k - 2.0) * rising(c);
@@ -139,18 +139,18 @@ mod tests {
         (0..40).map(of).collect()
     }
 
-    /// From a start above 0 that falls, only what exceeds it is a crossing.
+    /// From a start above 0 that falls, only a rise above the start is a crossing.
     #[test]
-    fn a_crossing_exceeds_the_start() {
+    fn crossing_exceeds_the_start() {
         for c in [[1e-3, 0.0, 0.0, -1.0, 2.0], [1e-3, 0.0, -1.0, 2.0, 0.0], [0.0, 0.0, 0.0, -1.0, 2.0]] {
             let found = first_positive(&c, 1.0, 0.0, 1.0);
             assert!(found.is_some_and(|t| (t - 0.5).abs() < 1e-9), "{c:?}: {found:?}");
         }
     }
 
-    /// Of a series with one coefficient that is none nothing is known, and the search ends.
+    /// A coefficient that is not a finite number gives no false crossing, and the search ends.
     #[test]
-    fn what_is_no_number_gives_none() {
+    fn crossing_of_nan_is_none() {
         for (k, strange) in (0..12).flat_map(|k| [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX].map(|c| (k, c)))
         {
             let mut c = wave(0.5, 1.9, -1.4);
@@ -163,7 +163,7 @@ mod tests {
             let noticed = first_positive(&c, 1.0, 0.0, 1.0).is_some_and(f64::is_nan);
             assert!(noticed || !strange.is_nan(), "{k} {strange}");
         }
-        // Also where nothing bends and the value alone is below 0.
+        // A single NaN is noticed in the slope, the level and the end of the interval, too.
         assert!(first_positive(&[-1.0, f64::NAN, 0.0], 1.0, 0.0, 1.0).is_some_and(f64::is_nan));
         assert!(first_positive(&wave(0.0, 1.0, 0.0), 1.0, f64::NAN, 1.0).is_some_and(f64::is_nan));
         assert!(first_positive(&wave(0.0, 1.0, 0.0), 1.0, 1.0, f64::NAN).is_some_and(f64::is_nan));
@@ -171,7 +171,7 @@ mod tests {
 
     /// Near 0 the steps become ever shorter, down to 1e-17 of the interval.
     #[test]
-    fn crossings_right_after_the_start() {
+    fn crossing_right_after_the_start_is_found() {
         for exponent in [-1, -10, -30, -100, -300] {
             let gap = libm::exp10(f64::from(exponent));
             // t^2 - gap, and t^3 - gap, which turns only after the crossing.
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_crossing_of_many_waves() {
+    fn crossing_of_many_waves_is_the_first() {
         for (omega, phase) in [(0.7, 0.1), (1.9, -1.4), (3.7, 1.0), (3.7, 3.0), (3.7, -3.0)] {
             for level in [-0.99, -0.3, 0.0, 0.3, 0.9, 0.999_999, 1.000_001] {
                 // It rises through the level where the phase is the arc sine, after the start.

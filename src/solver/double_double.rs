@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// `hi + lo` with `|lo|` at most half a unit in the last place of `hi`.
 ///
-/// The order is that of the value: for normalised pairs it is the lexicographic one.
+/// The order is lexicographic, which for normalised pairs is the order of the values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct DoubleDouble {
     hi: f64,
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_root_has_the_digits_of_two_doubles() {
+    fn double_double_root_has_the_digits_of_two_doubles() {
         let (root, two) = (DoubleDouble::from(2.0).sqrt(), DoubleDouble::from(2.0));
         for off in [root * root - two, root * 3.0 - (root + root + root)] {
             assert!(off.value().abs() < 1e-31, "{off:?}");

@@ -1,7 +1,7 @@
 //! Numerical methods, independent of the cradle.
 //!
-//! Dense linear algebra is nalgebra's, without its feature `std`: with it, kernels depend on the processor and give
-//! other bits on each. The modules here have no crate that fits:
+//! Dense linear algebra is nalgebra's, without its feature `std`: with it, kernels and so bits would depend on the
+//! processor. No crate fits for the modules here:
 //!
 //! - first crossings (`root`, `crossing`): a search that misses none needs bounds of the derivatives, which the motion
 //!   has;
@@ -50,15 +50,15 @@ macro_rules! operators {
     };
 }
 
-/// The root of `a^2 + b^2`, the sum of these `squares`, also where that leaves the range of doubles.
+/// The root of `squares` = `a^2 + b^2`, also where that sum leaves the range of doubles.
 #[inline]
 pub fn hypotenuse(squares: f64, a: f64, b: f64) -> f64 {
-    // By comparisons, which are cheaper than a look at the bits.
+    // Comparisons are cheaper than looking at the bits.
     let in_range = (f64::MIN_POSITIVE..=f64::MAX).contains(&squares);
     if in_range { squares.sqrt() } else { libm::hypot(a, b) }
 }
 
-/// Whether all of these are finite. 0 times what is not finite is NaN: so without branches.
+/// Whether all of these are finite. Anything else times 0 is NaN, so no branch is needed.
 #[inline(always)]
 pub fn all_finite<const N: usize>(values: [f64; N]) -> bool {
     values.into_iter().fold(0.0, |sum, value| sum + 0.0 * value) == 0.0
@@ -68,7 +68,7 @@ pub mod crossing;
 pub mod double_double;
 pub mod dual;
 pub mod gauss;
-// What needs nalgebra comes with the engine.
+// These need nalgebra, which only the engine has.
 #[cfg(feature = "engine")]
 pub mod oscillator;
 pub mod power;

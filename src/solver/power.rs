@@ -1,4 +1,4 @@
-//! Powers of many numbers at once, to exponents between -1 and 1.
+//! Powers of many numbers at once, with exponents between -1 and 1.
 //!
 //! libm's `pow` takes one number at a time. These loops have only `+ - * /` and operations on bits, so compilers
 //! vectorise them, with the same result on every platform. A number is `2^k m` with m between `1 / sqrt 2` and `sqrt
@@ -34,19 +34,18 @@ const EXPONENTIAL: [f64; 5] = [
 
 const MANTISSA: u32 = f64::MANTISSA_DIGITS - 1;
 
-/// Added to a much smaller number, it rounds that to an integer in the last bits.
+/// Added to a much smaller number, this leaves that number, rounded to an integer, in the last bits.
 const TO_INTEGER: f64 = 1.5 * (1_u64 << MANTISSA) as f64;
 
 /// Added to any k, it gives a positive number.
 const BIAS: u64 = 2048;
 
-/// Whether a number from 0 on is whole; cheaper than by its fraction.
+/// Whether a number from 0 on is whole; cheaper than by its fractional part.
 pub fn is_whole(value: f64) -> bool {
     value as usize as f64 == value
 }
 
-/// A number, 0 or more, to an `exponent`, 0 or more: quarters, halves and three quarters by roots, which take
-/// less time.
+/// `value^exponent`, both 0 or more. Quarters in the exponent are taken by square roots, which take less time.
 pub fn power(value: f64, exponent: f64) -> f64 {
     let whole = exponent as usize;
     let part = match exponent - whole as f64 {
@@ -58,7 +57,7 @@ pub fn power(value: f64, exponent: f64) -> f64 {
     (0..whole).fold(part, |power, _| power * value)
 }
 
-/// Numbers as `2^k m`: the k and `log m` of each. Processors overlap two short loops better than a long one.
+/// The k and `log m` of numbers `2^k m`. Processors overlap two short loops better than a long one.
 #[inline(always)]
 fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {
     let [mut k, mut logarithms] = [[0.0; N]; 2];
@@ -78,10 +77,10 @@ fn logarithms<const N: usize>(values: &[f64; N]) -> [[f64; N]; 2] {
 }
 
 /// The `values`, finite and not negative, to an `exponent` between -1 and 1, with a relative error below 4e-16. Values
-/// below the smallest normal number give 0; values that are not finite give any number.
+/// below the smallest normal number give 0; values that are not finite give arbitrary numbers.
 #[inline(never)] // it is long, and called by several loops
 pub fn powers<const N: usize>(values: &[f64; N], exponent: f64) -> [f64; N] {
-    // The products of the first part with the k are exact.
+    // The products of `high` with the k are exact.
     let high = f64::from_bits(exponent.to_bits() & !0xff_ffff);
     let (low, factor) = (exponent - high, exponent * LOG2_E);
     let [k, logarithms] = logarithms(values);
@@ -106,11 +105,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn they_are_those_of_libm() {
+    fn powers_by_roots_are_those_of_libm() {
         for exponent in [-0.9, -1e-4, f64::MIN_POSITIVE, 1e-9, 0.1, 0.25, 0.3, 0.5, 0.7, 0.9, 1.0 - f64::EPSILON] {
             for k in -1022..1024 {
                 let mantissa = 1.0 + 0.618_033_988_749_895 * f64::from(k + 1022) % 1.0;
-                // About where k changes, too.
+                // Also on both sides of where k changes.
                 let values = [1.0, mantissa, 2.0 * FRAC_1_SQRT_2, 2.0 - f64::EPSILON].map(|m| libm::scalbn(m, k));
                 for (value, power) in values.into_iter().zip(powers(&values, exponent)) {
                     let expected = libm::pow(value, exponent);

@@ -12,7 +12,8 @@ const RULE: [(f64, f64); POINTS / 2] = [
     (0.981_560_634_246_719_2, 0.047_175_336_386_511_83),
 ];
 
-/// Integral from 0 to `t` of a function given at all nodes: exact up to degree 23, to rounding over about a wave.
+/// Integral from 0 to `t` of a function that is given all nodes at once: exact up to degree 23, to rounding over about
+/// a wave.
 pub fn of_samples(t: f64, f: impl Fn(&[f64; POINTS]) -> [f64; POINTS]) -> f64 {
     let half = 0.5 * t;
     let place = |p: usize| half * (1.0 + [-1.0, 1.0][p % 2] * RULE[p / 2].0);
@@ -21,7 +22,8 @@ pub fn of_samples(t: f64, f: impl Fn(&[f64; POINTS]) -> [f64; POINTS]) -> f64 {
     half * RULE.iter().zip(values.as_chunks().0).map(pair).sum::<f64>()
 }
 
-/// Integral of `f` over `[a, b]` in `panels` parts (at least 1). `f` is a reference, so that this is compiled once.
+/// Integral of `f` over `[a, b]` in `panels` parts (at least 1). `f` is a reference, so that only one version is
+/// compiled.
 pub fn gauss_legendre(f: &dyn Fn(f64) -> f64, a: f64, b: f64, panels: usize) -> f64 {
     let width = (b - a) / panels as f64;
     let panel = |p: usize| of_samples(width, |places| places.map(|t| f(a + p as f64 * width + t)));

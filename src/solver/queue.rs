@@ -27,7 +27,8 @@ impl EventQueue {
         Some((self.time[key], key)).filter(|(time, _)| time.value() < f64::INFINITY)
     }
 
-    /// Enters `key` at `time`, in place of its old entry if any. NaN comes first, as minus infinity, to be noticed.
+    /// Enters `key` at `time`, in place of its old entry if any. NaN becomes minus infinity: it comes first and is
+    /// noticed.
     pub fn set(&mut self, key: usize, time: DoubleDouble) {
         self.time[key] = if time.value().is_nan() { f64::NEG_INFINITY.into() } else { time };
         let (mut place, mut earlier) = (self.time.len() + key, (self.time[key], key as u32));
@@ -55,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_number_comes_first_and_ties_in_the_order_of_their_keys() {
+    fn queue_has_nan_first_and_ties_by_key() {
         let mut queue = EventQueue::new(5);
         (0..5).for_each(|key| queue.set(key, [1.0, f64::NAN, 0.0, 1.0, 0.0][key].into()));
         let keys = std::iter::from_fn(|| queue.first().map(|(_, key)| key).inspect(|key| queue.remove(*key)));

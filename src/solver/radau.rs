@@ -93,7 +93,8 @@ pub fn inverse(matrix: &Matrix) -> Matrix {
     matrix.lu().try_inverse().unwrap_or_else(|| Matrix::repeat(f64::NAN))
 }
 
-/// A row of a block tridiagonal matrix, with its right-hand side; the first `lower` and the last `upper` do not count.
+/// A block row of a block tridiagonal matrix, with its right-hand side `known`. The first `lower` and the last `upper`
+/// are ignored.
 #[derive(Clone, Debug)]
 pub struct Row {
     pub lower: Matrix,
@@ -103,7 +104,7 @@ pub struct Row {
 }
 
 /// The solution, one block per row, by Gaussian elimination with pivoting within the blocks (Golub and Van Loan, Matrix
-/// Computations, 2013, section 4.5.1); `None` if there is no pivot. Consumes the rows.
+/// Computations, 2013, section 4.5.1); `None` if a block is singular. Overwrites the rows.
 pub fn solve(rows: &mut [Row]) -> Option<impl Iterator<Item = Stages>> {
     let last = rows.len().saturating_sub(1);
     for i in 0..rows.len() {

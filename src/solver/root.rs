@@ -5,12 +5,12 @@ use crate::forecast::Forecast;
 
 /// A function whose first crossing is searched for: a closed form or a power series.
 pub trait Smooth {
-    /// Whether its bounds on shorter spans are so much lower that they are worth their cost: those of a polynomial, but
-    /// not those of oscillators.
+    /// Whether bounds on shorter spans are so much lower that they are worth their cost: true for polynomials, false
+    /// for oscillators.
     const TIGHTENS: bool = false;
     /// Value and first two derivatives at `t`.
     fn at(&self, t: f64) -> [f64; 3];
-    /// A bound, 0 or more, that the third derivative does not exceed on `[t, t + span]`.
+    /// An upper bound, 0 or more, of the third derivative on `[t, t + span]`.
     fn third_derivative_bound(&self, t: f64, span: f64) -> f64;
     /// A time within which it may change a lot.
     fn time_scale(&self) -> f64 {
@@ -18,14 +18,14 @@ pub trait Smooth {
     }
 }
 
-/// Largest ratio of the next step to the last one: trying one that is too long costs little, unless bounds tighten.
+/// Largest ratio of the next step to the last one. Trying too long a step costs little, unless bounds tighten.
 const GROWTH: f64 = 1000.0;
 const GROWTH_OF_TIGHT: f64 = 8.0;
 
-/// The first `t` in `[from, until]` from which on `g` is positive, with at most `allowed` evaluations, which it counts
+/// The first `t` in `[from, until]` after which `g` is positive, with at most `allowed` evaluations, which are counted
 /// down.
 ///
-/// `g(from)` should not be positive; of a value that is, only what exceeds it counts. If it is 0, the derivatives
+/// `g(from)` should not be positive; if it is, only a rise above that value counts. If `g(from)` is 0, the derivatives
 /// decide: rising, the result is `from`; falling, the search continues after it. A maximum that touches 0 within
 /// rounding is no crossing. Where `g` is NaN, the result is the time NaN, which the caller notices.
 pub fn search_within<G: Smooth>(g: &G, from: f64, until: f64, allowed: &mut u32) -> Forecast {
@@ -54,7 +54,7 @@ pub fn search_within<G: Smooth>(g: &G, from: f64, until: f64, allowed: &mut u32)
         }
         let resolution = least.max(f64::EPSILON * t);
         if slope > 0.0 && -value <= 4.0 * slope * resolution {
-            // Nearer than the resolution of t.
+            // The crossing is nearer than the resolution of t.
             return Forecast::At(if step > least { t + step } else { t });
         }
         if step > resolution || (slope > 0.0 && t + step > t) {
@@ -69,9 +69,9 @@ pub fn search_within<G: Smooth>(g: &G, from: f64, until: f64, allowed: &mut u32)
     Forecast::NotBefore(t)
 }
 
-/// The largest step of a few tries from `t` within `window` on which `g` provably does not become positive.
+/// A step from `t`, at most `window`, on which `g` provably does not become positive: the longest of a few tries.
 pub fn safe_step<G: Smooth>(g: &G, t: f64, [value, slope, curvature]: [f64; 3], window: f64) -> f64 {
-    // Were the third derivative zero, the step would be longest.
+    // No step can be longer than if the third derivative were zero.
     let mut span = window.min(first_root_of_parabola(value, slope, curvature));
     let mut best = 0.0_f64;
     let mut bound = g.third_derivative_bound(t, span);
@@ -120,14 +120,14 @@ pub fn first_root_of_parabola(value: f64, slope: f64, bent: f64) -> f64 {
     }
 }
 
-/// Zero of a derivative between `low` (positive there) and `high` (not positive there), for the maximum it belongs to:
-/// secant steps kept inside the bracket (the Illinois variant of regula falsi, Dowell and Jarratt 1971).
+/// Zero of a derivative between `low`, where it is positive, and `high`, where it is not: the place of a maximum.
+/// Secant steps kept inside the bracket (the Illinois variant of regula falsi, Dowell and Jarratt 1971).
 pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let (mut at_low, mut at_high) = (slope(low), slope(high));
     for _ in 0..60 {
         let middle = low + (high - low) * (at_low / (at_low - at_high));
         let at_middle = slope(middle);
-        // The value is flat here: half the digits of the place give all digits of the maximum.
+        // A maximum is flat: half the digits of its place give all digits of its value.
         if at_middle == 0.0 || (high - low) <= 1e-9 * (high.abs() + low.abs()) {
             return middle;
         }
@@ -140,8 +140,8 @@ pub fn falling_zero(slope: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> 
     0.5 * (low + high)
 }
 
-/// A zero between `low`, where a function is not positive, and `high`, where it is not negative, with the values there:
-/// from the zero of the chord by third-order steps to roots of parabolas, kept inside the bracket.
+/// A zero between `low`, where a function is not positive, and `high`, where it is not negative, with the values there.
+/// From the zero of the chord, third-order steps go to roots of parabolas and stay inside the bracket.
 pub fn rising_zero(g: impl Fn(f64) -> [f64; 3], (mut low, at_low): (f64, f64), (mut high, at_high): (f64, f64)) -> f64 {
     let width = high - low;
     let mut t = low + width * (at_low / (at_low - at_high));
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn takes_no_short_step_for_a_crossing() {
+    fn root_finder_takes_no_short_step_for_a_crossing() {
         let t = search_within(&Decaying, 0.0, 10.0, &mut 1000).found().unwrap();
         assert!((t - 2.0).abs() < 1e-15, "{t}");
     }

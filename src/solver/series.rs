@@ -27,7 +27,7 @@ pub fn of_derivatives<const N: usize>(mut derivatives: [f64; N]) -> [f64; N] {
     derivatives
 }
 
-/// The first coefficients of the same function about `t`.
+/// The first coefficients of the series expanded about `t`.
 pub fn about<const N: usize>(c: &[f64], t: f64) -> [f64; N] {
     let mut about = [0.0; N];
     for &c in c.iter().rev() {
@@ -76,7 +76,8 @@ pub fn product_term(a: &[f64], b: &[f64], k: usize) -> f64 {
     a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| *a * *b).sum()
 }
 
-/// Coefficients `k >= 1` of sine and cosine of an angle, from those before and `angle`, each times its number.
+/// Coefficients `k >= 1` of sine and cosine of an angle, from the ones before. `angle` has the coefficients of the
+/// angle, each times its index.
 pub fn sine_and_cosine_term(angle: &[f64], sin: &[f64], cos: &[f64], k: usize) -> (f64, f64) {
     let inverse = 1.0 / k as f64;
     (product_term(&angle[1..], cos, k - 1) * inverse, -product_term(&angle[1..], sin, k - 1) * inverse)
@@ -92,12 +93,12 @@ pub fn power_term(c: &[f64], power: &[f64], p: f64, k: usize) -> f64 {
     sum / (k as f64 * c[0])
 }
 
-/// The series of `(c scale)^exponent` for a series c, term by term. Where c begins with 0, a fractional power has none:
-/// zero.
+/// The series of `(c scale)^exponent` for a series c, term by term. If c begins with 0, a fractional power has no
+/// series; its terms are then 0.
 pub struct PowerSeries {
     exponent: f64,
     scale: f64,
-    /// One row after the other: of a whole exponent the lower powers, too.
+    /// The coefficients; for a whole exponent, row by row, also those of the lower powers.
     rows: Vec<f64>,
 }
 
@@ -107,7 +108,8 @@ impl PowerSeries {
         Self { exponent, scale, rows: Vec::new() }
     }
 
-    /// Coefficient `k`, from the first `k + 1` of `c`, after those before. Every call has the same length of `c`.
+    /// Coefficient `k`, from the first `k + 1` of `c`, after the coefficients before it. Every call has the same length
+    /// of `c`.
     pub fn term(&mut self, c: &[f64], k: usize) -> f64 {
         if self.exponent == 1.0 {
             return c[k] * self.scale;
@@ -152,14 +154,14 @@ const fn table(inverse: bool) -> [f64; MOST] {
 pub const NUMBERS: [f64; MOST] = table(false);
 pub const INVERSES: [f64; MOST] = table(true);
 
-/// Sum of `term(c[k], weights[k]) t^k`, in four sums side by side: not the same bits as by Horner's rule, in less time.
+/// Sum of `term(c[k], weights[k]) t^k`, in four sums side by side: faster than Horner's rule, with other last bits.
 #[inline]
 pub fn sum_by_lanes(c: &[f64], weights: &[f64], t: f64, term: impl Fn(f64, f64) -> f64) -> f64 {
     let [sum] = sums_by_lanes(c, weights, t, [term]);
     sum
 }
 
-/// The same of several terms at a time.
+/// [`sum_by_lanes`] of several terms at a time.
 #[inline]
 fn sums_by_lanes<const N: usize>(c: &[f64], weights: &[f64], t: f64, terms: [impl Fn(f64, f64) -> f64; N]) -> [f64; N] {
     let weights = &weights[..c.len()];
@@ -204,7 +206,7 @@ pub fn bound(c: &[f64], t: f64) -> f64 {
     (1.0 + 1e-9) * sum_by_lanes(c, &NUMBERS, t, |c, _| c.abs())
 }
 
-/// The same for the change of the derivative since 0.
+/// A bound of the absolute change of the derivative since 0, on `[0, t]`, with room for rounding.
 pub fn bound_of_change_of_derivative(c: &[f64], t: f64) -> f64 {
     (1.0 + 1e-9) * t * sum_by_lanes(&c[2.min(c.len())..], &NUMBERS[2..], t, |c, k| k * c.abs())
 }
@@ -236,7 +238,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lanes_sum_what_horner_sums() {
+    fn series_lanes_sum_as_horner() {
         let c: Vec<f64> = (0..31).map(|k| libm::sin(1.0 + k as f64)).collect();
         for count in 0..c.len() {
             let (c, t) = (&c[..count], 0.8);

@@ -1,4 +1,4 @@
-//! The parameter by which contacts lose energy, from a coefficient of restitution.
+//! Sets the parameter by which contacts lose energy from a coefficient of restitution.
 
 use super::settings::Settings;
 use super::table::row::Row;
@@ -23,8 +23,8 @@ impl Settings {
         p.contact_model != ContactModel::Rigid && p.damping_law != DampingLaw::ConstantRestitution
     }
 
-    /// Sets the parameter of the losses so that the balls of `contact` (from 0), free and alone, part with this
-    /// `restitution` times the `speed` (m/s) of their approach. Returns the parameter. A speed is needed only where the
+    /// Sets the parameter of the losses so that the balls of `contact` (from 0), free and alone, part with
+    /// `restitution` times the `speed` (m/s) of their approach. Returns the parameter. A speed is needed only if the
     /// coefficient depends on it.
     pub fn lose(&mut self, restitution: f64, speed: Option<f64>, contact: usize) -> Result<Variable, Refusal> {
         let rigid = self.parameters.contact_model == ContactModel::Rigid;
@@ -71,7 +71,7 @@ impl Settings {
         Ok(parameter)
     }
 
-    /// Whether all pairs of neighbours, if they are alone, part alike.
+    /// Whether all pairs of neighbours, each pair alone, part with the same coefficient of restitution.
     pub fn contacts_lose_alike(&self) -> bool {
         let cradle = Cradle::new(&self.parameters);
         let of = |j: usize| {

@@ -1,4 +1,4 @@
-//! The file in the FMU's resources by which the producer tells the instance n and changed start values.
+//! The file in the FMU's resources that tells an instance n and the changed start values.
 
 use std::collections::BTreeMap;
 use std::fmt::Formatter;
@@ -40,7 +40,7 @@ pub enum StartValue {
     Item(String),
 }
 
-/// The start values of a file, which gives none twice.
+/// Reads the start values of a file, none of which may be given twice.
 fn each_once<'de, D: Deserializer<'de>>(file: D) -> Result<BTreeMap<String, StartValue>, D::Error> {
     struct Each;
 
@@ -94,7 +94,7 @@ impl Recipe {
         text
     }
 
-    /// The start values, checked as by setters.
+    /// The settings with these start values, checked as setters check them.
     pub fn settings(&self) -> Result<Settings, Refusal> {
         let allowed = format_args!("{MIN_BALLS} to {MAX_BALLS}");
         let known = (MIN_BALLS..=MAX_BALLS).contains(&self.balls);
@@ -133,7 +133,7 @@ mod tests {
     use crate::model::DampingLaw;
 
     #[test]
-    fn a_recipe_survives_its_file_bit_for_bit() {
+    fn recipe_survives_its_file_bit_for_bit() {
         for value in [-0.1 - 1e-17, 0.1 + 0.2, 1.0 / 3.0, f64::MIN_POSITIVE, f64::MAX, 0.702481473104] {
             let mut recipe = Recipe::new(3);
             recipe.start.insert("x_start[1]".into(), StartValue::Number(value));
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_refused() {
+    fn recipe_damage_is_refused() {
         let bad = [
             ("{\"format\":1,\"balls\":5,\"extra\":1}", "extra"),
             ("{\"format\":2,\"balls\":5}", "format 2"),

@@ -8,16 +8,16 @@ use crate::model::{Inputs, Parameters, enumerations};
 pub const MIN_BALLS: usize = 1;
 /// Largest number of balls; every index fits into a value reference.
 pub const MAX_BALLS: usize = 10_000;
-/// Number of balls without resources.
+/// Number of balls of an FMU without resources.
 pub const DEFAULT_BALLS: usize = 5;
 
 /// What an instance does for its host.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
-    /// It solves the equations.
+    /// The instance solves the equations.
     #[default]
     CoSimulation,
-    /// The host solves them.
+    /// The host solves the equations.
     ModelExchange,
 }
 
@@ -81,7 +81,7 @@ mod tests {
     use crate::variables::{Causality, Shape, Variable, variables};
 
     #[test]
-    fn a_part_has_the_values_of_its_balls_and_contacts() {
+    fn settings_of_a_part_are_those_of_its_balls_and_contacts() {
         let mut all = Settings::default_for(6);
         for variable in variables(6).filter(|variable| variable.row.shape != Shape::Scalar) {
             variable.set(&mut all, 0.5 + 0.01 * variable.index as f64);

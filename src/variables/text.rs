@@ -16,10 +16,10 @@ pub struct Refusal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
     Call,
-    /// Only a value: the run can go on, and FMI 3.0 returns fmi3Discard.
+    /// Only a value is at fault: the run can go on, and FMI 3.0 returns fmi3Discard.
     Value,
-    /// Only the states that a solver tries in model exchange: FMI 2.0 returns fmi2Discard as well, and the solver takes
-    /// a shorter step.
+    /// Only the states that a solver tries in model exchange are at fault: FMI 2.0 returns fmi2Discard as well, and the
+    /// solver takes a shorter step.
     #[cfg(feature = "engine")]
     State,
 }
@@ -37,13 +37,13 @@ impl Refusal {
         Self::new(format_args!("{name} = {value} is refused; allowed: {allowed}"))
     }
 
-    /// Refuses a number of values, argument `name`, other than `wanted`.
+    /// Refuses a number of values `given` for the argument `name`, unless it is `wanted`.
     #[cfg(feature = "engine")]
     pub(crate) fn unless_count(name: &str, given: usize, wanted: usize) -> Result<(), Self> {
         ensure(given == wanted, || Self::argument(name, given, wanted))
     }
 
-    /// An argument that is a number.
+    /// A number as an argument, refused.
     pub fn number(name: &str, value: f64, unit: &str, allowed: impl Display) -> Self {
         Self::argument(name, format_args!("{} {unit}", Number(value)), allowed)
     }
@@ -84,7 +84,7 @@ impl Display for Refusal {
 
 impl std::error::Error for Refusal {}
 
-/// The standard's name of an item: ours with its first letter in lower case.
+/// The standard's name of an item: its name in Rust with the first letter in lower case.
 pub(crate) fn camel(item: &impl fmt::Debug) -> String {
     let name = format!("{item:?}");
     name[..1].to_lowercase() + &name[1..]

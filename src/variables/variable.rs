@@ -1,5 +1,5 @@
-//! A variable of the interface: found by name or value reference, listed in the order of the description, and its value
-//! among the settings read, checked and changed.
+//! A variable of the interface: found by name or value reference, listed in the order of the description; its value in
+//! the settings read, checked and changed.
 //!
 //! The value reference of a scalar is the row's position times 16384 plus the zero-based index, so that it does not
 //! depend on n and a getter finds its row by one array access. FMI 3.0 has an array for each row that has an index,
@@ -25,12 +25,12 @@ const LEFT_OUT: &str = "t_next_isOnset";
 /// Value reference of the array of the first row.
 const ARRAYS: u32 = 32;
 
-/// A scalar, which is all that FMI 2.0 has, or a variable of FMI 3.0 with arrays: one of these, or a scalar of its own.
+/// A scalar, as all variables of FMI 2.0 are, or a variable of FMI 3.0, which may be an array.
 #[derive(Clone, Copy)]
 pub struct Variable {
     /// Its row.
     pub row: &'static Row,
-    /// Position of its row in [`TABLE`] or, behind these, among those that only FMI 3.0 has.
+    /// Position of its row in [`TABLE`]; behind these, among the rows that only FMI 3.0 has.
     pub position: usize,
     /// Zero-based ball or contact; 0 for scalars without one and for arrays.
     pub index: usize,
@@ -47,7 +47,7 @@ impl Variable {
         (index < row.shape.len(balls)).then_some(Self { row, position, index, whole: false })
     }
 
-    /// The same in FMI 3.0 without arrays.
+    /// The scalar behind a value reference of FMI 3.0 without arrays.
     #[inline]
     pub fn scalar_at(reference: u32, balls: usize) -> Option<Self> {
         let (position, index) = place(reference);
@@ -79,7 +79,7 @@ impl Variable {
             None => 0,
         };
         let inner = name.strip_prefix("der(").unwrap_or(name);
-        // One that is written differently, such as `x[01]`, is none.
+        // A name that is written differently, such as `x[01]`, is unknown.
         let is_named = |row: &Row| {
             inner.starts_with(row.rate_of().unwrap_or(row.name))
                 && index < row.shape.len(balls)
@@ -120,7 +120,7 @@ impl Variable {
         if self.whole && self.row.shape != Shape::Scalar { balls } else { 1 }
     }
 
-    /// An element, counted from 0, whether or not it belongs to a contact; of a scalar, itself.
+    /// An element of an array, counted from 0, whether or not it belongs to a contact; a scalar stays itself.
     #[inline]
     pub fn element(self, index: usize) -> Self {
         Self { index: if self.whole { index } else { self.index }, whole: false, ..self }
@@ -131,15 +131,15 @@ impl Variable {
         (0..self.row.shape.len(balls)).map(move |index| self.element(index))
     }
 
-    /// An element of an array, counted from 0, for hosts without arrays; none for `n`, which is then fixed, and for
+    /// An element of an array, counted from 0, for hosts without arrays. None for `n`, which is then fixed, and for
     /// variables that FMI 2.0 has under other names.
     pub fn scalar(self, index: usize, balls: usize) -> Option<Self> {
         let listed = !matches!(self.row.access, Access::Instance(_, Extra::Balls | Extra::Joined(..)));
         (listed && index < self.row.shape.len(balls)).then(|| self.element(index))
     }
 
-    /// The FMI 2.0 variable that an element is in a cradle of `balls` balls; none if it belongs to no contact or only
-    /// FMI 3.0 has it.
+    /// The FMI 2.0 variable that an element corresponds to in a cradle of `balls` balls; none if it belongs to no
+    /// contact or exists only in FMI 3.0.
     pub fn of_fmi2(self, balls: usize) -> Option<Self> {
         let variable = match self.row.access {
             Access::Instance(_, Extra::Joined(first, rest)) => {
@@ -169,8 +169,8 @@ impl Variable {
         Some(first + self.index)
     }
 
-    /// When it changes in FMI 3.0. Real outputs over a step count as continuous: discrete ones may only change in Event
-    /// Mode.
+    /// When it may change in FMI 3.0. Real outputs over a step count as continuous, because discrete ones may change
+    /// only in Event Mode.
     pub fn variability(&self) -> Variability {
         match (self.row.causality, self.row.access) {
             (Causality::Output, Access::Real(_)) => Variability::Continuous,
@@ -208,7 +208,7 @@ impl Variable {
         ensure(can_change || !between_steps, || Refusal::new(format_args!("{self} {text}")))
     }
 
-    /// Whether `value` is finite and in range, of an enumeration whether it is the integer of an item.
+    /// Checks that `value` is finite and in range; for an enumeration, that it is the integer of an item.
     pub fn check(&self, value: f64) -> Result<(), Refusal> {
         let row = self.row;
         match row.access {
@@ -239,7 +239,7 @@ impl Variable {
         known.ok_or_else(|| Refusal::value(what, order, allowed))
     }
 
-    /// The value of a parameter, input or slope, of an enumeration the integer of its item; otherwise none.
+    /// The value of a parameter, input or slope; for an enumeration, the integer of its item; otherwise none.
     #[inline]
     pub fn value(&self, settings: &Settings) -> Option<f64> {
         match self.row.access {
@@ -250,7 +250,7 @@ impl Variable {
         }
     }
 
-    /// The value of a setting without its unit, an item by its name; otherwise none.
+    /// The value of a setting as text without its unit; for an enumeration, the name of its item; otherwise none.
     pub fn text(&self, settings: &Settings) -> Option<String> {
         let value = self.value(settings)?;
         match self.row.access {
@@ -313,7 +313,7 @@ fn place(reference: u32) -> (usize, usize) {
     ((reference >> INDEX_BITS) as usize, (reference & INDEX_MASK) as usize)
 }
 
-/// The name of a scalar, with the index counted from 1: `x[1]`, `der(overlap[1])`; that of an array: `x`, `der(F_ext)`.
+/// The name of a scalar, with the index counted from 1: `x[1]`, `der(overlap[1])`; or of an array: `x`, `der(F_ext)`.
 impl std::fmt::Display for Variable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if self.whole { f.write_str(self.row.name) } else { f.write_str(&self.row.name_of(self.index + 1)) }
@@ -327,7 +327,8 @@ pub fn variables(balls: usize) -> impl Iterator<Item = Variable> {
     })
 }
 
-/// Each state with its derivative: of `q` the first position and the overlaps, from which other positions follow.
+/// Each state with its derivative. For `q` these are the first position and the overlaps; other positions follow from
+/// them.
 pub fn states(balls: usize) -> impl Iterator<Item = (Variable, Variable)> {
     Variable::states().flat_map(move |pair| {
         let of_fmi2 = move |of: Variable, index| of.element(index).of_fmi2(balls);

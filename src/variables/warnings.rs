@@ -1,4 +1,4 @@
-//! Start values that are allowed, but hardly ever meant, and those that have no effect.
+//! Warnings about start values that are allowed but hardly ever meant, and about start values without effect.
 
 use super::settings::{Kind, Settings};
 use super::table::TABLE;
@@ -13,14 +13,15 @@ const OVERLAP: f64 = 1e-3;
 const AMPLITUDE: f64 = 0.25;
 
 impl Settings {
-    /// Warnings about start values that are allowed, but hardly ever meant: the deepest overlap and the widest swing,
-    /// each with the likely cure, and parameters [without effect](Self::without_effect).
+    /// Warnings about start values that are allowed but hardly ever meant: the deepest overlap and the widest swing,
+    /// each with the likely cure; and about parameters [without effect](Self::without_effect).
     pub fn warnings(&self, kind: Option<Kind>) -> Vec<String> {
         self.doubtful().chain(self.without_effect(kind).map(|(_, warning)| warning)).collect()
     }
 
-    /// Rows of parameters that are not the default, but have no effect with the others in an instance of this `kind`,
-    /// with a warning that says what would use them. For a file, whose host may create either, no kind is given.
+    /// Rows of parameters that differ from the default but have no effect with the other parameters in an instance of
+    /// this `kind`, with a warning that says what would use them. For a file, whose host may create either kind, none
+    /// is given.
     pub fn without_effect(&self, kind: Option<Kind>) -> impl Iterator<Item = (&'static Row, String)> {
         let (balls, defaults) = (self.balls(), Self::default_for(self.balls()));
         TABLE.iter().enumerate().filter_map(move |(position, row)| {
@@ -83,7 +84,7 @@ mod tests {
     use crate::model::{ContactModel, Parameters};
 
     #[test]
-    fn a_wrong_sign_and_a_wide_swing_are_warned_of() {
+    fn warnings_of_a_wrong_sign_and_a_wide_swing() {
         let warnings = |change: &dyn Fn(&mut Parameters)| {
             let mut settings = Settings::default_for(5);
             change(&mut settings.parameters);

@@ -120,6 +120,6 @@ def test_documents_readme_shows_the_measured_times():
     ):
         time, *_, energy_error = measured[solver]
         assert shown[name] == [f"{1000 * float(time):.3g} ms", energy_error]
-    _, _, pulses, _, energy_error = measured["eventDriven"]
+    _, _, pulses, energy_error = measured["eventDriven"]
     text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
     assert f"({pulses} pulses)" in text and f"relative energy error is {energy_error}." in text

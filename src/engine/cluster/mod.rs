@@ -1,5 +1,5 @@
 //! Clusters: neighbouring balls held together by closed contacts, followed from switching to switching. See "Clusters"
-//! in docs/theory.md for what a [`Cluster`] is, and the sections after it for the methods from which it chooses.
+//! in docs/theory.md for the terms, and the sections after it for the methods from which a [`Cluster`] chooses.
 
 mod gauss;
 mod modes;

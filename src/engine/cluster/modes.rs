@@ -9,18 +9,18 @@ use crate::engine::flight::{Forcing, ROUNDINGS, Rounding};
 use crate::engine::{Forecast, Peak};
 use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_derivatives};
 
-/// Most evaluations of a mode in a search for switchings, some milliseconds; the next segment continues the search.
+/// Most evaluations of modes in a search for switchings, some milliseconds of work, and the least for one contact. The
+/// next segment continues the search.
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Part of their magnitudes below which the derivatives of an overlap, which guide a search, are noise; the overlap is
-/// below [`ROUNDINGS`].
+/// Relative noise of the derivatives of an overlap, which guide a search; that of the overlap itself is [`ROUNDINGS`].
 const NOISE_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
 
-/// A maximum of a force is higher than another one by more than this part of it.
+/// A maximum of a force is higher than another one if it exceeds it by more than this part.
 const HIGHER: f64 = 1e-12;
 
-/// Steps of Newton's method from an end to the maximum beside it.
+/// Steps of Newton's method from an end of an interval to a maximum beside it.
 const TOP_STEPS: usize = 2;
 
 /// Radians of the fastest mode that one step of a search covers at most.
@@ -52,8 +52,8 @@ struct Joint {
 }
 
 impl Modes {
-    /// The motion from the state at the start of a segment, where `series_before_modes` allows modes; `None` for balls
-    /// or contacts that differ too much.
+    /// The motion from the state at the start of a segment, of a window for which `series_before_modes` allows modes;
+    /// `None` if balls or contacts differ too much.
     pub fn new(window: &Window) -> Option<Self> {
         let Window { flights, contacts, laws, .. } = window;
         let mut modes = Self::default();
@@ -85,7 +85,7 @@ impl Modes {
         if std::ptr::eq(left, right) || oscillator != right.modes[0].oscillator {
             return None;
         }
-        // The distance of the centres is that of the balls between them, weighted with their mass shares.
+        // The distance of the centres is a sum of distances of neighbours, weighted with mass shares.
         let (mut v, mut force) = (0.0, 0.0);
         for c in left.first..right.first + right.size - 1 {
             let share = match c {
@@ -100,7 +100,7 @@ impl Modes {
         Some(ForcedOscillator::new(oscillator, v, force))
     }
 
-    /// Overlap of contact `j` and its derivatives, up to four of them.
+    /// Overlap of contact `j` and its derivatives by time, up to four of them.
     fn overlap_at<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
         // Early on, the sum of changes since the start, so that balls that hardly move do not get the rounding of the
         // others' motion; later, when most of the start has died out, the value itself.
@@ -149,7 +149,8 @@ impl Modes {
         (SEARCH / (self.movers(j).count() * self.contacts.len())).max(LEAST_EVALUATIONS) as u32
     }
 
-    /// The search for the overlap of contact `j` or, with its `law`, derivative `order` of its force above a `level`.
+    /// Watches when `sign` times the overlap of contact `j` or, with its `law`, derivative `order` of its force exceeds
+    /// a level.
     fn watch(&self, j: usize, law: Option<[f64; 2]>, order: usize, sign: f64, level: f64) -> Watch<'_> {
         Watch { modes: self, contact: j, law, order, sign, level, fading: 0.0 }
     }
@@ -227,15 +228,15 @@ impl DenseOutput for Modes {
         Some(peak)
     }
 
-    /// The inputs are constant.
+    /// For constant inputs.
     fn work(&self, i: usize, forcing: &Forcing, tau: f64) -> f64 {
         forcing[0] * self.moved(i, tau).0
     }
 
-    /// The loss of all contacts of a group is entered at its first one.
+    /// Enters the loss of all contacts of a group at its first one.
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
         match self.joining(j) {
-            // The shapes are orthogonal also to the contacts: no loss is shared between modes.
+            // The shapes are orthogonal with respect to the contacts, too, so modes share no loss.
             Some(group) if j == group.first && group.damping > 0.0 => {
                 let modes = group.modes[1..].iter().zip(&group.lambda[1..]);
                 modes.map(|(mode, lambda)| group.damping * lambda * mode.squared_velocity_integral(tau)).sum()
@@ -244,7 +245,7 @@ impl DenseOutput for Modes {
         }
     }
 
-    /// Of a group it is entered at its first ball.
+    /// Enters the integral of a whole group at its first ball.
     fn squared_velocity_integral(&self, i: usize, tau: f64) -> f64 {
         let group = &self.groups[self.group_of[i]];
         if i != group.first {
@@ -256,7 +257,7 @@ impl DenseOutput for Modes {
     fn first(&self, switch: Switch, j: usize, window: &Window, until: f64, rounding: &Rounding) -> Forecast {
         let Joint { overlap, rate, law, impedance, .. } = self.contacts[j];
         let watch = match switch {
-            // In touch and closing: at once, not where the overlap exceeds its rounding.
+            // In touch and closing, it closes at once, not only where the overlap exceeds its rounding.
             Switch::Onset if overlap == 0.0 && rate > rounding.velocity => return Forecast::At(0.0),
             Switch::Onset => self.watch(j, None, 0, 1.0, rounding.position),
             // At rest and hardly overlapping, it opens only where its balls part by more than rounding.
@@ -280,7 +281,7 @@ impl DenseOutput for Modes {
     }
 }
 
-/// Derivative `k` of the force by a linear law, from those of the overlap, and its rounding.
+/// Derivative `k` of the force by a linear law, from the derivatives of the overlap, and its rounding.
 #[inline]
 fn force(overlap: &[f64], [stiffness, damping]: [f64; 2], k: usize) -> (f64, f64) {
     let (elastic, damped) = (stiffness * overlap[k], damping * overlap[k + 1]);
@@ -288,8 +289,8 @@ fn force(overlap: &[f64], [stiffness, damping]: [f64; 2], k: usize) -> (f64, f64
     (if (elastic + damped).abs() <= rounding { 0.0 } else { elastic + damped }, rounding)
 }
 
-/// `sign (f - level exp(-fading t))` with f the overlap of a contact or, with its `law`, derivative `order` of its
-/// [`force`]; with a fading level, minus the rounding of f, which has no derivatives.
+/// `sign (f - level exp(-fading t))`, where f is the overlap of a contact or, with its `law`, derivative `order` of its
+/// [`force`]. If the level fades, less the rounding of f, which has no derivatives.
 struct Watch<'a> {
     modes: &'a Modes,
     contact: usize,
@@ -301,7 +302,7 @@ struct Watch<'a> {
 }
 
 impl Watch<'_> {
-    /// Where it becomes positive before `until` (s); the evaluations that it takes are counted.
+    /// When it becomes positive before `until` (s); counts the evaluations.
     fn crossing(&self, until: f64) -> Forecast {
         let most = self.modes.allowed(self.contact);
         let mut allowed = most;
@@ -330,7 +331,7 @@ impl Smooth for Watch<'_> {
                 ([value, slope, curvature], noise)
             }
         };
-        // A level does not fade any further than that.
+        // The level fades no further than to this rounding.
         let noise = if self.fading > 0.0 { noise } else { 0.0 };
         let level = self.level_at(t);
         let fall = level * self.fading;

@@ -71,12 +71,12 @@ pub(crate) struct Group {
     /// For each mode: displacement `phi` of each ball and change `D phi` of each overlap for a unit of its coordinate.
     shapes: Vec<f64>,
     stretches: Vec<f64>,
-    /// The masses in units of that of the first ball.
+    /// The masses over that of the first ball.
     masses: Vec<f64>,
 }
 
 impl Group {
-    /// `None` if their masses or stiffnesses are too far apart.
+    /// The group of these balls; `None` if their masses or stiffnesses are too far apart.
     pub fn new(members: Range<usize>, window: &Window) -> Option<Self> {
         let Window { flights, balls, contacts, laws, .. } = window;
         let (first, size) = (members.start, members.len());
@@ -120,7 +120,7 @@ impl Group {
         Some(Self { first, size, damping, modes, lambda, shapes, stretches, masses })
     }
 
-    /// The smallest decay rate by the dashpots right after the start, 1/s.
+    /// The smallest decay rate that the dashpots give a mode right after the start, 1/s.
     pub fn least_decay(&self) -> f64 {
         self.modes[1..].iter().map(|mode| mode.oscillator.fast_decay()).fold(f64::INFINITY, f64::min)
     }
@@ -142,7 +142,7 @@ impl Group {
     }
 }
 
-/// `lambda`, `phi` and `D phi` of all modes for these `masses` and, one less, `stiffnesses`, if not too far apart.
+/// `lambda`, `phi` and `D phi` of all modes for these `masses` and, one less, `stiffnesses`; `None` if too far apart.
 fn shapes(masses: &[f64], stiffnesses: &[f64]) -> Option<[Vec<f64>; 3]> {
     let (size, contacts) = (masses.len(), stiffnesses.len());
     let roots: Vec<f64> = stiffnesses.iter().map(|k| k.sqrt()).collect();
@@ -183,7 +183,7 @@ mod tests {
     use super::shapes;
 
     #[test]
-    fn what_is_too_unequal_has_no_modes_here() {
+    fn modes_exist_only_for_similar_balls() {
         assert!(shapes(&[1.0, 1e-300, 2.0], &[1.0, 1.5]).is_none());
         assert!(shapes(&[1.0, 1e-30, 1.0], &[1.0, 1e300]).is_none());
         assert!(shapes(&[1.0, 1e-2, 2.0], &[1.0, 1.5]).is_some());

@@ -10,8 +10,8 @@ use crate::engine::flight::{BallStages, Flight, NOISE, PLACE_ITERATIONS, Respons
 use crate::model::Mode;
 use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
 
-/// Least length of the first step of implicit collocation, over that by Taylor series and over that by explicit Gauss
-/// collocation; and the part of it at which later steps still pay.
+/// Least length of the first step of implicit collocation over that by Taylor series, and over that by explicit Gauss
+/// collocation; and the part of this gain at which later steps still pay.
 pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
 const WORTH: f64 = 0.5;
@@ -20,8 +20,8 @@ const WORTH: f64 = 0.5;
 const ITERATIONS: usize = 8;
 const SQUARE: f64 = 1e-8;
 
-/// Error allowed over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest.
-/// Larger ones make steps longer, and balls at rest less quiet (`tests/rust/stiff.rs`,
+/// Allowed error over the tolerance of a whole run: of the velocities and of the overlaps, relative to the largest.
+/// Larger values make steps longer and balls at rest less quiet (`tests/rust/stiff.rs`,
 /// `tests/rust/time_derivatives.rs`).
 const OF_VELOCITIES: f64 = 0.01;
 const OF_OVERLAPS: f64 = 0.1;
@@ -29,7 +29,7 @@ const OF_OVERLAPS: f64 = 0.1;
 /// Largest jump of an overlap's rate at the start of a step, over the error allowed.
 const JUMP: f64 = 10.0;
 
-/// Roundings of the rates, differences of velocities that many operations have changed.
+/// Number of roundings in the rates, differences of velocities that many operations have changed.
 const RATES: f64 = 16.0;
 
 /// One step, from the state at the start of a segment.
@@ -40,17 +40,17 @@ struct Step<'a> {
     /// Times of the stages, s.
     times: Stages,
     balls: Vec<BallStages>,
-    /// For each contact: the parts of its direction along the paths of its balls, and the change of its overlap since
-    /// the start, at the stages.
+    /// For each contact, at the stages: components of its direction along the paths of its balls, and change of its
+    /// overlap since the start.
     along: Vec<[Stages; 2]>,
     changes: Vec<Stages>,
-    /// Forces there, with one of 0 at either end.
+    /// Contact forces at the stages, with a 0 at either end.
     forces: Vec<Stages>,
     evaluations: u64,
 }
 
-/// Describes the motion by a step of implicit collocation, if the `history` says that one is due and it pays by a
-/// `gain` over explicit steps. Returns whether it does; adds the `evaluations` of forces.
+/// Describes the motion by a step of implicit collocation, if `history` says that one is due and it is longer than
+/// explicit steps by the factor `gain`. Returns whether it does; adds to the `evaluations` of forces.
 pub(super) fn follow(
     series: &mut Series,
     history: &mut StepHistory,
@@ -106,11 +106,11 @@ impl<'a> Step<'a> {
         sum / self.window.models[i].mass
     }
 
-    /// Moves the `balls` by the forces of their contacts, with the directions of those between them.
+    /// Moves the `balls` by the forces of their contacts, and turns the contacts between them.
     fn move_balls(&mut self, balls: Range<usize>) -> Option<()> {
         let window = self.window;
         if !window.models[0].on_arc {
-            return Some(()); // Nobody asks where they are.
+            return Some(()); // Places do not matter.
         }
         for _ in 0..PLACE_ITERATIONS {
             let mut done = true;
@@ -157,7 +157,7 @@ impl<'a> Step<'a> {
         Stages::from_fn(|s, _| self.window.pair(j).change_by_relative(places, moves(s), relative[s]))
     }
 
-    /// Solves for all balls and pressing contacts.
+    /// Solves the equations of all balls and pressing contacts.
     fn solve(&mut self) -> Option<()> {
         let mut first = 0;
         for end in (0..=self.window.contacts.len()).filter(|&j| !self.window.presses(j)) {
@@ -167,7 +167,7 @@ impl<'a> Step<'a> {
         Some(())
     }
 
-    /// Solves for the neighbouring pressing contacts `first..end` and their balls.
+    /// Solves the equations of the neighbouring pressing contacts `first..end` and their balls.
     fn solve_group(&mut self, first: usize, end: usize) -> Option<()> {
         let mut rows = Vec::with_capacity(end - first);
         let along_path = |matrix: &Matrix, along: &Stages| Matrix::from_fn(|r, c| along[r] * matrix[(r, c)]);
@@ -213,7 +213,7 @@ impl<'a> Step<'a> {
         None
     }
 
-    /// Computes the forces of contact `j` from its overlaps; returns their derivatives by these.
+    /// Computes the forces of contact `j` from its overlaps; returns the derivatives of forces by overlaps.
     fn evaluate(&mut self, j: usize) -> Option<Matrix> {
         self.evaluations += STAGES as u64;
         let (law, start) = (&self.window.laws[j], self.window.contacts[j].overlap);
@@ -228,15 +228,16 @@ impl<'a> Step<'a> {
         slopes.iter().all(|slope| slope.is_finite()).then_some(slopes)
     }
 
-    /// Appends to `velocities` those of the balls up to `last`, which pressing contacts join, at the stages.
+    /// Appends to `velocities` those of the balls of one group, up to `last`, at the stages.
     ///
-    /// From the motion of the whole group, which contact forces hardly change, and the overlaps; computed for each
-    /// ball, it would contain the rounding of these forces.
+    /// They follow from the motion of the whole group, which contact forces hardly change, and from the overlaps.
+    /// Computed ball by ball, they would contain the rounding of these forces.
     fn velocities_of_group(&self, last: usize, velocities: &mut Vec<Stages>) {
         let (window, first) = (self.window, velocities.len());
         let balls = &window.balls[first..=last];
         let alike = balls.iter().all(|ball| ball.oscillator == balls[0].oscillator);
-        // The momentum; and each velocity as `share` times that of the first ball less what the overlaps say.
+        // The momentum; and each velocity as `share` times that of the first ball, less the part `behind` by the
+        // overlaps.
         let (mut momentum, mut mass, mut less) = (Stages::zeros(), Stages::zeros(), Stages::zeros());
         let mut relative: Vec<[Stages; 2]> = Vec::with_capacity(balls.len());
         for (i, ball) in (first..).zip(balls) {
@@ -266,7 +267,7 @@ impl<'a> Step<'a> {
         let lightest = window.models.iter().map(|ball| ball.mass).fold(f64::INFINITY, f64::min);
         let rounding = problem.rounding.velocity
             + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
-        // No tighter than the Taylor series before.
+        // Allow no less than the Taylor series before.
         let allowed = (OF_VELOCITIES * tolerance * speed).max(NOISE * rounding).max(problem.local_error);
         let mut worst = 0.0_f64;
         let mut velocities = Vec::with_capacity(window.flights.len());
@@ -287,7 +288,7 @@ impl<'a> Step<'a> {
                 // Without the start: the overlap must follow the balance of forces, not the rounding of the velocities.
                 let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
                 let size = contact.overlap + self.changes[j].amax();
-                // The force must be as accurate: its relative error is `exponent` times as large.
+                // The force must be as accurate, and its relative error is `exponent` times as large.
                 let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
                 let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
                 // The change of the overlap by the rounding of its rate.
@@ -321,7 +322,7 @@ impl<'a> Step<'a> {
                         };
                         (forces[s], unknown) = (force, unknown.max(NOISE * by_rate.abs() * rounding));
                     }
-                    // Needed for the time at which it would push again.
+                    // Needed for the time at which the force would push again.
                     let polynomial = RADAU.polynomial(&forces);
                     let allowed = (tolerance * forces.amax()).max(unknown);
                     worst = worst.max(if allowed > 0.0 { highest_terms(&polynomial) / allowed } else { 0.0 });

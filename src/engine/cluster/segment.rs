@@ -1,6 +1,5 @@
-//! A cluster, followed from switching to switching; see "Clusters" in docs/theory.md. Its state consists of
-//! displacements since the start of the segment and of overlaps, because differences of positions do not resolve
-//! overlaps of 1e-8 m.
+//! A cluster, followed from switching to switching; see "Clusters" in docs/theory.md. Its state has displacements since
+//! the start of the segment, and overlaps, because differences of positions do not resolve overlaps of 1e-8 m.
 
 use std::ops::Range;
 
@@ -25,7 +24,7 @@ const FIRST_HORIZON: f64 = 32.0;
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Cluster {
-    /// Balls that touch another one.
+    /// Balls that touch another ball of the cluster.
     pub members: Range<usize>,
     /// Members and spectators.
     #[serde(skip)]
@@ -35,12 +34,12 @@ pub(crate) struct Cluster {
     pub flights: Vec<Flight>,
     /// The contacts of the window, from `window.start` on, at the start of the segment.
     pub contacts: Vec<WindowContact>,
-    /// The rates of their overlaps then, m/s, and the parts of their directions along the paths.
+    /// Rates of the overlaps at the start, m/s, and components of the directions of the contacts along the paths.
     #[serde(skip)]
     rates: Vec<f64>,
     #[serde(skip)]
     along: Vec<[f64; 2]>,
-    /// The method that describes the motion, and the memory of all.
+    /// The method that describes the motion, and the working memory of every method.
     #[serde(skip)]
     method: Method,
     #[serde(skip)]
@@ -59,14 +58,15 @@ pub(crate) struct Cluster {
     /// Length of the current segment, s.
     #[serde(skip)]
     pub length: f64,
-    /// What happens at its end, and in which contact.
+    /// The switching at its end: contact and kind.
     #[serde(skip)]
     pub switch: Option<(usize, Switch)>,
 }
 
 impl Cluster {
-    /// The balls `members`, with the other balls of `window` as spectators, in the memory of another cluster; flights
-    /// and contacts come later. [`Self::expand`] computes the motion, with the history of the segments before.
+    /// Begins a cluster of the balls `members`, with the other balls of `window` as spectators, in the memory of
+    /// another cluster. Flights and contacts come later; then [`Self::expand`] computes the motion, with the history of
+    /// earlier segments.
     pub fn renew(&mut self, members: Range<usize>, window: Range<usize>, start: DoubleDouble, history: StepHistory) {
         (self.members, self.window, self.start, self.history) = (members, window, start, history);
         self.flights.clear();
@@ -78,7 +78,7 @@ impl Cluster {
         self.window.start..self.window.end - 1
     }
 
-    /// The entry that the cluster has in the event queue: its first contact between members.
+    /// The key of the cluster in the event queue: its first contact between members.
     pub fn key(&self) -> usize {
         self.members.start
     }
@@ -135,8 +135,8 @@ impl Cluster {
         self.output().overlap_series(i - self.window.start, tau)
     }
 
-    /// The first contact of the cradle whose balls had changed sides at the start of the segment. Then a part along a
-    /// path is not positive.
+    /// The first contact, by its index in the cradle, whose balls had changed sides at the start of the segment. Such a
+    /// contact has a component along a path that is not positive.
     pub fn crossed(&self, cradle: &Cradle) -> Option<usize> {
         let crossed = |&j: &usize| {
             let places = || [j, j + 1].map(|i| self.flights[i].x);
@@ -157,8 +157,8 @@ impl Cluster {
         }
     }
 
-    /// The largest force of contact `i` between these times after the segment's start, from which its time counts, too;
-    /// `None` if it presses with less than the force `known` (N), or not at all.
+    /// The largest force of contact `i` between these times (s); all times count from the start of the segment. `None`
+    /// if it presses with less than the force `known` (N), or not at all.
     pub fn peak(&self, i: usize, from: f64, to: f64, known: f64) -> Option<Peak> {
         match self.mode(i) {
             Mode::Pressing if from < to => self.output().peak(i - self.window.start, from, to, known),
@@ -166,7 +166,7 @@ impl Cluster {
         }
     }
 
-    /// The larger of that force and of `known`, N.
+    /// The larger of `known` (N) and the largest force of contact `i` between these times, N.
     pub fn largest_force(&self, i: usize, from: f64, to: f64, known: f64) -> f64 {
         self.peak(i, from, to, known).map_or(known, |peak| peak.force.max(known))
     }
@@ -207,7 +207,7 @@ impl Cluster {
         integrals
     }
 
-    /// Moves the start of the segment to `tau` later. The spectators are taken from their flights.
+    /// Moves the start of the segment to `tau` (s) later. The spectators follow their flights.
     pub fn move_start(&mut self, tau: f64, balls: &[Ball], laws: &[ContactLaw]) {
         self.start += tau;
         for j in 0..self.contacts.len() {
@@ -225,7 +225,8 @@ impl Cluster {
         self.align(&balls[self.window.clone()], &laws[self.window_contacts()]);
     }
 
-    /// Fits positions of balls in contact to the overlaps, about their centre of mass: "Clusters" in docs/theory.md.
+    /// Fits positions of balls in contact to the overlaps, about their centre of mass: see "Clusters" in
+    /// docs/theory.md.
     fn align(&mut self, balls: &[Ball], laws: &[ContactLaw]) {
         let mut first = 0;
         for end in 0..balls.len() {
@@ -304,8 +305,8 @@ impl Cluster {
         (release, Switch::Release)
     }
 
-    /// Describes the motion, by the first method that applies, for as long as that holds. Returns its error in the
-    /// velocities, m/s.
+    /// Describes the motion by the first method that applies, for as long as the description holds. Returns its error
+    /// in the velocities, m/s.
     fn describe(&mut self, problem: &Problem) -> f64 {
         let Self { method, series, gauss, modes, history, evaluations, .. } = self;
         let &Problem { window, control, speed, local_error, .. } = problem;
@@ -314,7 +315,7 @@ impl Cluster {
         // Linear contacts: closed forms until the next switching, after some segments by series.
         let modes_serve = linear && control.allows(Method::Modes);
         let series_first = if modes_serve { natural::series_before_modes(window) } else { None };
-        // Segments by modes so far; `Some(None)` while series come first.
+        // Number of segments by modes so far; `Some(None)` while series come first.
         let windows = series_first.map(|series| history.quiet.checked_sub(series));
         if let Some(Some(windows)) = windows
             && let Some(found) = Modes::new(window)
@@ -326,8 +327,8 @@ impl Cluster {
             (*modes, *method, *evaluations) = (found, Method::Modes, 1);
             return 0.0;
         }
-        // Contacts that are stiff for the pace of the motion, or closed for long: steps follow the slow motion.
-        // Explicit steps do not pay for linear ones, whose series cost little.
+        // Contacts that are stiff compared to the pace of the motion, or closed for long: steps follow the slow motion.
+        // For linear contacts explicit steps do not pay, because their series cost little.
         let by_series = linear && control.allows(Method::Series);
         let by_gauss = !by_series && control.allows(Method::Gauss) && gauss::applies_to(window, speed);
         let gain = if by_gauss { radau::GAIN_OVER_GAUSS } else { radau::GAIN_OVER_SERIES };
@@ -338,7 +339,7 @@ impl Cluster {
             (self.length, *method) = (series.converges_for, Method::Radau);
             return local_error;
         }
-        // Contacts that are not linear: explicit steps from one branch point of their forces to the next.
+        // Nonlinear contacts: explicit steps from one branch point of their forces to the next.
         let before = history.explicit_length;
         if by_gauss && let Some(step) = gauss.follow(problem, before, evaluations) {
             ((self.length, history.explicit_length), *method) = (step, Method::Gauss);
@@ -351,8 +352,9 @@ impl Cluster {
     }
 }
 
-/// Fits positions to overlaps as [`Cluster::align`] does, for a row of balls on arcs whose contacts have these parts
-/// `along` the paths: each contact gets the overlap that it lacks by a push, which moves balls as an impulse would.
+/// Fits positions to overlaps as [`Cluster::align`] does, for a row of balls on arcs. `along` has the components of the
+/// contacts' directions along the paths. A push gives each contact the overlap that it lacks, and moves balls as an
+/// impulse would.
 ///
 /// With the missing overlaps e, the matrix of the parts `D = (l_1, -r_1; 0, l_2, -r_2; ...)`, and the masses M, the
 /// pushes p solve `D M^-1 D' p = e` and move the balls by `M^-1 D' p`.
@@ -363,7 +365,7 @@ fn align_along_arcs(
     laws: &[ContactLaw],
     along: &[[f64; 2]],
 ) {
-    // A push increases the overlap by its `share` and reduces that of the next contact. Gaussian elimination.
+    // A push increases the overlap of its contact by `share` and reduces that of the next one: Gaussian elimination.
     let moves = |j: usize| [0, 1].map(|k| along[j][k] / balls[j + k].model.mass);
     let beside = |j: usize| along[j][0] * moves(j - 1)[1];
     let mut rows: Vec<[f64; 2]> = Vec::with_capacity(contacts.len());

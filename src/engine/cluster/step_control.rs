@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 use super::window::Window;
 use crate::engine::flight::Rounding;
 
-/// Longest segment, s, for a window in which nothing varies.
+/// Longest segment, s; for a window in which nothing varies.
 const LONGEST: f64 = 1e6;
 
-/// Local error of a segment over the tolerance of a whole run, so that thousands of pulses stay within that; and the
-/// smallest one, below which rounding dominates. A larger one makes runs less exact (`tests/rust/reference.rs`).
+/// Local error of a segment over the tolerance of a whole run, so that thousands of pulses together stay within the
+/// tolerance; and the smallest local error, below which rounding dominates. A larger one makes runs less exact
+/// (`tests/rust/reference.rs`).
 const LOCAL: f64 = 1e-5;
 const LEAST_EPSILON: f64 = 1e-18;
 
@@ -20,7 +21,7 @@ const PATIENCE: u32 = 24;
 /// The methods for motions in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Method {
-    /// The closed form of the impact of two balls, which is never that of a window.
+    /// The closed form of the impact of two balls, which never describes a window.
     PairImpact,
     /// Natural modes of linear contacts.
     Modes,
@@ -48,7 +49,7 @@ pub(crate) struct Control {
 }
 
 impl Control {
-    /// For the relative tolerance of a whole run of thousands of pulses.
+    /// For this relative tolerance of a whole run of thousands of pulses.
     pub fn new(tolerance: f64) -> Self {
         let epsilon = (LOCAL * tolerance).max(LEAST_EPSILON);
         Self { epsilon, order: (1.0 - 0.5 * libm::log(epsilon)) as usize, tolerance, longest: LONGEST, forbidden: None }
@@ -74,14 +75,14 @@ pub(crate) struct Problem<'a> {
     pub local_error: f64,
 }
 
-/// History of the segments of a cluster, by which the next one is planned.
+/// History of the segments of a cluster, from which the next one is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StepHistory {
     /// Segments since the last switching.
     pub quiet: u32,
-    /// How many of them must have passed before implicit collocation is tried.
+    /// Number of such segments before implicit collocation is tried.
     pub patience: u32,
-    /// Length of its next step, s; 0 if the last segment was of another kind.
+    /// Length of its next step, s; 0 if another method described the last segment.
     pub implicit_length: f64,
     /// Length of the next explicit step by series or Gauss collocation, from the last one, s.
     pub explicit_length: f64,

@@ -1,12 +1,11 @@
 //! The corrector polynomials of the multistep methods and their error constants, for steps of any lengths.
 //!
-//! Points lie at distances `xi`, in steps, before the end of one; the variable is `s` of
+//! Points lie at distances `xi`, in steps, before the end of a step; the variable `s` is that of
 //! [`NordsieckStep`](super::path::NordsieckStep).
 
 /// Highest order of any method.
 pub(super) const MAX_ORDER: usize = 12;
 
-/// Coefficients of a polynomial.
 pub(super) type Polynomial = [f64; MAX_ORDER + 2];
 
 const ONE: Polynomial = {
@@ -32,17 +31,17 @@ fn integral(p: &Polynomial, power: usize) -> f64 {
 pub(super) struct Coefficients {
     /// The corrector polynomial L.
     pub corrector: Polynomial,
-    /// Error of the step over that of `e`.
+    /// Error of the step over the correction `e`.
     pub error: f64,
-    /// Error that the order below would make, over the highest coefficient; nothing for order 1.
+    /// Error at the order below, over the highest coefficient; without meaning for order 1.
     pub lower: f64,
-    /// Error that the order above would make, over the change of `e` from step to step.
+    /// Error at the order above, over the change of `e` from step to step.
     pub higher: f64,
-    /// Changes of `e` are those of `e / spread`, which is a divided difference.
+    /// Changes of `e` are taken as those of `e / spread`, a divided difference.
     pub spread: f64,
 }
 
-/// Distances, in units of `unit`, of points at `first` and then each of `steps` further back.
+/// Distances, over `unit`, of a point at `first` and of one more for each of `steps` further back.
 pub(super) fn distances(first: f64, steps: &[f64], unit: f64) -> [f64; MAX_ORDER + 1] {
     let mut sum = first;
     let mut distances = [first / unit; MAX_ORDER + 1];
@@ -53,12 +52,12 @@ pub(super) fn distances(first: f64, steps: &[f64], unit: f64) -> [f64; MAX_ORDER
     distances
 }
 
-/// `(s + d) ...` over the distances.
+/// The product of `s + d` over the distances d.
 pub(super) fn roots(distances: &[f64]) -> Polynomial {
     distances.iter().fold(ONE, |p, d| times(&p, *d, 1.0))
 }
 
-/// The same, scaled to be 1 at 0.
+/// The product of `1 + s / d` over the distances d.
 fn scaled_roots(distances: &[f64]) -> Polynomial {
     distances.iter().fold(ONE, |p, d| times(&p, 1.0, 1.0 / d))
 }
@@ -73,7 +72,7 @@ pub(super) fn adams(order: usize, xi: &[f64]) -> Coefficients {
     let spread = area * xi[..order].iter().product::<f64>();
     Coefficients {
         corrector,
-        // Shorter steps make it too small where the rates jump, so it is at least that of equal steps.
+        // Shorter steps would make it too small where the rates jump, so it is at least that of equal steps.
         error: (integral(&kept, 1) / (area * xi[order - 1].min(order as f64))).abs(),
         lower: order as f64 * integral(&roots(&xi[..order.saturating_sub(2)]), 1).abs(),
         higher: (integral(&roots(&xi[..order]), 1) / (xi[order] * spread)).abs(),
@@ -82,7 +81,7 @@ pub(super) fn adams(order: usize, xi: &[f64]) -> Coefficients {
 }
 
 /// Backward differentiation: L vanishes at the points that are kept, the last of them moved so that L' at the end of
-/// the step is that of equal steps. The error constants are those of Brown, Byrne and Hindmarsh.
+/// the step is as for equal steps. The error constants are those of Brown, Byrne and Hindmarsh.
 pub(super) fn bdf(order: usize, xi: &[f64]) -> Coefficients {
     let q = order as f64;
     let leading: f64 = (1..=order).map(|j| 1.0 / j as f64).sum();

@@ -12,7 +12,7 @@ use crate::solver::{DoubleDouble, crossing, series};
 const SLOW: f64 = 1e-4;
 /// Positions, overlaps (m) and velocities (m/s) stay below this, or energies overflow.
 const LARGEST: f64 = 1e150;
-/// Overlaps are computed to the tolerance above this many overlaps of an impact; below, the velocities decide.
+/// Overlaps above this many overlaps of an impact are computed to the tolerance; below, the velocities decide.
 const DEEP: f64 = 100.0;
 
 /// The right-hand side for a cradle of n balls. The state is
@@ -21,7 +21,8 @@ const DEEP: f64 = 100.0;
 /// - the impulses of the n-1 contacts (N.s),
 /// - the energy dissipated (J), the work of the inputs (J) and the integral of the force on the support (N.s).
 ///
-/// Overlaps are unknowns because differences of positions do not resolve them. Nothing depends on the last two lines.
+/// Overlaps are unknowns because differences of positions do not resolve them. The rates do not depend on the last two
+/// lines.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Dynamics {
     #[serde(skip)]
@@ -30,7 +31,7 @@ pub(super) struct Dynamics {
     #[serde(skip)]
     pub forcings: Vec<Forcing>,
     pub since: DoubleDouble,
-    /// Relative.
+    /// Relative tolerance.
     pub tolerance: f64,
     /// Scales of the tolerances: of positions (m), velocities (m/s) and overlaps (m).
     scales: [f64; 3],
@@ -44,9 +45,10 @@ pub(super) fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<
 }
 
 impl Dynamics {
-    /// From the state `y` at `since` (s) on. The error allowed is `tolerance` times the larger of a component and its
-    /// scale: for positions the way at the [speed in reach](Cradle::speed_in_reach) within one unit of their time, for
-    /// velocities [`SLOW`] times that speed, for overlaps [`DEEP`] times the overlap of an impact at that speed.
+    /// The dynamics from the state `y` at `since` (s) on. The error allowed is `tolerance` times the larger of a
+    /// component and its scale: for positions the distance at the [speed in reach](Cradle::speed_in_reach) within one
+    /// unit of time of a pendulum, for velocities [`SLOW`] times that speed, for overlaps [`DEEP`] times the overlap of
+    /// an impact at that speed.
     pub fn new(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], tolerance: f64) -> Self {
         let (forcings, since) = (forcings(&cradle, inputs, since), since.into());
         let mut dynamics = Self { cradle, forcings, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };
@@ -73,7 +75,7 @@ impl Dynamics {
         self.since.is_sound() && self.scales.iter().chain([&self.tolerance, &self.energy_scale]).all(positive)
     }
 
-    /// The state with these positions and velocities, the sums at 0.
+    /// The state with these positions (m) and velocities (m/s), and with sums of 0.
     pub fn start(cradle: &Cradle, x: &[f64], v: &[f64]) -> Vec<f64> {
         let overlap = |(law, x): (&ContactLaw, &[f64])| x[0] - x[1] - law.clearance;
         let mut y = [x, v].concat();
@@ -103,8 +105,8 @@ impl Dynamics {
         [2, 1, 0].map(|before| 4 * self.balls() - before)
     }
 
-    /// The first component of `y` (a state, its rates, or the first of either) from which no run can go on: it is NaN,
-    /// infinite or, of positions, velocities and overlaps, beyond [`LARGEST`].
+    /// The first component of `y` (a state, its rates, or the beginning of either) with which no run can go on: it is
+    /// NaN, infinite or, for positions, velocities and overlaps, beyond [`LARGEST`].
     pub fn beyond_range(&self, y: &[f64]) -> Option<usize> {
         let (dynamic, sums) = y.split_at(self.impulse(0).min(y.len()));
         let of_sums = || sums.iter().position(|y| !y.is_finite()).map(|sum| dynamic.len() + sum);
@@ -126,11 +128,11 @@ impl Dynamics {
         forcing_at(&self.forcings[i], (t - self.since).value())
     }
 
-    /// The overlap of contact `i` on a step as a series of the share of the step that has passed.
+    /// The overlap of contact `i` on a step as a series in the elapsed part of the step.
     pub fn overlap_series(&self, path: &NordsieckStep, i: usize) -> Vec<f64> {
         let mut series: Vec<f64> = (0..=path.degree).map(|j| path.column(j)[self.overlap(i)]).collect();
         series.resize(series.len().max(3), 0.0);
-        // From the end of the step to its start.
+        // Moves the origin from the end of the step to its start.
         for k in 1..=path.degree {
             for j in (k..=path.degree).rev() {
                 series[j - 1] -= series[j];
@@ -177,7 +179,7 @@ impl Dynamics {
         rates[4 * n - 2..].copy_from_slice(&[loss, work, support]);
     }
 
-    /// The change `e` of the state `y` over the allowed error, of the components that the rates depend on.
+    /// The change `e` of the state `y` over the allowed error, for the components that the rates depend on.
     pub fn size(&self, y: &[f64], e: &[f64]) -> f64 {
         let n = self.balls();
         let mut most = 0.0;
@@ -204,9 +206,9 @@ impl Dynamics {
     /// For Newton's method with the Jacobian J of the rates at `y`: a function that replaces `e` by the solution of
     /// `(1 - gamma J) solution = e`, except in components that the rates do not depend on.
     ///
-    /// Positions and overlaps are eliminated by `e_x = r_x + gamma e_v` and the like: for the velocities remains `M +
-    /// gamma C + gamma^2 K` with the masses, dampings and stiffnesses, symmetric, positive definite and tridiagonal.
-    /// Its factors `L D L'` need no pivoting (Golub and Van Loan, Matrix Computations, section 4.3.6).
+    /// Positions and overlaps are eliminated by `e_x = r_x + gamma e_v` and the like. The matrix for the velocities is
+    /// then `M + gamma C + gamma^2 K` with the masses, dampings and stiffnesses, symmetric, positive definite and
+    /// tridiagonal. Its factors `L D L'` need no pivoting (Golub and Van Loan, Matrix Computations, section 4.3.6).
     pub fn newton(&self, y: &[f64], gamma: f64) -> impl FnMut(&mut [f64]) + use<> {
         let (n, balls) = (self.balls(), self.cradle.balls.clone());
         let ball = |ball: &BallModel| ball.mass * (1.0 + gamma * (2.0 * ball.gamma + gamma * ball.omega2));
@@ -251,7 +253,7 @@ impl Dynamics {
         }
     }
 
-    /// The fraction of a step, yet to be accepted, at which a contact switches for a moment that its ends do not show.
+    /// For a step yet to be accepted: the fraction at which a contact switches for a moment that the ends do not show.
     pub fn overlooked(&self, path: &NordsieckStep) -> Option<f64> {
         let shown = |i: usize| {
             if !self.might_switch(path, i) {

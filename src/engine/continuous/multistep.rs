@@ -17,13 +17,14 @@ use super::trajectory::{LONGEST, Trajectory, max_degree, resolved};
 use crate::engine::EngineError;
 use crate::model::SolverMethod;
 
-/// Smallest ratio for which the step is changed.
+/// Smallest ratio for which the step is changed, and largest growth of a step.
 const WORTH_IT: f64 = 1.5;
 const GROWTH: f64 = 10.0;
-/// Attempts at one step after which the solver gives up: enough from the longest step to the resolution of doubles.
+/// Attempts at one step after which the solver gives up, enough from the longest step to the resolution of doubles; and
+/// most iterations in an attempt.
 const MAX_ATTEMPTS: usize = 200;
 const MAX_ITERATIONS: usize = 3;
-/// The iteration ends when its error is this part of the allowed error of a step.
+/// The iteration ends when its error is below this part of the error allowed in a step.
 const ITERATION_ERROR: f64 = 0.1;
 
 /// Ratio of the next step to the last one, whose error was `error` times the allowed one, with a margin `bias`.
@@ -33,7 +34,7 @@ fn ratio(bias: f64, error: f64, order: usize) -> f64 {
 
 impl Trajectory {
     pub(super) fn multistep(&mut self) -> Result<(), EngineError> {
-        // From the order of the last step to that of this one.
+        // Adapts the path from the order of the last step to that of this one.
         match self.order.cmp(&self.path.degree) {
             Ordering::Less => self.lower_order(),
             Ordering::Greater => self.raise_order(),
@@ -117,7 +118,7 @@ impl Trajectory {
         None
     }
 
-    /// Components that the rates do not depend on, from the rates at the end of the step.
+    /// Computes the components that the rates do not depend on, from the rates at the end of the step.
     fn correct_sums(&mut self, c: &Coefficients) {
         self.evaluate(self.trial.end);
         for i in self.dynamics.impulse(0)..self.rates.len() {
@@ -139,7 +140,7 @@ impl Trajectory {
             }
             0.1
         } else {
-            // A ratio that is not a number becomes the smallest.
+            // A NaN becomes the smallest ratio.
             ratio(6.0, error, self.order).max(0.1).min(if failures > 1 { 0.2 } else { 0.9 })
         };
         self.path.rescale(shorter);
@@ -154,7 +155,7 @@ impl Trajectory {
         let order = self.order;
         let (mut best, mut next) = (ratio(6.0, error, order), order);
         if self.growth == 1.0 {
-            // After a failure: the same again.
+            // After a failure the step stays as it is.
             self.wait = self.wait.max(2);
             best = 1.0;
         } else if self.wait == 0 {

@@ -1,4 +1,4 @@
-//! The results at the current time; see [`Engine`](crate::engine::Engine) for the meanings.
+//! The results at the current time, with the meanings that [`Engine`](crate::engine::Engine) gives them.
 
 use super::run::Continuous;
 use super::trajectory::{ContactEvent, Trajectory};
@@ -9,7 +9,7 @@ use crate::engine::pair_impact::ImpactCoefficients;
 use crate::model::{Chain, ContactLaw, Cradle, Differential, Mode, ONSET_PERIODS, Record, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
-/// Most steps times balls of one look for the next onset: a few milliseconds.
+/// Most steps times balls in one look for the next onset: a few milliseconds.
 const LOOK_AHEAD: usize = 20_000;
 
 impl Continuous {
@@ -61,8 +61,8 @@ impl Continuous {
         next.filter(|next| *next > self.time)
     }
 
-    /// The first onset beyond the last step, or none within 1000 periods of the first ball; if a fixed number of steps
-    /// does not reach it, the time reached, from which the next look continues.
+    /// The first onset beyond the last step; never if there is none within 1000 periods of the first ball. If a fixed
+    /// number of steps does not reach it, the time reached; the next look continues there.
     fn look_ahead(&self, now: DoubleDouble) -> Forecast {
         let limit = now + ONSET_PERIODS * self.cradle().period();
         let mut known = self.ahead.borrow_mut();

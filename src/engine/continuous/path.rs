@@ -10,7 +10,7 @@ use crate::solver::DoubleDouble;
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct NordsieckStep {
     pub end: DoubleDouble,
-    /// Its length, s; 0 before the first step.
+    /// Length, s; 0 before the first step.
     pub step: f64,
     pub degree: usize,
     size: usize,

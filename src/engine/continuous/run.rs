@@ -11,7 +11,8 @@ use crate::engine::{Busy, EngineError, Forecast, HeldInputs, Ledger, Observer, P
 use crate::model::{Chain, Cradle, Inputs, Parameters, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
-/// Balls for which an evaluation of the rates, with its part of a step, takes a unit of effort: see [`Watchdog`].
+/// Number of balls for which an evaluation of the rates, with its part of a step, counts as one unit of effort: see
+/// [`Watchdog`].
 const BALLS: usize = 4;
 
 /// A cradle and its trajectory up to the current time.
@@ -19,20 +20,21 @@ const BALLS: usize = 4;
 pub struct Continuous {
     pub(in crate::engine) inputs: HeldInputs,
     pub(super) trajectory: Trajectory,
-    /// Of the contacts; the impulse in a ledger is that at the last onset.
+    /// Ledgers of the contacts; the impulse in a ledger is that at the last onset.
     pub(super) ledgers: Vec<Ledger>,
     pub(super) time: f64,
     /// Number of the current step; 0 before the first.
     pub(super) step: u64,
     /// Start of the last step, s, with the state of the equations then.
     pub(super) step_start: f64,
-    /// Up to when the ledgers hold its largest forces, s; see [`StepStart`](crate::engine::StepStart).
+    /// Time up to which the ledgers hold the largest forces of the step, s; see
+    /// [`StepStart`](crate::engine::StepStart).
     pub(super) entered: f64,
     pub(super) y_at_step: Vec<f64>,
     pub(super) energy_at_start: f64,
     /// A copy of the motion that looks ahead for the next onset.
     pub(super) ahead: RefCell<Option<Box<Trajectory>>>,
-    /// The last result, and the time of the request, s.
+    /// The last result of a look ahead, and the time of the request, s.
     pub(super) foreseen: Cell<Option<(f64, Forecast)>>,
 }
 
@@ -128,7 +130,7 @@ impl Continuous {
         Ok(())
     }
 
-    /// From the current time on, the drag and contact damping of `parameters` (the tunable ones) act.
+    /// From the current time on, the tunable ones of these `parameters` act: drag and damping of contacts.
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.trajectory.dynamics.cradle {
@@ -180,7 +182,7 @@ impl Continuous {
     /// See [`Engine::continue_step`](crate::engine::Engine::continue_step).
     pub fn continue_step(&mut self, mut time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         if self.entered == self.time {
-            // Those that act from now on.
+            // The forces that act from now on.
             self.enter_forces();
         }
         let before = self.effort();
@@ -206,7 +208,8 @@ impl Continuous {
         if self.effort() > before { self.check_finite() } else { Ok(()) }
     }
 
-    /// Fails if the last steps have left the range of doubles, or their sums: what is saved after a step is finite.
+    /// Fails if the last steps, or sums over them, have left the range of doubles. So what is saved after a step is
+    /// finite.
     fn check_finite(&self) -> Result<(), EngineError> {
         self.trajectory.check_finite()?;
         if let Some(component) = self.y_at_step.iter().position(|y| !y.is_finite()) {
@@ -247,7 +250,7 @@ impl Continuous {
     }
 }
 
-/// Enters a `force` at a `time` of a solver's step that began at `begun` in the pulse and in the step of the host.
+/// Enters a `force` at a `time` of a solver's step that began at `begun`, for the pulse and for the step of the host.
 fn reach(ledger: &mut Ledger, force: f64, time: DoubleDouble, begun: DoubleDouble) {
     ledger.reach(Peak { force, time: time.value_up() }, begun);
     ledger.reach_in_step(force);

@@ -4,15 +4,15 @@ use super::trajectory::{Trajectory, resolved};
 use crate::engine::EngineError;
 
 impl Trajectory {
-    /// Makes a step of the classical method of order 4. Within it the solution is the cubic
-    /// polynomial with the states and rates at both ends (Hermite's).
+    /// Makes a step of the classical method of order 4. Within it the solution is the cubic polynomial with the states
+    /// and rates at both ends (Hermite's).
     pub(super) fn runge_kutta(&mut self) -> Result<(), EngineError> {
         let h = self.fixed_step;
         let (from, to) = (self.path.end, self.path.end + h);
         if !resolved(from, h) {
             return Err(EngineError::StepTooSmall { time: from.value(), step: h });
         }
-        // Rates times the step: those at the last stage, and the sum of all.
+        // Rates times the step: at the last stage, and the weighted sum over all stages.
         self.kept.copy_from_slice(self.path.column(1));
         self.correction.copy_from_slice(self.path.column(1));
         for (share, weight) in [(0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {

@@ -24,7 +24,7 @@ pub(super) enum ContactEvent {
     Release,
 }
 
-/// Its time, and the force there, N; at an onset that right after it.
+/// A contact event with its time, and the force then, N; for an onset, the force right after it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Event {
     pub time: DoubleDouble,
@@ -39,7 +39,7 @@ impl Event {
     }
 }
 
-/// Highest degree of the polynomials over a step, in multistep methods their highest order.
+/// Highest degree of the polynomials over a step; for multistep methods, their highest order.
 pub(super) fn max_degree(method: SolverMethod) -> usize {
     match method {
         SolverMethod::Adams => MAX_ORDER,
@@ -48,7 +48,7 @@ pub(super) fn max_degree(method: SolverMethod) -> usize {
     }
 }
 
-/// Degree of the allocated polynomials: a multistep method also tries the order above.
+/// Degree for which polynomials have room: a multistep method also tries the order above.
 fn room(method: SolverMethod) -> usize {
     max_degree(method) + usize::from(method != SolverMethod::Rk4)
 }
@@ -68,7 +68,7 @@ pub(super) struct Trajectory {
     /// Step of the Runge-Kutta formula, s.
     pub fixed_step: f64,
     pub path: NordsieckStep,
-    /// Where a step is tried.
+    /// The step that is being tried.
     #[serde(skip)]
     pub(super) trial: NordsieckStep,
     /// Lengths of the last steps, s, the latest first.
@@ -80,7 +80,7 @@ pub(super) struct Trajectory {
     pub(super) wait: usize,
     /// Largest growth of the next step.
     pub(super) growth: f64,
-    /// Correction `e` of the last step, and that of the one before with its spread, if stored.
+    /// Correction `e` of the last step; that of the step before, and its spread, if they are stored.
     pub(super) correction: Vec<f64>,
     pub(super) kept: Vec<f64>,
     pub(super) kept_spread: Option<f64>,
@@ -97,8 +97,8 @@ pub(super) struct Trajectory {
 }
 
 impl Trajectory {
-    /// From the state `y` at `dynamics.since` on, after this `work`. Unless the method has a fixed step (s), the first
-    /// step is one of order 1 that changes the state by no more than the allowed error.
+    /// A trajectory from the state `y` at `dynamics.since` on, after this `work`. Unless the method has a fixed step
+    /// (s), the first step has order 1 and changes the state by no more than the allowed error.
     pub fn new(method: SolverMethod, fixed_step: f64, dynamics: Dynamics, y: &[f64], work: WorkCounters) -> Self {
         let (since, path) = (dynamics.since, NordsieckStep::resting(dynamics.since, y, room(method)));
         let closed = (0..dynamics.cradle.contacts.len()).map(|i| y[dynamics.overlap(i)] > 0.0).collect();
@@ -134,9 +134,9 @@ impl Trajectory {
         trajectory
     }
 
-    /// Restarts from the state `y` at `dynamics.since`, on the last step, with other equations.
+    /// Restarts from the state `y` at `dynamics.since`, a time on the last step, with other equations.
     pub fn restart(&mut self, dynamics: Dynamics, y: &[f64]) {
-        // Later events do not happen like this.
+        // Later events will not happen as found.
         for event in self.events.drain(..) {
             match event.kind {
                 ContactEvent::Onset => self.closed[event.contact] = false,
@@ -148,7 +148,8 @@ impl Trajectory {
         *self = Self { closed, ..Self::new(self.method, self.fixed_step, dynamics, y, self.work) };
     }
 
-    /// Restores it; `None` if it does not fit a run of `cradle` by its method. Any values pass if it is `broken`.
+    /// Completes a saved trajectory; `None` if it does not fit a run of `cradle` by its method. If it is `broken`, any
+    /// values pass.
     pub fn restored(mut self, cradle: Cradle, forcings: Vec<Forcing>, broken: bool) -> Option<Self> {
         (self.dynamics.cradle, self.dynamics.forcings) = (cradle, forcings);
         let (size, contacts) = (4 * self.dynamics.balls() + 1, self.dynamics.cradle.contacts.len());
@@ -191,7 +192,8 @@ impl Trajectory {
         (path.value(self.dynamics.overlap(i), s), path.value(v, s) - path.value(v + 1, s))
     }
 
-    /// Makes a step, if double-doubles resolve it, and finds its events; those of the step before must have been taken.
+    /// Makes a step, if double-doubles resolve it, and finds its events. The events of the step before must have been
+    /// taken.
     pub fn advance(&mut self) -> Result<(), EngineError> {
         if self.method == SolverMethod::Rk4 { self.runge_kutta() } else { self.multistep() }?;
         self.work.steps = self.work.steps.saturating_add(1);
@@ -227,7 +229,7 @@ impl Trajectory {
             let sign = if closes { 1.0 } else { -1.0 };
             let s = crossing::first_positive(&series, sign, 0.0, 1.0).unwrap_or(1.0) - 1.0;
             let kind = if closes { ContactEvent::Onset } else { ContactEvent::Release };
-            // The damper acts at once.
+            // A damper acts at once.
             let law = &self.dynamics.cradle.contacts[i];
             let force = if closes { law.force(f64::MIN_POSITIVE, self.overlap(i, s).1) } else { 0.0 };
             self.events.push_back(Event { time: self.path.time(s), contact: i, kind, force });

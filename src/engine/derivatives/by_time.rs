@@ -12,9 +12,9 @@ impl Engine {
     /// Time derivatives of the outputs at the current time, of order 1 to [`MAX_OUTPUT_DERIVATIVE`], from the right; 0
     /// for outputs that change only at events and communication points.
     ///
-    /// They are those of the computed motion. For forces of contacts at rest, the second derivative keeps 7 digits and
-    /// the third 4 or 5. A contact that has just closed, or whose inputs have just changed, rings by 1e-12 of its force
-    /// from rounding; each derivative multiplies that by the angular frequency.
+    /// They are derivatives of the computed motion. For forces of contacts at rest, the second derivative keeps 7
+    /// digits and the third 4 or 5. A contact that has just closed, or whose inputs have just changed, rings by 1e-12
+    /// of its force from rounding; each derivative multiplies that by the angular frequency.
     pub fn time_derivative(&self, order: usize) -> Differential {
         let inputs = self.inputs.at(self.time);
         let state = self.state_of_all(self.time.into()).under(inputs.forcings(&self.cradle));
@@ -49,13 +49,13 @@ impl Engine {
     }
 }
 
-/// The same for a state under these inputs.
+/// [`Engine::time_derivative`] for a chain in this state under these inputs.
 pub(crate) fn by_time(cradle: &Cradle, state: ChainState, inputs: &HeldInputs, order: usize) -> Differential {
     let state = state.under(inputs.forcings(cradle));
     of_series(cradle, &state, inputs, &state.series(cradle, &[]), order)
 }
 
-/// The same from the series of all motions and forces.
+/// The time derivatives of the outputs from the series of all motions and forces.
 ///
 /// Energy and momentum are taken from their balances, `E' = sum F_ext v - a_support p - P_dissipated` and
 /// `p' = sum F_ext - a_support sum m - F_support`: as sums of derivatives, large terms would cancel in a contact. Where
@@ -103,7 +103,7 @@ fn of_series(cradle: &Cradle, state: &ChainState, inputs: &HeldInputs, series: &
 /// pendulums differ, so their parts are summed contact by contact, where they cancel exactly.
 fn support_series(cradle: &Cradle, state: &ChainState, series: &Series) -> [f64; MAX_OUTPUT_DERIVATIVE + 1] {
     let mut support = [0.0; MAX_OUTPUT_DERIVATIVE + 1];
-    // Coefficients of accelerations times mass, with the factors omega2 and gamma.
+    // Adds coefficients of accelerations times mass, with the factors omega2 and gamma.
     let mut add = |omega2: f64, gamma: f64, accelerations: &[f64]| {
         for (k, a) in accelerations.iter().enumerate() {
             let next = (k + 1) as f64;

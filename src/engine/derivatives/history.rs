@@ -15,7 +15,7 @@ const MOST_NUMBERS: usize = 1 << 24;
 /// A part of a run without changes: the inputs are polynomials of the time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Stretch {
-    /// Its end, s.
+    /// End, s.
     pub until: f64,
     pub inputs: HeldInputs,
     pub tunables: Tunables,
@@ -26,12 +26,12 @@ pub(crate) struct Stretch {
 struct Stretches {
     list: Vec<Stretch>,
     numbers: usize,
-    /// Whether a change was not kept.
+    /// Whether a change was not kept, so that the list is incomplete.
     broken: bool,
 }
 
 impl Stretches {
-    /// Adds what acted until a change, if it is `wanted`, acted for a time, and has room.
+    /// Adds what acted until a change, if it is `wanted`, acted for some time, and has room.
     fn keep(&mut self, wanted: bool, stretch: &Stretch) {
         self.broken |= !wanted;
         if !self.broken && self.list.last().is_none_or(|last| last.until < stretch.until) {
@@ -45,7 +45,7 @@ impl Stretches {
         }
     }
 
-    /// All of them, if they were kept, and then this one.
+    /// All stretches, then `last`; `None` if some were not kept.
     fn and(&self, last: Stretch) -> Option<Vec<Stretch>> {
         (!self.broken).then(|| self.list.iter().cloned().chain([last]).collect())
     }
@@ -62,8 +62,8 @@ pub struct History {
 }
 
 impl History {
-    /// Before a change: keeps what acted until then, for the run if that is `wanted`, and for the step if it has
-    /// lasted for a time.
+    /// Keeps, before a change, what acted until then: for the run if that is `wanted`, for the step if that has lasted
+    /// for some time.
     pub(crate) fn keep(&mut self, wanted: bool, in_step: bool, stretch: &Stretch) {
         self.forget_tapes();
         self.of_run.keep(wanted, stretch);
@@ -72,7 +72,7 @@ impl History {
         }
     }
 
-    /// A step begins.
+    /// Begins a step.
     pub fn begin_step(&mut self) {
         self.of_step = Stretches::default();
     }
@@ -96,12 +96,12 @@ impl History {
         !self.of_run.broken
     }
 
-    /// The stretches of the run, and `now` as the last one; `None` if not all were kept.
+    /// The stretches of the run, then `now`; `None` if some were not kept.
     pub(crate) fn of_run(&self, now: Stretch) -> Option<Vec<Stretch>> {
         self.of_run.and(now)
     }
 
-    /// Those of the last step.
+    /// The stretches of the last step, then `now`; `None` if some were not kept.
     pub(crate) fn of_step(&self, now: Stretch) -> Option<Vec<Stretch>> {
         self.of_step.and(now)
     }
@@ -130,7 +130,7 @@ mod tests {
     use crate::model::Inputs;
 
     #[test]
-    fn what_has_acted_for_no_time_is_not_kept() {
+    fn history_drops_what_has_acted_for_no_time() {
         let (p, held) = (Parameters::default_for(3), HeldInputs::constant(Inputs::zero(3), 0.0));
         let stretch = |until| Stretch { until, inputs: held.clone(), tunables: p.tunables() };
         let mut history = History::default();

@@ -1,5 +1,5 @@
-//! Derivatives of the outputs at the end of the last step, by the inputs over it or by all since the start; and those
-//! at the start.
+//! Derivatives of the outputs at the end of the last step, by the inputs over it or by everything since the start; and
+//! derivatives of the outputs at the start.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -15,27 +15,26 @@ use crate::engine::{EngineError, HeldInputs, Unrecorded, run::Engine};
 use crate::model::{Differential, Inputs, Parameters, Results, SolverMethod};
 use crate::solver::{Dual, Scalar};
 
-/// Allowed difference between the ends of the run and of that recorded, over the amplitude. Inputs that go on after a
+/// Allowed difference between the ends of a run and of its repetition, over the amplitude. Inputs that go on after a
 /// change of the parameters are rounded.
 const AGREEMENT: f64 = 1e-9;
 
 /// The last step of a run, by any method: the data for its derivatives.
 pub struct LastStep<'a> {
     run: &'a dyn Results,
-    /// The current parameters.
     parameters: &'a Parameters,
-    /// What acts from its end on.
+    /// Inputs from its end on.
     inputs: HeldInputs,
-    /// The state at its start.
+    /// State at its start.
     start: ChainState,
-    /// When it began, s, and its length, s; 0 before the first.
+    /// Start, s; before the first step its `length` (s) is 0.
     began: f64,
     impacts: Arc<ImpactCoefficients>,
     length: f64,
     pub(crate) end: ChainState,
     /// Whether to follow the motion beyond its end, for the derivative of the time of the next onset.
     to_next_onset: bool,
-    /// Integration steps taken on the way there so far.
+    /// Integration steps taken so far on the way to the next onset.
     steps_to_onset: Cell<u64>,
 }
 
@@ -45,7 +44,7 @@ pub(crate) struct StepEnds {
     pub end: ChainState,
     pub began: f64,
     pub inputs: HeldInputs,
-    /// What the run has computed for impacts, which a repetition needs, too.
+    /// Coefficients for impacts that the run has computed; a repetition needs them, too.
     pub impacts: Arc<ImpactCoefficients>,
 }
 
@@ -62,7 +61,7 @@ impl Engine {
 type Start<'a> = (f64, &'a ChainState);
 
 impl<'a> LastStep<'a> {
-    /// Of this run and its current parameters.
+    /// The last step of this run, with its current parameters.
     pub(crate) fn new(run: &'a dyn Results, parameters: &'a Parameters, ends: StepEnds) -> Self {
         let StepEnds { start, end, began, inputs, impacts } = ends;
         Self {
@@ -79,8 +78,8 @@ impl<'a> LastStep<'a> {
         }
     }
 
-    /// If `wanted`, with the derivative of the time of the next onset, which may take many times the work of the step;
-    /// otherwise that is NaN.
+    /// If `wanted`, the derivative of the time of the next onset is computed, which may take many times the work of the
+    /// step; otherwise it is NaN.
     pub fn with_next_onset(self, wanted: bool) -> Self {
         Self { to_next_onset: wanted, ..self }
     }
@@ -94,9 +93,8 @@ impl<'a> LastStep<'a> {
         self.end.flights.len()
     }
 
-    /// Derivatives of the outputs at its end along `inputs`, which were held over it: they change by the same over all
-    /// its `stretches`. Before the first step nothing depends on them. An error if the step cannot be
-    /// followed.
+    /// Derivatives of the outputs at the end of the step along a direction of the inputs, which change by the same over
+    /// all its `stretches`. Before the first step nothing depends on them. An error if the step cannot be followed.
     pub(crate) fn along_inputs(&self, stretches: &[Stretch], inputs: &Inputs) -> Result<Differential, Unfollowed> {
         if self.length == 0.0 {
             return Ok(Differential::all(self.balls(), 0.0));
@@ -104,8 +102,8 @@ impl<'a> LastStep<'a> {
         self.along((self.began, &self.start), stretches, (None, inputs))
     }
 
-    /// The same along parameters and inputs of the run that began so, or in a step without changes of parameters. Both
-    /// change by the same over all `stretches`.
+    /// Derivatives of the outputs along a direction of parameters and inputs, which change by the same over all
+    /// `stretches`: over the run from this start, or over a step without changes of parameters.
     pub(crate) fn along(
         &self,
         start: Start,
@@ -120,12 +118,11 @@ impl<'a> LastStep<'a> {
         Ok(Differential { next_onset: self.next_onset(&mut run), ..outputs })
     }
 
-    /// The parts of the step.
     pub(crate) fn tape_of_step(&self, stretches: &[Stretch]) -> Result<Tape, Unfollowed> {
         self.tape((self.began, &self.start), stretches)
     }
 
-    /// The parts of the run that began so; an error if it cannot be followed.
+    /// The run from this start in parts; an error if it cannot be followed.
     pub(crate) fn tape(&self, start: Start, stretches: &[Stretch]) -> Result<Tape, Unfollowed> {
         let mut run = self.record(start, stretches, Sink::default())?;
         let tape = run.recorder.take().and_then(|recorder| recorder.tape(self.at_end(stretches)));
@@ -143,7 +140,7 @@ impl<'a> LastStep<'a> {
         End { state: self.end.clone(), inputs: self.inputs.clone(), length: self.length, support_speed }
     }
 
-    /// The run again, from this start on; it stands at its end, interrupted.
+    /// Repeats the run from this start; the result stands at its end, interrupted.
     fn record(&self, (mut since, start): Start, stretches: &[Stretch], sink: Sink) -> Result<Engine, Unfollowed> {
         let another = |_: EngineError| Unfollowed::Another;
         let (mut acting, mut run): (Parameters, Option<Engine>) = (self.parameters.clone(), None);
@@ -215,7 +212,8 @@ impl<'a> LastStep<'a> {
         outputs
     }
 
-    /// Derivative of the time of the next onset after its end along a direction that changes the state there by this.
+    /// Derivative of the time of the next onset after the end of the step, along a direction that changes the state
+    /// there by `change`.
     fn next_onset_from_end(&self, direction: Direction, change: Vec<f64>) -> f64 {
         if !self.to_next_onset {
             return f64::NAN;
@@ -238,7 +236,7 @@ impl<'a> LastStep<'a> {
             (true, Some(_), Some(recorder)) => recorder.next_onset = None,
         }
         run.interrupt();
-        // The same onset by a motion that differs by rounding.
+        // In the repeated motion the same onset may be later by rounding.
         let until = next.map_or(0.0, |next| next + 1e-9 * (next - run.time).max(run.time));
         let before = run.work().steps;
         let followed = run.advance(until, &mut Unrecorded);

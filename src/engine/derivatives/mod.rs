@@ -1,6 +1,6 @@
 //! Derivatives of the outputs: by time ([`by_time()`]), and along inputs or parameters, over the last step or the whole
-//! run ([`LastStep`], [`History`]). See "Derivatives" in docs/theory.md. They need a state of the chain and the inputs,
-//! so they serve every method.
+//! run ([`LastStep`], [`History`]). See "Derivatives" in docs/theory.md. They need only a state of the chain and the
+//! inputs, so they serve every method.
 
 mod by_time;
 mod history;

@@ -8,19 +8,19 @@ use crate::solver::{DoubleDouble, crossing};
 /// A closed contact at the end of a step of the host, or at an event.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Reached {
-    /// In s.
+    /// Time, s.
     pub time: f64,
-    /// Its force, N, and the rate of that, N/s.
+    /// Force, N, and its rate, N/s.
     pub force: f64,
     pub slope: f64,
-    /// Its impulse since the start, N.s.
+    /// Impulse since the start, N.s.
     pub impulse: f64,
 }
 
 impl Reached {
-    /// The largest force on a step from `before` to here: that of the polynomial of order 4 through the forces and
-    /// rates at both ends that has the step's impulse. A host need not report the steps of its solver, so that one step
-    /// may hold a whole pulse.
+    /// The largest force on a step from `before` to here, by the polynomial of order 4 that has the forces and rates at
+    /// both ends and the step's impulse. A host need not report all steps of its solver, so one step may
+    /// hold a whole pulse.
     fn peak_since(&self, before: &Self) -> Peak {
         let h = self.time - before.time;
         if !(h > 0.0 && before.slope >= 0.0 && self.slope <= 0.0 && before.slope > self.slope) {
@@ -29,7 +29,7 @@ impl Reached {
         let (rise, [first, last]) = (self.force - before.force, [before.slope, self.slope].map(|slope| h * slope));
         let cubic = [before.force, first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise];
         let mean = 0.5 * (before.force + self.force) + (first - last) / 12.0;
-        // Times s^2 (1 - s)^2, whose mean is 1/30.
+        // Factor of s^2 (1 - s)^2, whose mean is 1/30.
         let more = 30.0 * ((self.impulse - before.impulse) / h - mean);
         let [a, b, c, d] = cubic;
         let (place, force) = crossing::maximum(&[a, b, c + more, d - 2.0 * more, more], 0.0, 1.0);
@@ -44,13 +44,14 @@ impl Reached {
 /// The record of a contact at the last event and up to the last step of the host.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct ContactRecord {
-    /// Its impulse is the state at the last onset or, after a pulse, at its release.
+    /// Its impulse is the state at the last onset or, after a pulse, at the release.
     pub ledger: Ledger,
-    /// Largest force of the last pulse as the last event saw it, N.
+    /// Largest force of the last pulse up to the last event, N.
     pub peak: f64,
-    /// Time up to which the last event has followed it, s: until then its states are those of a flight yet to begin.
+    /// Time up to which the last event has followed the contact, s; until then its states are those of a flight yet to
+    /// begin.
     pub followed_until: Option<f64>,
-    /// The end of the host's last step, or the last event, while the contact is closed.
+    /// State at the end of the host's last step, or at the last event, while the contact is closed.
     last: Option<Reached>,
 }
 

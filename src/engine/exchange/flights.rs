@@ -6,14 +6,14 @@ use crate::engine::{Forecast, Unrecorded, run::Engine};
 use crate::model::{BallModel, Mode, ONSET_PERIODS};
 use crate::solver::{DoubleDouble, Smooth, root::rising_zero};
 
-/// Farthest look back for an onset, in radians of the swing or decay times; without gravity and drag in s. Far beyond
-/// any step.
+/// Farthest look back for an onset, in radians of the swing or decay times, or without gravity and drag in s. Far
+/// beyond any step.
 const FARTHEST: f64 = 1.5;
 
 /// Largest effort of one look ahead, in units of about a tenth of a microsecond; the next event continues.
 const LOOK_AHEAD: u64 = 40_000;
 
-/// Two times closer than this part of the larger of 1 s and the time are the same.
+/// Times that differ by less than this part of the larger of 1 s and the time count as equal.
 const SAME_TIME: f64 = 1e-13;
 
 /// An approach by less than this part of the nominal speed is rounding.
@@ -43,7 +43,7 @@ impl Exchange {
         self.engine_at(&self.flights(), &(0..self.balls()), 0.0, &self.closed(), &mut Unrecorded)
     }
 
-    /// The motion of the balls of contact `j` relative to each other along the flights of `balls`, `tau` (s) from now.
+    /// Relative motion of the balls of contact `j` along the flights of `balls`, `tau` (s) from now.
     pub(super) fn separation(&self, balls: &[Ball], j: usize, tau: f64) -> Separation {
         let from =
             |anchor, overlap| Separation::new(&balls[j], &balls[j + 1], anchor, overlap, &self.cradle.contacts[j]);
@@ -54,15 +54,16 @@ impl Exchange {
         flight
     }
 
-    /// When open contact `j` closed, from now (s), if due: its balls overlap and approach, or meet within the margin.
+    /// When the open contact `j` closed, relative to now (s), if it is due: its balls overlap and approach each other,
+    /// or meet within the margin.
     pub(super) fn due_onset(&self, balls: &[Ball], j: usize) -> Option<f64> {
         let (overlap, rate) = self.overlap_and_rate(j);
         if self.is_followed(j) {
             return None;
         }
         if rate.is_nan() || rate <= RESOLVED * self.scales.speed {
-            // Balls that touch within rounding may be about to press each other slowly. Unless the event for which that
-            // was announced closes the contact, it would be announced for ever.
+            // Balls that touch within rounding may be about to press each other slowly. If the event announced for that
+            // did not close the contact, it would be announced again and again.
             let announced =
                 matches!(self.next, Forecast::At(time) if time <= self.time) && self.next_contact == Some(j);
             let still = rate.abs() <= RESOLVED * self.scales.speed;
@@ -80,8 +81,8 @@ impl Exchange {
         self.contacts[j].followed_until.is_some_and(|until| until > self.time)
     }
 
-    /// When the flight of the balls of contact `j` begins, relative to now (s), if not before the time `from`: where
-    /// they part, or where an event has followed them to.
+    /// When the flight of the balls of contact `j` begins, relative to now (s): when they part, or up to when an event
+    /// has followed them. `None` if that is not after the time `from`.
     pub(super) fn parting(&self, balls: &[Ball], j: usize, from: f64) -> Option<f64> {
         let followed = self.contacts[j].followed_until.map(|until| until - self.time).filter(|until| *until > from);
         let from = followed.unwrap_or(from);
@@ -103,7 +104,7 @@ impl Exchange {
         let [overlap, rate, _] = at(from);
         let mut way = -overlap / rate;
         if way == 0.0 {
-            return Some(from); // As near as that.
+            return Some(from); // Too near to resolve.
         }
         while at(from + way.clamp(-farthest, farthest))[0] > 0.0 {
             if way.abs() >= farthest {

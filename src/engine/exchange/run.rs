@@ -24,24 +24,24 @@ pub struct Exchange {
     pub(super) inputs: Inputs,
     /// Current time, s.
     pub time: f64,
-    /// The states, in that order.
+    /// The states, in the order above.
     pub(super) y: Vec<f64>,
     pub(super) contacts: Vec<ContactRecord>,
     pub(super) scales: Scales,
     pub(super) energy_at_start: f64,
-    /// The next onset as the last event saw it, and its contact.
+    /// The next onset as known at the last event, and its contact.
     pub(super) next: Forecast,
     pub(super) next_contact: Option<usize>,
     /// Whether there has been no event yet, so that contacts closed at the start have not been followed.
     pub(super) at_start: bool,
-    /// The flags, and values computed from the states, the flags and the inputs.
+    /// The flags, and values that follow from the states, the flags and the inputs.
     pub(super) state: State,
 }
 
 impl Exchange {
     /// Starts a run at `start_time` (s) with the start values of `parameters`, which must be in their ranges.
     pub fn new(parameters: &Parameters, inputs: &Inputs, start_time: f64) -> Result<Self, EngineError> {
-        // Refuses an invalid start.
+        // The engine refuses an invalid start.
         let engine = Engine::new(parameters, inputs, start_time)?;
         let cradle = Cradle::new(parameters);
         let (n, m) = (parameters.balls(), parameters.contacts());
@@ -96,7 +96,7 @@ impl Exchange {
         Ok(self)
     }
 
-    /// Recomputes the values from the states, the flags and the inputs.
+    /// Recomputes what follows from the states, the flags and the inputs.
     pub(super) fn refresh(&mut self) {
         let forcings = self.forcings();
         let State { cradle, modes, beyond, .. } = std::mem::take(&mut self.state);
@@ -138,23 +138,23 @@ impl Exchange {
         [3 * self.balls() - 1, 3 * self.balls()]
     }
 
-    /// The states.
+    /// The states, in the order above.
     pub fn states(&self) -> &[f64] {
         &self.y
     }
 
-    /// Sets the states, all of them.
+    /// Sets all states.
     pub fn set_states(&mut self, states: &[f64]) {
         self.y.copy_from_slice(states);
         self.refresh();
     }
 
-    /// Whether a ball has no place. The balls to its right have none either.
+    /// Whether a ball has no place on its arc. Then the balls to its right have none either.
     pub fn lacks_places(&self) -> bool {
         self.state.x[self.balls() - 1].is_nan()
     }
 
-    /// Why these states are none of the cradle, if they are not.
+    /// Why a cradle cannot have these states; `None` if it can.
     pub fn lost(&self) -> Option<EngineError> {
         let (time, State { x, v, .. }) = (self.time, &self.state);
         let ball = (0..self.balls()).find(|&i| !(x[i].is_finite() && v[i].is_finite()))?;
@@ -170,7 +170,7 @@ impl Exchange {
     /// Sets inputs and tunable parameters from now on.
     pub fn set(&mut self, parameters: &Parameters, inputs: &Inputs) {
         if self.inputs != *inputs {
-            // The flight is no longer the one that began where an event ended.
+            // The flight is no longer the one that began at the end of an event.
             self.contacts.iter_mut().for_each(|contact| contact.followed_until = None);
             self.inputs.clone_from(inputs);
         }
@@ -214,7 +214,7 @@ impl Exchange {
         Differential { support_force_mean: outputs.support_force, ..outputs }
     }
 
-    /// The indicators: those of the n-1 contacts, which are negative while apart and positive while closed, then n-1
+    /// The event indicators: n-1 that are negative while a contact is open and positive while it is closed, then n-1
     /// that are negative while a contact is clipped. An event is due where one of them changes its sign.
     pub fn indicators(&self) -> Vec<f64> {
         let contacts = 0..self.modes.len();
@@ -236,7 +236,7 @@ impl Exchange {
         (0..self.modes.len()).find(|&j| self.cradle.pair(j).changed_sides([self.state.x[j], self.state.x[j + 1]]))
     }
 
-    /// Whether all contacts of ball `i` are open. While one is closed, its string counts as taut.
+    /// Whether all contacts of ball `i` are open. While one is closed, the ball's string counts as taut.
     pub(super) fn flies(&self, i: usize) -> bool {
         let is_open = |j: usize| self.modes.get(j).is_none_or(|mode| *mode == Mode::Open);
         is_open(i) && (i == 0 || is_open(i - 1))
@@ -266,7 +266,7 @@ impl Exchange {
         !self.is_rigid() && (closed(j + 1) || j > 0 && closed(j - 1))
     }
 
-    /// Margin of a closed contact before its law or its constraint would pull; 1 for all others.
+    /// Margin of a closed contact before its law or its constraint would pull, 1; it is 1 for all others.
     pub(crate) fn clip_indicator(&self, j: usize) -> f64 {
         let law = &self.cradle.contacts[j];
         let shift = match self.modes[j] {
@@ -288,7 +288,7 @@ impl Exchange {
     }
 }
 
-/// Which balls start [beyond](crate::model::Pair::is_beyond) the line from their left neighbour through their pivot.
+/// Which balls start [beyond](crate::model::Pair::is_beyond) the line from their left neighbour to their own pivot.
 fn beyond_at_start(cradle: &Cradle, parameters: &Parameters) -> Vec<bool> {
     let Parameters { x_start, v_start, .. } = parameters;
     let place = |i: usize| cradle.balls[i].along_path(x_start[i], v_start[i]).0;
@@ -303,7 +303,7 @@ impl Deref for Exchange {
     }
 }
 
-/// Values over a step are those of this instant, discrete values those after the last event.
+/// Values over a step are those of this instant, discrete values those of the last event.
 impl Results for Exchange {
     fn impulse(&self, i: usize) -> f64 {
         self.y[self.impulse_place(i)]

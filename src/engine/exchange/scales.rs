@@ -20,21 +20,21 @@ pub(super) const SHIFT: f64 = 1e-6;
 /// Orders of magnitude at the energy of the start. All are positive.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Scales {
-    /// Of the states, in their order.
+    /// Nominal values of the states, in their order.
     pub nominals: Vec<f64>,
-    /// Of all velocities, m/s.
+    /// Scale of all velocities, m/s.
     pub speed: f64,
-    /// Of the contact forces, N.
+    /// Scales of the contact forces, N.
     pub forces: Vec<f64>,
 }
 
-/// Positive and finite, with room for a host's operations.
+/// The scale, made positive and finite, with room for a host's operations.
 fn bounded(scale: f64) -> f64 {
     if scale.is_nan() { 1.0 } else { scale.clamp(1e-150, 1e150) }
 }
 
 impl Scales {
-    /// From the [speed in reach](Cradle::speed_in_reach) of the balls in `state`.
+    /// From the scale of the [speeds in reach](Cradle::speed_in_reach) of the balls in `state`.
     pub fn new(state: &State) -> Self {
         let cradle = &state.cradle;
         let Cradle { balls, contacts, .. } = cradle;
@@ -73,7 +73,7 @@ impl Scales {
         self.nominals[1 + j]
     }
 
-    /// Shift of the indicator of contact `j`, m, so that balls at rest in touch do not make it 0.
+    /// Shift of the indicator of contact `j`, m. Without it the indicator of balls at rest in touch would be 0.
     pub fn shift(&self, j: usize) -> f64 {
         SHIFT * self.overlap(j)
     }

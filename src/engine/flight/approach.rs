@@ -9,25 +9,25 @@ use crate::solver::DoubleDouble;
 use crate::solver::crossing::first_positive;
 use crate::solver::series::{bound, value, value_and_derivatives};
 
-/// G of two neighbours in flight: so many terms as a function of the time since a common start over `unit`, s.
+/// G of two neighbours in flight: a series, with so many `terms`, in the time since a common start over `unit` (s).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Approach {
     terms: usize,
     unit: f64,
-    /// How long it holds, s, backwards and forwards.
+    /// How long the series holds, s, backwards and forwards.
     pub before: f64,
     pub length: f64,
-    /// `D_c`, m.
+    /// Distance of the centres at first contact, `D_c`, m.
     touch: f64,
     g: Terms,
-    /// When the centre of one of them crosses the string of the other one, if that is while it holds, s.
+    /// When the centre of one ball crosses the string of the other, if that is while the series holds, s.
     pub crossing: Option<f64>,
 }
 
 impl Approach {
-    /// With the lengths of their pendulums (m), their paths, their overlap (m) at the start and its law.
+    /// From the lengths of the two pendulums (m), their paths, their overlap (m) at the start and its law.
     pub fn new([l, r]: [f64; 2], [left, right]: [&Path; 2], overlap: f64, law: &ContactLaw) -> Self {
-        // In the shorter unit, so that no power of their ratio is beyond the range of doubles.
+        // The shorter unit: no power of the ratio of the units leaves the range of doubles.
         let (unit, touch) = (left.unit.min(right.unit), law.pivots - law.clearance);
         let terms = left.terms.min(right.terms);
         let (mut width, mut height, mut factors) = ([0.0; TERMS], [0.0; TERMS], [1.0; 2]);
@@ -80,8 +80,8 @@ impl Approach {
         overlap_of_approach([g, slope / self.unit, bend / (self.unit * self.unit)], self.touch)
     }
 
-    /// When the overlap rises through 0 by more than `noise` (m), s after the start, while the series holds; a rate
-    /// (m/s) and an acceleration (m/s2) of this size are none.
+    /// Time after the start at which the overlap rises through 0, by more than `noise` (m), while the series holds. A
+    /// rate (m/s) and an acceleration (m/s2) of these sizes count as none.
     pub fn onset(&self, noise: f64, [rate, acceleration]: [f64; 2]) -> Option<DoubleDouble> {
         let (mut g, unit, until) = (self.g, self.unit, self.length / self.unit);
         let g = &mut g[..self.terms];
@@ -97,17 +97,18 @@ impl Approach {
     }
 }
 
-/// Two neighbours in flight, which may go over each other: see "Arcs" in docs/theory.md. Times are over the `unit`.
+/// Two neighbours in flight on arcs, which may go over each other: see "Arcs" in docs/theory.md. Times are multiples of
+/// `unit`.
 struct Sides<'a> {
-    /// In s.
+    /// Unit of time, s.
     unit: f64,
-    /// Of the pendulums, m.
+    /// Lengths of the pendulums, m.
     lengths: [f64; 2],
     paths: [&'a Path; 2],
     /// Series of the horizontal and the vertical distance of the centres, m, and of G.
     distances: [&'a [f64]; 2],
     g: &'a [f64],
-    /// Distance of the pivots, and of centres that touch, m.
+    /// Distance of the pivots, and of the centres at first contact, m.
     pivots: f64,
     touch: f64,
     /// How long the series hold.
@@ -115,22 +116,24 @@ struct Sides<'a> {
 }
 
 impl Sides<'_> {
-    /// When a centre first crosses the string of ball `k`, the left or the right one.
+    /// When a centre first crosses the string of the left (0) or the right (1) ball, `k`.
     #[inline]
     fn crossing(&self, k: usize) -> Option<f64> {
         let (own, other, angle) = (self.lengths[k], self.lengths[1 - k], self.paths[k].reach / self.lengths[k]);
         let (sin, less) = (angle.min(1.0), 0.5 * angle * angle);
         let aside = self.pivots + (own - other).abs() * sin;
-        // With the distance D_0 of the pivots, the lengths L of the string and L_c of the other, and the largest angle,
-        // centres at a crossing are at most this far apart:
+        // Centres at a crossing are at most
         // D_0 sin + max(L - L_c, 0) (1 - cos) + (D_0 + |L - L_c| sin)^2 / L_c
+        // apart, with the distance D_0 of the pivots, the lengths L of the string and L_c of the other, and the largest
+        // angle.
         let near = self.pivots * sin + (own - other).max(0.0) * less.min(1.0) + aside * aside / other;
         if near < self.touch { None } else { self.crossing_within(near, [sin, less], k) }
     }
 
-    /// When it crosses it, no farther apart than `near` (m), which is rare. The angle of the string has a sine up to
-    /// the first of the two numbers, and a cosine less than 1 by no more than the second. Where the centre first gets
-    /// beyond the line of the string outside of its ends, a later crossing shows once the series are renewed.
+    /// When the other centre crosses the string of ball `k`, with the centres no farther apart than `near` (m), which
+    /// is rare. The sine of the angle of the string is at most the first of the two numbers, its cosine at least 1 less
+    /// the second. If the centre gets beyond the line of the string outside of its ends, a later crossing shows once
+    /// the series are renewed.
     #[inline(never)]
     fn crossing_within(&self, near: f64, [largest_sine, less]: [f64; 2], k: usize) -> Option<f64> {
         let &Self { paths, distances: [width, height], g, touch, until, .. } = self;
@@ -148,14 +151,14 @@ impl Sides<'_> {
             (sin[TERMS - 1 - i], cos[TERMS - 1 - i]) = (factor * paths[k].sin[i], factor * paths[k].cos[i]);
             factor *= pace;
         }
-        // How far the other centre is beyond the line of the string.
+        // Distance of the other centre beyond the line of the string.
         let mut beyond = [0.0; TERMS];
         for (i, c) in beyond[..g.len()].iter_mut().enumerate() {
             *c = -(dot(&width[..=i], &cos[TERMS - 1 - i..]) + dot(&height[..=i], &sin[TERMS - 1 - i..]));
         }
         let beyond = &beyond[..g.len()];
         let time = if beyond[0] >= 0.0 { 0.0 } else { first_positive(beyond, 1.0, 0.0, until)? };
-        // How far up from the ball that is.
+        // Place of the crossing up the string from its ball.
         let [width, height] = [width, height].map(|c| value(c, time));
         let [sin, cos] = [&paths[k].sin, &paths[k].cos].map(|c| value(c, pace * time));
         let up = if k == 0 { height * cos - width * sin } else { width * sin - height * cos };

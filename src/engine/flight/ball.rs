@@ -1,4 +1,4 @@
-//! One ball: its state at its anchor, its flight from there on, and its integrals since the start.
+//! One ball: its state at its anchor, its flight from there, and its integrals since the start.
 
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
@@ -18,18 +18,18 @@ pub(crate) struct Ball {
     /// The oscillator of its pendulum or, in a body of rigid balls, of the body.
     #[serde(skip)]
     pub oscillator: Oscillator,
-    /// Time that `flight` and `integrals` refer to.
+    /// Time to which `flight` and `integrals` refer.
     pub anchor: DoubleDouble,
-    /// Its state at the anchor. In a body the contact forces are a part of the forcing.
+    /// State at the anchor. In a body of rigid balls the forcing includes the contact forces.
     pub flight: Flight,
     pub integrals: RunningIntegrals,
-    /// The number of what it does together with others. In a body of rigid balls it is in flight all the same.
+    /// Number of the interaction that the ball takes part in. In a body of rigid balls the ball is still in flight.
     #[serde(skip)]
     pub interaction: Option<u32>,
-    /// Whether a flight on an arc begins with a long step: no impact is near.
+    /// Whether a flight on an arc begins with a long step, because no impact is near.
     pub starts_long: bool,
-    /// Parts of its flight on an arc: the farthest that was asked for, and one before it, as that at the start of a
-    /// step. There may be millions from the anchor on.
+    /// Parts of its flight on an arc: the farthest that was asked for, and an earlier one, such as that at the start of
+    /// a step. From the anchor on there may be millions.
     #[serde(skip)]
     pieces: RefCell<Pieces>,
 }
@@ -54,20 +54,22 @@ impl Ball {
         self.flight.is_finite() && self.integrals.is_finite()
     }
 
-    /// Asks the part of its flight on an arc that holds at the time `t`; `say` also gets the time since its start (s).
-    // Inlined, it would take the place of other code in the processor's cache: 14 % of the misses of separate impacts.
+    /// Applies `say` to the part of its flight on an arc that holds at the time `t`, and the time since the start of
+    /// that part (s).
+    // Inlined, it would push other code out of the processor's cache: 14 % of the misses of separate impacts.
     #[inline(never)]
     fn piece<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> T {
         self.go_on(t, u64::MAX, |piece, _| say(piece, (t - piece.start).value()))
     }
 
-    /// The same; `None` on a line.
+    /// Like [`Self::piece`]; `None` on a line.
     #[inline(always)]
     fn along_arc<T>(&self, t: DoubleDouble, say: impl FnOnce(&Piece, f64) -> T) -> Option<T> {
         self.model.on_arc.then(|| self.piece(t, say))
     }
 
-    /// Asks that part or, after at most so many series on the way there, the one reached; `say` gets to know which.
+    /// Goes on by at most so many series to the part of its flight for the time `t`. Applies `say` to the part reached,
+    /// and to whether that is the one for `t`.
     #[inline(always)]
     fn go_on<T>(&self, t: DoubleDouble, most: u64, say: impl FnOnce(&Piece, bool) -> T) -> T {
         let (mut known, origin) = (self.pieces.borrow_mut(), (self.anchor, self.flight, self.starts_long));
@@ -77,13 +79,13 @@ impl Ball {
         say(piece, is_there)
     }
 
-    /// Keeps the part reached so far for results of the start of a step, which goes on from there.
+    /// Keeps the part reached so far, for results at the start of a step that goes on from there.
     pub fn keep_part(&self) {
         let [farthest, earlier] = &mut *self.pieces.borrow_mut();
         earlier.clone_from(farthest);
     }
 
-    /// Asks the series of its flight on an arc about the time `t`.
+    /// Applies `say` to the series of its flight on an arc about the time `t`.
     pub fn path<T>(&self, t: DoubleDouble, say: impl FnOnce(&Path) -> T) -> T {
         if t == self.anchor {
             return self.piece(t, |piece, _| say(&piece.path));
@@ -91,8 +93,8 @@ impl Ball {
         say(&Path::new(&self.model, &self.flight_at(t), self.starts_long))
     }
 
-    /// What has ended its flight on an arc up to the time `t`, and when, after at most so many series; `Err` with the
-    /// time reached if that is not `t`.
+    /// The fault that has ended its flight on an arc by the time `t`, and when. `Err` with the time reached if `t` is
+    /// more than so many series away.
     pub fn fault_within(&self, t: DoubleDouble, most: u64) -> Result<Option<(DoubleDouble, Fault)>, DoubleDouble> {
         self.go_on(t, most, |piece, is_there| match is_there {
             true => Ok(piece.fault.filter(|(time, _)| *time <= t)),
@@ -113,7 +115,7 @@ impl Ball {
         moved.unwrap_or_else(|| self.flight.at(&self.oscillator, t - self.anchor))
     }
 
-    /// The same motion anchored at `t`.
+    /// Its flight, anchored at `t`.
     pub fn flight_at(&self, t: DoubleDouble) -> Flight {
         if t == self.anchor {
             return self.flight;
@@ -125,7 +127,7 @@ impl Ball {
         Flight { x: self.flight.x + displacement, v, forcing: shifted(&self.flight.forcing, (t - self.anchor).value()) }
     }
 
-    /// A bound of its distance from the chord of its motion within `tau` (s) after the anchor, without contacts, m.
+    /// A bound (m) of its distance from the chord of its motion within `tau` (s) after the anchor, without contacts.
     pub fn bend(&self, tau: f64) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
         let varying = flight.forcing[1..].iter().rev().fold(0.0, |sum, forcing| (sum + forcing.abs()) * tau);
@@ -134,7 +136,7 @@ impl Ball {
         acceleration * tau * tau
     }
 
-    /// The sums at the time `t`, in flight, where only the part `inputs` of the forcing is by the inputs.
+    /// Its integrals at the time `t`, in flight, if only the part `inputs` of the forcing comes from the inputs.
     pub fn integrals_under(&self, inputs: &Forcing, t: DoubleDouble) -> RunningIntegrals {
         let Some(since) = self.along_arc(t, |piece, tau| piece.integrals(&self.model, tau)) else {
             return self.on_line(inputs, t).0;
@@ -144,7 +146,8 @@ impl Ball {
         integrals
     }
 
-    /// The same for a ball on a line, with displacement (m) and velocity (m/s). Inlined, only what is used is computed.
+    /// [`Self::integrals_under`] on a line, with displacement (m) and velocity (m/s). Inlined, it computes only what is
+    /// used.
     #[inline(always)]
     fn on_line(&self, inputs: &Forcing, t: DoubleDouble) -> (RunningIntegrals, f64, f64) {
         let tau = t - self.anchor;
@@ -155,7 +158,7 @@ impl Ball {
         }
     }
 
-    /// The same `tau` after the anchor, from the oscillator's functions at that time.
+    /// As [`Self::on_line`], `tau` (s) after the anchor, from the oscillator's functions `u` at that time.
     #[inline(always)]
     fn on_line_by<const N: usize>(&self, inputs: &Forcing, tau: f64, u: &[f64; N]) -> (RunningIntegrals, f64, f64) {
         let (o, flight, mut integrals) = (&self.oscillator, &self.flight, self.integrals);
@@ -166,8 +169,8 @@ impl Ball {
         (integrals, displacement, v)
     }
 
-    /// Impulse on the support over the mass, m/s, from the time `from` to `to`, in flight, with all its digits however
-    /// long the flight is; on an arc, what the inputs give.
+    /// Impulse on the support over the mass, m/s, between the times `from` and `to`, in flight, with all its digits
+    /// however long the flight is. On an arc, only the impulse of the inputs.
     pub fn support_between(&self, from: DoubleDouble, to: DoubleDouble) -> f64 {
         let (flight, tau) = (self.flight_at(from), to - from);
         if self.model.on_arc {
@@ -182,8 +185,8 @@ impl Ball {
         self.on_support(&flight, tau.value(), &u, (flight.displacement(o, &u), flight.velocity(o, &u)))
     }
 
-    /// Impulse on the support over the mass, m/s, within `tau` (s) of a `flight` on a line, by which it is `moved`:
-    /// displacement, m, and velocity, m/s.
+    /// Impulse on the support over the mass, m/s, within `tau` (s) of a `flight` on a line; `moved` is the
+    /// displacement, m, and the velocity then, m/s.
     #[inline(always)]
     fn on_support<const N: usize>(&self, flight: &Flight, tau: f64, u: &[f64; N], moved: (f64, f64)) -> f64 {
         let (model, (displacement, v)) = (&self.model, moved);
@@ -192,21 +195,22 @@ impl Ball {
             return pendulum;
         }
         let drag = 2.0 * model.gamma * displacement;
-        // What the inputs give that is not in the momentum is the same. Where pendulum and drag nearly cancel, it is
-        // the sum with the smaller terms.
+        // The impulse of the inputs less the change of momentum equals the sum of both. If they nearly cancel, it has
+        // the smaller terms.
         let given = if N < BASIS { flight.forcing[0] * tau } else { integral_of(&flight.forcing, tau) };
         let small = given.abs() + v.abs() + flight.v.abs() < pendulum.abs() + drag.abs();
         if small && self.interaction.is_none() { given - (v - flight.v) } else { pendulum + drag }
     }
 
-    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J, from the oscillator's functions `u` then.
+    /// Energy lost to drag within `tau` (s) after the anchor, in flight, J, from the oscillator's functions `u` at that
+    /// time.
     fn drag_loss<const N: usize>(&self, tau: f64, u: &[f64; N]) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
         if o.gamma() == 0.0 {
             return 0.0;
         }
         if o.gamma() * tau > 0.5 {
-            // The energy lost is a good part of the energy: taken as the difference.
+            // The loss is a good part of the energy, so a difference of energies is exact enough.
             let (displacement, v) = (flight.displacement(o, u), flight.velocity(o, u));
             let kinetic = 0.5 * (flight.v - v) * (flight.v + v);
             let potential = o.omega2() * displacement * (flight.x + 0.5 * displacement);
@@ -218,7 +222,7 @@ impl Ball {
         {
             return 2.0 * o.gamma() * self.model.mass * steady.squared_velocity_integral(o, tau);
         }
-        // Both of these would cancel.
+        // Both other forms would cancel.
         let power = |s: f64| {
             let (_, v) = flight.at(o, s.into());
             2.0 * o.gamma() * self.model.mass * v * v
@@ -253,14 +257,15 @@ fn leads_to(piece: &Option<Box<Piece>>, origin: Origin, t: DoubleDouble) -> bool
     piece.as_ref().is_some_and(|piece| piece.leads_to(origin, t))
 }
 
-/// The place for a part on the way to the time `t`, to which the farthest does not lead; empty if there is none yet.
+/// The index for a part on the way to the time `t`, if the farthest part does not lead there; emptied if its part does
+/// not.
 fn make_room(known: &mut Pieces, origin: Origin, t: DoubleDouble) -> usize {
     let place = usize::from(known[0].as_ref().is_some_and(|piece| piece.origin == origin));
     known[place].take_if(|piece| !piece.leads_to(origin, t));
     place
 }
 
-/// The places (m) of neighbours at these distances (m), each to the left of the one before, from the first one on.
+/// The places (m) of neighbours, each at a distance (m) to the left of the one before; the first is at 0.
 pub(crate) fn places(distances: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item = f64> + Clone {
     let place = |place: &mut f64, distance| {
         *place -= distance;
@@ -285,10 +290,10 @@ mod tests {
     use super::*;
     use crate::model::{Cradle, Parameters, PendulumModel};
 
-    /// Strong gravity makes the series of a flight short. The way from the anchor on is gone once, also if results of
-    /// the start of a step are asked for in between.
+    /// Strong gravity makes the series of a flight short. The way from the anchor is computed only once, even if
+    /// results at the start of the step are asked for in between.
     #[test]
-    fn a_long_flight_is_followed_once() {
+    fn flight_over_long_times_is_followed_once() {
         let p = Parameters { pendulum: PendulumModel::Circular, gravity: 1e10, ..Parameters::default_for(1) };
         let flight = Flight { x: -0.1, v: 0.0, forcing: Forcing::default() };
         let ball = Ball::new(&Cradle::new(&p).balls[0], DoubleDouble::ZERO, flight);
@@ -303,7 +308,7 @@ mod tests {
         assert!([end, start, end, start].into_iter().all(at_once));
         assert!(!at_once(before) && to_the_end(before) == Ok(None));
         assert!([end, before, end].into_iter().all(at_once));
-        // Backwards there are others.
+        // Backwards there are other parts.
         assert!(!at_once(DoubleDouble::from(-1e-3)));
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::solver::{BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Steady, all_finite, hypotenuse};
 
-/// Longest step on an arc, s, of a ball that does not move.
+/// Longest step on an arc, s: the step of a ball that does not move.
 pub(super) const LONGEST: f64 = 1e6;
 
 /// Acceleration by the inputs, as derivatives at the anchor: `forcing[j]` in m/s^(2+j).
@@ -13,32 +13,33 @@ pub(crate) type Forcing = [f64; MAX_FORCE_ORDER + 1];
 /// Highest derivative of the forcing that is not zero.
 #[inline]
 pub(crate) fn degree(forcing: &Forcing) -> usize {
-    // Most inputs are constant: one comparison in place of three.
+    // Most inputs are constant: one comparison instead of three.
     if forcing[1..].iter().fold(0.0, |sum, p| sum + p.abs()) == 0.0 {
         return 0;
     }
     (1..=MAX_FORCE_ORDER).rev().find(|&j| forcing[j] != 0.0).unwrap_or(0)
 }
 
-/// The shortest time (s) in which one of its derivatives changes by its own size; infinite if none changes.
+/// The shortest time (s) in which the forcing or one of its derivatives changes by its own size; infinite if none
+/// changes.
 pub(crate) fn time_of_change(forcing: &Forcing) -> f64 {
     let sizes = forcing.iter().map(|derivative| derivative.abs()).enumerate().filter(|(_, size)| *size > 0.0);
     let time = |((j, before), (k, size)): ((usize, f64), (usize, f64))| libm::pow(before / size, 1.0 / (k - j) as f64);
     sizes.clone().zip(sizes.skip(1)).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Its value `tau` (s) after the anchor, m/s2.
+/// The forcing `tau` (s) after the anchor, m/s2.
 #[inline(never)] // inlined, its copies would be a hundredth of the library
 pub(crate) fn forcing_at(forcing: &Forcing, tau: f64) -> f64 {
     (0..=degree(forcing)).rev().fold(0.0, |sum, k| forcing[k] + sum * tau / (k + 1) as f64)
 }
 
-/// Its integral over the first `tau` (s), m/s.
+/// Integral of the forcing over the first `tau` (s), m/s.
 pub(crate) fn integral_of(forcing: &Forcing, tau: f64) -> f64 {
     (0..forcing.len()).rev().fold(0.0, |sum, k| (forcing[k] + sum) * tau / (k + 1) as f64)
 }
 
-/// The same polynomial, expanded about a time `tau` (s) later.
+/// The forcing, expanded about a time `tau` (s) later.
 pub(crate) fn shifted(forcing: &Forcing, tau: f64) -> Forcing {
     let mut later = *forcing;
     if degree(forcing) == 0 {
@@ -61,15 +62,15 @@ pub(crate) struct Flight {
     pub x: f64,
     /// Velocity at the anchor, m/s.
     pub v: f64,
-    /// Acceleration by the inputs.
+    /// Acceleration by the inputs from the anchor on.
     pub forcing: Forcing,
 }
 
 /// Running integrals of a ball.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RunningIntegrals {
-    /// Impulse on the support by the pendulum and the drag, over the mass, m/s; on an arc, what the inputs give. Over a
-    /// step it is a difference, also late in a run.
+    /// Impulse on the support by the pendulum and the drag, over the mass, m/s; on an arc, by the inputs. Its value
+    /// over a step is a difference, also late in a run.
     pub support: DoubleDouble,
     /// Energy lost to drag, J.
     pub drag_loss: f64,
@@ -104,12 +105,12 @@ impl Rounding {
         Self { position: self.position.max(other.position), velocity: self.velocity.max(other.velocity) }
     }
 
-    /// Overlap (m) that counts as none, far below the rounding, or contacts that only damping opens would never open.
+    /// Overlap (m) that counts as none. It is far below rounding, or contacts that only damping opens would never open.
     pub fn no_overlap(&self) -> f64 {
         NO_OVERLAP * self.position
     }
 
-    /// Whether balls with this overlap (m) and rate (m/s) are at rest side by side, within rounding. Their contact
+    /// Whether balls with this overlap (m) and rate (m/s) are at rest side by side, within rounding. Their contact then
     /// keeps its mode until the motion decides: see "Clusters" in `docs/theory.md`.
     pub fn is_rest(&self, overlap: f64, rate: f64) -> bool {
         overlap >= -self.position && rate.abs() <= self.velocity
@@ -134,7 +135,7 @@ impl Flight {
         }
     }
 
-    /// Rounding over a swing.
+    /// Rounding of positions and velocities over a swing.
     pub fn rounding(&self, o: &Oscillator) -> Rounding {
         let swing = if o.omega() > 0.0 { self.v.abs() / o.omega() } else { 0.0 };
         let (x, v) = (self.x.abs() + swing, self.v.abs() + o.omega() * self.x.abs());
@@ -156,8 +157,8 @@ impl Flight {
         self.response(o, u, 0)
     }
 
-    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + f_1 U_(level+2) + ...`. Fewer
-    /// functions than [`BASIS`] do where the forcing is constant.
+    /// The displacement integrated `level - 1` times: `v U_level + A U_(level+1) + f_1 U_(level+2) + ...`. If the
+    /// forcing is constant, fewer functions than [`BASIS`] suffice.
     #[inline]
     fn response<const N: usize>(&self, o: &Oscillator, u: &[f64; N], level: usize) -> f64 {
         debug_assert!(N == BASIS || degree(&self.forcing) == 0);
@@ -184,10 +185,9 @@ impl Flight {
         terms.enumerate().map(|(j, term)| if j % 2 == 0 { term } else { -term }).sum()
     }
 
-    /// Bound of the absolute derivative of this `order` (3 or 4) of the position between `t` and `span` later (s after
-    /// the anchor).
+    /// Bound of the absolute derivative of `order` 3 or 4 of the position from `t` to `t + span` (s after the anchor).
     ///
-    /// For a forcing that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of its rate.
+    /// Under a forcing that varies, `sqrt(a^2 + omega^2 v^2)` grows at most by the integral of the rate of the forcing.
     pub fn derivative_bound(&self, o: &Oscillator, t: f64, span: f64, order: i32) -> f64 {
         let a = self.acceleration(o, 0.0, 0.0, self.v);
         if degree(&self.forcing) == 0 {
@@ -204,7 +204,8 @@ impl Flight {
         let amplitude = swing + rate * end;
         let third = rate + o.pace() * amplitude;
         let grown = if order == 3 { third } else { curvature + o.omega2() * amplitude + 2.0 * o.gamma() * third };
-        // Early on that bound is the tighter one; once drag has damped the start, the motion follows the forcing.
+        // Early on the bound by growth is the tighter one; once drag has damped the start, the motion follows the
+        // forcing.
         if o.gamma() > 0.0
             && let Some(steady) = Steady::new(o, self.v, a, &self.forcing)
         {

@@ -1,6 +1,5 @@
-//! The motion of a ball on a step of implicit collocation, and its flight on an arc by such steps where strong drag
-//! leaves the power series of the time only a small part of it. See "Implicit collocation" in docs/theory.md for the
-//! equations.
+//! The motion of a ball on a step of implicit collocation. A flight on an arc takes such steps where strong drag keeps
+//! power series of the time short. See "Implicit collocation" in docs/theory.md for the equations.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,23 +8,23 @@ use crate::model::BallModel;
 use crate::solver::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
 
-/// Iterations after which the places of a ball on its arc are given up, and their change over the length of the
-/// pendulum at which they are known to rounding.
+/// Most iterations for the places of a ball on its arc, and the change, over the length of the pendulum, below which
+/// they are known to rounding.
 pub(crate) const PLACE_ITERATIONS: usize = 24;
 const SAME_PLACE: f64 = 4.0 * f64::EPSILON;
 
-/// A step over the time in which the slow part of the motion decays, and the least one over that by power series.
+/// Longest step over the time in which the slow part of the motion decays, and shortest step over that by power series.
 const OF_DECAY: f64 = 0.5;
 const GAIN: f64 = 20.0;
 
-/// The fast part of the motion has decayed where the acceleration exceeds twice that of the slow one by less than this
+/// The fast part of the motion has decayed if the acceleration exceeds twice that of the slow part by less than this
 /// part of gravity and inputs.
 const SETTLED: f64 = 1e-12;
 
 /// Allowed size of the highest terms of the velocities, over the largest.
 const ALLOWED: f64 = 2e-14;
 
-/// Smallest error allowed, in roundings, which differences of the ninth order magnify.
+/// Smallest error allowed, in roundings: differences of the ninth order magnify rounding.
 pub(crate) const NOISE: f64 = 100.0;
 
 /// The next step over the one that the error allows, the largest growth of a step, and its factors after too large an
@@ -35,8 +34,8 @@ const GROWTH: f64 = 4.0;
 const SHRINKAGE: [f64; 2] = [0.1, 0.7];
 const FAILED: f64 = 0.25;
 
-/// The length of the next step over that of the last one with this error over the allowed one, not finite if the step
-/// failed.
+/// Ratio of the next step to the last one, from the `error` of the last one over the allowed error, not finite if the
+/// step failed.
 pub(crate) fn next_length(error: f64) -> f64 {
     // The order of the error is the number of stages; a failed step says nothing about it.
     let change = SAFETY * libm::pow(error, -1.0 / STAGES as f64);
@@ -47,7 +46,7 @@ pub(crate) fn next_length(error: f64) -> f64 {
     }
 }
 
-/// Size of the last two terms of a polynomial on [0, 1] in Legendre's polynomials, from its coefficients.
+/// Size of the two highest terms of a polynomial on [0, 1] in Legendre polynomials, from its coefficients of powers.
 pub(crate) fn highest_terms(c: &[f64]) -> f64 {
     let n = c.len() - 1;
     let leading = |k: usize| (1..=k).fold(1.0, |product, i| product * (k + i) as f64 / i as f64);
@@ -56,7 +55,7 @@ pub(crate) fn highest_terms(c: &[f64]) -> f64 {
     last.abs().max(before.abs())
 }
 
-/// Acceleration at the time `t` (s) without contact forces and displacement by them, m/s2.
+/// Acceleration at the time `t` (s) of a ball that keeps its velocity, without contact forces, m/s2.
 pub(crate) fn pull(o: &Oscillator, flight: &Flight, t: f64) -> f64 {
     forcing_at(&flight.forcing, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
 }
@@ -81,7 +80,7 @@ impl Response {
 /// A ball at the stages of a step.
 pub(crate) struct BallStages {
     pub response: Response,
-    /// Its acceleration without contact forces and displacement by them, and what its path bends off the line, m/s2.
+    /// Its acceleration [without contact forces](pull), and what its arc adds, m/s2.
     pub pull: Stages,
     pub bend: Stages,
     /// Its displacement along an arc since the start, m.
@@ -94,8 +93,8 @@ impl BallStages {
         Self { response, pull, bend: Stages::zeros(), moved: Stages::zeros() }
     }
 
-    /// Moves it along its arc by these accelerations besides, by one iteration. Returns whether its places are known;
-    /// `None` if it swings beyond 90 degrees.
+    /// Improves its motion along its arc by one iteration, with the accelerations `pressed` of contact forces (m/s2).
+    /// Returns whether its places are known to rounding; `None` if it swings beyond 90 degrees.
     pub fn move_by(&mut self, model: &BallModel, flight: &Flight, times: &Stages, pressed: &Stages) -> Option<bool> {
         let moved = flight.v * times + self.response.displacement * (self.pull + self.bend + pressed);
         let change = (moved - self.moved).amax();
@@ -106,20 +105,20 @@ impl BallStages {
         (places.amax() < FRAC_PI_2 * model.length).then_some(change <= SAME_PLACE * model.length)
     }
 
-    /// Its velocities under these accelerations besides, m/s.
+    /// Its velocities with the accelerations `pressed` of contact forces (m/s2), m/s.
     pub fn velocities(&self, flight: &Flight, pressed: &Stages) -> Stages {
         (self.response.velocity * (self.pull + self.bend + pressed)).add_scalar(flight.v)
     }
 }
 
-/// A step of a flight on an arc, if it is many times longer than that by power series: its length (s), and the
-/// velocity (m/s) as a polynomial of the time over that.
+/// A step of a flight on an arc, if it is many times longer than that `by_series` (s): its length (s), and the velocity
+/// (m/s) as a polynomial of the time over that length.
 pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<(f64, [f64; STAGES + 1])> {
     let BallModel { omega2, gamma, gravity, .. } = *ball;
     // How strongly the forces along the path may change with the place, 1/s2.
     let stiffness = omega2 + flight.forcing[0].abs() / ball.length;
     let mut length = (OF_DECAY * 2.0 * gamma / stiffness).min(LONGEST);
-    // Only where drag keeps the series short: they cover a few of its decay times.
+    // Only if it is drag that keeps the series short: then they cover at least one of its decay times.
     let pays = |length: f64| length >= GAIN * by_series && 2.0 * gamma * by_series >= 1.0;
     if !pays(length) {
         return None;
@@ -129,7 +128,7 @@ pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<
     let acceleration = push - weight - 2.0 * gamma * flight.v;
     let (forces, slow) = (push.abs() + weight.abs(), stiffness * flight.v.abs() + flight.forcing[1].abs());
     let settled = acceleration.abs() <= SETTLED * forces + slow / gamma;
-    // Of a velocity at which drag balances gravity and inputs.
+    // Rounding of the velocity at which drag balances gravity and inputs, m/s.
     let rounding = f64::EPSILON * forces / (2.0 * gamma);
     let oscillator = Oscillator::new(omega2, gamma);
     while settled && pays(length) {

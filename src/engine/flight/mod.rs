@@ -1,6 +1,7 @@
-//! Balls that touch nothing. One swings in closed form from its anchor, the time of its last event ([`Ball`],
-//! [`Flight`]); the overlap of two has a closed form, too, which gives the next onset ([`Separation`]). On an arc,
-//! power series take the place of closed forms, or, under strong drag, implicit steps (`path`, `approach`, `implicit`).
+//! Balls that touch nothing. A ball swings in closed form from its anchor, the time of its last event ([`Ball`],
+//! [`Flight`]). The overlap of two balls has a closed form, too, which gives the next onset ([`Separation`]). On an
+//! arc, power series take the place of closed forms or, under strong drag, implicit steps (`path`, `approach`,
+//! `implicit`).
 
 mod approach;
 mod ball;

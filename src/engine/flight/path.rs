@@ -10,13 +10,13 @@ use crate::solver::radau::STAGES;
 use crate::solver::series::{INVERSES, LANES, bound, of_derivatives, product_term, value_and_derivatives};
 use crate::solver::{DoubleDouble, MAX_FORCE_ORDER, crossing::first_positive, quadrature::gauss_legendre};
 
-/// Number of coefficients: more make longer steps, each of which costs more. After an impact the next one may follow at
-/// once, so a flight begins with a short step of a few.
+/// Number of coefficients, usually and at first. More of them make longer steps, each of which costs more; as the next
+/// impact may follow at once, a flight begins with a short step.
 pub(super) const TERMS: usize = 26;
 pub(super) const FEW: usize = 9;
 pub(super) type Terms = [f64; TERMS];
 
-/// Size of the last terms over the largest.
+/// Size of the last terms over the largest, for the length of a step.
 const NEGLIGIBLE: f64 = 1e-18;
 
 /// Why a ball cannot go on along its arc.
@@ -26,15 +26,16 @@ pub enum Fault {
     Horizontal,
     /// Its string would have to push.
     Slack,
-    /// It stays in contact with the next one, and the two are no single pendulum.
+    /// It stays in contact with the next ball, and the two do not swing as one.
     Held,
-    /// In its impact with the next one a ball is not pushed along its arc, or against the sense of others in touch.
+    /// Its impact with the next ball does not push a ball along its arc, or pushes it against the sense of others in
+    /// touch.
     Across,
-    /// It and the next one go over or through each other: the centre of one crosses the string of the other.
+    /// It and the next ball go over or through each other: the centre of one crosses the string of the other.
     Sides,
 }
 
-/// The length of a step, s, and the velocity (m/s) as a polynomial of the time over that.
+/// Length of a step, s, and the velocity (m/s) as a polynomial of the time over that length.
 type Velocity = (f64, [f64; STAGES + 1]);
 
 /// Coefficients of s (m) and of the sine and cosine of the angle, as functions of the time over `unit`.
@@ -42,7 +43,7 @@ type Velocity = (f64, [f64; STAGES + 1]);
 pub(crate) struct Path {
     pub(super) terms: usize,
     pub(super) unit: f64,
-    /// How long they hold, s, backwards and forwards, and a bound of the absolute s until then, m.
+    /// How long the series hold, s, backwards and forwards, and a bound of the absolute s until then, m.
     pub before: f64,
     pub length: f64,
     pub(super) reach: f64,
@@ -54,7 +55,7 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// The path from this state on: a `long` step, or a short one.
+    /// The path from this state on, by a `long` or a short step.
     pub fn new(ball: &BallModel, flight: &Flight, long: bool) -> Self {
         let terms = if long { TERMS } else { FEW };
         let BallModel { omega2, gamma, length, gravity, .. } = *ball;
@@ -86,8 +87,8 @@ impl Path {
         path
     }
 
-    /// That by a step of implicit collocation of this length (s), with its velocity over that; backwards it holds as
-    /// long as the series, `before` (s).
+    /// The path by a step of implicit collocation, from its length (s) and velocity. Backwards it holds as long as the
+    /// series, `before` (s).
     fn implicit(ball: &BallModel, flight: &Flight, (length, velocity): Velocity, before: f64) -> Self {
         let mut path = Self::begin(TERMS, length, flight);
         path.expand(ball, |k, _, _, _| velocity.get(k + 1).map_or(0.0, |c| c * length / (k + 2) as f64));
@@ -95,7 +96,7 @@ impl Path {
         path
     }
 
-    /// Only the state at the start.
+    /// A path with only the state at the start.
     fn begin(terms: usize, unit: f64, flight: &Flight) -> Self {
         let mut s = [0.0; TERMS];
         (s[0], s[1]) = (flight.x, flight.v * unit);
@@ -103,7 +104,8 @@ impl Path {
         Self { terms, unit, before: 0.0, length: 0.0, reach: 0.0, v: flight.v, s, sin, cos }
     }
 
-    /// All terms, with those of s by `next` from the second on: number `k + 2` from all others up to number `k`.
+    /// Computes all terms. `next` gives term `k + 2` of s from the terms of s up to `k + 1` and of sine and cosine up
+    /// to `k`.
     #[inline(always)]
     fn expand(&mut self, ball: &BallModel, next: impl Fn(usize, &Terms, &Terms, &Terms) -> f64) {
         let Self { terms, s, sin, cos, .. } = self;
@@ -127,7 +129,7 @@ impl Path {
         (self.before, self.length, self.reach) = (before, length, bound(&self.s, length / self.unit));
     }
 
-    /// Displacement (m) within `tau` (s), and the rate then (m/s).
+    /// Displacement (m) within `tau` (s), and velocity then (m/s).
     #[inline(always)]
     fn moved(&self, tau: f64) -> (f64, f64) {
         let time = tau / self.unit;
@@ -135,7 +137,7 @@ impl Path {
         (self.v * tau + time * time * bend, self.v + time * (2.0 * bend + time * change) / self.unit)
     }
 
-    /// What ends the flight first while they hold, and when.
+    /// What first ends the flight while the series hold, and when, s.
     pub fn fault(&self, ball: &BallModel, flight: &Flight) -> Option<(f64, Fault)> {
         let until = self.length / self.unit;
         let first = |c: &Terms| if c[0] < 0.0 { Some(0.0) } else { first_positive(c, -1.0, 0.0, until) };
@@ -160,7 +162,7 @@ impl Path {
     }
 }
 
-/// The sum of the products of two series, one of them backwards.
+/// The sum of the products of coefficients of two series, one of them backwards.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((groups, rest), (others, other)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut sums = [0.0; LANES];
@@ -181,8 +183,8 @@ fn scaled(forcing: &Forcing, unit: f64) -> Forcing {
     })
 }
 
-/// What the inputs give over a motion along the path, for `tau` (s) from `flight` on, of a ball that is in flight or
-/// not: their impulse over the mass, m/s, and their work, J. `moved` is the displacement since the start, m.
+/// Impulse over the mass (m/s) and work (J) of the inputs on a motion along the path, for `tau` (s) from `flight` on,
+/// whether or not the ball is in flight. `moved` is the displacement since the start, m.
 pub(crate) fn integrals_of_inputs(
     ball: &BallModel,
     flight: &Flight,
@@ -194,14 +196,14 @@ pub(crate) fn integrals_of_inputs(
         return sums;
     }
     sums.support = integral_of(&flight.forcing, tau).into();
-    // The way without a difference of positions.
+    // The horizontal displacement, without a difference of positions.
     let way = |t: f64| {
         let (moved, half) = (moved(t), 0.5 / ball.length);
         2.0 * ball.length * libm::sin(half * moved) * libm::cos(flight.x / ball.length + half * moved)
     };
     sums.work = ball.mass * forcing_at(&flight.forcing, tau) * way(tau);
     if degree(&flight.forcing) > 0 {
-        // By parts, as ways are smoother than velocities.
+        // By parts, because displacements are smoother than velocities.
         let [_, a, b, c] = flight.forcing;
         let rest = |t: f64| forcing_at(&[a, b, c, 0.0], t) * way(t);
         sums.work -= ball.mass * gauss_legendre(&rest, 0.0, tau, 2);
@@ -217,16 +219,16 @@ pub(super) type Origin = (DoubleDouble, Flight, bool);
 pub(crate) struct Piece {
     pub origin: Origin,
     pub start: DoubleDouble,
-    /// The state at the start of this part, and the integrals up to there.
+    /// State at the start of this part, and integrals up to there.
     pub flight: Flight,
     pub before: RunningIntegrals,
     pub path: Path,
-    /// What ends the flight, here or before, and when.
+    /// What ends the flight, in this part or before, and when.
     pub fault: Option<(DoubleDouble, Fault)>,
 }
 
 impl Piece {
-    /// The first one of a flight.
+    /// The first part of a flight.
     pub fn first(ball: &BallModel, origin: Origin) -> Self {
         let ((start, flight, long), before) = (origin, RunningIntegrals::default());
         let mut piece = Self { origin, start, flight, before, path: Path::new(ball, &flight, long), fault: None };
@@ -234,7 +236,7 @@ impl Piece {
         piece
     }
 
-    /// Whether it is, or follows, the first one of this flight on the way to the time `t`.
+    /// Whether it is the first part of this flight or lies on the way from there to the time `t`.
     #[inline]
     pub fn leads_to(&self, origin: Origin, t: DoubleDouble) -> bool {
         let (anchor, ..) = origin;
@@ -250,7 +252,7 @@ impl Piece {
         }
     }
 
-    /// Whether it is the part for the time `t`, or that is no number.
+    /// Whether it holds at the time `t`; also true for NaN, and for a part without length.
     #[inline]
     pub fn holds_at(&self, t: DoubleDouble) -> bool {
         let tau = (t - self.start).value();
@@ -259,13 +261,13 @@ impl Piece {
         !beyond
     }
 
-    /// How long it holds in the direction of `tau`, s.
+    /// How long this part holds in the direction of `tau`, s.
     #[inline]
     fn length(&self, tau: f64) -> f64 {
         if tau < 0.0 { self.path.before } else { self.path.length }
     }
 
-    /// Goes on to that part, by at most so many; returns whether it is there.
+    /// Goes on to the part for the time `t`, by at most so many parts; returns whether that is reached.
     pub fn go_on(&mut self, ball: &BallModel, t: DoubleDouble, most: u64) -> bool {
         for _ in 0..most {
             if self.holds_at(t) {
@@ -282,7 +284,7 @@ impl Piece {
         false
     }
 
-    /// Displacement since the anchor of the flight (m) and rate (m/s), `tau` (s) after the start of this part.
+    /// Displacement since the anchor of the flight (m) and velocity (m/s), `tau` (s) after the start of this part.
     pub fn moved(&self, tau: f64) -> (f64, f64) {
         let (displacement, u) = self.path.moved(tau);
         ((self.flight.x - self.origin.1.x) + displacement, u)
@@ -294,7 +296,7 @@ impl Piece {
         Flight { x: self.flight.x + displacement, v, forcing }
     }
 
-    /// Integrals since the anchor of the flight.
+    /// Integrals since the anchor of the flight, up to `tau` (s) after the start of this part.
     pub fn integrals(&self, ball: &BallModel, tau: f64) -> RunningIntegrals {
         let mut sums = self.before;
         sums.add(&integrals_of_inputs(ball, &self.flight, tau, &|t| self.path.moved(t).0));

@@ -11,21 +11,22 @@ use crate::model::ContactLaw;
 use crate::solver::root::{safe_step, search_within};
 use crate::solver::{DoubleDouble, Oscillator, Smooth, all_finite, hypotenuse};
 
-/// The overlap (negative while apart) since an anchor: its value there plus the displacements since then, so that a gap
-/// of 1e-12 m right after a release keeps its digits on positions of 1 m.
+/// The overlap of two balls (negative while apart): its value at an anchor plus the displacements since then. So a gap
+/// of 1e-12 m right after a release keeps its digits, although positions are of 1 m.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Separation {
     pub anchor: DoubleDouble,
     overlap: f64,
-    /// The motion of the left ball; of equal pendulums the difference of the two, which is a motion of the same kind.
+    /// Motion of the left ball; for equal pendulums the difference of both motions, which obeys the same equation.
     motion: Motion,
-    /// That of the right ball, on another pendulum.
+    /// Motion of the right ball if its pendulum is another one.
     other: Option<Motion>,
-    /// Rounding of the positions over a swing, m: a shallower closing is no onset.
+    /// Rounding of the positions over a swing, m: an overlap up to this is no onset.
     pub noise: f64,
-    /// Rounding of rate (m/s) and acceleration (m/s2) right after the anchor: an overlap by these is no onset.
+    /// Rounding of rate (m/s) and acceleration (m/s2) right after the anchor: an overlap that comes from these is no
+    /// onset.
     resolution: [f64; 2],
-    /// Of balls on arcs: their overlap as a series, instead of the two motions.
+    /// For balls on arcs: the overlap as a series, which replaces the two motions.
     approach: Option<Box<Approach>>,
 }
 
@@ -35,19 +36,19 @@ type Motion = (Oscillator, Flight);
 /// Most evaluations of one forecast, far more than usual; the next forecast continues.
 pub(crate) const EVALUATIONS: u32 = 4_000;
 
-/// Part of its length after which a series of balls on arcs is renewed with that of a neighbour.
+/// Part of its length after which the series of balls on arcs is renewed together with a neighbour's.
 const WORN: f64 = 0.6;
 
-/// Evaluations that a forecast on arcs counts as.
+/// Number of evaluations for which a forecast on arcs counts.
 const ON_ARCS: u32 = 20;
 
-/// Least progress of a forecast over the time since the anchor; below it, the motion is rounding.
+/// Least progress of a forecast over the time since the anchor; a search with less only follows rounding.
 const LEAST_PROGRESS: f64 = 1e-6;
 
 /// Relative rounding of several operations.
 pub(crate) const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
-/// Parts of the reach of a forecast: that of its first look, and the least that it must clear to pay.
+/// Part of its reach that a forecast looks at first, and least part that this look must clear to pay.
 const FIRST_LOOK: f64 = 0.25;
 const WORTH: f64 = 0.02;
 
@@ -57,7 +58,7 @@ const DECAY_TIMES: f64 = 100.0;
 /// Reach of a forecast without a closed form, in periods; for overdamped pendulums, in slow decay times times 2 pi.
 const PERIODS_AHEAD: f64 = 2.0;
 
-/// Least reach of a forecast of free balls, s, for any drag, so that doubles resolve it.
+/// Least reach of a forecast of free balls, s: doubles resolve it whatever the drag.
 const SHORTEST_LOOK: f64 = 1e-12;
 
 impl Separation {
@@ -72,7 +73,7 @@ impl Separation {
         let (motion, other) = if approach.is_none() && left.oscillator == right.oscillator {
             let mut forcing = l.forcing;
             forcing.iter_mut().zip(&r.forcing).for_each(|(p, r)| *p -= r);
-            // The difference of the positions, which gravity pulls on, without their rounding.
+            // Gravity pulls on the difference of the positions; the overlap gives it without their rounding.
             ((left.oscillator, Flight { x: overlap + law.clearance, v: l.v - r.v, forcing }), None)
         } else {
             ((left.oscillator, l), Some((right.oscillator, r)))
@@ -81,8 +82,8 @@ impl Separation {
         Self { anchor, overlap, motion, other, noise, resolution: [0.0; 2], approach }
     }
 
-    /// Makes it one of rigid balls, which may be side by side for long: overlaps up to `noise` (m), or by the rounding
-    /// of two different motions or of inputs that have varied for `age` (s), are no onsets.
+    /// Makes it a contact of rigid balls, which may be side by side for long. Overlaps up to `noise` (m) are then no
+    /// onsets, nor are those by the rounding of two different motions, or of inputs that have varied for `age` (s).
     pub fn make_rigid(&mut self, noise: f64, age: f64) {
         self.noise = self.noise.max(noise);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
@@ -122,8 +123,8 @@ impl Separation {
         self.at_time(t).0 >= -self.noise.max(noise)
     }
 
-    /// Whether after the onset at `t` the bounce with the coefficient of restitution `e` stays lower than the rounding
-    /// of the positions, or is shorter than `shortest` (s).
+    /// Whether the bounce after the onset at `t`, with the coefficient of restitution `e`, stays lower than the
+    /// rounding of the positions or is shorter than `shortest` (s).
     pub fn is_last_bounce(&self, t: DoubleDouble, e: f64, shortest: f64) -> bool {
         let [_, rate, acceleration] = self.evaluate(t - self.anchor);
         let rebound = e * rate;
@@ -134,7 +135,7 @@ impl Separation {
         std::iter::once(&self.motion).chain(&self.other)
     }
 
-    /// Three `values` of the difference of the two motions.
+    /// Three `values` of the overlap's motion: left ball less right ball.
     fn difference(&self, values: impl Fn(&Oscillator, &Flight) -> [f64; 3]) -> [f64; 3] {
         let own = values(&self.motion.0, &self.motion.1);
         let Some((o, flight)) = &self.other else { return own };
@@ -154,7 +155,7 @@ impl Separation {
         [self.overlap + d, v, a]
     }
 
-    /// Where the series of balls on arcs ends on the way to the time `t`, if it does not hold until then.
+    /// End of the series of balls on arcs on the way to the time `t`, if it does not hold until then.
     pub fn end_before(&self, t: DoubleDouble) -> Option<DoubleDouble> {
         let (approach, tau) = (self.approach.as_ref()?, (t - self.anchor).value());
         let length = if tau < 0.0 { approach.before } else { approach.length };
@@ -172,7 +173,7 @@ impl Separation {
         self.approach.as_ref().is_some_and(|approach| (t - self.anchor).value() > WORN * approach.length)
     }
 
-    /// The next closing after `from`, at or after the anchor; counts down the evaluations that are `allowed`.
+    /// The next onset after `from`, at or after the anchor; counts down the evaluations that are `allowed`.
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast<DoubleDouble> {
         if let Some(approach) = &self.approach {
             *allowed = allowed.saturating_sub(ON_ARCS);
@@ -195,7 +196,7 @@ impl Separation {
         let reach = reach(self.motions().map(|(o, _)| o), start);
         let mut clear = start;
         if start == 0.0 {
-            // Events overtake most forecasts, so a cheap bound comes first, tighter for shorter spans: half a period.
+            // Events overtake most forecasts, so a cheap bound comes first, over half a period, where it is tight.
             clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
             if clear > WORTH * reach {
                 return Forecast::NotBefore(self.anchor + clear);
@@ -204,7 +205,7 @@ impl Separation {
             return Forecast::At(self.anchor + tau);
         }
         let horizon = start + reach;
-        // Up to `clear` there is none.
+        // Up to `clear` there is no onset.
         forecast(self, self.anchor, [clear, horizon], allowed, |tau| self.polished(tau))
     }
 
@@ -218,7 +219,8 @@ impl Separation {
         [self.overlap, v, a]
     }
 
-    /// The next rise through zero of a plain wave from `start` on; `None` if it is no plain wave or only grazes.
+    /// The next rise through zero from `start` (s) on if the overlap is a plain wave; `None` if not, or if it only
+    /// grazes.
     fn next_wave(&self, start: f64) -> Option<DoubleDouble> {
         let (o, flight) = &self.motion;
         if self.other.is_some() || o.gamma() > 0.0 || o.omega2() == 0.0 || degree(&flight.forcing) > 0 {
@@ -247,16 +249,16 @@ impl Separation {
         None
     }
 
-    /// The crossing near `tau` in double-double.
+    /// The crossing near `tau` (s), in double-double.
     fn polished(&self, tau: f64) -> DoubleDouble {
         let [overlap, rate, _] = self.evaluate(tau.into());
         let correction = -overlap / rate;
         if rate > 0.0 && correction.abs() <= 1e-6 * tau { DoubleDouble::from(tau) + correction } else { tau.into() }
     }
 
-    /// Whether the amplitudes alone rule a contact out.
+    /// Whether the amplitudes alone rule out a contact.
     fn stays_apart(&self) -> bool {
-        // Highest value of the displacement, signed by `side`: equilibrium plus amplitude, which drag only shrinks.
+        // Highest displacement times `side`: equilibrium plus amplitude, which drag only reduces.
         let highest = |((o, flight), side): (&Motion, f64)| {
             if degree(&flight.forcing) > 0 || o.omega2() == 0.0 {
                 return f64::INFINITY;
@@ -277,15 +279,15 @@ pub(crate) fn reach<'a>(oscillators: impl Iterator<Item = &'a Oscillator> + Clon
     if shortest.is_finite() {
         PERIODS_AHEAD * std::f64::consts::TAU * shortest
     } else if slowest > 0.0 {
-        // Free balls with drag settle within some dozens of decay times; after that, further and further.
+        // Free balls with drag settle within some dozens of decay times; after that the reach grows.
         (DECAY_TIMES / slowest).max(start).max(SHORTEST_LOOK)
     } else {
         FAR
     }
 }
 
-/// Where `g`, a function of the time since `anchor`, becomes positive between two such times (s), with at most so many
-/// evaluations as are `allowed`; the place is `polished`.
+/// Forecast of the time at which `g`, a function of the time since `anchor`, becomes positive within these limits (s),
+/// with at most `allowed` evaluations. `polished` refines the time.
 pub(crate) fn forecast(
     g: &impl Smooth,
     anchor: DoubleDouble,

@@ -8,15 +8,16 @@ use crate::solver::DoubleDouble;
 /// Effort of a look ahead ([`Engine::effort`]): some tenths of a millisecond, and the event that exceeds it.
 const LOOK_AHEAD: u64 = 4_000;
 
-/// The same for copying a ball and its contact.
+/// Effort of copying a ball and its contact.
 const COPY: u64 = 3;
 
 /// The time of a queue entry, and its contact if its balls are in flight until then.
 type Entry = (DoubleDouble, Option<usize>);
 
 impl Engine {
-    /// First onset strictly after the current time with the inputs continued, or none within 1000 periods of the first
-    /// ball; after a fixed amount of work, the time up to which there is none, from which the next look continues.
+    /// First onset strictly after the current time with the inputs continued; never if there is none within 1000
+    /// periods of the first ball. After a fixed amount of work, the time up to which there is none; the next look
+    /// continues there.
     pub(crate) fn find_next_onset(&self) -> Forecast {
         if let Some((asked_at, answer)) = self.caches.found.get() {
             // An onset stays the next one until it comes; "none within the horizon" is valid for now only.
@@ -32,8 +33,8 @@ impl Engine {
         answer
     }
 
-    /// Time of the next onset or release with the inputs continued, s, later than now, if known without looking ahead:
-    /// in flight always, while a contact is closed if the next event is known to be one.
+    /// Time of the next onset or release with the inputs continued, s, later than now: read off the queue if its first
+    /// event is one; otherwise, if all contacts are in flight, found by looking ahead. `None` if neither tells.
     pub fn next_event(&self) -> Option<f64> {
         let (t, key) = self.queue.first()?;
         let is_known = match (&self.contacts[key].role, self.interaction_of_contact(key)) {
@@ -83,7 +84,7 @@ impl Engine {
     }
 
     /// Advances to the first onset after `now` (s) that is not among the first `passed` ones, unless it lies beyond
-    /// `limit` or takes more than this effort. Returns its queue entry.
+    /// `limit` or takes more than this effort. Returns the queue entry of the onset.
     pub(crate) fn seek_onset(
         &mut self,
         mut passed: u64,
@@ -100,7 +101,7 @@ impl Engine {
             if self.onsets > passed && onset.value_up() > now {
                 return Forecast::At((onset, None));
             }
-            // Those that are due right now are not ahead.
+            // Onsets that are due right now are not ahead.
             passed = self.onsets;
             if let Some(found) = self.read_off(now, limit) {
                 return found;
@@ -138,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_look_takes_a_fixed_amount_of_work_and_the_next_goes_on() {
+    fn look_ahead_takes_a_fixed_amount_of_work_and_continues() {
         let pressed = Parameters { damping: 3e5, exponent: 7.3, gap: vec![-1e-6; 12], ..at_rest(13) };
         // A gap that closes slowly under drag while an input of this order grows.
         let driven = |drag: f64, order: usize| {
@@ -171,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_over_an_onset_costs_what_happens_in_it() {
+    fn look_ahead_adds_nothing_to_a_step_over_an_onset() {
         let costs = [5, 1000].map(|balls| {
             // One ball lifted; the wave passes from contact to contact.
             let x_start = (0..balls).map(|i| if i == 0 { -0.1 } else { 0.0 }).collect();

@@ -44,7 +44,7 @@ impl Engine {
     pub(crate) fn overlap_at(&self, i: usize, t: DoubleDouble) -> (f64, Mode) {
         match (&self.contacts[i].role, self.segment_of_contact(i, t)) {
             (_, Some(SegmentAt { cluster, tau, .. })) => (cluster.overlap(i, tau).0, cluster.mode(i)),
-            // A constraint.
+            // Rigid balls that move as one.
             (ContactRole::Interacting(_), None) => (0.0, Mode::Pressing),
             // Rigid balls side by side overlap by rounding only.
             (ContactRole::Open(separation, _), _) if self.is_rigid() => (separation.at_time(t).0.min(0.0), Mode::Open),
@@ -59,7 +59,7 @@ impl Engine {
         ChainState::new(balls, (0..self.contacts.len()).map(|i| self.overlap_at(i, t)))
     }
 
-    /// Overlap of contact `i` at the time `t`, from that between the anchors of its balls, m.
+    /// Overlap of contact `i` at the time `t`, m, from the overlap `between_anchors` of its balls, m.
     fn overlap_since_anchors(&self, i: usize, between_anchors: f64, t: DoubleDouble) -> f64 {
         // Displacement since the anchor; for a ball in an impact, since its onset.
         let displacement = |ball: usize| match self.segment_of_ball(ball, t) {
@@ -86,8 +86,8 @@ impl Engine {
         self.integrals_at(i, t).support + -self.horizontal_velocity(i, t)
     }
 
-    /// On an arc, the horizontal velocity of ball `i`, m/s: what the inputs give that is not in the momentum acts on
-    /// the support; contact forces cancel in the sum.
+    /// Horizontal velocity of ball `i` on an arc, m/s, otherwise 0. The impulse of the inputs that is not in the
+    /// momentum acts on the support; contact forces cancel in the sum.
     fn horizontal_velocity(&self, i: usize, t: DoubleDouble) -> f64 {
         let model = &self.cradle.balls[i];
         if !model.on_arc {
@@ -110,14 +110,15 @@ impl Engine {
         }
     }
 
-    /// Records the start of the step before an event at `t`, if later, changes the motion of ball `i` or its contacts.
+    /// Records the start of the step before an event at a later time `t` changes the motion of ball `i` or its
+    /// contacts.
     pub(crate) fn before_move(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() {
             self.record_start(i);
         }
     }
 
-    /// Records the states of ball `i` and its contacts at the start of the step, unless that is done.
+    /// Records the states of ball `i` and its contacts at the start of the step, unless that has been done.
     pub(crate) fn record_start(&mut self, i: usize) {
         // A copy that looks ahead needs no records.
         if self.step.time == NO_STEP || self.step.balls[i].is_some() {
@@ -134,7 +135,8 @@ impl Engine {
         self.step.moved.push(i as u32);
     }
 
-    /// Records the impulse at the start of the step before an event at `t`, if later, changes the ledger of `i`.
+    /// Records the impulse at the start of the step before an event at a later time `t` changes the ledger of contact
+    /// `i`.
     #[inline(always)]
     pub(crate) fn begin_ledger(&mut self, i: usize, t: DoubleDouble) {
         if t > self.step.time.into() && self.contacts[i].ledger.impulse_at_start(self.step.number).is_none() {
@@ -154,7 +156,7 @@ impl Engine {
     /// Enters the step so far in the records, before a change that acts from now on.
     pub(crate) fn enter_step(&mut self) {
         if self.step_length() == 0.0 {
-            return; // It has only begun.
+            return; // The step has only begun.
         }
         for i in 0..self.balls.len() {
             let (now, so_far) = (self.support_at(i, self.now()), self.support_in_step(i));

@@ -1,5 +1,5 @@
-//! Rigid balls in sustained contact move as one body, and each contact transmits a constraint force, a closed form like
-//! the motion. See "Rigid contacts" in docs/theory.md for both.
+//! Rigid balls in sustained contact move as one body. Each contact transmits a constraint force, a closed form like the
+//! motion. See "Rigid contacts" in docs/theory.md for both.
 
 use std::ops::Range;
 
@@ -11,37 +11,37 @@ use crate::solver::{
     BASIS, DoubleDouble, MAX_FORCE_ORDER, Oscillator, Smooth, root::falling_zero, series::of_derivatives,
 };
 
-/// Roundings of a number that several operations have added to.
+/// Roundings in a number to which several operations have added.
 const ROUNDINGS: f64 = 8.0;
 
-/// Panels at most in which the largest force is searched, 16 to a swing: some 60,000 swings.
+/// Most panels in which the largest force is searched, 16 to a swing: some 60,000 swings.
 const MOST_PANELS: f64 = 1e6;
 
 /// A sustained contact, which constrains its balls to move as one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Constraint {
-    /// When the body has formed.
+    /// Time at which the body formed.
     pub anchor: DoubleDouble,
     /// Motion of the body from the anchor on.
     pub oscillator: Oscillator,
     flight: Flight,
-    /// The force is this polynomial of the time (N, with derivatives) ...
+    /// Derivatives at the anchor of a polynomial of the time, N/s^k. The force is this polynomial ...
     load: Forcing,
-    /// ... less this (N/m) times the displacement of the body and this (N.s/m) times its velocity.
+    /// ... less `stiffness` (N/m) times the displacement of the body, less `drag` (N.s/m) times its velocity.
     stiffness: f64,
     drag: f64,
-    /// Its rounding, N.
+    /// Rounding of the force, N.
     rounding: f64,
-    /// When the force would have to pull.
+    /// Time at which the force would have to pull.
     pub end: Forecast<DoubleDouble>,
 }
 
 /// Rigid balls that move as one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Body {
-    /// Its first contact.
+    /// First contact of the body.
     first: usize,
-    /// Of each contact between its balls.
+    /// The constraint of each contact between its balls.
     constraints: Vec<Constraint>,
 }
 
@@ -54,7 +54,7 @@ pub(crate) fn acceleration_rounding(ball: &Ball, age: f64) -> f64 {
 }
 
 impl Body {
-    /// Its contacts.
+    /// The contacts of the body.
     pub fn contacts(&self) -> Range<usize> {
         self.first..self.first.saturating_add(self.constraints.len())
     }
@@ -73,19 +73,19 @@ impl Body {
         self.constraint(j).is_some_and(|constraint| matches!(constraint.end, Forecast::At(_)))
     }
 
-    /// The oscillator of the motion of all.
+    /// The oscillator of the common motion.
     pub fn oscillator(&self) -> Option<Oscillator> {
         self.constraints.first().map(|constraint| constraint.oscillator)
     }
 
-    /// Joins `balls`, the first of which is the left one of contact `first`. They are in flight, anchored at `anchor`,
+    /// Joins `balls`, of which the first is the left one of contact `first`. They are in flight, anchored at `anchor`,
     /// with the same velocity, and get their flights in the body. Without contact, neighbours would approach each other
     /// with the accelerations `approach` (m/s2), known to within `rounding`.
     pub fn join(first: usize, balls: &mut [Ball], approach: &[f64], rounding: f64, anchor: DoubleDouble) -> Self {
         let contact = first;
         let first = &balls[0];
         let (o, v, on_line) = (&first.oscillator, first.flight.v, !first.model.on_arc);
-        // Differences to the first ball, exactly 0 where balls are equal, with the acceleration by inputs and gravity.
+        // Differences from the first ball, exactly 0 for equal balls; `pull` is the acceleration by inputs and gravity.
         let mut pull = 0.0;
         let differences = balls.iter().enumerate().map(|(i, ball)| {
             if i > 0 {
@@ -202,7 +202,7 @@ impl Constraint {
         of_load - self.stiffness * way - self.drag * flight.displacement(o, &u)
     }
 
-    /// The largest force between two times, its time counted from the anchor; 0 if the second comes before the first.
+    /// The largest force between two times, with its time since the anchor; 0 if the second time is before the first.
     pub fn peak(&self, from: DoubleDouble, to: DoubleDouble) -> Peak {
         let (from, to) = ((from - self.anchor).value().max(0.0), (to - self.anchor).value());
         let mut peak = Peak { force: 0.0, time: from };
@@ -221,7 +221,7 @@ impl Constraint {
             self.rise_to_maximum(&mut peak, from, to, panels as usize);
             return peak;
         }
-        // Overdamped: ever slower.
+        // Overdamped: the force changes ever more slowly.
         let (mut low, mut width) = (from, 0.25 / (o.omega() + o.gamma()));
         while low < to && width > 0.0 {
             let high = (low + width).min(to);
@@ -231,7 +231,8 @@ impl Constraint {
         peak
     }
 
-    /// Raises `peak` to the largest maximum of the force between two times (s after the anchor), at most one to a panel.
+    /// Raises `peak` to the largest maximum of the force between two times (s after the anchor); a panel has at most
+    /// one.
     fn rise_to_maximum(&self, peak: &mut Peak, from: f64, to: f64, panels: usize) {
         let rate = |tau: f64| -self.tension(tau)[1];
         let node = |panel: usize| from + (to - from) * panel as f64 / panels as f64;
@@ -240,7 +241,7 @@ impl Constraint {
             let after = rate(high);
             if before > 0.0 && after < 0.0 {
                 let top = falling_zero(rate, low, high);
-                // The place had half the digits.
+                // The place has half the digits; a step of Newton's method adds the rest.
                 let [_, slope, bend, _] = self.tension(top);
                 let way = if bend > 0.0 { -slope / bend } else { 0.0 };
                 peak.turn(self.force_after(top), (top + way).clamp(low, high), [low, high]);
@@ -271,7 +272,7 @@ impl Constraint {
         of_derivatives(self.tension((t - self.anchor).value()).map(|tension| -tension))
     }
 
-    /// The force reversed and its first derivatives `tau` after the anchor, N, N/s, ...
+    /// The reversed force and its first derivatives by time, `tau` (s) after the anchor: N, N/s, ...
     fn tension(&self, tau: f64) -> Forcing {
         let (o, [forcing, load]) = (&self.oscillator, [&self.flight.forcing, &self.load].map(|f| shifted(f, tau)));
         let mut motion = [0.0; MAX_FORCE_ORDER + 2];

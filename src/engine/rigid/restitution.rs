@@ -1,30 +1,31 @@
-//! The velocities of touching rigid balls after the impacts of one instant: impacts of two, one after the other, or
-//! joint. See "Rigid contacts" in docs/theory.md for their order and outcome, and [`Row`] for balls on arcs.
+//! The velocities of touching rigid balls after the impacts of one instant: impacts of two, one after another, or joint
+//! impacts. See "Rigid contacts" in docs/theory.md for their order and outcome, and [`Row`] for balls on arcs.
 
 use std::ops::Range;
 
 use crate::model::Cradle;
 use crate::solver::{EventQueue, Scalar};
 
-/// Touching balls, as they collide on a line.
+/// A row of touching balls, as they collide on a line.
 ///
-/// On arcs they approach each other at `l u_l - r u_r`, with the velocities u along the paths and the parts l and r of
-/// the direction between two of them. With `w = c u`, whose factors c have the ratio `r / l` from one ball to the next,
-/// that is `(l / c_l) (w_l - w_r)`. So in w they collide as on a line, with the masses `m / c^2`.
+/// On arcs, two neighbours approach each other at `l u_l - r u_r`, with the velocities u along the paths and the parts
+/// l and r of the direction between them. In the velocities `w = c u`, whose factors c have the ratio `r / l` from one
+/// ball to the next, the speed of approach is `(l / c_l) (w_l - w_r)`. So in w the balls collide as on a line, with the
+/// masses `m / c^2`.
 pub(crate) struct Row<S> {
-    /// In kg.
+    /// Masses on that line, kg.
     masses: Vec<S>,
-    /// Their velocities there over those along their paths.
+    /// Velocities on that line over those along the paths.
     factors: Vec<S>,
-    /// For each contact the speed of approach over the difference of those velocities.
+    /// For each contact, the speed of approach over the difference of the velocities on that line.
     parts: Vec<S>,
-    /// For each contact the coefficient of restitution.
+    /// For each contact, the coefficient of restitution.
     restitution: Vec<S>,
 }
 
 impl<S: Scalar> Row<S> {
-    /// The row of `balls` at these places along their paths (m). `Err` with the left one of two balls if one of them
-    /// cannot be pushed along its path, or the pushes of more than two balls are not all in one direction.
+    /// The row of `balls` at these places along their paths (m). `Err` with the left ball of a contact that cannot push
+    /// one of its balls along its path, or that pushes against the sense of the first contact.
     pub fn new(cradle: &Cradle<S>, balls: Range<usize>, place: impl Fn(usize) -> S) -> Result<Self, usize> {
         let (mut factors, mut parts) = (vec![S::from(1.0)], Vec::with_capacity(balls.len() - 1));
         for j in balls.start..balls.end - 1 {
@@ -42,13 +43,13 @@ impl<S: Scalar> Row<S> {
         Ok(Self { masses: masses.collect(), factors, parts, restitution })
     }
 
-    /// The same, with contacts that do not rebound.
+    /// The row with contacts that do not rebound.
     pub fn without_rebound(mut self) -> Self {
         self.restitution.fill(S::default());
         self
     }
 
-    /// How fast the balls of contact `j` of the row approach each other, m/s, for velocities along the paths.
+    /// Speed at which the balls of contact `j` of the row approach each other, m/s, for velocities along the paths.
     pub fn approach(&self, v: &[S], j: usize) -> S {
         self.parts[j] * (self.factors[j] * v[j] - self.factors[j + 1] * v[j + 1])
     }
@@ -59,30 +60,30 @@ impl<S: Scalar> Row<S> {
 pub(crate) struct Impact<S> {
     /// Index of the contact in the row.
     pub contact: usize,
-    /// N.s.
+    /// Impulse, N.s.
     pub impulse: S,
 }
 
-/// The outcome of an instant of impacts besides the velocities.
+/// The outcome of the impacts of one instant, besides the velocities.
 #[derive(Clone, Debug)]
 pub(crate) struct Collisions<S> {
     pub impacts: Vec<Impact<S>>,
-    /// The balls of each impact in the order of time, and whether they part or come to rest.
+    /// The balls of each impact, in the order of time, and whether they part; otherwise they come to rest.
     pub groups: Vec<(Range<usize>, bool)>,
     /// Energy lost, J.
     pub loss: S,
 }
 
-/// Neighbours with their weighted mean.
+/// Neighbours with the weighted mean of their values.
 pub(crate) struct Block<S> {
     pub members: Range<usize>,
     pub mean: S,
     mass: S,
 }
 
-/// Joins neighbours to blocks until `meet(contact, difference)` of their means, left minus right, holds nowhere: gives
-/// balls that stick a common velocity or acceleration (isotonic regression by pooling adjacent violators: Barlow et
-/// al., Statistical Inference under Order Restrictions, 1972).
+/// Joins neighbours to blocks until `meet(contact, difference)`, with the difference of their means (left minus right),
+/// holds nowhere. It gives balls that stick a common velocity or acceleration (isotonic regression by pooling adjacent
+/// violators: Barlow et al., Statistical Inference under Order Restrictions, 1972).
 pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S) -> bool) -> Vec<Block<S>> {
     let mut blocks: Vec<Block<S>> = Vec::with_capacity(masses.len());
     for (i, (mass, value)) in masses.iter().zip(values).enumerate() {
@@ -97,8 +98,9 @@ pub(crate) fn pool<S: Scalar>(masses: &[S], values: &[S], meet: impl Fn(usize, S
     blocks
 }
 
-/// The impacts of a row of touching balls with these velocities along their paths (m/s), which it updates. Approach
-/// speeds up to `unresolved` (m/s) come to rest; those that differ by up to `rounding` (m/s) count as equal.
+/// Carries out the impacts of a row of touching balls with the velocities `v` along their paths (m/s), which it
+/// updates. Balls that approach each other at up to `unresolved` (m/s) come to rest; speeds that differ by up to
+/// `rounding` (m/s) count as equal.
 pub(crate) fn collide(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: f64) -> Collisions<f64> {
     let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: 0.0 };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v *= *factor);
@@ -117,7 +119,7 @@ pub(crate) fn collide(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: 
     outcome
 }
 
-/// Returns to velocities along the paths, and to impulses.
+/// Converts velocities and impulses from the line back to the paths.
 fn finish<S: Scalar>(row: &Row<S>, v: &mut [S], outcome: &mut Collisions<S>) {
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v / *factor);
     for Impact { contact, impulse } in &mut outcome.impacts {
@@ -125,7 +127,7 @@ fn finish<S: Scalar>(row: &Row<S>, v: &mut [S], outcome: &mut Collisions<S>) {
     }
 }
 
-/// One impact of all balls of a row at these velocities along their paths (m/s), which it updates.
+/// Carries out one impact of all balls of a row with the velocities `v` along their paths (m/s), which it updates.
 pub(crate) fn collide_at_once<S: Scalar>(row: &Row<S>, v: &mut [S]) -> Collisions<S> {
     let mut outcome = Collisions { impacts: Vec::new(), groups: Vec::new(), loss: S::default() };
     v.iter_mut().zip(&row.factors).for_each(|(v, factor)| *v = *v * *factor);
@@ -140,19 +142,20 @@ pub(crate) fn collide_at_once<S: Scalar>(row: &Row<S>, v: &mut [S]) -> Collision
     outcome
 }
 
-/// Impacts per ball if some lose energy, far beyond what everyday mass ratios need; fewer end inelastic collapse sooner.
+/// Most impacts: per ball if some lose energy, else in all; far beyond what everyday mass ratios need. Fewer would end
+/// inelastic collapse sooner.
 const INELASTIC_IMPACTS: usize = 1000;
 const ELASTIC_IMPACTS: usize = 1_000_000;
 
-/// The sequence of impacts, as long as any pair approaches faster than `unresolved`.
+/// Carries out impacts one after another, as long as any pair approaches faster than `unresolved` (m/s).
 fn sequence(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: f64, outcome: &mut Collisions<f64>) {
     let masses = &row.masses[..];
     let (balls, contacts) = (masses.len(), masses.len() - 1);
-    // Impacts after which approaching balls stick. Elastic sequences end (Galperin, On systems of locally interacting
-    // and repelling particles, 1981), but mass ratios can put the end far off.
+    // Number of impacts after which balls that still approach stick. Elastic sequences end (Galperin, On systems of
+    // locally interacting and repelling particles, 1981), but mass ratios can put the end far off.
     let loses = row.restitution.iter().any(|e| *e < 1.0);
     let most = if loses { INELASTIC_IMPACTS * balls } else { ELASTIC_IMPACTS + balls * balls };
-    // The fastest approach is the earliest entry.
+    // The earliest entry is the fastest approach.
     let mut queue = EventQueue::new(contacts);
     let enter = |queue: &mut EventQueue, v: &[f64], j: usize| {
         let approach = row.parts[j] * (v[j] - v[j + 1]);
@@ -192,8 +195,8 @@ fn sequence(row: &Row<f64>, v: &mut [f64], unresolved: f64, rounding: f64, outco
     }
 }
 
-/// The impact of the balls of contact `j` alone. Equal balls exchange their velocities to the last digit if it loses
-/// nothing.
+/// The impact of the balls of contact `j` alone. If it loses nothing, equal balls exchange their velocities to the last
+/// digit.
 fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], j: usize, outcome: &mut Collisions<S>) {
     let (masses, e) = (&row.masses, row.restitution[j]);
     let total = masses[j] + masses[j + 1];
@@ -204,7 +207,7 @@ fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], j: usize, outcome: &mut C
         (v[j], v[j + 1]) =
             (v[j + 1] + (one - (one + e) * right_share) * approach, v[j] - (one - (one + e) * left_share) * approach);
     } else {
-        // Of different size, each keeps its own digits.
+        // On different scales, each velocity keeps its own digits.
         v[j] += -((one + e) * right_share * approach);
         v[j + 1] += (one + e) * left_share * approach;
     }
@@ -213,7 +216,7 @@ fn impact_of_two<S: Scalar>(row: &Row<S>, v: &mut [S], j: usize, outcome: &mut C
 }
 
 /// The impact of all `balls` at once, whose centre of mass moves at the velocity `centre`: each contact parts at its
-/// coefficient of restitution `e` times the speed of approach.
+/// coefficient of restitution `e` times its speed of approach.
 fn joint_impact<S: Scalar>(
     masses: &[S],
     v: &mut [S],
@@ -223,7 +226,7 @@ fn joint_impact<S: Scalar>(
     outcome: &mut Collisions<S>,
 ) {
     let (before, first) = (v[balls.clone()].to_vec(), balls.start);
-    // Velocities up to a common one; as sums from both sides, for mirrored results from mirrored starts.
+    // Velocities up to a common one. Sums from both sides give mirrored results for mirrored starts.
     let parting = |j: usize| e[j] * (before[j] - before[j + 1]);
     let (half, mut sum) = (S::from(0.5), S::default());
     let mut relative = vec![S::default(); before.len()];

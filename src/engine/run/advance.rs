@@ -1,4 +1,4 @@
-//! The calls that advance a run: from event to event, and between them along flights that take long.
+//! The calls that advance a run: from event to event, and along the flights between them, which may take long.
 
 use std::ops::Range;
 
@@ -7,23 +7,23 @@ use super::engine::Engine;
 use crate::engine::{Busy, EngineError, Forecast, Observer, Watchdog};
 use crate::solver::DoubleDouble;
 
-/// Series of a flight on an arc from one look of the watchdog to the next, and the effort of one.
+/// Number of series of a flight on an arc from one look of the watchdog to the next, and the effort of one.
 const SERIES_AT_ONCE: u64 = 1 << 10;
 const SERIES: u64 = 16;
 
 impl Engine {
-    /// A step begins, to which the values "over the last step" refer from now on.
+    /// Begins a step: values "over the last step" refer to it from now on.
     pub fn begin_step(&mut self) {
         self.step.begin(self.time);
     }
 
-    /// A step: moves the current time to `time` (s, not before the current one); `observer` is notified of the pulses
-    /// that finish on the way, in the order of their release.
+    /// Makes a step: moves the current time to `time` (s, not before the current one). `observer` is notified of the
+    /// pulses that finish on the way, in the order of their release.
     pub fn advance(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.advance_within(time, u64::MAX, observer)
     }
 
-    /// Goes on to `time` (s) with the step that has begun.
+    /// Goes on to `time` (s) within the current step.
     pub fn continue_step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         self.follow_events(time, u64::MAX, observer)
     }
@@ -38,7 +38,7 @@ impl Engine {
     fn follow_events(&mut self, time: f64, effort: u64, observer: &mut dyn Observer) -> Result<(), EngineError> {
         let followed = self.follow_events_until(time, effort, observer);
         if followed.is_err() {
-            // Where balls were before their last event is forgotten.
+            // Where balls were before their last event is no longer known.
             let anchors = self.balls.iter().map(|ball| ball.anchor.value_up());
             self.time = anchors.fold(self.time, f64::max).min(time);
         }
@@ -62,13 +62,13 @@ impl Engine {
             }
             watchdog.check(t, (1, || self.busy_with(key)), self.effort, observer)?;
             if self.is_rigid() {
-                // Bodies fly from event to event; other series of neighbours are renewed by events.
+                // The balls of a body fly on from event to event; for other neighbours, events renew the series.
                 let body = around(key, self.contacts.len(), |j| self.constraint(j).is_some());
                 self.follow_flights(body.start..body.end + 1, t, &mut watchdog, observer)?;
             }
             self.process(t, key, observer)?;
             if self.fault.is_some() {
-                // Another ball may have come to an end before.
+                // Another ball may have a fault before that.
                 self.follow_flights(0..self.balls.len(), t, &mut watchdog, observer)?;
                 self.check_fault(0.0)?;
             }
@@ -85,7 +85,8 @@ impl Engine {
         self.check_finite(self.step.moved.iter().map(|&ball| ball as usize))
     }
 
-    /// Follows the flights of `balls` on arcs to the time `t`, which may take long without any event, and notes faults.
+    /// Follows the flights of `balls` on arcs to the time `t`, which may take long although nothing happens; notes
+    /// faults.
     fn follow_flights(
         &mut self,
         balls: Range<usize>,
@@ -114,7 +115,7 @@ impl Engine {
         Ok(())
     }
 
-    /// What the event of the queue entry `key` is about: on arcs, the series of two flights may have to be renewed.
+    /// What the event of the queue entry `key` is about; on arcs it may be the series of two flights, to be renewed.
     fn busy_with(&self, key: usize) -> Busy {
         match self.contacts[key].role {
             ContactRole::Open(_, Forecast::NotBefore(_)) if self.cradle.on_arcs() => Busy::Flight(key),

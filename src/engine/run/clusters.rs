@@ -10,7 +10,8 @@ use crate::engine::{EngineError, Fault, Observer, Peak};
 use crate::model::Mode;
 use crate::solver::DoubleDouble;
 
-/// Effort ([`Engine::effort`]) of a segment: of each contact of the window, and of each evaluation of a contact force.
+/// Effort ([`Engine::effort`]) of a segment: for each contact of the window, and for each evaluation of a contact
+/// force.
 const SEGMENT: u64 = 24;
 const EVALUATION: u64 = 2;
 
@@ -32,7 +33,7 @@ impl Engine {
         self.account_until(&mut cluster, t);
         let finite = cluster.check_finite();
         if finite.is_err() {
-            self.follow(id, cluster); // What is left can still be looked at.
+            self.follow(id, cluster); // What is left can still be read.
             return finite;
         }
         self.look_for_faults(cluster.members.clone(), t);
@@ -108,7 +109,7 @@ impl Engine {
                     ledger.begin_step(self.step.number, ledger.impulse + cluster.impulse(i, step_start));
                 }
                 let (of_pulse, of_step) = (ledger.pulse_peak.force, ledger.peak_in_step(self.step.number));
-                // Looked for over the whole segment, so that it does not depend on where the steps begin.
+                // Searched over the whole segment, so that it does not depend on where the steps begin.
                 let found = cluster.peak(i, 0.0, tau, of_pulse);
                 let peak = found.map_or(of_pulse, |found| found.force.max(of_pulse));
                 let in_step = match step_start == 0.0 {
@@ -141,15 +142,15 @@ impl Engine {
         }
     }
 
-    /// Takes cluster `id` out of its place for an event at `t`, if it is one.
+    /// Takes the interaction `id` out of its place for an event at `t`, if it is a cluster.
     fn take_cluster(&mut self, id: usize, t: DoubleDouble) -> Option<Box<Cluster>> {
         let Some(Interaction::Cluster(cluster)) = &self.interactions[id] else { return None };
         cluster.members.clone().for_each(|i| self.before_move(i, t));
         if let Some(Interaction::Cluster(cluster)) = self.interactions[id].take() { Some(cluster) } else { None }
     }
 
-    /// Ends cluster or impact number `id` at time `t`: its members are in flight, its contacts keep their overlaps and
-    /// modes. Returns the members; an empty range if there is no such interaction.
+    /// Ends cluster or impact number `id` at the time `t`: its members are then in flight, and its contacts keep their
+    /// overlaps and modes. Returns the members; an empty range if there is no such interaction.
     pub(crate) fn dissolve(&mut self, id: usize, t: DoubleDouble) -> Range<usize> {
         match &self.interactions[id] {
             None | Some(Interaction::Body(_)) => 0..0,
@@ -169,7 +170,7 @@ impl Engine {
         }
     }
 
-    /// Ends a cluster, which has been followed to the time `t`; there all balls of its window are anchored from now on.
+    /// Ends a cluster that has been followed to the time `t`. All balls of its window are anchored there from then on.
     fn release_members(&mut self, cluster: Box<Cluster>, t: DoubleDouble) {
         self.queue.remove(cluster.key());
         for ball in &mut self.balls[cluster.members.clone()] {

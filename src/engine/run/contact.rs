@@ -17,8 +17,8 @@ pub(crate) struct Contact {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[expect(clippy::large_enum_variant, reason = "nearly all are open, and change their roles too often for a box")]
 pub(crate) enum ContactRole {
-    /// With this overlap between the places of its balls at their anchors: open beside an impact, or, during an event
-    /// that regroups its balls, between balls that are anchored at its time.
+    /// With this overlap between the places of its balls at their anchors: open beside an impact; or, during an event
+    /// that regroups its balls, between balls anchored at the time of the event.
     Anchored(WindowContact),
     /// Open between balls in flight, with the forecast of its onset.
     Open(Separation, Forecast<DoubleDouble>),
@@ -33,7 +33,7 @@ impl Default for ContactRole {
 }
 
 impl Contact {
-    /// Whether its sums and its motion are finite, where that is its own.
+    /// Whether its sums are finite, and its motion, unless an interaction has that.
     pub fn is_finite(&self) -> bool {
         let motion = match &self.role {
             ContactRole::Open(separation, forecast) => {
@@ -55,24 +55,24 @@ impl Contact {
         if let ContactRole::Anchored(state) = self.role { state } else { WindowContact::default() }
     }
 
-    /// Gives it this overlap (m) between the anchors of its balls.
+    /// Sets the overlap (m) between the anchors of its balls, and the mode.
     pub fn set_anchored(&mut self, overlap: f64, mode: Mode) {
         self.role = ContactRole::Anchored(WindowContact { overlap, mode });
     }
 
-    /// Whether it is closed, as far as that is its own state.
+    /// Whether it is anchored and closed.
     pub fn is_closed(&self) -> bool {
         self.at_anchors().mode != Mode::Open
     }
 }
 
-/// Which rigid contacts last where rounding would decide.
+/// Which rigid contacts at rest last where rounding would decide.
 #[derive(Clone, Copy)]
 pub(crate) enum RestRule {
     Nothing,
-    /// This one, where the balls part by no more than rounding.
+    /// This contact, if its balls part by no more than rounding.
     Contact(usize),
-    /// All that did so far.
+    /// All contacts that were closed before.
     Closed,
 }
 

@@ -1,4 +1,4 @@
-//! The state of an event-driven run, its start, and changes of what acts.
+//! The state of an event-driven run, its start, and changes of inputs and parameters.
 
 use std::cell::{Cell, RefCell};
 use std::ops::Range;
@@ -19,8 +19,8 @@ use crate::solver::{DoubleDouble, EventQueue, Stretching};
 /// Start of the step of a copy that looks ahead, s: after all events.
 pub(crate) const NO_STEP: f64 = f64::MAX;
 
-/// A cradle and its trajectory up to the current time. What is not skipped is saved in a [`Snapshot`](super::Snapshot),
-/// from which [`Engine::restore`] makes a run; one that is read otherwise lacks the rest.
+/// A cradle and its trajectory up to the current time. The serialized fields form a [`Snapshot`](super::Snapshot). Read
+/// one with [`Engine::restore`]: plain deserialization leaves the skipped fields empty.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Engine {
     #[serde(skip)]
@@ -33,7 +33,7 @@ pub struct Engine {
     pub(crate) time: f64,
     pub(crate) balls: Vec<Ball>,
     pub(crate) contacts: Vec<Contact>,
-    /// What balls do together, by its number.
+    /// Interactions of balls, by number.
     pub(crate) interactions: Vec<Option<Interaction>>,
     #[serde(skip)]
     pub(crate) queue: EventQueue,
@@ -45,13 +45,13 @@ pub struct Engine {
     /// Queue entries handled so far, and onsets among them.
     pub(crate) handled: u64,
     pub(crate) onsets: u64,
-    /// What has ended the flight of a ball: when, of which, and why.
+    /// What has ended the flight of a ball: time, ball and reason.
     #[serde(skip)]
     pub(crate) fault: Option<(DoubleDouble, usize, Fault)>,
     /// Work so far, in units of about a tenth of a microsecond, which limits a look ahead.
     #[serde(skip)]
     pub(crate) effort: u64,
-    /// What notes the parts of a repeated run for its derivatives; none in a host's run.
+    /// Notes the parts of a repeated run for its derivatives; none in a host's run.
     #[serde(skip)]
     pub(crate) recorder: Option<Box<Recorder>>,
     /// Whether the run has yet to begin: rigid contacts then transmit nothing and have had no onset. Otherwise their
@@ -72,15 +72,17 @@ pub(crate) struct Totals {
     pub standstill: usize,
 }
 
-/// The time (s; NaN for none), the anchor of a ball's flight then, its position (m) and velocity (m/s).
+/// A time (s; NaN for none), the anchor of a ball's flight at that time, and its position (m) and velocity (m/s).
 type KnownState = (f64, DoubleDouble, (f64, f64));
 
-/// Values that could be computed again; no state, except for the progress of a look ahead, from which the next goes on.
+/// Values that could be computed again. They are no state, except for the progress of a look ahead, from which the next
+/// look goes on.
 #[derive(Debug, Default)]
 pub(crate) struct Caches {
     /// For each ball: its state when it was last asked for.
     pub states: Vec<Cell<KnownState>>,
-    /// A copy of the run that has gone ahead on the same trajectory until the inputs change, to the next onset at most.
+    /// A copy of the run that has gone ahead on the same trajectory, to the next onset at most; dropped when inputs
+    /// change.
     pub ahead: RefCell<Option<Box<Engine>>>,
     /// The last result of a look ahead, and the time of the request, s.
     pub found: Cell<Option<(f64, Forecast)>>,
@@ -89,14 +91,14 @@ pub(crate) struct Caches {
 }
 
 impl Caches {
-    /// Empty ones.
+    /// Empty caches for so many balls.
     fn new(balls: usize) -> Self {
         let states = vec![Cell::new((f64::NAN, DoubleDouble::ZERO, (0.0, 0.0))); balls];
         Self { states, ahead: RefCell::default(), found: Cell::default(), spare: None }
     }
 }
 
-/// A copy keeps the look ahead and recomputes everything else.
+/// A copy keeps the look ahead; everything else is computed again.
 impl Clone for Caches {
     fn clone(&self) -> Self {
         Self { ahead: self.ahead.clone(), found: self.found.clone(), ..Self::new(self.states.len()) }
@@ -127,7 +129,7 @@ impl Engine {
         Ok(engine)
     }
 
-    /// All balls in flight from the start values, with anchored contacts.
+    /// A run with all balls in flight from the start values, and with anchored contacts.
     pub(crate) fn apart(parameters: &Parameters, inputs: HeldInputs, start_time: f64) -> Self {
         let cradle = Cradle::new(parameters);
         let caches = Caches::new(cradle.balls.len());
@@ -180,7 +182,7 @@ impl Engine {
         engine
     }
 
-    /// Ends all that is under way at the current time, and begins it anew.
+    /// Ends all that is under way at the current time, and begins it again.
     pub(crate) fn interrupt(&mut self) {
         self.suspend();
         self.resume();
@@ -193,7 +195,7 @@ impl Engine {
 
     /// From the current time on, `inputs` act, changing with these `derivatives` by time, from the first up to order
     /// [`MAX_INPUT_DERIVATIVE`](crate::model::MAX_INPUT_DERIVATIVE). The trajectory does not change if they are
-    /// constant and act already. Values over a step remain: the step goes on, or has ended.
+    /// constant and act already. Values over a step stay valid, whether the step goes on or has ended.
     pub fn hold(&mut self, inputs: &Inputs, derivatives: &[Inputs]) -> Result<(), EngineError> {
         if let Some(inputs) = self.inputs.changed(self.time, inputs, derivatives) {
             self.suspend();
@@ -207,7 +209,7 @@ impl Engine {
         Ok(())
     }
 
-    /// From the current time on, the drag and the losses of the contacts of `parameters` (the tunable ones) act.
+    /// From the current time on, the tunable ones of these `parameters` act: drag and losses of contacts.
     pub fn retune(&mut self, parameters: &Parameters) -> Result<(), EngineError> {
         let cradle = Cradle::new(parameters);
         if cradle != self.cradle {
@@ -248,7 +250,7 @@ impl Engine {
         (0..self.contacts.len()).for_each(|i| self.stop_separation(i, now));
     }
 
-    /// The reverse, from the current states and overlaps.
+    /// Resumes after [`Self::suspend`], from the current states and overlaps.
     pub(super) fn resume(&mut self) {
         let now = DoubleDouble::from(self.time);
         self.caches = Caches::new(self.balls.len());
@@ -264,13 +266,13 @@ impl Engine {
         self.form(0..self.contacts.len(), now);
     }
 
-    /// Notes what has ended the motion of `balls` along their arcs up to the time `t`, if that is the first.
+    /// Notes what has ended the motion of `balls` along their arcs up to the time `t`, if that is the first fault.
     pub(crate) fn look_for_faults(&mut self, balls: Range<usize>, t: DoubleDouble) {
         balls.for_each(|ball| self.note(ball, self.fault_within(ball, t, u64::MAX).unwrap_or_default()));
     }
 
-    /// What has ended the motion of ball `i` on its arc up to the time `t`, and when, after at most so many series of a
-    /// flight; `Err` with the time reached if that is not `t`. In a cluster only the angle is checked, at its anchor,
+    /// What has ended the motion of ball `i` on its arc up to the time `t`, and when. `Err` with the time reached if
+    /// `t` is more than `most` series of a flight away. In a cluster only the angle is checked, at the ball's anchor,
     /// the end of the last segment; the string is taken as taut.
     pub(super) fn fault_within(
         &self,
@@ -285,7 +287,7 @@ impl Engine {
         if self.flies(i) { ball.fault_within(t, most) } else { Ok(ball.fault_at_anchor()) }
     }
 
-    /// Notes a fault of ball `i`, and when, if it is the first.
+    /// Notes a fault of ball `i`, and when, if it is the first fault.
     pub(crate) fn note(&mut self, i: usize, fault: Option<(DoubleDouble, Fault)>) {
         if let Some((time, fault)) = fault
             && self.fault.is_none_or(|(first, ..)| time < first)
@@ -294,21 +296,21 @@ impl Engine {
         }
     }
 
-    /// Fails with the fault of a ball, if there is one; the time 0 of the run is `origin` (s).
+    /// Fails with the fault of a ball, if there is one; `origin` (s) is the host's time at the time 0 of the run.
     pub(crate) fn check_fault(&self, origin: f64) -> Result<(), EngineError> {
         self.fault.map_or(Ok(()), |(time, ball, fault)| {
             Err(EngineError::OffArc { time: (time + origin).value(), ball, fault })
         })
     }
 
-    /// Fails if a run cannot go on from what it is now.
+    /// Fails if the run cannot go on from its present state.
     fn check(&self) -> Result<(), EngineError> {
         self.check_fault(0.0)?;
         self.check_finite(0..self.balls.len())
     }
 
-    /// Fails if `balls`, all that have moved, or what has been summed up meanwhile have left the range of doubles: what
-    /// is saved after a step is finite.
+    /// Fails if `balls`, all that have moved, or sums that have changed meanwhile have left the range of doubles. So
+    /// what is saved after a step is finite.
     pub(super) fn check_finite(&self, balls: impl Iterator<Item = usize>) -> Result<(), EngineError> {
         if let Some((_, key)) = self.queue.first().filter(|(t, _)| !t.value().is_finite()) {
             return Err(self.lost(key));
@@ -318,7 +320,7 @@ impl Engine {
             if !self.balls[ball].is_finite() || !self.step.is_finite_at(ball) {
                 return Err(EngineError::NotFinite { time, ball });
             }
-            // That at its left belongs to the ball there, if that has moved as well.
+            // The contact at its left is checked with the ball there, if that has moved as well.
             let left = ball.checked_sub(1).filter(|left| self.step.balls[*left].is_none());
             let mut beside = left.into_iter().chain((ball < self.contacts.len()).then_some(ball));
             let is_finite = |j: usize| {

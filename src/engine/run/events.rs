@@ -13,13 +13,13 @@ use crate::solver::DoubleDouble;
 /// Effort (see [`Engine::effort`]) of an event.
 const EVENT: u64 = 8;
 
-/// Events at one time, and more for each ball, beyond which a run has stalled. Fewer would stop runs that go on
-/// (`tests/rust/stiff.rs`), more only delay the error.
+/// Number of events at one time, plus some for each ball, beyond which a run has stalled. Fewer would stop runs that go
+/// on (`tests/rust/stiff.rs`), more only delay the error.
 const EVENTS_AT_ONCE: usize = 100;
 const EVENTS_AT_ONCE_OF_A_BALL: usize = 20;
 
-/// Balls on arcs farther apart than this part of the distance of their pivots are where their angles say. Kept as a
-/// quantity of its own, the rounding of a gap would grow with the ratio of distances until the next contact.
+/// If balls on arcs are farther apart than this part of the distance of their pivots, their angles give the gap. Kept
+/// as a quantity of its own, its rounding would grow with the ratio of distances until the next contact.
 const APART: f64 = 1e-4;
 
 impl Engine {
@@ -55,8 +55,8 @@ impl Engine {
                 }
             }
             ContactRole::Open(..) if self.cradle.on_arcs() => {
-                // Renews its series and those of neighbours that will end soon. Those of rigid balls side by side are
-                // renewed together, so that the balls stay side by side to the last bit.
+                // Renews the series of this contact, and of neighbours whose series end soon. Those of rigid balls side
+                // by side are renewed together, so that the balls stay side by side to the last bit.
                 let beside = |separation: &Separation| self.is_rigid() && separation.touches(t, 0.0);
                 let worn = |separation: &Separation| separation.nears_end(t) || beside(separation);
                 let worn = |j: usize| self.contacts[j].separation().is_some_and(worn);
@@ -74,7 +74,7 @@ impl Engine {
         Ok(())
     }
 
-    /// What has left the range of doubles, where the time of the queue entry `key` is no number.
+    /// What has left the range of doubles, if the time of the queue entry `key` is not finite.
     pub(crate) fn lost(&self, key: usize) -> EngineError {
         let (time, contact) = (self.totals.last_event.value(), self.switching(key));
         let infinite = |ball: &usize| !self.balls[*ball].is_finite();
@@ -87,13 +87,13 @@ impl Engine {
         self.cluster(key).and_then(|cluster| cluster.switch).map_or(key, |(contact, _)| contact)
     }
 
-    /// Closes contact `i` at `t`: joins the interactions that its balls are in or border on, and the contacts of
-    /// `range`.
+    /// Closes contact `i` at `t`, and forms clusters with it, the interactions that its balls are in or next to, and
+    /// the contacts of `range`.
     pub(crate) fn close(&mut self, i: usize, t: DoubleDouble, mut range: Range<usize>, observer: &mut dyn Observer) {
         let closed = |engine: &Self, j: &usize| engine.contacts[*j].is_closed();
         let mut members = range.clone().find(|j| closed(self, j)).map_or(i, |first| first.min(i))
             ..range.clone().rev().find(|j| closed(self, j)).map_or(i, |last| last.max(i)) + 2;
-        // Balls next to a member that do something together become members, and so on.
+        // Balls next to a member that take part in an interaction become members, and so on.
         let mut ball = members.start.saturating_sub(1);
         while ball < (members.end + 1).min(self.balls.len()) {
             let freed = self.balls[ball].interaction.map_or(0..0, |id| self.dissolve(id as usize, t));
@@ -119,7 +119,6 @@ impl Engine {
         self.contacts[i].set_anchored(overlap, mode);
     }
 
-    /// Closes the contacts that overlap at the start.
     pub(crate) fn close_where_overlapping(&mut self, start: DoubleDouble) {
         for i in 0..self.contacts.len() {
             let overlap = self.cradle.pair(i).overlap(self.anchors(i));
@@ -171,13 +170,14 @@ impl Engine {
         }
     }
 
-    /// Makes contact `i` open from `t` on, both balls in flight; overlaps of rigid balls up to `noise` (m) are none.
+    /// Makes contact `i` open from `t` on, with both balls in flight. Overlaps of rigid balls up to `noise` (m) count
+    /// as none.
     pub(crate) fn open_contact(&mut self, i: usize, t: DoubleDouble, noise: f64) {
         let before = self.contacts[i].separation();
         let overlap = before.map_or(self.contacts[i].at_anchors().overlap, |separation| separation.at_time(t).0);
         let mut overlap = overlap.min(0.0);
         if self.cradle.on_arcs() {
-            // Their series are about the same time.
+            // The series of both balls are about the same time.
             self.reanchor_free(i..i + 2, t);
             let pair = self.cradle.pair(i);
             if -overlap > APART * pair.law.pivots {
@@ -204,7 +204,7 @@ impl Engine {
         [i, i + 1].map(|ball| self.balls[ball].flight.x)
     }
 
-    /// Forecasts from `t` on the next onset of contact `i`, whose balls are in flight, or the end of its constraint.
+    /// Forecasts, from `t` on, the next onset of contact `i`, whose balls are in flight, or the end of its constraint.
     pub(crate) fn forecast(&mut self, i: usize, t: DoubleDouble) {
         let mut allowed = EVALUATIONS;
         let (mut found, forecast) = match &mut self.contacts[i].role {
@@ -216,7 +216,7 @@ impl Engine {
             }
             ContactRole::Anchored(_) => return,
         };
-        // The rounding of long times does not lead into the past.
+        // Rounding at late times must not lead into the past.
         if let Forecast::At(time) | Forecast::NotBefore(time) = &mut found
             && *time < t
         {
@@ -241,7 +241,7 @@ impl Engine {
 
     /// Fails when more events come at one time than an impact can cause.
     fn watch_progress(&mut self, t: DoubleDouble, contact: usize) -> Result<(), EngineError> {
-        // Chatter of rigid contacts ends where the time makes no progress.
+        // Chatter of rigid contacts ends where the rounded time makes no progress.
         let progress =
             if self.is_rigid() { t.value() > self.totals.last_event.value() } else { t > self.totals.last_event };
         if progress {

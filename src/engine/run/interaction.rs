@@ -1,4 +1,4 @@
-//! What several neighbouring balls do together, from its beginning to its end.
+//! Interactions: what several neighbouring balls do together, from beginning to end.
 
 use std::ops::Range;
 
@@ -14,12 +14,12 @@ pub(crate) enum Interaction {
     Cluster(Box<Cluster>),
     /// An impact of two balls whose outcome is known.
     Impact(PairImpact),
-    /// Rigid balls in lasting contact, which move as one, each along a flight.
+    /// Rigid balls in lasting contact, which move as one; each ball has its flight.
     Body(Body),
 }
 
 impl Interaction {
-    /// Its contacts; of a cluster, also those to the balls on either side.
+    /// The contacts of the interaction; for a cluster, also those to the balls on either side.
     pub fn contacts(&self) -> Range<usize> {
         match self {
             Self::Cluster(cluster) => cluster.window_contacts(),

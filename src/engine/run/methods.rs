@@ -1,4 +1,4 @@
-//! Each method against what the others give in its place.
+//! Tests each method against the methods that replace it.
 
 use super::engine::Engine;
 use crate::engine::{Unrecorded, cluster::Method};
@@ -34,9 +34,10 @@ fn scenes() -> Vec<(Method, Parameters, f64, f64)> {
     ]
 }
 
-/// Without any one method the others give the same result; as they share no equation of contact, all are right.
+/// Without any one method the others give the same result. The methods share no equation of contact, so agreement shows
+/// that each is right.
 #[test]
-fn each_method_can_do_without_the_others() {
+fn methods_can_do_without_each_other() {
     for (own, p, force, end) in scenes() {
         let n = p.balls();
         let mut inputs = Inputs::zero(n);

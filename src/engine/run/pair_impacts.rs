@@ -1,5 +1,5 @@
-//! Impacts of two balls whose outcome is known at their onset: begun, ended, and given up where something interferes.
-//! If read within, they are followed in segments like any cluster.
+//! Impacts of two balls whose outcome is known at their onset: how they begin, end, and are given up if something
+//! interferes. When read within, they are followed in segments like a cluster.
 
 use std::ops::Range;
 
@@ -30,7 +30,7 @@ impl Engine {
         self.queue.remove(i);
         beside.clone().for_each(|j| self.stop_separation(j, t));
         if beside.into_iter().any(|j| self.are_in_flight(j) && self.contacts[j].at_anchors().overlap >= 0.0) {
-            return false; // The next balls touch these.
+            return false; // A next ball touches one of these.
         }
         let Some(impact) = self.impact_of(i) else { return false };
         let clear_left = i == 0 || self.stays_open(i - 1, t, None, Some(&impact));
@@ -61,13 +61,12 @@ impl Engine {
         self.interactions[id as usize] = Some(Interaction::Impact(impact));
     }
 
-    /// Whether both balls of contact `j` are in flight.
     fn are_in_flight(&self, j: usize) -> bool {
         self.balls[j..j + 2].iter().all(|ball| ball.interaction.is_none())
     }
 
-    /// Whether the open contact `j` provably stays open from `t` until the impacts of its balls are over: the one about
-    /// to begin, given for the ball that it moves, and any current one of the other ball.
+    /// Whether the open contact `j` provably stays open from `t` until the impacts of its balls are over: the impact
+    /// about to begin, given for the ball that it moves, and any current one of the other ball.
     fn stays_open(&self, j: usize, t: DoubleDouble, left: Option<&PairImpact>, right: Option<&PairImpact>) -> bool {
         let under_way = |ball: usize| match self.interaction_of_ball(ball) {
             Some(Interaction::Impact(impact)) => Some(impact),
@@ -84,7 +83,8 @@ impl Engine {
         let mut slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + longest)).sum();
         let mut along = [1.0; 2];
         if self.cradle.on_arcs() {
-            // The distance is not shorter than along its direction now, to which the paths turn by little.
+            // The distance is at least its component along its present direction; the turn of the paths adds to the
+            // slack.
             along = self.cradle.pair(j).parts_along(self.anchors(j));
             for (ball, age, impact, _) in &sides {
                 let after = impact
@@ -103,7 +103,6 @@ impl Engine {
         [0.0, remaining[0], remaining[1]].into_iter().all(|after| overlap(after) < 0.0)
     }
 
-    /// The impact of contact `i` is over at `t`.
     pub(crate) fn end_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         self.before_move(i, t);
         self.before_move(i + 1, t);
@@ -135,7 +134,7 @@ impl Engine {
         }
     }
 
-    /// Notes the impact in contact `i`, which is over at `t`: as a whole or in segments.
+    /// Records the impact in contact `i`, which is over at `t`, as a whole or in segments.
     fn record_impact(&mut self, i: usize, t: DoubleDouble) {
         let Some(mut recorder) = self.recorder.take() else { return };
         let acting = (&self.cradle, &self.inputs);
@@ -163,7 +162,7 @@ impl Engine {
         }
     }
 
-    /// Moves the anchor of ball `i`, in flight, to `t`, and what refers to it.
+    /// Moves the anchor of ball `i`, in flight, to `t`, and adjusts what refers to it.
     pub(crate) fn reanchor(&mut self, i: usize, t: DoubleDouble) {
         if self.balls[i].anchor == t {
             return;
@@ -190,8 +189,8 @@ impl Engine {
         }
     }
 
-    /// Abandons the known outcome of contact `i` at `t`, within its impact: follows the impact from its onset to `t`,
-    /// and leaves its balls in flight and its contact closed.
+    /// Gives up the known outcome of contact `i` at the time `t` within its impact: follows the impact from its onset
+    /// to `t`, and leaves its balls in flight and its contact closed.
     pub(crate) fn break_impact(&mut self, i: usize, t: DoubleDouble) {
         self.before_move(i, t);
         self.before_move(i + 1, t);
@@ -224,7 +223,7 @@ impl Engine {
         self.interactions[id as usize].take()
     }
 
-    /// Step control within an impact, such that the number of segments does not depend on its speed.
+    /// Step control within an impact, for which the number of segments does not depend on the speed.
     fn control_within(&self, impact: &PairImpact) -> Control {
         Control { longest: self.control.longest.max(impact.outcome.duration), ..self.control }
     }
@@ -240,8 +239,8 @@ impl Engine {
         cluster
     }
 
-    /// The segment of an impact under way at the time `t`, with the sums before it; the last one for a later time. All
-    /// segments are computed on first use.
+    /// The segment of an impact under way at the time `t`, with the sums before it; the last segment for a later time.
+    /// The first call computes all segments.
     pub(super) fn interior<'a>(&self, impact: &'a PairImpact, t: DoubleDouble) -> Option<&'a Interior> {
         let segments = impact.interior.get_or_init(|| {
             let segment = self.first_segment(impact);
@@ -256,7 +255,7 @@ impl Engine {
         let i = impact.contact;
         let over = matches!(last.segment.switch, Some((_, Switch::Release)));
         let (length, end) = (last.segment.length, last.segment.end());
-        let goes_on = last.segment.start < end && end < impact.end(); // Not where they are no numbers.
+        let goes_on = last.segment.start < end && end < impact.end(); // False for NaN.
         if over || !goes_on {
             return None;
         }
@@ -280,7 +279,7 @@ impl Engine {
         if begin > end {
             return 0.0;
         }
-        // One that is too short for the clock ends when it begins.
+        // An impact that is too short for the clock ends when it begins.
         if begin <= top && (top <= end || to >= impact.end()) {
             return impact.outcome.peak.force;
         }
@@ -301,7 +300,7 @@ mod tests {
     /// Two balls without gravity collide at speeds whose squares underflow, or with a contact that lasts for ever: they
     /// move, and the number of segments of the impact is the usual one.
     #[test]
-    fn impacts_of_any_speed() {
+    fn pair_impacts_of_any_speed() {
         for (speed, exponent) in [(1.0, 10.0), (1e-30, 10.0), (1e-165, 1.0), (1e-165, 10.0), (1e-250, 1.5)] {
             let (x_start, v_start) = (vec![0.0; 2], vec![speed, 0.0]);
             let p =

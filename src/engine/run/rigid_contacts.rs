@@ -19,8 +19,8 @@ const RESOLVED: f64 = 16.0;
 /// Effort (see [`Engine::effort`]) of an impact: there may be millions in an event.
 const IMPACT: u64 = 1;
 
-/// Bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last. Bounces of elastic
-/// balls pressed together, slowed only by drag, would end in rounding after billions.
+/// Number of bounces of a contact in a row, each shorter than [`RAPID`], after which the next one is the last. Bounces
+/// of elastic balls pressed together, slowed only by drag, would end in rounding after billions.
 const MANY: u64 = 1 << 16;
 
 impl Engine {
@@ -89,7 +89,7 @@ impl Engine {
             ledger.impulse += impulse;
         }
         if impacts.iter().all(|impact| first + impact.contact != i) {
-            // Its onset was announced, so it has a pulse all the same.
+            // Its onset was announced, so it needs a pulse.
             impacts.push(Impact { contact: i - first, impulse: 0.0 });
         }
         self.totals.contact_loss += outcome.loss;
@@ -133,7 +133,7 @@ impl Engine {
         self.regroup(body, t, RestRule::Nothing, &[], observer);
     }
 
-    /// Begins or ends a pulse of the anchored contact `i` at `t`, unless that is done.
+    /// Begins or ends a pulse of the anchored contact `i` at `t`, unless that has been done.
     fn set_closed(&mut self, i: usize, closed: bool, t: DoubleDouble, observer: &mut dyn Observer) {
         let contact = &mut self.contacts[i];
         if contact.is_closed() == closed {
@@ -149,8 +149,8 @@ impl Engine {
         rounding.fold(Rounding::default(), Rounding::max)
     }
 
-    /// Separates the balls of the contacts `group`, which no constraint leaves, at `t`: the balls are then in flight,
-    /// anchored as the contacts are, and these press where there was a constraint.
+    /// Separates the balls of the contacts `group` at `t`; no constraint leads out of the group. The balls are then in
+    /// flight, anchored as the contacts are; contacts press where there was a constraint.
     pub(crate) fn separate(&mut self, group: Range<usize>, t: DoubleDouble) {
         let balls = group.start..group.end + 1;
         balls.clone().for_each(|i| self.before_move(i, t));
@@ -182,7 +182,8 @@ impl Engine {
             };
             self.begin_ledger(j, t);
             self.queue.remove(j);
-            // A force that has acted for no time, under an input that was set and set again, is no part of the pulse.
+            // If an input is set twice at one instant, its first value acts for no time: its force is no part of the
+            // pulse.
             if anchor < t {
                 let ledger = &mut self.contacts[j].ledger;
                 ledger.add(impulse);
@@ -190,7 +191,7 @@ impl Engine {
                 ledger.reach_in_step(in_step);
             }
             self.contacts[j].set_anchored(0.0, Mode::Pressing);
-            // Members differ by rounding only.
+            // The balls of a body differ by rounding only.
             self.balls[j + 1].flight.v = self.balls[j].flight.v;
         }
         for i in balls {
@@ -211,8 +212,9 @@ impl Engine {
         (t - DoubleDouble::from(self.inputs.since)).value()
     }
 
-    /// Joins balls of the separated contacts `group` that press each other at `t` to bodies, enters the `impacts`, with
-    /// contacts counted from the first of the group, in the ledgers, and lets the other balls and their neighbours fly.
+    /// Regroups the separated contacts `group` at `t`: joins balls that press each other to bodies, enters the
+    /// `impacts`, with contacts counted from the first of the group, in the ledgers, and lets the other balls and their
+    /// neighbours fly.
     pub(crate) fn regroup(
         &mut self,
         group: Range<usize>,
@@ -256,7 +258,7 @@ impl Engine {
         }
     }
 
-    /// Lets balls move as one `body`, whose flights they have.
+    /// Lets balls, which have their flights, move as one `body`.
     fn enter_body(&mut self, body: Body) {
         let id = self.number_of_next();
         for j in body.contacts() {
@@ -289,7 +291,7 @@ impl Engine {
             && self.contacts[j].at_anchors().overlap >= -self.rounding(j..j + 2).position
     }
 
-    /// Makes `bodies` of the balls of contacts `run`, which touch at rest, where they press.
+    /// Joins the balls of the contacts `run`, which touch at rest, to `bodies` where they press.
     fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: RestRule, bodies: &mut Vec<Body>) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.model.mass).collect();

@@ -1,4 +1,4 @@
-//! Who does what at a time: the interaction of a ball or a contact, and its segment then.
+//! Which interaction a ball or a contact takes part in, and which segment of it governs them at a time.
 
 use super::contact::ContactRole;
 use super::engine::Engine;
@@ -21,7 +21,7 @@ pub(crate) struct SegmentAt<'a> {
 }
 
 impl SegmentAt<'_> {
-    /// Adds the integrals of ball `i` before the segment that are not yet its own.
+    /// Adds the integrals of ball `i` before the segment that its own do not yet contain.
     pub fn add_earlier(&self, i: usize, integrals: &mut RunningIntegrals) {
         if let Some((first, earlier)) = self.integrals {
             integrals.add(&earlier[i - first]);
@@ -30,7 +30,7 @@ impl SegmentAt<'_> {
 }
 
 impl Engine {
-    /// Gives a new interaction a number.
+    /// The number for a new interaction.
     pub(crate) fn number_of_next(&mut self) -> u32 {
         let free = self.interactions.iter().position(Option::is_none);
         free.unwrap_or_else(|| {
@@ -44,13 +44,12 @@ impl Engine {
         self.interactions[self.balls[i].interaction? as usize].as_ref()
     }
 
-    /// The interaction of contact `j`, if it has one.
     pub(crate) fn interaction_of_contact(&self, j: usize) -> Option<&Interaction> {
         let ContactRole::Interacting(id) = self.contacts[j].role else { return None };
         self.interactions[id as usize].as_ref()
     }
 
-    /// The cluster in whose window contact `j` is.
+    /// The cluster whose window contains contact `j`.
     pub(crate) fn cluster(&self, j: usize) -> Option<&Cluster> {
         if let Some(Interaction::Cluster(cluster)) = self.interaction_of_contact(j) { Some(cluster) } else { None }
     }
@@ -74,7 +73,7 @@ impl Engine {
         matches!(self.interaction_of_ball(i), Some(Interaction::Body(_)))
     }
 
-    /// The segment of this interaction at the time `t`; none of a body.
+    /// The segment of this interaction at the time `t`; a body has none.
     fn segment<'a>(&'a self, interaction: &'a Interaction, t: DoubleDouble) -> Option<SegmentAt<'a>> {
         match interaction {
             Interaction::Cluster(cluster) => {
@@ -96,7 +95,7 @@ impl Engine {
         self.segment(self.interaction_of_ball(i)?, t)
     }
 
-    /// The segment of contact `j` at the time `t`, also between a member of a cluster and the ball beside.
+    /// The segment of contact `j` at the time `t`, also if it lies between a member of a cluster and the ball beside.
     pub(crate) fn segment_of_contact(&self, j: usize, t: DoubleDouble) -> Option<SegmentAt<'_>> {
         self.segment(self.interaction_of_contact(j)?, t)
     }

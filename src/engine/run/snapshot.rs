@@ -1,5 +1,5 @@
-//! A run as plain data, from which it continues bit-for-bit identically: anchors, overlaps, forecasts and sums, of
-//! which all else is computed by the same operations as before. Inconsistent snapshots are refused.
+//! A run as plain data, from which it continues bit-for-bit identically: anchors, overlaps, forecasts and sums. All
+//! else is computed from these by the same operations as before. Inconsistent snapshots are refused.
 
 use std::ops::Range;
 
@@ -18,13 +18,13 @@ use crate::solver::DoubleDouble;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Snapshot {
     run: Engine,
-    /// The copy that looks ahead, unless it is where the run is.
+    /// The copy that looks ahead, if it is ahead of the run.
     copy: Option<Box<Engine>>,
     /// The result of the look ahead, and the time of the request, s.
     found: Option<(f64, Forecast)>,
 }
 
-/// An inconsistent snapshot, and what shows it.
+/// An inconsistent snapshot, with the reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvalidState(pub &'static str);
 
@@ -38,7 +38,7 @@ impl Engine {
         let run = self.clone();
         let mut copy = run.caches.ahead.take().filter(|copy| copy.handled > run.handled);
         if copy.take_if(|copy| !copy.has_finite_sums()).is_some() {
-            self.caches.ahead.take(); // Both go on in the same way.
+            self.caches.ahead.take(); // A restored run has none either.
         }
         let found = run.caches.found.get().filter(|(_, found)| found.time() > run.time);
         Snapshot { run, copy, found }
@@ -58,8 +58,8 @@ impl Engine {
         let missed = |run: &Self, since: DoubleDouble| run.queue.first().is_some_and(|(t, _)| t < since);
         require(failed || !missed(&engine, now), "an event was missed")?;
         if let Some(mut copy) = copy {
-            // The time of a copy that looks ahead is that of its last event. Its field means nothing; it is kept so
-            // that the same state has the same bytes.
+            // The time of a copy that looks ahead is that of its last event. Its field `time` means nothing; it is kept
+            // so that the same state has the same bytes.
             let (time, last) = (copy.time, copy.totals.last_event);
             (copy.time, copy.step.time) = (last.value_up(), last.value_up());
             let mut copy = copy.rebuilt(parameters, start, failed)?;
@@ -159,7 +159,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Checks the role of a contact, after all interactions, and enters its forecast.
+    /// Checks the role of a contact, once all interactions are restored, and enters its forecast.
     fn restore_role(&mut self, i: usize, failed: bool) -> Result<(), InvalidState> {
         let balls = [&self.balls[i], &self.balls[i + 1]];
         match &self.contacts[i].role {
@@ -194,7 +194,7 @@ impl Engine {
         of_balls && of_contacts && self.totals.contact_loss.is_finite()
     }
 
-    /// Checks that all values are finite and no past time lies ahead.
+    /// Checks that all values are finite, and that past times are not in the future.
     fn check_values(&self, start: f64) -> Result<(), InvalidState> {
         let now = DoubleDouble::from(self.time);
         let past = |t: DoubleDouble| t.is_sound() && t <= now && t >= DoubleDouble::from(start);

@@ -1,4 +1,4 @@
-//! Elastic impacts of two balls on arcs, linearised in dual numbers by a closed form, each at its own time.
+//! Elastic impacts of two balls on arcs, linearised by a closed form in dual numbers, each at its own time.
 //!
 //! The overlap d is a function of the two places, with the gradient n and the second derivatives H. With the masses M,
 //! `nu = n M^-1 n` and `b = M^-1 n / nu`, the velocities are `a + b d'` with a constant a along which the balls keep
@@ -9,8 +9,8 @@
 //! ```
 //!
 //! with the accelerations f without contact and their decrease W with the overlap. A and W load the free impact; C
-//! makes it shorter; what goes with B works, and so do drag and damping, half of that before the middle. Products of
-//! two of these are left out ([`SMALL`]).
+//! makes it shorter; the term with B does work, and so do drag and damping, half of it before the middle. Products of
+//! two of these terms are left out ([`SMALL`]).
 
 use super::coefficients::{CLEARANCE, Coefficients, GRAVITY, IMPULSE, LENGTH, MASS, OF_LAW, PEAK, STATE, V, X};
 use super::part::Part;
@@ -19,43 +19,43 @@ use crate::model::{BallModel, ContactLaw, Cradle, Pair};
 use crate::solver::power::power;
 use crate::solver::{Dual, Scalar};
 
-/// Largest sum of the turns of the paths (rad) and of the parts of the overlap's motion that the terms without contact
-/// make. The error of derivatives is the square of it.
+/// Largest sum of the turns of the paths (rad) and of the parts that the terms without contact have in the motion of
+/// the overlap. Derivatives have the square of it as their error.
 const SMALL: f64 = 1e-4;
 
 /// An impact in contact `contact`.
 #[derive(Debug)]
 pub(super) struct ArcImpactPart {
     pub contact: usize,
-    /// Position (m) and velocity (m/s) of its balls at the onset, and their accelerations by the inputs and by the
-    /// external forces among them, m/s2.
+    /// Position (m) and velocity (m/s) of its balls at the onset; their accelerations by the inputs, and the part of
+    /// these by the external forces, m/s2.
     pub start: [(f64, f64); 2],
     pub forcing: [f64; 2],
     pub push: [f64; 2],
     pub shape: PulseShape,
-    /// The largest overlap, m, if its force is larger than before in the step.
+    /// The largest overlap, m, if its force exceeds all before it in the step.
     pub largest: Option<f64>,
 }
 
-/// What an impact depends on: of each ball position, velocity, mass, decay rate, length, gravity, and acceleration by
-/// the inputs; of the contact stiffness, reference overlap, exponent, coefficient of its damping, clearance and
-/// distance of the pivots.
+/// Changes of what an impact depends on. Of each ball: position, velocity, mass, decay rate, length, gravity, and
+/// acceleration by the inputs. Of the contact: stiffness, reference overlap, exponent, damping coefficient, clearance,
+/// and distance of the pivots.
 #[derive(Clone, Copy, Default)]
 struct Causes {
     balls: [[f64; 7]; 2],
     contact: [f64; 6],
 }
 
-/// Positions and velocities of the left and of the right ball, impulse and largest force.
+/// Changes of positions and velocities of the left and the right ball, of impulse and of largest force.
 type Effects = [f64; 6];
 
 /// Two numbers, of the left and of the right ball.
 type Both<S> = [S; 2];
 
-/// The terms of the equation of the overlap, and the largest overlap without them, m.
+/// The terms of the equation of the overlap, and the largest overlap by the free impact, m.
 struct Motion<S> {
     masses: Both<S>,
-    /// The gradient n, and the two products of H with a and b.
+    /// The gradient n, and the products of H with a and with b.
     gradient: Both<S>,
     turned: [Both<S>; 2],
     /// The parts a (m/s) and b of the velocities, the rate at the onset (m/s), and nu (1/kg).
@@ -111,7 +111,7 @@ impl<S: Scalar> Motion<S> {
         Self { masses, gradient, turned, a, b, rate, inverse_mass, free, by_place, reach, of }
     }
 
-    /// The two numbers of the load by A and W that the shape of the pulse depends on.
+    /// The dimensionless loads alpha and beta by W and A, on which the shape of the pulse depends.
     fn loads(&self) -> [S; 2] {
         let ([load, less, ..], part) = (self.of, self.reach / self.rate);
         [less * part * part, -S::from(2.0) * load * part / self.rate]
@@ -119,7 +119,7 @@ impl<S: Scalar> Motion<S> {
 }
 
 impl ArcImpactPart {
-    /// The impact in `contact` of balls in these states; `None` where it changes too much in it.
+    /// The impact in `contact` of balls in these states; `None` if too much changes during it.
     pub fn new(
         pair: &Pair,
         contact: usize,
@@ -135,7 +135,7 @@ impl ArcImpactPart {
         (varies < SMALL).then_some(Self { contact, start, forcing, push, shape, largest: None })
     }
 
-    /// Changes of the state afterwards, at the common time.
+    /// Changes of the state after the impact, at the common time.
     fn effects(&self, pair: &Pair, causes: &Causes) -> Effects {
         let number = Dual::with_tangent;
         let (half, one, two) = (Dual::from(0.5), Dual::from(1.0), Dual::from(2.0));
@@ -161,7 +161,7 @@ impl ArcImpactPart {
         };
         let balls = [ball(0), ball(1)];
         let along = Pair { balls: balls.each_ref(), law: &law };
-        // At the onset, which is later.
+        // At the onset, which is later by `late`.
         let forcing = [0, 1].map(|k| number(self.forcing[k], causes.balls[k][6]));
         let early = [0, 1].map(|k| number(self.start[k].0, causes.balls[k][0]));
         let parts = pair.parts_along(self.start.map(|(x, _)| x));
@@ -177,7 +177,7 @@ impl ArcImpactPart {
         let Motion { masses, gradient, turned, a, b, rate, inverse_mass, free: f, by_place, reach: deepest, .. } =
             motion;
         let [load, less, works, shortens] = motion.of;
-        // Duration, and integrals of the overlap and of the square of its rate, of the free impact.
+        // For the free impact: duration, and integrals of the overlap and of its squared rate.
         let p = law.exponent;
         let integral = |k: usize, [alpha, beta]: [Dual; 2]| {
             let [value, by_alpha, by_beta, by_exponent] = self.shape.integrals[k];
@@ -187,7 +187,7 @@ impl ArcImpactPart {
         let (part, none) = (two * deepest / rate, [Dual::default(); 2]);
         let (time, sum) = (part * integral(0, none), part * deepest * integral(1, loads));
         let squares = rate * rate * time * (p + one) / (p + one + two);
-        // Drag and damping, which the motion is without, take energy, the drift of what loads it gives some.
+        // The free impact lacks drag and damping, which take energy, and the drift of the load, which gives some.
         let of_drag = [0, 1].map(|k| balls[k].gamma * gradient[k]);
         let drift = -(gradient[0] * by_place[0] * a[0] + gradient[1] * by_place[1] * a[1]);
         let load = load - two * dot(&of_drag, &a) - half * time * drift;
@@ -199,7 +199,7 @@ impl ArcImpactPart {
         let part = reach(&law, inverse_mass, quick) / quick;
         let beta = -two * load * deepest / (rate * rate);
         let time = two * part * integral(0, [loads[0], beta]) * (one - half * works * time) - shortens * sum;
-        // The forces act along directions that turn.
+        // The contact forces act along directions that turn.
         let pushed = |k: usize, of: &dyn Fn(usize) -> Dual| of(k) / (masses[k] * inverse_mass);
         let by_turn = [0, 1].map(|k| pushed(k, &|k| turned[0][k] * rate * time + turned[1][k] * squares));
         let given = [0, 1].map(|k| {
@@ -211,7 +211,7 @@ impl ArcImpactPart {
         let lightness = [0, 1].map(|k| gradient[k] / masses[k]);
         let impulse = (dot(&end, &after) + rate + gained / rate) / dot(&end, &lightness);
         let after = [0, 1].map(|k| after[k] - lightness[k] * impulse);
-        // The ways, at whose ends the overlap is 0.
+        // The displacements, after which the overlap is 0 again.
         let moved = [0, 1].map(|k| {
             let turned = pushed(k, &|k| two * turned[0][k] * sum + half * turned[1][k] * time * squares);
             v[k] * time + half * f[k] * time * time - turned
@@ -226,7 +226,7 @@ impl ArcImpactPart {
             let stiffness = inverse_mass * force - load + less * overlap;
             force.tangent() + (law.exponent * force / overlap).value() * missing.tangent() / stiffness.value()
         });
-        // At the common time, which is earlier.
+        // Back at the common time, which is earlier.
         let later = late + time.tangent();
         let place = |k: usize| places[k].tangent() + moved[k].tangent() - after[k].value() * later;
         let velocity = |k: usize| after[k].tangent() - free(k, (places[k] + moved[k]).value()) * later;

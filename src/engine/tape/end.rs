@@ -11,7 +11,7 @@ use crate::engine::flight::Flight;
 use crate::model::{Cradle, Differential, Inputs, Mode, Parameters};
 use crate::solver::{Dual, Scalar};
 
-/// A chain in this state, which changes by `changes`, under `held` inputs, which change by `inputs`.
+/// A chain in `state`, which changes by `changes`, under the inputs `held`, which change by `inputs`.
 pub(crate) fn along_direction(
     cradle: Cradle<Dual>,
     state: &ChainState,
@@ -41,13 +41,13 @@ pub(crate) fn along_direction(
 pub(crate) struct End {
     pub state: ChainState,
     pub inputs: HeldInputs,
-    /// Length of the last step, s, 0 at the start, and integral of the acceleration of the support over it, m/s.
+    /// Length of the last step, s, 0 at the start, and integral of the acceleration of the support over that step, m/s.
     pub length: f64,
     pub support_speed: f64,
 }
 
 impl End {
-    /// Derivatives of the outputs along a direction: of these coefficients, by these inputs and changes of the state.
+    /// Derivatives of the outputs along a direction: of the coefficients of `cradle`, of the inputs, and of the state.
     pub fn outputs(&self, cradle: Cradle<Dual>, inputs: &Inputs, changes: &[f64]) -> Differential {
         let at = along_direction(cradle, &self.state, changes, &self.inputs, inputs);
         let mut outputs = Differential::along(&&at);
@@ -58,7 +58,7 @@ impl End {
         };
         if self.length == 0.0 {
             if at.cradle.rigid {
-                // Rigid contacts transmit nothing yet.
+                // Rigid contacts transmit nothing before the first step.
                 outputs.force.fill(0.0);
             }
             outputs.force_mean.clone_from(&outputs.force);
@@ -80,7 +80,7 @@ impl End {
 }
 
 impl End {
-    /// The derivatives of a sum of the outputs, with these weights, by the numbers of the state.
+    /// The derivatives of a sum of the outputs with these weights, by the numbers of the state.
     pub fn backward(&self, cradle: &Cradle, weights: &Differential) -> Vec<f64> {
         let mut by_state = vec![0.0; numbers_of_state(cradle.balls.len())];
         for i in 0..cradle.balls.len() {
@@ -107,7 +107,8 @@ impl End {
         by_state
     }
 
-    /// The balls whose outputs change with ball `i`: its neighbours and, where these are rigid, all in one body.
+    /// The balls whose outputs change with ball `i`: its neighbours and, if contacts are rigid, all in one body with
+    /// these.
     fn around(&self, cradle: &Cradle, i: usize) -> Range<usize> {
         let (mut first, mut end) = (i.saturating_sub(1), (i + 2).min(cradle.balls.len()));
         let joined = |j: usize| cradle.rigid && self.state.contacts[j].mode != Mode::Open;
@@ -120,7 +121,7 @@ impl End {
         first..end
     }
 
-    /// The same of some balls.
+    /// The end for a chain of only these balls.
     fn of_balls(&self, balls: &Range<usize>) -> Self {
         let state = ChainState {
             flights: self.state.flights[balls.clone()].to_vec(),
@@ -143,12 +144,12 @@ fn of_balls(cradle: &Cradle, balls: &Range<usize>) -> Cradle<Dual> {
 /// A direction of the parameters, if they change, and of the inputs.
 pub(crate) type Direction<'a> = (Option<&'a Parameters>, &'a Inputs);
 
-/// The coefficients of these parameters along a direction.
+/// The coefficients by these parameters, along a direction.
 pub(crate) fn cradle_along(parameters: &Parameters, (tangent, _): Direction) -> Cradle<Dual> {
     tangent.map_or_else(|| Cradle::new(parameters).map(Dual::from), |tangent| Cradle::along(parameters, tangent))
 }
 
-/// The change of the start state along it, with the coefficients `along` it.
+/// The change of the start state along a direction; `along` has the coefficients.
 pub(crate) fn change_of_start(parameters: &Parameters, direction: Direction, along: &Cradle<Dual>) -> Vec<f64> {
     let mut change = vec![0.0; numbers_of_state(parameters.balls())];
     let Some(tangent) = direction.0 else { return change };

@@ -1,5 +1,5 @@
-//! What happens at one time, linearised: a shift of the time itself, the jump of a force, the start of the last step,
-//! the peak of a force.
+//! What happens at one instant, linearised: a shift of the time itself, the jump of a force, the start of the last
+//! step, the peak of a force.
 
 use super::coefficients::{BEFORE, CLEARANCE, Coefficients, IMPULSE, LENGTH, MASS, OVERLAP, PEAK, STATE, TIME, V, X};
 use super::nodes::ContactNodes;
@@ -11,23 +11,23 @@ use crate::model::{Cradle, Linkage};
 pub(super) struct Overlap {
     pub contact: usize,
     pub linkage: Linkage,
-    /// Velocities of its balls, m/s; 0 where it is that at the time at which the states of both hold.
+    /// Velocities of its balls, m/s; 0 for the overlap at the time at which the states of both hold.
     pub velocities: [f64; 2],
 }
 
 impl Overlap {
-    /// Between balls in these states (m, m/s).
+    /// The overlap between balls in these states (m, m/s).
     pub fn new(cradle: &Cradle, contact: usize, states: [(f64, f64); 2]) -> Self {
         let linkage = cradle.pair(contact).linkage(states.map(|(x, _)| x));
         Self { contact, linkage, velocities: states.map(|(_, v)| v) }
     }
 
-    /// At the time at which the states of both balls hold, instead of the common one.
+    /// The overlap at the time at which the states of both balls hold, instead of at the common time.
     pub fn at_one_time(self) -> Self {
         Self { velocities: [0.0; 2], ..self }
     }
 
-    /// Its rate, m/s.
+    /// Rate of the overlap, m/s.
     pub fn rate(&self) -> f64 {
         let ([left, right], [v, w]) = (self.linkage.along, self.velocities);
         left * v - right * w
@@ -44,7 +44,7 @@ impl Overlap {
         by.iter().zip(numbers).map(|(by, change)| by * change).sum::<f64>() - changes.of_ball(j)[CLEARANCE]
     }
 
-    /// Adds the derivatives of a number by state and coefficients, from that by the overlap.
+    /// Adds the derivatives of a number by state and coefficients, from its derivative by the overlap.
     pub fn back(&self, by_overlap: f64, by_changes: &mut Coefficients, by_state: &mut [f64]) {
         let (j, by) = (self.contact, self.linkage.by[0].map(|by| by_overlap * by));
         for k in 0..2 {
@@ -57,17 +57,17 @@ impl Overlap {
     }
 }
 
-/// The states of neighbours hold from here on at a later time, or again at the common one.
+/// From here on the states of neighbours hold at a later time, or again at the common one.
 ///
-/// A contact that closes later by a change `dt` has a force that differs, at a fixed time, by its rate times `dt`: by
-/// the angular frequency of the contact, some 1e5 1/s, more than what is left of that once it has opened. At times that
-/// are later by `dt`, too, it differs by little. So neighbours that press on each other have a time of their own, by
-/// that of the onset.
+/// If a contact closes later by a change `dt`, its force at a fixed time changes by its rate times `dt`: the angular
+/// frequency of the contact, some 1e5 1/s, makes that far more than is left once the contact has opened. At times later
+/// by `dt`, too, the force changes little. So neighbours that press on each other have a time of their own, from their
+/// onset.
 #[derive(Debug)]
 pub(super) struct TimeShift {
     pub first: usize,
-    /// Velocity (m/s) and acceleration (m/s2) of each ball that is moved in time, and the force of the contact at its
-    /// right (N) and the rate of its overlap (m/s).
+    /// For each ball that is moved in time: velocity (m/s) and acceleration (m/s2), and for the contact at its right
+    /// the force (N) and the rate of the overlap (m/s).
     pub balls: Vec<Option<[f64; 4]>>,
     pub to: Time,
 }
@@ -76,9 +76,9 @@ pub(super) struct TimeShift {
 #[derive(Debug)]
 pub(super) enum Time {
     Common,
-    /// That at which this overlap vanishes.
+    /// The time at which this overlap vanishes.
     Onset(Overlap),
-    /// That of this ball.
+    /// The time of this ball.
     Of(usize),
 }
 
@@ -122,7 +122,7 @@ impl Part for TimeShift {
     }
 }
 
-/// A contact presses from here on: with this overlap or, at its own onset, with none.
+/// A contact presses from here on, with this overlap; without one at its own onset.
 #[derive(Debug)]
 pub(super) struct Closing {
     pub contact: usize,
@@ -147,19 +147,19 @@ impl Part for Closing {
     }
 }
 
-/// A contact closes or opens, with a force that is not 0 then.
+/// A contact closes or opens while its force is not 0.
 #[derive(Debug)]
 pub(super) struct Jump {
     pub contact: usize,
-    /// The parts of its direction along the paths of its balls.
+    /// Components of its direction along the paths of its balls.
     pub along: [f64; 2],
-    /// By how much the force grows over the rate of the overlap, N.s/m: its change of time is the change of the overlap
-    /// over that rate.
+    /// Jump of the force over the rate of the overlap, N.s/m. A change of the overlap over that rate is the change of
+    /// the time of the jump.
     pub growth: f64,
 }
 
 impl Jump {
-    /// The changes of the impulse and of the two velocities by that of the overlap.
+    /// The changes of the impulse and of the two velocities, for a unit of change of the overlap.
     fn by_overlap(&self, cradle: &Cradle) -> [(usize, f64); 3] {
         let (j, [left, right]) = (self.contact, self.along);
         let on_ball = |i: usize, part: f64| (i * STATE + V, part * self.growth / cradle.balls[i].mass);
@@ -228,15 +228,15 @@ impl Part for LastStepBegins {
     }
 }
 
-/// The force of a contact is larger than before in the step.
+/// The force of a contact at a time at which it exceeds all before it in the step.
 #[derive(Debug)]
 pub(super) struct Peak {
     pub contact: usize,
-    /// The contact then.
+    /// The contact at that time.
     pub at: ContactNodes<1>,
-    /// What the overlap adds (N/m) at an onset, whose time it changes; otherwise 0.
+    /// At an onset, derivative of the force by the overlap, which changes the time of the onset, N/m; otherwise 0.
     pub by_overlap: f64,
-    /// What a later time takes off, N/s, at the end of a motion on the way to the peak; otherwise 0.
+    /// By how much a later time lowers the force, N/s, at the end of a motion on the way to the peak; otherwise 0.
     pub by_time: f64,
 }
 

@@ -10,10 +10,10 @@ use crate::solver::{BASIS, Oscillator};
 #[derive(Debug)]
 pub(super) struct FlightPart {
     pub ball: usize,
-    /// Its start, and the acceleration by the external force from then on, m/s2.
+    /// State at its start, and acceleration by the external force from then on, m/s2.
     pub start: Flight,
     pub push: Forcing,
-    /// In s; at most what [`Oscillator::longest`] allows.
+    /// Length, s; at most what [`Oscillator::longest`] allows.
     pub length: f64,
 }
 
@@ -21,16 +21,16 @@ pub(super) struct FlightPart {
 type Motion = [f64; 2];
 
 impl FlightPart {
-    /// The changes of the motion at the end, beyond those at the start, by position and velocity then.
+    /// The changes of the motion at the end for a unit of position and of velocity at the start, less that unit.
     fn growth(model: &BallModel, [_, u1, u2]: [f64; 3]) -> [Motion; 2] {
         let turn = model.omega2 * u2;
         [[-turn, -model.omega2 * u1], [u1, -turn - 2.0 * model.gamma * u1]]
     }
 
-    /// Those by mass, decay rate, square of the frequency, and a constant acceleration.
+    /// The changes of the motion at the end by mass, decay rate, square of the frequency, and a constant acceleration.
     fn responses(&self, model: &BallModel, o: &Oscillator, u: &[f64; BASIS]) -> [Motion; 4] {
         let (Flight { x, v, forcing }, z) = (&self.start, o.sensitivities(self.length, u));
-        // With a response `of[k]` to what gives a velocity like `U_k`.
+        // The formula of the velocity, with `of[k]` in place of `U_k`.
         let sum = |of: &[f64]| {
             let varying = forcing.iter().zip(&of[1..]).skip(1).map(|(forcing, of)| forcing * of);
             v * of[0] + (forcing[0] - model.omega2 * x) * of[1] + varying.sum::<f64>()

@@ -21,10 +21,10 @@ impl Tuning {
     }
 }
 
-/// A part, and the number of its tuning.
+/// A part, and the index of its tuning.
 pub(super) type TapedPart = (usize, Arc<dyn Part>);
 
-/// A run in parts, from its start or from that of its last step.
+/// A run in parts, from its start or from the start of its last step.
 #[derive(Clone, Debug)]
 pub struct Tape {
     pub(super) tunings: Vec<Tuning>,
@@ -35,10 +35,10 @@ pub struct Tape {
 /// The derivatives of a sum of outputs by the start and the coefficients of a run.
 pub struct Gradient<'a> {
     tape: &'a Tape,
-    /// Of the outputs in the sum.
+    /// Weights of the outputs in the sum.
     weights: Differential,
     by_start: Vec<f64>,
-    /// For each tuning.
+    /// By the coefficients of each tuning.
     by_coefficients: Vec<Coefficients>,
 }
 
@@ -47,8 +47,7 @@ impl Tape {
         self.tunings[0].cradle.balls.len()
     }
 
-    /// Along a direction, the changes of the start and those of the coefficients, for each tuning, and the cradle at
-    /// the end.
+    /// The changes along a direction: of the start, and of the coefficients for each tuning; and the cradle at the end.
     fn changes(&self, direction: Direction) -> (Vec<f64>, Vec<Coefficients>, Cradle<Dual>) {
         let first = &self.tunings[0].parameters;
         let mut cradle = cradle_along(first, direction);
@@ -61,7 +60,7 @@ impl Tape {
         (start, changes, cradle)
     }
 
-    /// Derivatives of the outputs at its end along a direction of parameters and inputs; not of the next onset.
+    /// Derivatives of the outputs at the end along a direction of parameters and inputs; the next onset is left out.
     pub fn along(&self, tangent: &Parameters, inputs: &Inputs) -> Differential {
         let (mut state, changes, last) = self.changes((Some(tangent), inputs));
         for (tuning, part) in &self.parts {
@@ -70,7 +69,7 @@ impl Tape {
         self.end.outputs(last, inputs, &state)
     }
 
-    /// Zero for each output whose derivatives it has, NaN for the others.
+    /// Zero for each output whose derivatives the tape has, NaN for the others.
     pub fn lacks(&self) -> Differential {
         Differential { next_onset: f64::NAN, ..Differential::all(self.balls(), 0.0) }
     }

@@ -1,9 +1,9 @@
 //! Elastic impacts of two balls on a line, linearised in closed form, each at its own time.
 //!
 //! To first order, a force that is odd in time about the middle of the impact takes energy, half of it before the
-//! middle: the duration is that of an impact with the energy left there. One that is even adds to the load. Forces that
-//! vary with the common motion are taken as linear in time: what is left out is of the order of `(omega T)^2` of the
-//! effect that different pendulums or drags have within the time T of the impact ([`SHORT`]).
+//! middle; the duration is that of an impact with the energy left in the middle. A force that is even in time adds to
+//! the load. Forces that vary with the common motion are taken as linear in time. The error is of the order of
+//! `(omega T)^2` times the effect of different pendulums or drags within the time T of the impact ([`SHORT`]).
 
 use super::coefficients::{CLEARANCE, Coefficients, IMPULSE, MASS, PEAK, STATE, V, X};
 use super::part::Part;
@@ -12,27 +12,27 @@ use crate::model::{BallModel, Cradle, Pair};
 use crate::solver::power::power;
 use crate::solver::{BASIS, MAX_FORCE_ORDER, Oscillator};
 
-/// What an impact depends on: of the left and of the right ball position, velocity, mass, decay rate, square of the
-/// frequency, and acceleration by the inputs; stiffness, reference overlap, exponent and clearance; and the energy that
-/// is lost over the reduced mass (m2/s2).
+/// Changes of what an impact depends on. Of the left and of the right ball: position, velocity, mass, decay rate,
+/// square of the frequency, and acceleration by the inputs. Of the contact: stiffness, reference overlap, exponent and
+/// clearance. And the energy lost over the reduced mass (m2/s2).
 type Causes = [f64; 17];
 
-/// Positions and velocities of the left and of the right ball, impulse and largest force.
+/// Changes of positions and velocities of the left and the right ball, of impulse and of largest force.
 type Effects = [f64; 6];
 
 /// An impact in contact `contact`.
 #[derive(Debug)]
 pub(super) struct ImpactPart {
     pub contact: usize,
-    /// Position (m) and velocity (m/s) of its balls at the onset, and their accelerations by the inputs and by the
-    /// external forces among them, m/s2.
+    /// Position (m) and velocity (m/s) of its balls at the onset; their accelerations by the inputs, and the part of
+    /// these by the external forces, m/s2.
     pub start: [(f64, f64); 2],
     pub forcing: [f64; 2],
     pub push: [f64; 2],
     pub shape: PulseShape,
-    /// The largest overlap without pendulums and inputs, m.
+    /// The largest overlap of the impact without pendulums and inputs, m.
     pub reach: f64,
-    /// The largest overlap, m, if its force is larger than before in the step.
+    /// The largest overlap, m, if its force exceeds all before it in the step.
     pub largest: Option<f64>,
 }
 
@@ -53,13 +53,13 @@ struct Values {
     z: [f64; MAX_FORCE_ORDER + 4],
 }
 
-/// Largest square of the part of a swing that an impact takes. What is left out of changes of drag and pendulum that
-/// differ between the two balls is up to 70 times that of what these do within the impact, a small part of what they do
-/// in a swing. With a tenth of it, the tapes of long runs of Hertz contacts take twice the time.
+/// Largest square of the part of a swing (rad) that an impact takes. If changes of drag and pendulum differ between the
+/// two balls, the error is up to 70 times this, relative to their effect within the impact, itself a small part of
+/// their effect in a swing. With a tenth of it, the tapes of long runs of Hertz contacts take twice the time.
 const SHORT: f64 = 1e-7;
 
 impl ImpactPart {
-    /// The shape and the reach of an impact of balls in these states; `None` where it lasts too long.
+    /// The shape and the reach of an impact of balls in these states; `None` if it lasts too long.
     pub fn shape(
         pair: &Pair,
         [left, right]: [(f64, f64); 2],
@@ -78,7 +78,7 @@ impl ImpactPart {
         Some((shape, reach))
     }
 
-    /// The energy that an impact loses over the reduced mass (m2/s2), by the coefficient of its damping.
+    /// The energy that an impact loses over the reduced mass (m2/s2), for a unit of the damping coefficient.
     fn loss(&self, pair: &Pair) -> f64 {
         let Pair { balls: [left, right], law } = pair;
         let (rate, reduced) = (self.start[0].1 - self.start[1].1, left.mass * right.mass / (left.mass + right.mass));
@@ -86,7 +86,7 @@ impl ImpactPart {
         2.0 * rate * self.reach * grown * self.shape.works[1] / reduced
     }
 
-    /// What its map consists of.
+    /// The values from which its map is built.
     fn values(&self, pair: &Pair) -> Values {
         let Pair { balls: [left, right], law } = pair;
         let [(x, u), (y, w)] = self.start;
@@ -113,7 +113,7 @@ impl ImpactPart {
         }
     }
 
-    /// Changes of the state afterwards, at the common time, by the `values` of its map.
+    /// Changes of the state after the impact, at the common time, by the `values` of its map.
     fn effects(&self, pair: &Pair, values: &Values, causes: &Causes) -> Effects {
         let (Pair { balls: [BallModel { omega2, .. }, _], law }, reach) = (pair, self.reach);
         let Values { rate, total, share: [l, r], reduced, load, time, sum, .. } = *values;
@@ -121,12 +121,12 @@ impl ImpactPart {
         let of_balls = |k: usize| [causes[2 * k], causes[2 * k + 1]];
         let [x, v, mass, gamma, frequency, forcing] = std::array::from_fn(of_balls);
         let [stiffness, overlap_ref, p, clearance, taken] = std::array::from_fn(|k| causes[12 + k]);
-        // The onset is later.
+        // The onset is later by `late`.
         let free = |side: usize, x: f64| self.forcing[side] - omega2 * x;
         let late = (x[1] - x[0] + clearance) / rate;
         let x = [0, 1].map(|side| x[side] + self.start[side].1 * late);
         let v = [0, 1].map(|side| v[side] + free(side, self.start[side].0) * late);
-        // Of the motion of the centre of mass, of the overlap, and of what couples them.
+        // Changes of the motion of the centre of mass, of the overlap, and of their coupling.
         let more = (r * mass[0] - l * mass[1]) / total;
         let mean = |of: [f64; 2]| l * of[0] + r * of[1];
         let across = |of: [f64; 2]| r * of[0] + l * of[1];
@@ -142,7 +142,7 @@ impl ImpactPart {
             + dragged * speed_there;
         let lost = taken + 4.0 * across(gamma) * rate * reach * self.shape.works[0]
             - (coupled * speed_there + dragged * a) * sum;
-        // The energy left in the middle, and in the end.
+        // Changes of the rates from the energy left in the middle and at the end.
         let (there, parting) = (closing - 0.5 * lost / rate, closing - lost / rate);
         let quicker = there / rate;
         let firmer = stiffness / law.stiffness + (1.0 - law.exponent) * overlap_ref / law.overlap_ref;
@@ -156,7 +156,7 @@ impl ImpactPart {
             2.0 * part * (value * (farther - quicker) + by_alpha * alpha + by_beta * beta + by_exponent * p)
         });
         let larger = reach * larger + farther * sum;
-        // By the functions of the oscillator, and how these change.
+        // The centre of mass at the end, by the functions of the oscillator and their changes.
         let (u, z) = (&values.u, &values.z);
         let respond = |k: usize| {
             let by = |of: [f64; 2]| speed * of[0] + a * of[1];
@@ -178,7 +178,7 @@ impl ImpactPart {
             let wider = -energy / (load + omega2 * overlap + force / reduced);
             force * (firmer + law.exponent * wider / overlap)
         });
-        // At the common time, which is earlier.
+        // Back at the common time, which is earlier.
         let (later, [ends, speed]) = (late + longer, [1, 0].map(|k| speed * u[k] + a * u[k + 1]));
         let place = |side: usize| {
             let v = speed + if side == 0 { -r * rate } else { l * rate };

@@ -14,37 +14,36 @@ use crate::model::Cradle;
 use crate::solver::radau::STAGES;
 use crate::solver::{NODES, Oscillator, Power, Stretching, Table, weighted};
 
-/// Longest explicit step, times the pace of the fastest change. With more, the series of a step takes more terms; with
-/// less, there are more steps (half of it: a tenth more time).
+/// Longest explicit step, times the pace of the fastest change. A larger one needs more terms in the series of a step;
+/// half of it needs more steps and a tenth more time.
 const EXPLICIT: f64 = 6.0;
 
-/// The time, times the fastest decay over that in a step, after which nothing is left of oscillations that decay.
-/// Without it the derivatives of rows that are pressed together and ring are wrong; with ten times as much, their tapes
-/// take three times the time.
+/// Undisturbed time, times the fastest decay rate in a step, after which nothing is left of oscillations that decay.
+/// Without this limit the derivatives of rows that are pressed together and ring are wrong; with ten times as much,
+/// their tapes take three times the time.
 const SETTLED: f64 = 400.0;
 
 /// Longest implicit step of balls that press on each other, times the pace of a pendulum, which does not decay.
-/// Rounding grows with the square of the length: the changes of the forces cancel in the motion of all.
+/// Rounding grows with the square of the length, because the changes of the forces cancel in the common motion.
 const PENDULUM: f64 = 0.1;
 
-/// Longest implicit step of one ball, times its pace: nine stages of order 17 leave some 1e-15 of it.
+/// Longest implicit step of one ball, times its pace: nine stages of order 17 leave a relative error of some 1e-15.
 const ALONE: f64 = 2.0;
 
-/// Largest part of an overlap by which the two highest terms of the interpolation of its force may change it. The error
-/// at the end is far smaller: 1e-10 of the derivatives, for viscoelastic contacts 4e-7. With 1e-11 tapes take up to
-/// twice the time.
+/// Largest relative change of an overlap by the two highest terms of the interpolation of its force. The error at the
+/// end is far smaller: 1e-10 of the derivatives, for viscoelastic contacts 4e-7. With 1e-11 tapes take up to twice the
+/// time.
 const TAIL: f64 = 1e-8;
 
-/// How often a part is halved.
+/// Most times that a part is halved.
 const HALVINGS: u32 = 40;
 
-/// Of a motion that has not been halved.
+/// For a motion of unknown paces that has not been halved.
 const UNKNOWN: (Option<[f64; 2]>, u32) = (None, 0);
 
-/// Balls and their contacts at nodes.
 type AtNodes<const N: usize> = (Vec<BallNodes<N>>, Vec<ContactNodes<N>>);
 
-/// The fastest change in a motion of neighbours from ball `first` on, times its `length` (s): of oscillations, and of
+/// The fastest changes in a motion of neighbours from ball `first` on, times its `length` (s): of oscillations, and of
 /// decays.
 fn paces<const N: usize>(cradle: &Cradle, first: usize, length: f64, (balls, contacts): &AtNodes<N>) -> [f64; 2] {
     let [mut stiffness, mut decay] = [0.0_f64; 2];
@@ -70,7 +69,7 @@ fn fastest_pendulum(balls: &[BallNodes<STAGES>]) -> f64 {
 }
 
 impl Step<NODES, Table> {
-    /// Whether the nodes resolve the forces: what they do not changes the overlaps by less than a part of them.
+    /// Whether the nodes resolve the forces: the unresolved part changes overlaps by less than [`TAIL`] of them.
     fn is_resolved(&self, cradle: &Cradle) -> bool {
         let resolved = |(j, contact): (usize, &ContactNodes<NODES>)| {
             let largest = contact.overlap.iter().fold(0.0, |most: f64, overlap| most.max(overlap.abs()));
@@ -82,7 +81,7 @@ impl Step<NODES, Table> {
 }
 
 impl Recorder {
-    /// Adds the motion of balls in whose time no force reaches its peak.
+    /// Adds the motion of balls over a time in which no force reaches its peak.
     pub(super) fn press_between_peaks(
         &mut self,
         scene: &Scene,
@@ -96,7 +95,8 @@ impl Recorder {
         if balls.len() == 1 && !scene.cradle.on_arcs() {
             return self.fly_on_line(scene, balls.start, [from, to]);
         }
-        // The derivative by the exponent goes with the logarithm of an overlap, which begins or ends at 0.
+        // The derivative by the exponent has the logarithm of an overlap: time is stretched where that begins or ends
+        // at 0.
         let vanishes = |tau: f64| (balls.start..balls.end - 1).any(|j| scene.motion.overlap(j, tau).0 <= 0.0);
         let stretched = scene.motion.stretching();
         let power = BranchPoint::of(scene.cradle.contacts.iter()).map_or(Power::Square, |point| point.power);
@@ -113,7 +113,6 @@ impl Recorder {
         }
     }
 
-    /// Adds a flight on a line.
     fn fly_on_line(&mut self, scene: &Scene, ball: usize, [from, to]: [f64; 2]) {
         let (model, length) = (&scene.cradle.balls[ball], to - from);
         let parts = (length / Oscillator::new(model.omega2, model.gamma).longest()).ceil().max(1.0);
@@ -128,8 +127,8 @@ impl Recorder {
         }
     }
 
-    /// Adds the motion of `balls` from `from` to `to` (s) in as many parts as needed. If it is known, a motion twice as
-    /// long was found to have these paces; it was halved so often.
+    /// Adds the motion of `balls` from `from` to `to` (s) in as many parts as needed. A motion twice as long, if any,
+    /// has the paces `known`; this one is what is left after so many `halvings`.
     fn linearise(
         &mut self,
         scene: &Scene,
@@ -145,8 +144,8 @@ impl Recorder {
             None if balls.len() == 1 => [0.0; 2],
             None => paces(cradle, first, length, &scene.nodes(&balls, [from, to], &[1.0])),
         };
-        // Halves of halves are as long as the time before them in which nothing has happened. So what decays fast is
-        // over, and what decays slowly is resolved; oscillations, too, have to be one or the other.
+        // Halving ends when parts are as short as the undisturbed time before them. By then what decays fast is over,
+        // and what decays slowly is resolved; oscillations, too, must be one or the other.
         let graded = since > 0.0 && length <= 1.01 * since;
         let alone = |[swing, decay]: [f64; 2]| balls.len() == 1 && swing + decay <= ALONE;
         if alone([swing, decay]) || graded && 2.0 * decay > EXPLICIT {

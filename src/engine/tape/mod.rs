@@ -1,7 +1,7 @@
 //! A run as a sequence of linear maps. A recorder ([`Recorder`]) notes each part of a run as it ends: flights of single
 //! balls (`flight`), motions of neighbours that press on each other (`step`), impacts of two (`impact`) and of rigid
 //! balls (`rigid`), and what happens at one time (`events`). Each is a map (`part`) from changes of the state before it
-//! and of the coefficients to those of the state after it, and backwards. See "Derivatives" in docs/theory.md.
+//! and of the coefficients to changes of the state after it, and transposed. See "Derivatives" in docs/theory.md.
 
 mod arc_impact;
 mod coefficients;

@@ -19,8 +19,8 @@ pub(super) struct BallNodes<const N: usize> {
 }
 
 impl<const N: usize> BallNodes<N> {
-    /// At these positions (m) and velocities (m/s), under these forces of contacts (N) along the path, external force
-    /// (N) and acceleration of the support (m/s2), each with its rate.
+    /// A ball at these positions (m) and velocities (m/s), under these contact forces along the path (N). `inputs` are
+    /// the external force (N) and the acceleration of the support (m/s2), each with its rate.
     pub fn new(model: &BallModel, [x, v]: [[f64; N]; 2], contacts: &[f64; N], inputs: [[[f64; N]; 2]; 2]) -> Self {
         let [[force, force_rate], [support, support_rate]] = inputs;
         let [mut pushed, mut by_place, mut by_time] = [[0.0; N]; 3];
@@ -40,7 +40,7 @@ impl<const N: usize> BallNodes<N> {
         self.pushed[m] - support * model.place(self.x[m]).cos - pull
     }
 
-    /// Changes of the acceleration (m/s2) by those of the coefficients of ball `i`.
+    /// Changes of the acceleration (m/s2) at the nodes by these `changes` of the coefficients of ball `i`.
     pub fn accelerations(&self, model: &BallModel, i: usize, changes: &Coefficients) -> [f64; N] {
         if changes.leave(i) {
             return [0.0; N];
@@ -55,7 +55,7 @@ impl<const N: usize> BallNodes<N> {
         })
     }
 
-    /// Adds the derivatives of a number by the coefficients of ball `i`, from those `by` the accelerations.
+    /// Adds the derivatives of a number by the coefficients of ball `i`, from its derivatives `by` the accelerations.
     pub fn add_derivatives(&self, model: &BallModel, i: usize, by: &[f64; N], sums: &mut Coefficients) {
         let [mut inputs, mut by_gravity, mut by_length] = [0.0; 3];
         for ((by, x), by_place) in by.iter().zip(&self.x).zip(&self.by_place) {
@@ -73,20 +73,20 @@ impl<const N: usize> BallNodes<N> {
     }
 }
 
-/// A contact at the nodes, pressing.
+/// A pressing contact at the nodes.
 #[derive(Clone, Debug)]
 pub(super) struct ContactNodes<const N: usize> {
-    /// Overlap, m, its rate, m/s, the force, N, and its derivatives by these two, N/m and N.s/m.
+    /// Overlap, m; its rate, m/s; force, N; derivatives of the force by overlap, N/m, and by rate, N.s/m.
     pub overlap: [f64; N],
     pub rate: [f64; N],
     pub force: [f64; N],
     pub by_overlap: [f64; N],
     pub by_rate: [f64; N],
-    /// How it is linked to the balls; `None` where that is straight.
+    /// Its linkages to the balls; `None` on lines.
     links: Option<Box<Links<N>>>,
 }
 
-/// Linkages at the nodes, with the velocities of the balls (m/s) there, at the start and at the end.
+/// Linkages and velocities of the balls (m/s) at the nodes, and linkages at the start and at the end.
 #[derive(Clone, Debug)]
 struct Links<const N: usize> {
     nodes: [(Linkage, [f64; 2]); N],
@@ -96,8 +96,8 @@ struct Links<const N: usize> {
 /// Two numbers, of the left and of the right ball.
 type Both = [f64; 2];
 
-/// Changes at a node: of the overlap (m), of the parts of its direction along the paths, of the velocities (m/s), and
-/// of the force by its law (N); or derivatives of a number by them.
+/// Changes at a node: of the overlap (m), of the components of its direction along the paths, of the velocities (m/s),
+/// and of the force by its law (N); or derivatives of a number by them.
 #[derive(Clone, Copy, Default)]
 struct Change {
     overlap: f64,
@@ -111,8 +111,8 @@ fn dot<const N: usize>(by: &[f64; N], changes: &[f64; N]) -> f64 {
 }
 
 impl<const N: usize> ContactNodes<N> {
-    /// At these overlaps and rates, between balls with these positions (m) and velocities (m/s); with the positions at
-    /// the start and at the end.
+    /// A contact with these overlaps (m) and rates (m/s), between balls with these positions (m) and velocities (m/s).
+    /// `ends` are the positions at the start and at the end.
     pub fn new(
         cradle: &Cradle,
         j: usize,
@@ -126,7 +126,7 @@ impl<const N: usize> ContactNodes<N> {
             if overlap[m] > 0.0 {
                 (force[m], by_overlap[m], by_rate[m]) = law.continued(overlap[m], rate[m]).unwrap_or_default();
             } else {
-                // Where it has just closed a dashpot acts already, and what else grows there is rounding.
+                // A dashpot acts as soon as the contact has closed; anything else that grows there is rounding.
                 force[m] = law.unclipped_force(f64::MIN_POSITIVE, rate[m]);
                 by_overlap[m] = law.elastic_continued(f64::MIN_POSITIVE).map_or(0.0, |(_, slope)| slope);
                 by_rate[m] = law.unclipped_force(f64::MIN_POSITIVE, 1.0);
@@ -149,14 +149,14 @@ impl<const N: usize> ContactNodes<N> {
         self.links.as_ref().map_or((&Linkage::STRAIGHT, [0.0; 2]), |links| (&links.nodes[m].0, links.nodes[m].1))
     }
 
-    /// Derivatives of the overlap at a node by what its linkage depends on, less those at the start.
+    /// Derivatives of the overlap at a node by what its linkage depends on, less these derivatives at the start.
     fn turn(&self, m: usize) -> [f64; 5] {
         let Some(links) = &self.links else { return [0.0; 5] };
         std::array::from_fn(|k| links.nodes[m].0.by[0][k] - links.ends[0].by[0][k])
     }
 
-    /// The derivatives of the overlap at the end by moves of the balls since the start, and those by what its linkage
-    /// depends on less those at the start.
+    /// Derivatives of the overlap at the end: by moves of the balls since the start; and by what its linkage depends
+    /// on, less these derivatives at the start.
     pub fn at_end(&self) -> (Both, [f64; 5]) {
         let Some(links) = &self.links else { return ([1.0, -1.0], [0.0; 5]) };
         let [start, end] = links.ends.map(|linkage| linkage.by[0]);
@@ -169,7 +169,7 @@ impl<const N: usize> ContactNodes<N> {
         [-self.force[m] * left, self.force[m] * right]
     }
 
-    /// Changes of the force and of the forces on the balls, N.
+    /// Changes of the force and of the forces on the balls, N, by a change at a node.
     fn respond(&self, m: usize, Change { overlap, along, v, law }: Change) -> (f64, Both) {
         let (Linkage { along: [l, r], .. }, velocities) = self.link(m);
         let rate = l * v[0] - r * v[1] + velocities[0] * along[0] - velocities[1] * along[1];
@@ -177,7 +177,8 @@ impl<const N: usize> ContactNodes<N> {
         (force, [-(force * l + self.force[m] * along[0]), force * r + self.force[m] * along[1]])
     }
 
-    /// The derivatives by what changes, from those by the force and by the forces on the balls.
+    /// The derivatives of a number by a change at a node, from its derivatives by the force and by the forces on the
+    /// balls.
     fn back(&self, m: usize, by_force: f64, by_forces: Both) -> Change {
         let ((Linkage { along: [l, r], .. }, velocities), force) = (self.link(m), self.force[m]);
         let law = by_force - l * by_forces[0] + r * by_forces[1];
@@ -186,8 +187,8 @@ impl<const N: usize> ContactNodes<N> {
         Change { overlap, along, v: [l * rate, -r * rate], law }
     }
 
-    /// Changes of the force and of the forces on the balls (N) by these of the places (m), since the start, and of the
-    /// velocities (m/s).
+    /// Changes of the force and of the forces on the balls (N) at a node: by displacements of the balls since the start
+    /// (m) and by changes of their velocities (m/s).
     #[inline(always)]
     pub fn by_moves(&self, m: usize, [moved, v]: [Both; 2]) -> (f64, Both) {
         let Some(links) = &self.links else {
@@ -198,7 +199,8 @@ impl<const N: usize> ContactNodes<N> {
         self.respond(m, Change { overlap, along: [left, right], v, law: 0.0 })
     }
 
-    /// The derivatives by these, from those by the force and by the forces on the balls.
+    /// The derivatives of a number by the changes of [`Self::by_moves`], from those by the force and by the forces on
+    /// the balls.
     #[inline(always)]
     pub fn to_moves(&self, m: usize, by_force: f64, by_forces: Both) -> [Both; 2] {
         let Some(links) = &self.links else {
@@ -211,22 +213,24 @@ impl<const N: usize> ContactNodes<N> {
         [[place(0), place(1)], back.v]
     }
 
-    /// Changes of the force and of the forces on the balls (N) by these of the overlap and of the places at the start.
+    /// Changes of the force and of the forces on the balls (N) at a node, by changes of the overlap and of the places
+    /// at the start (m).
     pub fn by_start(&self, m: usize, overlap: f64, places: Both) -> (f64, Both) {
         let (turn, by) = (self.turn(m), &self.link(m).0.by);
         let of = |by: &[f64; 5]| by[0] * places[0] + by[1] * places[1];
         self.respond(m, Change { overlap: overlap + of(&turn), along: [of(&by[1]), of(&by[2])], ..Change::default() })
     }
 
-    /// The derivatives by these, from those by the force and by the forces on the balls.
+    /// The derivatives of a number by the changes of [`Self::by_start`], from those by the force and by the forces on
+    /// the balls.
     pub fn to_start(&self, m: usize, by_force: f64, by_forces: Both) -> (f64, Both) {
         let (turn, by, back) = (self.turn(m), &self.link(m).0.by, self.back(m, by_force, by_forces));
         let place = |k: usize| dot(&[back.overlap, back.along[0], back.along[1]], &[turn[k], by[1][k], by[2][k]]);
         (back.overlap, [place(0), place(1)])
     }
 
-    /// Changes of the force and of the forces on the balls (N) by those of the coefficients of contact `j`; `None` if
-    /// they do not change.
+    /// Changes of the force and of the forces on the balls (N) by `changes` of the coefficients of contact `j`; `None`
+    /// if these do not change.
     pub fn by_coefficients(&self, law: &ContactLaw, j: usize, changes: &Coefficients) -> Option<[[f64; N]; 3]> {
         let (of_law, geometry) = (changes.of_law(j), changes.of_linkage(j));
         let unchanged = of_law.iter().chain(&geometry).all(|change| *change == 0.0);
@@ -248,8 +252,8 @@ impl<const N: usize> ContactNodes<N> {
         })
     }
 
-    /// Adds the derivatives of a number by the coefficients of contact `j`, from those `by` its force and by the forces
-    /// on its balls.
+    /// Adds the derivatives of a number by the coefficients of contact `j`, from its derivatives `by` the force and by
+    /// the forces on the balls.
     pub fn add_derivatives(&self, law: &ContactLaw, j: usize, by: [&[f64; N]; 3], sums: &mut Coefficients) {
         let (mut of_law, mut geometry) = ([0.0; OF_LAW], [0.0; 5]);
         for m in 0..N {

@@ -1,5 +1,6 @@
-//! The linear maps of the parts of a run: from the changes of the state at its start and of the coefficients to those
-//! of the state at its end, and the transposed, from derivatives of a number by the latter to those by the former.
+//! The linear maps of the parts of a run: from changes of the state at the start of a part and of the coefficients to
+//! changes of the state at its end; and transposed, from derivatives of a number by the latter to derivatives by the
+//! former.
 
 use std::fmt::Debug;
 
@@ -11,9 +12,10 @@ pub(crate) trait Part: Debug + Send + Sync {
     /// About how many numbers it holds.
     fn numbers(&self) -> usize;
 
-    /// Turns changes of the state before it into those after it.
+    /// Turns changes of the state before it into changes of the state after it.
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]);
 
-    /// Turns derivatives by the state after it into those by the state before it, and adds those by the coefficients.
+    /// Turns derivatives by the state after it into derivatives by the state before it, and adds those by the
+    /// coefficients.
     fn backward(&self, cradle: &Cradle, by_changes: &mut Coefficients, by_state: &mut [f64]);
 }

@@ -1,4 +1,4 @@
-//! Records a run in parts, as it ends them.
+//! Records a run in parts, as they end.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,21 +20,21 @@ use crate::engine::pair_impact::{ImpactCoefficients, PairImpact};
 use crate::model::{Cradle, Inputs, Mode, Parameters};
 use crate::solver::DoubleDouble;
 
-/// Numbers that a tape may hold: 256 MiB; and those of all parts that are followed along a direction: some seconds.
+/// Most numbers in a tape: 256 MiB; and in all parts that are followed along a direction: some seconds of work.
 const MOST_NUMBERS: usize = 1 << 25;
 const MOST_FOLLOWED: usize = 1 << 27;
 
 /// Numbers that a tuning holds for each number of the state: parameters, coefficients and derivatives by them.
 const NUMBERS_OF_TUNING: usize = 20;
 
-/// The number of the common time.
+/// Index of the common time.
 const COMMON: u64 = 0;
 
-/// Smallest rate of an overlap at an onset over the velocities of its balls by which they get a time of their own: a
-/// shift by `d(overlap) / rate` and back loses their ratio, the common time up to 1e5.
+/// Smallest rate of an overlap at an onset, over the velocities of its balls, for which they get a time of their own. A
+/// shift by `d(overlap) / rate` and back loses precision by their ratio, the common time by up to 1e5.
 const SLOW: f64 = 1e-6;
 
-/// What becomes of the parts.
+/// Where the parts go.
 #[derive(Clone, Debug)]
 pub(crate) enum Sink {
     /// All are kept.
@@ -77,22 +77,22 @@ pub(crate) struct Recorder {
     begun: Vec<bool>,
     /// The largest force of each contact in the last step so far, N.
     peaks: Vec<f64>,
-    /// The number of the time at which the state of each ball holds, and how many there were.
+    /// Index of the time at which the state of each ball holds, and number of times so far.
     times: Vec<u64>,
     shifts: u64,
-    /// Which contacts have pressed so far in their last pulse.
+    /// Which contacts press in the motion recorded so far.
     pressing: Vec<bool>,
-    /// For the first of balls that press on each other, the end of their range, and since when nothing has happened to
-    /// them.
+    /// For the first of balls that press on each other: the end of their range, and the time since which nothing has
+    /// happened to them.
     undisturbed: Vec<(usize, DoubleDouble)>,
-    /// Along a direction, the derivative of the time of the first onset since this was forgotten, s.
+    /// Along a direction, derivative of the time of the first onset since this was last cleared, s.
     pub next_onset: Option<f64>,
     /// Why a part is missing.
     failed: Option<Unfollowed>,
 }
 
 impl Recorder {
-    /// For the run from now on, whose last step begins at the time `step_start` (s).
+    /// A recorder for the run from now on, whose last step begins at the time `step_start` (s).
     pub fn new(sink: Sink, cradle: &Cradle, step_start: f64) -> Self {
         let (balls, contacts) = (cradle.balls.len(), cradle.contacts.len());
         Self {
@@ -111,7 +111,7 @@ impl Recorder {
         }
     }
 
-    /// From now on these parameters act.
+    /// Records with these parameters from now on.
     pub fn under(&mut self, parameters: &Parameters) {
         match &mut self.sink {
             Sink::Direction(along) => {
@@ -127,7 +127,7 @@ impl Recorder {
         }
     }
 
-    /// The tape of the run with this end.
+    /// The tape of the run with this end; `None` if the recorder follows a direction.
     pub fn tape(self, end: End) -> Option<Tape> {
         let Sink::Tape(parts) = self.sink else { return None };
         Some(Tape { tunings: self.tunings, parts, end })
@@ -143,12 +143,12 @@ impl Recorder {
         self.failed
     }
 
-    /// For how long at the time `tau` (s) nothing has happened to `balls`, s.
+    /// For how long nothing has happened to `balls` before the time `tau` (s), s.
     pub(super) fn undisturbed_for(&self, scene: &Scene, balls: &Range<usize>, tau: f64) -> f64 {
         (scene.start + tau - self.undisturbed[balls.start].1).value()
     }
 
-    /// Counts more numbers that a tape holds.
+    /// Counts more numbers; fails beyond the limit.
     fn hold(&mut self, numbers: usize) {
         self.numbers = self.numbers.saturating_add(numbers);
         let most = if let Sink::Tape(_) = self.sink { MOST_NUMBERS } else { MOST_FOLLOWED };
@@ -168,8 +168,8 @@ impl Recorder {
         }
     }
 
-    /// The part of a motion of `balls` from `from` to `to` (s after `start`) that belongs to the last step begins
-    /// there. Returns where it begins, if in between.
+    /// Begins the last step for `balls`, whose motion from `from` to `to` (s after `start`) is entered next, unless it
+    /// begins later. Returns its start, if that is within the motion.
     fn begin_step(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2]) -> Option<f64> {
         let since = (self.step_start - scene.start).value();
         if since >= to || balls.clone().all(|i| self.begun[i]) {
@@ -187,7 +187,7 @@ impl Recorder {
         None
     }
 
-    /// The last step begins, at the latest now, where the run ends.
+    /// Begins the last step for all other balls, at the end of the run.
     pub fn end(&mut self, cradle: &Cradle, state: impl Fn(usize) -> (f64, f64)) {
         for i in 0..self.begun.len() {
             if !std::mem::replace(&mut self.begun[i], true) {
@@ -196,7 +196,7 @@ impl Recorder {
         }
     }
 
-    /// Ball `i` of `balls` has flown from its anchor to the time `t`.
+    /// Records the flight of ball `i` of `balls` from its anchor to the time `t`.
     pub fn fly(&mut self, i: usize, balls: &[Ball], t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
         let scene = Scene { motion: &balls, start: balls[i].anchor, cradle, inputs };
         let beside = i.saturating_sub(1)..(i + 1).min(self.pressing.len());
@@ -204,8 +204,8 @@ impl Recorder {
         self.press(&scene, i..i + 1, [0.0, (t - balls[i].anchor).value()], false);
     }
 
-    /// This `impact` of two of `balls`, anchored at its start, is over. Returns whether it is linearised in closed
-    /// form.
+    /// Records an `impact` of two of `balls`, anchored at its start, if it can be linearised in closed form; returns
+    /// whether it can.
     pub fn strike(
         &mut self,
         impact: &PairImpact,
@@ -250,7 +250,7 @@ impl Recorder {
         true
     }
 
-    /// The members of a cluster have moved from its start on for `length` (s), which is all of its segment if that
+    /// Records the motion of the members of a cluster from its start for `length` (s); that is its whole segment if it
     /// `ends`.
     pub fn follow(&mut self, cluster: &Cluster, length: f64, ends: bool, cradle: &Cradle, inputs: &HeldInputs) {
         let scene = Scene { motion: cluster, start: cluster.start, cradle, inputs };
@@ -272,14 +272,14 @@ impl Recorder {
         }
     }
 
-    /// Puts the states of `balls`, which press on each other or are one, to the common time.
+    /// Moves the states of `balls`, which press on each other or are a single ball, to the common time.
     fn use_common_time(&mut self, scene: &Scene, balls: &Range<usize>, tau: f64) {
         if self.times[balls.clone()].iter().any(|time| *time != COMMON) {
             self.shift(scene, balls, tau, Time::Common, COMMON);
         }
     }
 
-    /// Puts the states of those of `balls` that hold at another time `to` this one, of this number.
+    /// Moves those states of `balls` that hold at another time `to` this one, of this index.
     fn shift(&mut self, scene: &Scene, balls: &Range<usize>, tau: f64, to: Time, number: u64) {
         let motions = scene.motions(balls, tau, false).into_iter().zip(&self.times[balls.clone()]);
         let motions = motions.map(|(motion, time)| (*time != number).then_some(motion)).collect();
@@ -287,8 +287,8 @@ impl Recorder {
         self.enter(scene.cradle, TimeShift { first: balls.start, balls: motions, to });
     }
 
-    /// Gives `balls`, whose motion begins at `tau` (s), one time: that at which some of them met, if they did not do so
-    /// slowly.
+    /// Gives `balls`, whose motion begins at `tau` (s), one time: that of a ball that has its own, or of the fastest
+    /// onset among them unless it is slow.
     fn use_own_time(&mut self, scene: &Scene, balls: &Range<usize>, tau: f64) {
         if balls.len() == 1 {
             return self.use_common_time(scene, balls, tau);
@@ -316,7 +316,7 @@ impl Recorder {
         }
     }
 
-    /// Contact `j` closes (1) or opens (-1) at `tau` (s): with a dashpot its force jumps.
+    /// Records that contact `j` closes (1) or opens (-1) at `tau` (s): with a dashpot its force jumps.
     fn jump(&mut self, scene: &Scene, j: usize, tau: f64, sign: f64) {
         let growth = sign * scene.cradle.contacts[j].unclipped_force(f64::MIN_POSITIVE, 1.0);
         if growth != 0.0 {
@@ -325,7 +325,7 @@ impl Recorder {
         }
     }
 
-    /// The motion is interrupted in this state at the time `t`: all states hold at the common time again.
+    /// Records that the motion is interrupted in this state at the time `t`: all states hold at the common time again.
     pub fn interrupt(&mut self, state: &ChainState, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
         self.undisturbed.fill((0, t));
         let moment = Moment { state, cradle };
@@ -339,7 +339,7 @@ impl Recorder {
         }
     }
 
-    /// Contact `j` closes, with its balls in these states.
+    /// Notes that contact `j` closes, with its balls in these states.
     pub fn onset(&mut self, j: usize, states: [(f64, f64); 2], cradle: &Cradle) {
         if let (Sink::Direction(along), None) = (&self.sink, self.next_onset) {
             let overlap = Overlap::new(cradle, j, states);
@@ -347,12 +347,13 @@ impl Recorder {
         }
     }
 
-    /// Something is not followed.
+    /// Notes why something is not followed.
     pub fn fail(&mut self, why: Unfollowed) {
         self.failed = self.failed.or(Some(why));
     }
 
-    /// Adds the motion of balls that press on each other, or of one alone; at its end a contact may be released.
+    /// Records the motion of balls that press on each other, or of a single ball; if it `releases`, a contact opens at
+    /// its end.
     fn press(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2], releases: bool) {
         if from >= to {
             return;
@@ -385,8 +386,8 @@ impl Recorder {
         self.press_between_peaks(scene, balls, [since, to], releases);
     }
 
-    /// The contacts between `balls` whose force is larger than before in the step, when (s) and how large (N), in the
-    /// order of time.
+    /// The contacts between `balls` whose force exceeds all before it in the step: when (s), which, and the force (N),
+    /// in the order of time.
     fn peaks_within(&self, scene: &Scene, balls: &Range<usize>, between: [f64; 2]) -> Vec<(f64, usize, f64)> {
         if !self.begun[balls.start] {
             return Vec::new();

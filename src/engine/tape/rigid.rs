@@ -26,14 +26,14 @@ pub(super) struct Struck {
 pub(super) struct RigidImpact {
     pub first: usize,
     pub balls: Vec<Struck>,
-    /// The overlap that vanishes at its time.
+    /// The overlap that vanishes at the time of the impact.
     pub overlap: Overlap,
     /// Whether they part by the coefficient of restitution; otherwise they come to rest.
     pub parts: bool,
 }
 
-/// Changes of the impact itself: of each ball position, velocity, mass, length, and of its contact at the right the
-/// distance of the pivots and the restitution.
+/// Changes of the impact itself. For each ball: position, velocity, mass, length; for the contact at its right:
+/// distance of the pivots, restitution.
 type Changes = Vec<[f64; 6]>;
 
 const OF_BALL: [usize; 2] = [X, V];
@@ -76,7 +76,7 @@ impl RigidImpact {
         (v.into_iter().map(Dual::tangent).collect(), impulses)
     }
 
-    /// The delay of the impact over the change of its overlap, s/m.
+    /// Delay of the impact for a unit of its overlap, s/m.
     fn delay(&self) -> f64 {
         let rate = self.overlap.rate();
         if rate > 0.0 { -1.0 / rate } else { 0.0 }
@@ -138,8 +138,8 @@ impl Part for RigidImpact {
 }
 
 impl Recorder {
-    /// Rigid balls from number `first` on at these places (m) collide at the time `t` with these velocities (m/s),
-    /// which are then those afterwards, group by group.
+    /// Records a collision at the time `t` of rigid balls from number `first` on, at these places (m) and with the
+    /// velocities `v` (m/s), which are then those afterwards, group by group.
     pub fn collide(
         &mut self,
         (cradle, inputs): (&Cradle, &HeldInputs),
@@ -148,7 +148,7 @@ impl Recorder {
         groups: &[(Range<usize>, bool)],
     ) {
         for (group, parts) in groups {
-            // Balls that come to rest by a restitution of 0 would part by more.
+            // Balls that come to rest because their restitution is 0 would part with a larger one.
             let contacts = first + group.start..first + group.end - 1;
             let parts = *parts || cradle.contacts[contacts].iter().any(|law| law.restitution == 0.0);
             if parts && group.len() > 2 {

@@ -14,7 +14,7 @@ use crate::solver::{DoubleDouble, Stretching};
 /// The motion of neighbours in a part of a run, and what acts.
 pub(super) struct Scene<'a> {
     pub motion: &'a dyn Motion,
-    /// The time to which those of the motion refer.
+    /// Time from which the motion counts its times.
     pub start: DoubleDouble,
     pub cradle: &'a Cradle,
     pub inputs: &'a HeldInputs,
@@ -22,9 +22,9 @@ pub(super) struct Scene<'a> {
 
 /// A part of a run as it was computed.
 pub(super) trait Motion {
-    /// Position (m) and velocity (m/s) of ball `i` at a time (s).
+    /// Position (m) and velocity (m/s) of ball `i` at the time `tau` (s).
     fn state(&self, i: usize, tau: f64) -> (f64, f64);
-    /// Overlap of contact `j` (m) and its rate (m/s) at a time (s).
+    /// Overlap of contact `j` (m) and its rate (m/s) at the time `tau` (s).
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64);
     /// The largest force of contact `j` between two times; `None` if it is less than `known` (N).
     fn peak(&self, _j: usize, _between: [f64; 2], _known: f64) -> Option<engine::Peak> {
@@ -44,7 +44,7 @@ impl Motion for Cluster {
 
     fn overlap(&self, j: usize, tau: f64) -> (f64, f64) {
         let (overlap, rate) = Cluster::overlap(self, j, tau);
-        // A contact that has just closed has none, of which a sum of modes leaves rounding.
+        // A contact that has just closed has no overlap; a sum of modes leaves rounding.
         let at_start = self.contacts[j - self.window.start].overlap;
         (if tau == 0.0 { at_start } else { overlap }, rate)
     }
@@ -100,14 +100,15 @@ impl Motion for Moment<'_> {
 }
 
 impl Scene<'_> {
-    /// The external force on this ball (N) and the acceleration of the support (m/s2), expanded about this time.
+    /// The external force on this ball (N) and the acceleration of the support (m/s2), expanded about the time `tau`
+    /// (s).
     pub fn inputs_of(&self, ball: usize, tau: f64) -> [Forcing; 2] {
         let age = (self.start + tau - self.inputs.since.into()).value();
         let of = [self.inputs.derivatives(|i| i.force[ball]), self.inputs.derivatives(|i| i.support_acceleration)];
         of.map(|input| shifted(&input, age))
     }
 
-    /// Contacts between `balls` at nodes, and the balls.
+    /// Balls, and contacts between them, at nodes from `from` to `to` (s).
     pub fn nodes<const N: usize>(
         &self,
         balls: &Range<usize>,
@@ -116,7 +117,7 @@ impl Scene<'_> {
     ) -> (Vec<BallNodes<N>>, Vec<ContactNodes<N>>) {
         let mut motions = vec![[[0.0; N]; 2]; balls.len()];
         let mut overlaps = vec![[[0.0; N]; 2]; balls.len() - 1];
-        // Node by node: what is known of one time serves all.
+        // Node by node: results for one time are kept for all balls.
         for m in 0..N {
             let tau = from + (to - from) * times[m];
             for (k, [x, v]) in motions.iter_mut().enumerate() {
@@ -149,8 +150,8 @@ impl Scene<'_> {
         (motions.iter().enumerate().map(ball).collect(), contacts)
     }
 
-    /// Velocity (m/s) and acceleration (m/s2) of each of `balls` at a time (s), and the force of the contact at its
-    /// right (N) and the rate of its overlap (m/s); without or `with` the force of a contact that just closes.
+    /// For each of `balls` at the time `tau` (s): velocity (m/s), acceleration (m/s2), and for the contact at its right
+    /// the force (N) and the rate of the overlap (m/s); without or `with` the force of a contact that just closes.
     pub fn motions(&self, balls: &Range<usize>, tau: f64, with: bool) -> Vec<[f64; 4]> {
         let (nodes, contacts) = self.nodes(balls, [tau, tau], &[0.0]);
         let acts = |contact: &&ContactNodes<1>| with || contact.overlap[0] > 0.0;
@@ -167,7 +168,7 @@ impl Scene<'_> {
         nodes.iter().enumerate().map(motion).collect()
     }
 
-    /// The overlap of contact `j` at a time (s) as a function of the state.
+    /// The overlap of contact `j` at the time `tau` (s) as a function of the state.
     pub fn overlap(&self, j: usize, tau: f64) -> Overlap {
         Overlap::new(self.cradle, j, [j, j + 1].map(|i| self.motion.state(i, tau)))
     }
@@ -177,8 +178,8 @@ impl Scene<'_> {
         self.motion.peak(j, between, known).filter(|peak| peak.force > known)
     }
 
-    /// The force of contact `j` between `balls` at a time (s) as a function of the state, where it is largest or, at
-    /// the end of a motion, may still grow.
+    /// The force of contact `j` between `balls` at the time `tau` (s) as a function of the state: where it is largest
+    /// or, at the end of a motion, may still grow.
     pub fn peak(&self, balls: &Range<usize>, j: usize, tau: f64, at_end: bool) -> Peak {
         let (_, mut contacts) = self.nodes(balls, [tau, tau], &[0.0]);
         let (k, motions) = (j - balls.start, self.motions(balls, tau, true));
@@ -186,7 +187,7 @@ impl Scene<'_> {
         let states = [j, j + 1].map(|i| self.motion.state(i, tau));
         let bend = self.cradle.pair(j).overlap_acceleration(states, [k, k + 1].map(|k| motions[k][1]));
         let growth = at.by_overlap[0] * at.rate[0] + at.by_rate[0] * bend;
-        // It has just closed: the later, the farther its balls are apart.
+        // It has just closed: the later it does so, the farther apart its balls are.
         let closes = at.overlap[0] <= 0.0 && at.rate[0] > 0.0;
         Peak {
             by_overlap: if closes { -growth / at.rate[0] } else { 0.0 },

@@ -1,10 +1,10 @@
 //! A part of the motion of neighbours, linearised by collocation at its nodes.
 //!
-//! Without a change of anything else, accelerations `g` at the nodes move a ball by `h^2 Q2 g` and change its velocity
-//! by `h Q1 g` (see [`gauss`](crate::solver::gauss)). With what these do to forces, `T g`, the changes of the
-//! accelerations solve `g = known + T g`. An explicit step is short enough for the Neumann series, `g = known + T known
-//! + T T known + ...`; the derivatives of a number by what is known follow likewise from those by the accelerations,
-//! with the transposed `T`. Stiff equations are solved at once, on the nodes of an implicit step.
+//! Changes `g` of the accelerations at the nodes move a ball by `h^2 Q2 g` and change its velocity by `h Q1 g` (see
+//! [`gauss`](crate::solver::gauss)); these change the accelerations by `T g`. So `g = known + T g`, where `known` has
+//! all other causes. An explicit step is short enough for the Neumann series, `g = known + T known + T T known + ...`.
+//! With the transposed `T`, such a series also gives the derivatives of a number by `known`. Stiff equations are solved
+//! at once, on the nodes of an implicit step.
 
 use std::fmt::Debug;
 use std::sync::LazyLock;
@@ -16,15 +16,15 @@ use crate::model::Cradle;
 use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
 use crate::solver::{NODES, Table, combine, weighted};
 
-/// Terms of the series at most.
+/// Most terms of the series.
 const TERMS: usize = 60;
 
-/// A part of the motion of neighbours between which all contacts press, at the nodes of a rule.
+/// A part of the motion of neighbours, whose contacts all press, at the nodes of a rule.
 #[derive(Debug)]
 pub(super) struct Step<const N: usize, R: 'static> {
-    /// The first of its balls.
+    /// First ball.
     pub first: usize,
-    /// In s.
+    /// Length, s.
     pub length: f64,
     pub rule: &'static R,
     pub balls: Vec<BallNodes<N>>,
@@ -36,23 +36,23 @@ pub(super) trait Rule<const N: usize>: Debug + Send + Sync {
     /// The times of the nodes, over the length of the step.
     fn times(&self) -> &[f64; N];
 
-    /// Weights of the rate and of the position at the end.
+    /// Weights of the integrals that give rate and position at the end.
     fn at_end(&self) -> [&[f64; N]; 2];
 
     /// `Q1 g` and `Q2 g` at the nodes.
     fn integrate(&self, g: &[f64; N]) -> [[f64; N]; 2];
 
-    /// The transposed, `h Q1 v + h^2 Q2 x`, of a step of length h.
+    /// The transposed for a step of length h: `h Q1' v + h^2 Q2' x`.
     fn integrate_back(&self, h: f64, motion: &Motion<N>) -> [f64; N];
 
-    /// Solves `g = known + T g` for the changes of the accelerations or, backwards, with the transposed `T` for the
+    /// Solves `g = known + T g`: for the changes of the accelerations or, backwards, with the transposed `T`, for the
     /// derivatives by them.
     fn solve(step: &Step<N, Self>, cradle: &Cradle, known: Vec<[f64; N]>, way: Way) -> Vec<[f64; N]>
     where
         Self: Sized;
 }
 
-/// Which map is meant.
+/// The map or its transposed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Way {
     Forwards,
@@ -136,7 +136,7 @@ impl Rule<STAGES> for Implicit {
         std::array::from_fn(|l| h * (h * weighted(&self.positions[l], x) + weighted(&self.rates[l], v)))
     }
 
-    /// By elimination: what a ball does depends on its neighbours only.
+    /// By elimination, because a ball depends only on its neighbours.
     fn solve(step: &Step<STAGES, Self>, cradle: &Cradle, known: Vec<[f64; STAGES]>, way: Way) -> Vec<[f64; STAGES]> {
         let (balls, h) = (known.len(), step.length);
         let row = |known: &[f64; STAGES]| Row {
@@ -146,14 +146,15 @@ impl Rule<STAGES> for Implicit {
             known: Stages::from(*known),
         };
         let mut rows: Vec<Row> = known.iter().map(row).collect();
-        // Forces at a node depend on the motion then. Every third ball at once: a ball depends on one of them.
+        // Forces at a node depend on the motion at that node. Every third ball has a unit change at once, because each
+        // ball depends on only one of these.
         for (ball, number) in (0..balls.min(3)).flat_map(|ball| [0, 1].map(|number| (ball, number))) {
             let mut units = vec![[[0.0; STAGES]; 2]; balls];
             units.iter_mut().skip(ball).step_by(3).for_each(|unit| unit[number] = [1.0; STAGES]);
             let integral = if number == 0 { step.rule.twice * (h * h) } else { RADAU.integral * h };
             for (i, by) in step.accelerations(cradle, &units).into_iter().enumerate() {
                 let block = Matrix::from_fn(|m, l| by[m] * integral[(m, l)]);
-                // What acts on ball i is that itself, the left, or the right one.
+                // The unit change that acts on ball i is its own, its left neighbour's, or its right neighbour's.
                 match ((i + 3 - ball) % 3, way) {
                     (0, Way::Forwards) => rows[i].diagonal -= block,
                     (0, Way::Backwards) => rows[i].diagonal -= block.transpose(),
@@ -176,7 +177,7 @@ impl Rule<STAGES> for Implicit {
 type Motion<const N: usize> = [[f64; N]; 2];
 
 impl<const N: usize, R: Rule<N>> Step<N, R> {
-    /// The accelerations by changes of the motion (m, m/s).
+    /// Changes of the accelerations (m/s2) by changes of the motion (m, m/s).
     fn accelerations(&self, cradle: &Cradle, motion: &[Motion<N>]) -> Vec<[f64; N]> {
         let of_ball = |(i, (ball, [x, v])): (usize, (&BallNodes<N>, &Motion<N>))| {
             let gamma = cradle.balls[self.first + i].gamma;
@@ -195,8 +196,8 @@ impl<const N: usize, R: Rule<N>> Step<N, R> {
         found
     }
 
-    /// The transposed: derivatives of a number by the motion, from those by the accelerations and by the forces of the
-    /// contacts.
+    /// The transposed: derivatives of a number by the motion, from its derivatives by the accelerations and by the
+    /// forces of the contacts.
     fn back(&self, cradle: &Cradle, accelerations: &[[f64; N]], forces: &[[f64; N]]) -> Vec<Motion<N>> {
         let of_ball = |(i, (ball, by)): (usize, (&BallNodes<N>, &[f64; N]))| {
             let gamma = cradle.balls[self.first + i].gamma;
@@ -217,7 +218,7 @@ impl<const N: usize, R: Rule<N>> Step<N, R> {
         found
     }
 
-    /// The motion by accelerations, and the transposed.
+    /// The motion by accelerations.
     fn integrate(&self, accelerations: &[[f64; N]]) -> Vec<Motion<N>> {
         let h = self.length;
         let of_ball = |g: &[f64; N]| {
@@ -254,7 +255,7 @@ impl<const N: usize, R: Rule<N>> Part for Step<N, R> {
             let [x, later] = [X, TIME].map(|number| state[k * STATE + number]);
             (0..N).for_each(|m| known[m] += ball.by_place[m] * x + by[m] + ball.by_time[m] * later);
         }
-        // Without moves since the start.
+        // Forces without displacements since the start.
         let mut forces = vec![[0.0; N]; self.contacts.len()];
         for (j, contact) in self.contacts.iter().enumerate() {
             let by = contact.by_coefficients(&cradle.contacts[first + j], first + j, changes);
@@ -297,7 +298,7 @@ impl<const N: usize, R: Rule<N>> Part for Step<N, R> {
         let (h, first, times) = (self.length, self.first, self.rule.times());
         let by_state = &mut by_state[first * STATE..][..self.balls.len() * STATE];
         let [of_rate, of_position] = self.rule.at_end();
-        // By the way of each ball to the end, of which the overlaps there are functions.
+        // Derivatives by the displacement of each ball up to the end, on which the overlaps there depend.
         let mut by_ways: Vec<f64> = by_state.chunks(STATE).map(|by| by[X]).collect();
         for (j, contact) in self.contacts.iter().enumerate() {
             let (by_overlap, ([left, right], turn)) = (by_state[j * STATE + OVERLAP], contact.at_end());

@@ -11,7 +11,7 @@ pub enum Unfollowed {
     Another,
     /// It has more parts than memory or time allow.
     TooLong,
-    /// A motion has more digits than parts of any length resolve.
+    /// A motion varies more than parts of any length resolve.
     Unresolved,
     /// Rigid balls stay in contact, and move as one body.
     RigidBody,

@@ -1,8 +1,8 @@
 //! Gauss collocation for `y'' = g(t, y, y')`, with time that may be stretched at one end of a step. See "Gauss
 //! collocation" in docs/theory.md for the formulas with `phi`, `Q`, `Q1` and `Q2`.
 //!
-//! The nodes are symmetric. About the middle the integral of an even function is odd up to a constant, that of an odd
-//! one is even. So a product with `Q` or `Q Q` takes two matrices of half the size.
+//! The nodes are symmetric about the middle. The integral of an even function is odd up to a constant, the integral of
+//! an odd function even. So a product with `Q` or `Q Q` takes two matrices of half the size.
 //!
 //! Nodes, weights and `Q` are computed in double-double: an error in a last digit would have one sign in every step.
 
@@ -15,7 +15,7 @@ use super::double_double::DoubleDouble;
 use super::power::is_whole;
 pub use rule::{NODES, Nodes, RULE, combine, weighted};
 
-/// The q of a stretching.
+/// The exponent q of a stretching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Power {
     Square,
@@ -36,7 +36,7 @@ pub enum Stretching {
 }
 
 impl Stretching {
-    /// All of them, as [`Self::table`] counts them.
+    /// All stretchings, in the order of [`Self::table`].
     const ALL: [Self; 7] = {
         let [square, cube, fourth] = Power::ALL;
         [
@@ -65,7 +65,7 @@ impl Stretching {
         &TABLES[k]
     }
 
-    /// The q of its power, 1 without.
+    /// The exponent q; 1 without stretching.
     pub fn order(self) -> usize {
         match self {
             Self::None => 1,
@@ -92,7 +92,7 @@ impl Stretching {
         (phi.value(), slope.value())
     }
 
-    /// For integrals from the start to c = `end`: `phi` at nodes on the way, and their weights.
+    /// `phi` at the nodes of an integral from the start to c = `end`, and the weights.
     pub fn nodes_up_to(self, end: f64) -> [Nodes; 2] {
         let rule = &RULE;
         let along = Self::None.table().times.map(|c| self.at_rounded(end * c));
@@ -101,7 +101,7 @@ impl Stretching {
 
     /// The c at which `phi` is `part`.
     pub fn inverse(self, part: f64) -> f64 {
-        // Rounding may ask beyond the ends.
+        // Rounding may put `part` slightly outside.
         let part = part.clamp(0.0, 1.0);
         match self {
             Self::None => part,
@@ -120,10 +120,10 @@ impl Stretching {
 }
 
 impl Power {
-    /// All of them.
+    /// All exponents.
     pub const ALL: [Self; 3] = [Self::Square, Self::Cube, Self::Fourth];
 
-    /// The q.
+    /// The exponent q.
     pub fn order(self) -> usize {
         match self {
             Self::Square => 2,
@@ -132,7 +132,7 @@ impl Power {
         }
     }
 
-    /// Whether functions that go with these powers of the time are smooth in c.
+    /// Whether functions with these powers of the time are smooth in c.
     pub fn resolves(self, mut exponents: impl Iterator<Item = f64>) -> bool {
         let q = self.order() as f64;
         exponents.all(|exponent| is_whole(q * exponent))
@@ -147,7 +147,7 @@ impl Power {
         }
     }
 
-    /// The c whose power this is.
+    /// The c for which `c^q` is `power`.
     fn root(self, power: f64) -> f64 {
         match self {
             Self::Square => power.sqrt(),
@@ -163,19 +163,18 @@ impl Power {
 pub struct Table {
     /// `phi` at the nodes.
     pub times: Nodes,
-    /// `phi'` there.
+    /// `phi'` at the nodes.
     pub paces: Nodes,
     /// `Q1`, one row per node.
     pub up_to_node: [Nodes; NODES],
     /// `Q2`, one column per node.
     pub positions: [Nodes; NODES],
-    /// Whether time is stretched.
     stretched: bool,
-    /// Weights of the integral over the whole step: of the rate at the end.
+    /// Weights of the integral over the whole step: for the rate at the end.
     pub of_rate: Nodes,
-    /// Weights of the double integral: of the position at the end.
+    /// Weights of the double integral over the whole step: for the position at the end.
     pub of_position: Nodes,
-    /// The two highest coefficients of `g phi'` in the Legendre polynomials.
+    /// Weights of the two highest Legendre coefficients of `g phi'`.
     pub tail: [Nodes; 2],
 }
 
@@ -224,7 +223,7 @@ impl Table {
         [once, self.integrate(&once)]
     }
 
-    /// The transposed, `sum_m Q1_ml values_m`.
+    /// The transposed of [`Self::integrate`], `sum_m Q1_ml values_m`.
     #[inline(always)]
     pub fn integrate_back(&self, values: &Nodes) -> Nodes {
         let sums = RULE.integrate_back(values);

@@ -1,4 +1,4 @@
-//! The nodes of Gauss and Legendre, and integrals of the polynomials through values at them.
+//! The Gauss-Legendre nodes, and integrals of the polynomials through values at them.
 
 use std::sync::LazyLock;
 
@@ -9,14 +9,14 @@ pub const NODES: usize = 16;
 /// One value per node.
 pub type Nodes = [f64; NODES];
 
-/// Pairs of mirrored nodes, and one value for each.
+/// Number of pairs of mirrored nodes.
 const PAIRS: usize = NODES / 2;
 type Pairs = [f64; PAIRS];
 
-/// What all tables share.
+/// The rule that all tables share.
 pub static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
 
-/// Nodes, weights and Lagrange polynomials. Aligned, so that instructions on two numbers can take them from memory.
+/// Nodes, weights and Lagrange polynomials. Aligned for instructions that load two numbers at once.
 #[derive(Debug)]
 #[repr(align(16))]
 pub struct Rule {
@@ -27,7 +27,7 @@ pub struct Rule {
     /// The weights of the pairs, and the distance of their first nodes from the middle.
     of_pairs: Pairs,
     off_middle: Pairs,
-    /// `Q` and `Q Q`.
+    /// The matrices `Q` and `Q Q`, in halves.
     once: Halves,
     twice: Halves,
     /// Coefficient of the Legendre polynomial k in the Lagrange polynomial of node l, at `[k][l]`.
@@ -43,7 +43,6 @@ type Halves = [[Pairs; PAIRS]; 2];
 /// The Legendre polynomials at a place.
 type Legendre = [DoubleDouble; NODES + 1];
 
-/// `1 / a`.
 fn inverse(a: DoubleDouble) -> DoubleDouble {
     let rough = DoubleDouble::from(1.0 / a.value());
     rough + rough * (DoubleDouble::from(1.0) - rough * a)
@@ -87,7 +86,7 @@ impl Rule {
             p[mirrored] = std::array::from_fn(|k| if k % 2 == 0 { at_node[k] } else { -at_node[k] });
             p[l] = at_node;
         }
-        // A Legendre polynomial's integral is half its neighbours' difference over 2 k + 1. Those of even
+        // The integral of a Legendre polynomial is half the difference of its neighbours over 2 k + 1. Those of even
         // degree are even functions.
         let integrals = |l: usize, m: usize, parity: usize| {
             let degrees = (parity..NODES).step_by(2);
@@ -116,7 +115,7 @@ impl Rule {
         rule
     }
 
-    /// Integrals from 0 to the nodes of the polynomial with these `values` at them.
+    /// Integrals, from 0 to the nodes, of the polynomial with these `values` at the nodes.
     #[inline(always)]
     pub fn integrate(&self, values: &Nodes) -> Nodes {
         let [sums, differences] = parts(values);
@@ -125,7 +124,7 @@ impl Rule {
         mirrored(|m| [even[m] + odd[m], (total - even[m]) + odd[m]])
     }
 
-    /// The transposed: what each value adds to the sum of these integrals times `weights`.
+    /// The transposed of [`Self::integrate`]: what each value adds to the sum of the integrals times `weights`.
     #[inline(always)]
     pub(super) fn integrate_back(&self, weights: &Nodes) -> Nodes {
         let [sums, differences] = parts(weights);
@@ -137,7 +136,7 @@ impl Rule {
         })
     }
 
-    /// The same of these integrals.
+    /// Double integrals, from 0 to the nodes, of the polynomial with these `values` at the nodes.
     #[inline(always)]
     pub(super) fn integrate_twice(&self, values: &Nodes) -> Nodes {
         let [sums, differences] = parts(values);
@@ -151,7 +150,8 @@ impl Rule {
     pub fn integrals(&self, c: f64) -> Nodes {
         let x = 2.0 * c - 1.0;
         let mut integrals = [0.0; NODES];
-        // By `k (k + 1) P_k = -((1 - x^2) P_k')'` they keep their digits near the ends. The last two slopes:
+        // By `k (k + 1) P_k = -((1 - x^2) P_k')'` the integrals keep their digits near the ends. `before` and `slope`
+        // are the derivatives of the last two polynomials.
         let (mut before, mut slope) = (0.0, 1.0);
         for (k, row) in self.lagrange.iter().enumerate() {
             let integral = if k == 0 {
@@ -196,7 +196,7 @@ fn parts(values: &Nodes) -> [Pairs; 2] {
     [std::array::from_fn(|l| pair(l).0 + pair(l).1), std::array::from_fn(|l| pair(l).0 - pair(l).1)]
 }
 
-/// The values of each pair, side by side with the others.
+/// Values at all nodes from the two values of each pair.
 #[inline(always)]
 fn mirrored(pair: impl Fn(usize) -> [f64; 2]) -> Nodes {
     let mut values = [0.0; NODES];

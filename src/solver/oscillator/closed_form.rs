@@ -1,5 +1,5 @@
-//! The linear oscillator `x'' + 2 gamma x' + omega^2 x = f(t)` in closed form, `f` a polynomial. See "Flight" in
-//! docs/theory.md for the functions `U_k` of which all of it is built.
+//! The linear oscillator `x'' + 2 gamma x' + omega^2 x = f(t)` in closed form, `f` a polynomial. "Flight" in
+//! docs/theory.md defines the functions `U_k` from which everything here is built.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,16 +13,16 @@ pub const MAX_FORCE_ORDER: usize = 3;
 /// Number of functions `U_0, U_1, ...` that the motion, its integrals and the work of the force need.
 pub const BASIS: usize = 2 * MAX_FORCE_ORDER + 4;
 
-/// Natural frequency and decay of an oscillator; derived values are not serialized.
+/// Natural frequency and decay rate of an oscillator; derived values are not serialized.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "(f64, f64)", from = "(f64, f64)")]
 pub struct Oscillator {
     omega2: f64,
     omega: DoubleDouble,
     gamma: f64,
-    /// Frequency of the damped oscillation, for `gamma <= omega / 2`.
+    /// Frequency of the damped oscillation, rad/s; 0 from critical damping on.
     omega_damped: DoubleDouble,
-    /// 1 over `omega_damped` (s) and over `omega2` (s2), for `gamma <= omega / 2`.
+    /// 1 over `omega_damped` (s) and over `omega2` (s2), for `gamma < omega`.
     inverse: (f64, f64),
 }
 
@@ -38,7 +38,7 @@ impl From<(f64, f64)> for Oscillator {
     }
 }
 
-/// Doublings that lead from 1 to the largest double: an infinite time takes no more.
+/// Doublings from 1 to the largest double: enough even for an infinite time.
 const MOST_DOUBLINGS: f64 = f64::MAX_EXP as f64;
 
 impl Oscillator {
@@ -69,7 +69,7 @@ impl Oscillator {
         self.gamma
     }
 
-    /// A bound of the rates at which its motion and derivatives change, 1/s.
+    /// Upper bound of the rates at which the motion and its derivatives change, 1/s.
     pub fn pace(&self) -> f64 {
         self.omega() + 2.0 * self.gamma
     }
@@ -95,7 +95,7 @@ impl Oscillator {
         let t = tau.value();
         let mut u = [0.0; 6];
         if self.is_overdamped() && self.pace() * t > 0.5 {
-            // Where the fast decay is over, the equation would cancel.
+            // Once the fast decay is over, the recursion by the equation would cancel.
             let (fast, slow) = self.decay_rates();
             let [of_fast, of_slow] =
                 [fast, slow].map(|rate| decay_integrals(rate, t, 2).map(|integral| integral / (fast - slow)));
@@ -174,7 +174,7 @@ impl Oscillator {
         (self.omega_damped.value(), sine, cosine)
     }
 
-    /// Whether the motion is a sum of two decays whose rates differ at least by a factor of 4; not that of a free body.
+    /// Whether the motion is a sum of two decays whose rates differ at least by a factor of 4; false without damping.
     pub(super) fn is_overdamped(&self) -> bool {
         self.gamma > 0.0 && self.gamma >= 1.25 * self.omega.value()
     }
@@ -238,7 +238,7 @@ impl Oscillator {
             let sine = turned / self.omega_damped.value();
             hypotenuse(v * v + sine * sine, v, sine) * libm::exp(-gamma * t) * power(omega, k - 1)
         } else {
-            // Beyond critical damping the slower of two decays lasts.
+            // Beyond critical damping the slower decay outlasts the other.
             let rate = gamma - (gamma * gamma - omega * omega).max(0.0).sqrt();
             (v.abs() + turned.abs() * (t.max(1.0 / rate) + 1.0 / omega))
                 * libm::exp(-rate * t)
@@ -246,7 +246,7 @@ impl Oscillator {
         }
     }
 
-    /// The series at a fraction of the time, then the law of composition of the flow with itself: near critical
+    /// By the series at a fraction of the time, then by doubling: the flow composed with itself. For near critical
     /// damping, where the other forms would cancel.
     fn basis_by_doubling<const COUNT: usize>(&self, t: f64, reach: f64) -> [f64; COUNT] {
         let doublings = libm::ceil(libm::log2(reach / 0.5)).clamp(1.0, MOST_DOUBLINGS) as i32;
@@ -316,7 +316,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn recursion_holds_in_every_regime() {
+    fn oscillator_recursion_holds_in_every_regime() {
         for t in [1e-9, 1e-3, 0.2, 0.7, 1.9, 13.0] {
             let regimes = [(5.0, 0.0), (5.0, 0.3), (5.0, 2.3), (5.0, 40.0), (0.0, 0.0), (0.0, 0.5), (0.0, 30.0)];
             for (omega2, gamma) in regimes {

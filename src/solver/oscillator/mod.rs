@@ -1,5 +1,5 @@
-//! The damped linear oscillator in closed form: [`Oscillator`]; its motion under a constant force,
-//! [`ForcedOscillator`], and as a steady part and a free swing, [`Steady`].
+//! The damped linear oscillator in closed form, [`Oscillator`]; its motion under a constant force,
+//! [`ForcedOscillator`]; and that motion split into a steady part and a free swing, [`Steady`].
 
 mod closed_form;
 mod response;

@@ -10,12 +10,12 @@ pub struct ForcedOscillator {
     /// Velocity (m/s) and acceleration without damping (m/s2) at time 0.
     v: f64,
     force: f64,
-    /// The last time and the oscillator's functions there, because many calls are for the same time.
+    /// The last time with the functions there: many calls are for the same time.
     last: Cell<Option<(f64, [f64; 6])>>,
 }
 
 impl ForcedOscillator {
-    /// From the velocity `v` (m/s) on under the acceleration `force` (m/s2).
+    /// The motion from the velocity `v` (m/s) under the acceleration `force` (m/s2).
     pub fn new(oscillator: Oscillator, v: f64, force: f64) -> Self {
         Self { oscillator, v, force, last: Cell::new(None) }
     }
@@ -26,8 +26,8 @@ impl ForcedOscillator {
         self.v * u2 + self.force * u3
     }
 
-    /// Integral of the velocity squared from time 0 to `t` (s), m2/s, from the loss of the energy `v^2/2 + omega^2
-    /// x^2/2 - f x`, for gamma > 0.
+    /// Integral of the squared velocity from time 0 to `t` (s), m2/s, for gamma > 0: from the loss of the energy
+    /// `v^2/2 + omega^2 x^2/2 - f x`.
     pub fn squared_velocity_integral(&self, t: f64) -> f64 {
         let ([x, ..], change) = self.at(t);
         let o = &self.oscillator;
@@ -54,14 +54,15 @@ impl ForcedOscillator {
         }
     }
 
-    /// A bound of the absolute derivative `k` >= 2 of `a` times displacement plus `b` times velocity from `t` (s) on.
+    /// A bound of the absolute derivative `k` >= 2 of `a` times displacement plus `b` times velocity, from `t` (s) on.
     pub fn derivative_bound(&self, t: f64, k: i32, a: f64, b: f64) -> f64 {
         if let Some([[fast, v_fast], [slow, v_slow]]) = self.oscillator.decays(self.v, self.force) {
-            // The rest of the decays, from `U_0` and `U_1`, and from `U_-3`, in which the fast one dominates.
+            // What is left of the decays at `t`: the slow one from `U_0` and `U_1`, the fast one from `U_-3`, where it
+            // dominates.
             let [third, .., u0, u1, _] = self.functions(t);
             let of_slow = u0 + fast * u1;
             let of_fast = (power(slow, 4) * of_slow - (fast - slow) * third).abs() / power(fast, 4);
-            // The two terms often almost cancel in a slow decay.
+            // In a slow decay the two terms often almost cancel, so they are bounded together.
             let bound = |rate: f64, v: f64| (v * (a - b * rate)).abs() * power(rate, k - 1);
             return bound(fast, v_fast) * of_fast + bound(slow, v_slow) * of_slow;
         }
@@ -79,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_derivative_exceeds_its_bound_from_then_on() {
+    fn oscillator_derivatives_stay_below_their_bounds() {
         let free = ForcedOscillator::new(Oscillator::new(0.0, 0.0), 1.0, 2.0);
         assert_eq!([2, 3].map(|k| free.derivative_bound(0.1, k, 1.0, 0.0)), [2.0, 0.0]);
         for gamma in [0.0, 0.3, 0.79, 0.9, 1.0, 1.1, 1.2, 1.24, 1.3, 5.0] {

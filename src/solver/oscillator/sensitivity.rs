@@ -1,4 +1,4 @@
-//! How the motion of the oscillator changes with its frequency and its decay.
+//! How the motion of the oscillator depends on its frequency and its decay rate.
 
 use super::closed_form::{BASIS, MAX_FORCE_ORDER, Oscillator, decay_integrals};
 use crate::solver::series::INVERSES;
@@ -10,7 +10,7 @@ const COUNT: usize = MAX_FORCE_ORDER + 4;
 const SMALL: f64 = 4.0;
 
 impl Oscillator {
-    /// The longest time (s) for which it has the functions `Z_k`. Near critical damping there are only power series.
+    /// The longest time (s) for which [`Self::sensitivities`] holds. Near critical damping there are only power series.
     pub fn longest(&self) -> f64 {
         let near_critical = self.gamma() > 0.5 * self.omega() && !self.is_overdamped();
         if near_critical { SMALL / self.pace() } else { f64::INFINITY }
@@ -30,7 +30,7 @@ impl Oscillator {
             if self.is_overdamped() {
                 return self.by_decays(t, u);
             }
-            // Both equations.
+            // Together the two equations give each function directly.
             let distance = 2.0 * (omega2 - gamma * gamma);
             for k in 1..top {
                 z[k + 1] = (2.0 * u[k] - known(k - 1) - gamma * known(k)) / distance;
@@ -43,11 +43,11 @@ impl Oscillator {
         z
     }
 
-    /// The last of them by its power series.
+    /// The last of the functions by its power series.
     fn highest(&self, t: f64) -> f64 {
         let (damping, stiffness) = (2.0 * self.gamma() * t, self.omega2() * t * t);
         let mut power = (1..=COUNT).fold(1.0, |power, k| power * t * INVERSES[k]);
-        // Of s in the expansions of s^2 / q and of s^4 / q^2.
+        // Coefficients of the expansions of s^2 / q and of s^4 / q^2 in powers of 1/s.
         let ([mut a, mut a_before], [mut b, mut b_before]) = ([1.0, 0.0], [1.0, 0.0]);
         let mut sum = power;
         for m in 1..40 {
@@ -59,7 +59,7 @@ impl Oscillator {
         sum
     }
 
-    /// All of them as differences of two decays and of their derivatives by the rates.
+    /// The functions as differences of two decays and of their derivatives by the rates.
     fn by_decays(&self, t: f64, u: &[f64; BASIS]) -> [f64; COUNT] {
         let (fast, slow) = self.decay_rates();
         let of_rate = |rate: f64| {
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn they_are_the_derivatives_of_the_functions() {
+    fn oscillator_sensitivities_are_derivatives() {
         for (omega2, gamma) in [(5.0, 0.0), (5.0, 0.3), (5.0, 2.3), (5.0, 40.0), (0.0, 0.0), (0.0, 0.5), (0.0, 30.0)] {
             for t in [1e-3, 0.2, 0.7, 1.9, 5.0, 13.0] {
                 let at = |omega2: f64, gamma: f64| Oscillator::new(omega2, gamma).basis::<BASIS>(t.into());

@@ -1,9 +1,9 @@
 //! A driven oscillator's motion as a polynomial that follows the force, and a free swing about it.
 //!
 //! The displacement D with `D'' + 2 gamma D' + omega^2 D = f`, f a polynomial of the time, is `P + h`: P is the
-//! polynomial that solves the equation, h the free motion with the rest of the start state. The functions `U_k`
-//! (`oscillator`), in which nothing cancels, are for short times, this form for long ones: it has derivatives and
-//! integrals over many swings in closed form.
+//! polynomial that solves the equation, h the free motion from the rest of the start state. This form is for long
+//! times: it has derivatives and integrals over many swings in closed form. For short times it would cancel; the
+//! functions `U_k` (`oscillator`) do not.
 
 use nalgebra::Complex;
 
@@ -16,21 +16,21 @@ type Polynomial = [f64; MAX_FORCE_ORDER + 1];
 /// The two parts of a motion, as velocities.
 #[derive(Clone, Copy, Debug)]
 pub struct Steady {
-    /// Velocity P' of the polynomial part, m/s with powers of the time.
+    /// Coefficients of the velocity P' of the polynomial part; number k in m/s^(1+k).
     velocity: Polynomial,
     /// Velocity (m/s) and acceleration (m/s2) of the free swing at time 0.
     swing: (f64, f64),
 }
 
 impl Steady {
-    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0 under a force with the derivatives `push`
-    /// then, m/s^(2+j); `None` for a free body, whose motion is the polynomial altogether.
+    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0, under a force with the derivatives `push`
+    /// at time 0, m/s^(2+j). `None` for a free body, whose motion is a polynomial.
     pub fn new(o: &Oscillator, v: f64, a: f64, push: &Polynomial) -> Option<Self> {
         let (damping, omega2) = (2.0 * o.gamma(), o.omega2());
         if omega2 == 0.0 && damping == 0.0 {
             return None;
         }
-        // Coefficients of the force, and of P or, where no spring ties the position down, of P'.
+        // Coefficients of the force; and of P or, without a spring, of P'.
         let force = of_derivatives(*push);
         let mut p = [0.0; MAX_FORCE_ORDER + 3];
         for k in (0..=MAX_FORCE_ORDER).rev() {
@@ -52,8 +52,8 @@ impl Steady {
         followed + o.derivative_bound(self.swing.0, self.swing.1, t, order)
     }
 
-    /// Integral of the squared velocity from 0 to `t` (s), m2/s, for an oscillator with `gamma < omega`; for `omega t`
-    /// from about 1 on nothing cancels, from 8 on where the force varies.
+    /// Integral of the squared velocity from 0 to `t` (s), m2/s, for an oscillator with `gamma < omega`. Nothing
+    /// cancels from `omega t` = 1 on, or from 8 on if the force varies.
     pub fn squared_velocity_integral(&self, o: &Oscillator, t: f64) -> f64 {
         let (gamma, (omega, sine, cosine)) = (o.gamma(), o.phase(t));
         // The swing is the real part of (swing.0 - i other) exp(lambda t).
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_hold_and_let_a_settled_motion_go() {
+    fn oscillator_bounds_hold_and_let_a_settled_motion_go() {
         for (omega2, gamma) in [(5.0, 0.1), (0.0, 0.2), (0.0, 1e-3), (5.0, 30.0)] {
             let o = Oscillator::new(omega2, gamma);
             let push = [0.3, -0.2, 0.05, 0.01];

@@ -16,7 +16,7 @@ use crate::variables::variable::{Variable, enumerations};
 pub(super) fn write_units(out: &mut String) -> fmt::Result {
     for (quantity, shown) in QUANTITIES {
         write!(out, "    <Unit name=\"{}\"><BaseUnit{}/>", quantity.unit, quantity.base_units())?;
-        // First the unit itself: FMPy plots whatever has a unit in the first one that it can be shown in.
+        // The unit itself comes first: FMPy plots a variable in the first unit that it can be shown in.
         if !shown.is_empty() {
             write!(out, "<DisplayUnit name=\"{}\"/>", quantity.unit)?;
         }
@@ -59,12 +59,12 @@ pub(super) fn write_types(out: &mut String, fmi3: bool) -> fmt::Result {
     Ok(())
 }
 
-/// Writes these variables, those of FMI 2.0 as scalars. Units of FMI 3.0 stand only in the declared types, because the
+/// Writes these variables; those of FMI 2.0 as scalars. In FMI 3.0 units stand only in the declared types, because the
 /// reader `fmi-schema` knows no unit and no nominal value of a variable.
 pub(super) fn write_variables(out: &mut String, contents: &Contents) -> fmt::Result {
     let Contents { start, fmi3, .. } = *contents;
     let of_states = of_states(&contents.states, numbering(start.balls(), fmi3));
-    // The common part of a row is rendered once: an instance renders all of this for its GUID.
+    // The common part of a row is rendered only once, because an instance renders all of this for its GUID.
     let mut rows = HashMap::new();
     for variable in &contents.variables {
         let (row, reference) = (variable.row, variable.reference());
@@ -113,7 +113,7 @@ pub(super) fn write_variables(out: &mut String, contents: &Contents) -> fmt::Res
     Ok(())
 }
 
-/// What states and their derivatives have as attributes, by value reference; `number` identifies a state.
+/// Attributes of states and of their derivatives, by value reference; `number` identifies a state.
 fn of_states(states: &[(Variable, Variable)], number: impl Fn(Variable) -> usize) -> HashMap<u32, String> {
     let mut of_states: HashMap<u32, String> = HashMap::new(); // a velocity is a derivative and a state
     for (state, rate) in states {
@@ -127,17 +127,18 @@ fn of_states(states: &[(Variable, Variable)], number: impl Fn(Variable) -> usize
 fn common_attributes(causality: Causality, row: &Row, variability: Variability) -> String {
     let initial = match (causality, row.access) {
         (Causality::Parameter, _) => " initial=\"exact\"",
-        // Clocked values and clocks have none.
+        // Clocks and clocked values have no `initial`.
         (Causality::Output, Access::Instance(..)) => "",
         (Causality::CalculatedParameter | Causality::Output | Causality::Local, _) => " initial=\"calculated\"",
-        // The standards forbid it here.
+        // The standards forbid `initial` here.
         (Causality::Input | Causality::Independent | Causality::StructuralParameter, _) => "",
     };
     let (causality, variability) = (camel(&causality), camel(&variability));
     format!(" causality=\"{causality}\" variability=\"{variability}\"{initial}")
 }
 
-/// Declared type and range; in FMI 2.0 unit and nominal value, in FMI 3.0 what binary variables and clocks have.
+/// Declared type and range; in FMI 2.0 also unit and nominal value, in FMI 3.0 attributes of binary variables and
+/// clocks.
 fn typed(row: &Row, fmi3: bool) -> String {
     let mut text = String::new();
     let mut attribute = |name: &str, value: &dyn Display| {
@@ -166,8 +167,8 @@ fn typed(row: &Row, fmi3: bool) -> String {
     }
 }
 
-/// Writes the description with the index and the next one filled in, and constraints beyond the attributes. The texts
-/// of the tables need no escapes (tested).
+/// Writes the description of a row with the index and the next one filled in, and with constraints that attributes
+/// cannot express. The texts of the tables need no escapes (tested).
 fn write_text(out: &mut String, row: &Row, i: impl Display, j: impl Display) -> fmt::Result {
     let mut pieces = row.description.split('{');
     out.write_str(pieces.next().unwrap_or_default())?;
@@ -184,7 +185,7 @@ fn write_text(out: &mut String, row: &Row, i: impl Display, j: impl Display) -> 
     Ok(())
 }
 
-/// The default of a parameter over contacts, for the element that belongs to none.
+/// The default of a parameter over contacts, for the element of its array that belongs to no contact.
 pub fn padding(row: &Row) -> f64 {
     match row.access {
         Access::Setting { get, .. } => get(&Settings::default_for(2)).first().copied().unwrap_or(0.0),

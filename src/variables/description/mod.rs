@@ -44,14 +44,14 @@ enumerations! {
     }
 }
 
-/// The text of [`LogCategory::Discard`] in FMI 2.0, where a value that is refused is an error.
+/// The text of [`LogCategory::Discard`] in FMI 2.0, where a refused value is an error.
 const DISCARD_OF_FMI2: &str = "Values that do not exist in the states that a solver tries, with the reason";
 
 /// The description of the FMU whose start values are `start`.
 pub struct Description<'a> {
     /// Start values.
     pub start: &'a Settings,
-    /// Whether it is one of FMI 3.0.
+    /// Whether it is a description of FMI 3.0.
     pub fmi3: bool,
     /// Whether it has clocks and their variables, which some hosts do not support.
     pub clocks: bool,
@@ -67,13 +67,13 @@ impl<'a> Description<'a> {
         Self { start, fmi3: false, clocks: false, scalars: true, real_outputs: false }
     }
 
-    /// The same as an FMU of FMI 3.0, where the GUID is called instantiation token.
+    /// Describes it as an FMU of FMI 3.0, where the GUID is called instantiation token.
     pub fn fmi3(start: &'a Settings) -> Self {
         Self { fmi3: true, clocks: true, scalars: false, ..Self::of(start) }
     }
 
-    /// All with these start values: those of FMI 2.0, or of FMI 3.0 with or without clocks or arrays; without clocks,
-    /// also with outputs that are all real.
+    /// All descriptions with these start values: of FMI 2.0, or of FMI 3.0 with or without clocks or arrays; without
+    /// clocks, also with outputs that are all real.
     pub fn all(start: &'a Settings, fmi3: bool) -> Vec<Self> {
         let plain = if !fmi3 {
             vec![Self::of(start)]
@@ -86,7 +86,7 @@ impl<'a> Description<'a> {
         plain.into_iter().chain(real).collect()
     }
 
-    /// GUID: a hash of the description less GUID and date, in braces. It ties a binary to its description.
+    /// GUID: a hash of the description without GUID and date, in braces. It ties a binary to its description.
     pub fn guid(&self) -> String {
         let hash = uuid::Uuid::new_v5(&NAMESPACE, self.render("", "").as_bytes());
         format!("{{{}}}", hash.hyphenated())
@@ -110,7 +110,7 @@ impl<'a> Description<'a> {
         }
     }
 
-    /// What its lists are written from.
+    /// What the variables and ModelStructure are written from.
     fn contents(&self) -> Contents<'a> {
         let Self { start, fmi3, real_outputs, .. } = *self;
         Contents { start, fmi3, real_outputs, states: self.states(), variables: self.variables() }

@@ -13,7 +13,7 @@ use crate::variables::variable::Variable;
 /// Above this many balls, dependencies of positions on overlaps are omitted: they grow with the square of the number.
 const LISTED: usize = 500;
 
-/// Up to this many balls, what depends on everything at the start lists everything: some hosts need a list.
+/// Up to this many balls, a value that depends on everything at the start lists everything: some hosts need a list.
 const ALL_LISTED: usize = 10;
 
 /// Dependencies of the force and the indicators of rigid contacts.
@@ -25,7 +25,7 @@ const INPUTS: Groups = &[&["F_ext", "a_support"]];
 pub(super) struct Contents<'a> {
     /// Start values.
     pub start: &'a Settings,
-    /// Whether they are those of FMI 3.0.
+    /// Whether the FMU is one of FMI 3.0.
     pub fmi3: bool,
     /// Whether only real variables are outputs.
     pub real_outputs: bool,
@@ -43,19 +43,19 @@ impl Contents<'_> {
     }
 }
 
-/// Whether circular pendulums make it depend on all states and inputs and, at the start, on all parameters: positions
-/// follow from angles and the directions of contacts, the tension of a string from all that acts on its ball.
+/// Whether circular pendulums make a row depend on all states and inputs and, at the start, on all parameters:
+/// positions follow from angles and the directions of contacts, the tension of a string from all that acts on its ball.
 fn is_of_arcs(row: &Row, start: &Settings) -> bool {
     let from_states = !row.follows.is_empty() || row.name == "F_support_vertical";
     start.parameters.pendulum == PendulumModel::Circular && from_states && !matches!(row.name, "v" | "impulse")
 }
 
-/// Writes the unknowns of ModelStructure with their dependencies: for FMI 2.0 those of scalars, by their indices.
+/// Writes the unknowns of ModelStructure with their dependencies; for FMI 2.0 those of scalars, by their indices.
 ///
-/// In co-simulation no output depends on an input at the same communication point: an input acts from the next step on.
-/// In FMI 3.0 it acts from now on: at once it changes only the forecast and the force of rigid balls that stay in
-/// contact, which the host may select. In model exchange outputs and derivatives depend on states and inputs. At
-/// initialization they depend on parameters.
+/// In co-simulation of FMI 2.0 no output depends on an input at the same communication point: an input acts from the
+/// next step on. In FMI 3.0 an input acts at once, but changes at once only the forecast and the force of rigid balls
+/// that stay in contact, which the host may select. In model exchange outputs and derivatives depend on states and
+/// inputs. At initialization they depend on parameters.
 pub(super) fn write_structure(out: &mut String, contents: &Contents) -> fmt::Result {
     let Contents { start, fmi3, ref states, ref variables, .. } = *contents;
     let number = numbering(start.balls(), fmi3);
@@ -117,15 +117,15 @@ pub(super) fn write_structure(out: &mut String, contents: &Contents) -> fmt::Res
     Ok(())
 }
 
-/// States and inputs on which an output or a derivative depends at the same time; none if they are not listed, as those
-/// of an FMI 3.0 scalar that depends on everything.
+/// States and inputs on which an output or a derivative depends at the same time; `None` if they are not listed, as for
+/// an FMI 3.0 scalar that depends on everything.
 fn following(variable: &Variable, start: &Settings, fmi3: bool) -> Option<Groups> {
     let (row, of_arcs, many) = (variable.row, is_of_arcs(variable.row, start), start.balls() > LISTED);
     let of_positions = row.follows.iter().copied().flatten().any(|name| *name == "position");
     if many && !variable.whole && row.shape == Shape::Balls && of_positions {
         return None;
     }
-    // Whether a contact force is part of it.
+    // Whether contact forces are part of it.
     let of_forces = matches!(row.name, "F" | "F_mean" | "a" | "der(E_dissipated)");
     let rigid = start.parameters.contact_model == ContactModel::Rigid;
     if of_arcs || of_forces && (fmi3 || rigid) {
@@ -154,11 +154,11 @@ struct Known {
 #[derive(Clone, Copy)]
 enum Reach {
     All,
-    /// Those at the same ball or contact.
+    /// Variables of its own ball or contact.
     Own,
     /// Also those of the balls next to this one.
     Beside,
-    /// Those before it: a position is that of the first ball minus the overlaps between.
+    /// For a position, those before it: it is the first position less the overlaps up to it.
     Before,
 }
 
@@ -190,7 +190,7 @@ fn knowns(name: &str, whole: bool, balls: usize, number: &impl Fn(Variable) -> u
 }
 
 impl Known {
-    /// Numbers of those that `variable` depends on.
+    /// Numbers of the variables here that `variable` depends on.
     fn numbers(&self, variable: Variable) -> Range<usize> {
         let (i, len) = (variable.index, self.len);
         let own = match (variable.row.shape, self.shape, self.reach) {

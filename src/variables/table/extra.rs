@@ -1,4 +1,4 @@
-//! The rows that only FMI 3.0 has, and what else it has to know of variables.
+//! The rows that only FMI 3.0 has, and the roles that variables have only there.
 
 use std::slice::{from_mut, from_ref};
 

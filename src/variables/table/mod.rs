@@ -77,7 +77,7 @@ fn period(parameters: &Parameters) -> f64 {
     }
 }
 
-/// The parameters of which contacts use one to lose energy.
+/// Parameters, one of which contacts use to lose energy.
 pub(super) const LOSS_PARAMETERS: &[&str] =
     &["contact.damping", "contact.huntCrossley", "contact.relaxationTime", "contact.restitution"];
 

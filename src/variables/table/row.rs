@@ -1,4 +1,4 @@
-//! A row of the table: all about a family of variables.
+//! A row of the table: everything about a family of variables.
 
 use super::types::{Enumeration, Quantity};
 use crate::model::{Differential, Parameters, Results};
@@ -85,7 +85,7 @@ pub enum Causality {
 pub enum Variability {
     /// Not after initialization.
     Fixed,
-    /// By the host, between steps.
+    /// Also by the host, between steps.
     Tunable,
     /// Only at communication points and events.
     Discrete,
@@ -105,9 +105,9 @@ pub type Get<T> = fn(&dyn Results, usize) -> T;
 pub enum Access {
     /// Real parameters, inputs or slopes; the slice has one element for each variable of the row.
     Setting {
-        /// Reads them.
+        /// Reads the values.
         get: fn(&Settings) -> &[f64],
-        /// Where a setter writes.
+        /// Gives the values that a setter overwrites.
         set: fn(&mut Settings) -> &mut [f64],
     },
     /// A parameter with named items.
@@ -142,17 +142,17 @@ pub enum Extra {
     Balls,
     /// Whether the clock of onsets or releases is active.
     Clock(Edge),
-    /// When it last ticked, s.
+    /// When this clock last ticked, s.
     TickTime(Edge),
-    /// Whether a contact was part of that tick.
+    /// Whether a contact was part of the last tick of this clock.
     TickOf(Edge),
-    /// The value of this name of the pulse of a contact that ended at the last tick.
+    /// The value of this name of a contact's pulse that ended at the last tick.
     Ended(&'static str),
     /// The first element of one row, then all of another.
     Joined(&'static str, &'static str),
     /// Event indicator of a contact.
     ContactIndicator,
-    /// Event indicator of its law.
+    /// Event indicator of the law of a contact.
     ClipIndicator,
     /// The last pulses as text.
     Pulses,
@@ -213,10 +213,10 @@ impl std::fmt::Display for Range {
     }
 }
 
-/// On which rows (or on which variable of a row, given as `name[i]`) a value depends: on the scalars as such, on arrays
-/// at the same ball or contact, at the contacts of the ball, at the balls of the contact, or as a whole where this is a
-/// scalar. With an asterisk behind the name, on arrays over balls at the balls next to this one as well. `position` are
-/// the states that the position follows from.
+/// Dependencies of a value, as names of rows, or of one variable as `name[i]`. A scalar is meant as such. An array is
+/// meant at the same ball or contact, at the contacts of the ball, or at the balls of the contact; as a whole if the
+/// dependent value is a scalar. `name*` means, for arrays over balls, the balls next to this one as well. `position`
+/// means the states that the position follows from.
 pub type Groups = &'static [&'static [&'static str]];
 
 /// A choice without which a parameter has no effect.
@@ -224,7 +224,7 @@ pub type Groups = &'static [&'static [&'static str]];
 pub struct Need {
     /// The choice, as a message names it: a setting and its values, or a kind of instance.
     pub choice: &'static str,
-    /// Whether it is made; of an instance of either kind if none is given.
+    /// Whether the choice is made; if no kind is given, whether it is in an instance of either kind.
     pub is_met: fn(&Parameters, Option<Kind>) -> bool,
 }
 

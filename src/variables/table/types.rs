@@ -9,12 +9,12 @@ use crate::variables::settings::Settings;
 pub struct Quantity {
     /// Name of the type definition; capitalised, so that it never equals a variable's name.
     pub name: &'static str,
-    /// Unit of every variable of this quantity, which no other of [`QUANTITIES`] has. All are SI units, so factor 1 and
+    /// Unit of every variable of this quantity; no other of [`QUANTITIES`] has it. All are SI units, with factor 1 and
     /// offset 0.
     pub unit: &'static str,
     /// Exponents of kg, m and s in the unit.
     pub exponents: [i8; 3],
-    /// Unit that tools show values in instead, and how many of these are one of `unit`.
+    /// Unit in which tools show values instead, and how many of it make one `unit`.
     pub display: Option<(&'static str, f64)>,
 }
 

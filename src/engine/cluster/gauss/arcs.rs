@@ -1,5 +1,5 @@
-//! Balls on arcs within a step: the directions of paths and contacts, which turn by some 1e-4 in a contact. See "Arcs"
-//! in docs/theory.md for the acceleration of an overlap: forces act by three factors each, the rest is a pull.
+//! Balls on arcs within a step: the directions of paths and contacts, which turn by some 1e-4 in a contact. The
+//! acceleration of an overlap is three contact forces times factors, plus a pull: see "Arcs" in docs/theory.md.
 
 use crate::engine::flight::{Flight, forcing_at};
 use crate::model::BallModel;
@@ -10,7 +10,7 @@ use crate::solver::{NODES, Nodes};
 pub(crate) struct BallOnArc<const N: usize> {
     /// Sine and cosine at the start.
     start: (f64, f64),
-    /// Their changes since then, which keep their digits, and the values.
+    /// Their changes since the start, which keep their digits, and their values.
     changes: [[f64; N]; 2],
     sin: [f64; N],
     cos: [f64; N],
@@ -26,14 +26,14 @@ impl BallOnArc<1> {
         at_start
     }
 
-    /// The same all the time.
+    /// The state of this ball, repeated for N times.
     pub fn lasting<const N: usize>(&self) -> BallOnArc<N> {
         let all = |[value]: [f64; 1]| [value; N];
         let &Self { start, changes, sin, cos, u, free } = self;
         BallOnArc { start, changes: changes.map(all), sin: all(sin), cos: all(cos), u: all(u), free: all(free) }
     }
 
-    /// Rate of the overlap of this ball and the next one, m/s.
+    /// Rate of the overlap with the `next` ball, m/s.
     pub fn approach(&self, next: &Self, between: &ContactDirection<1>) -> f64 {
         let [[left], [right]] = between.along;
         self.u[0] * left - next.u[0] * right
@@ -41,11 +41,11 @@ impl BallOnArc<1> {
 }
 
 impl<const N: usize> BallOnArc<N> {
-    /// Takes it to these displacements (m) from the start and rates (m/s) at these times (s).
+    /// Moves the ball by these displacements (m) from the start, with these rates (m/s), at these times (s).
     pub fn follow(&mut self, ball: &BallModel, flight: &Flight, [way, u]: &[[f64; N]; 2], times: &[f64; N]) {
         let ((sine, cosine), inverse) = (self.start, 1.0 / ball.length);
         (0..N).for_each(|m| {
-            // By the series for small angles.
+            // Series for small angles.
             let a = way[m] * inverse;
             let square = a * a;
             let rise = a - a * (square * (1.0 / 6.0)) * (1.0 - square * (1.0 / 20.0));
@@ -64,7 +64,8 @@ impl<const N: usize> BallOnArc<N> {
     }
 }
 
-/// A contact at some times: its direction along its balls' paths and outward, and the pull on its overlap, m/s2.
+/// A contact at some times: components of its direction along its balls' paths and outward, and pull on its overlap,
+/// m/s2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactDirection<const N: usize> {
     pub along: [[f64; N]; 2],
@@ -73,7 +74,7 @@ pub(crate) struct ContactDirection<const N: usize> {
 }
 
 impl ContactDirection<1> {
-    /// The same all the time.
+    /// The state of this contact, repeated for N times.
     pub fn lasting<const N: usize>(&self) -> ContactDirection<N> {
         let [along, outward] = [self.along, self.outward].map(|parts| parts.map(|[value]| [value; N]));
         ContactDirection { along, outward, pull: [self.pull[0]; N] }
@@ -81,7 +82,7 @@ impl ContactDirection<1> {
 }
 
 impl<const N: usize> ContactDirection<N> {
-    /// Of balls on pendulums of these lengths, with these horizontal and vertical distances at the start, m.
+    /// For balls on pendulums of these `lengths` (m), with these horizontal and vertical distances (m) at the start.
     pub fn new(l: &BallOnArc<N>, r: &BallOnArc<N>, lengths: [f64; 2], start: [f64; 2]) -> Self {
         let (none, [left, right]) = ([0.0; N], lengths);
         let mut direction = Self { along: [none; 2], outward: [none; 2], pull: none };
@@ -102,7 +103,8 @@ impl<const N: usize> ContactDirection<N> {
         direction
     }
 
-    /// The factors of the forces of the left, the own and the right contact in the acceleration of the overlap `j`.
+    /// Factors (1/kg) in the acceleration of overlap `j`: of the forces of its left neighbour, itself and its right
+    /// neighbour.
     pub fn factors(directions: &[Self], j: usize, balls: &[BallModel]) -> [[f64; N]; 3] {
         let mut factors = [[0.0; N]; 3];
         let ([l, r], [a, b]) = (&directions[j].along, [j, j + 1].map(|i| 1.0 / balls[i].mass));
@@ -120,7 +122,7 @@ impl<const N: usize> ContactDirection<N> {
     }
 }
 
-/// All of a window at the nodes.
+/// The balls and contacts of a window on arcs, at the nodes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ArcNodes {
     /// Empty where balls move on lines.
@@ -130,12 +132,12 @@ pub(super) struct ArcNodes {
     pub factors: Vec<[Nodes; 3]>,
     /// For each contact: the distances of the centres at the start, horizontal and vertical, m.
     pub starts: Vec<[f64; 2]>,
-    /// Displacements of the balls at the last node by which the directions are known, m.
+    /// Displacements of the balls at the last node for which the directions were last computed, m.
     pub turned: Vec<f64>,
 }
 
 impl ArcNodes {
-    /// Everything as at the start.
+    /// Sets all nodes to the state at the start of the step.
     pub fn begin(&mut self, balls: &[BallOnArc<1>], directions: &[ContactDirection<1>], factors: &[[f64; 3]]) {
         self.balls.clear();
         self.balls.extend(balls.iter().map(BallOnArc::lasting));
@@ -147,7 +149,7 @@ impl ArcNodes {
         self.turned.resize(balls.len(), 0.0);
     }
 
-    /// The accelerations of ball `i` along its path by these forces (N) of the contacts, with one of 0 at either end.
+    /// The accelerations of ball `i` along its path under the contact `forces` (N), which have a 0 at either end.
     pub fn accelerations(&self, i: usize, forces: &[Nodes]) -> Nodes {
         let (mut sums, inverse_mass) = (self.balls[i].free, 1.0 / self.models[i].mass);
         if let Some(left) = i.checked_sub(1) {

@@ -1,26 +1,27 @@
 //! Picard's iteration on one step: forces from overlaps, accelerations from forces, overlaps from accelerations.
 //!
-//! Only closed contacts need their overlaps meanwhile. Loops over nodes have no branches: compilers vectorise them.
+//! Only closed contacts need their overlaps during the iteration. Loops over nodes have no branches, so compilers
+//! vectorise them.
 
 use super::motion::{GaussStep, Samples, StepContact};
 use crate::engine::flight::forcing_at;
 use crate::model::Mode;
 use crate::solver::{NODES, Table};
 
-/// The last nodes, and some from all over the step.
+/// The last nodes, and a few spread over the step.
 const LAST: [usize; 4] = [NODES - 4, NODES - 3, NODES - 2, NODES - 1];
 const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 
-/// Where the end of the step moves by more than this part of its length, the nodes move with the rates of this
-/// iteration; otherwise earlier rates are good enough.
+/// If the end of the step moves by more than this part of its length, the nodes move with the rates of this iteration;
+/// otherwise earlier rates are good enough.
 const FAR: f64 = 1e-3;
 
-/// Negligible part of the motion by the pendulums, over that by the forces.
+/// Negligible part of the motion by the pendulums, over the motion by the forces.
 const LEFT_OUT: f64 = 1e-17;
 
 impl GaussStep {
-    /// Start of the iteration: overlaps and rates by their Taylor polynomials about the start of the step; for open
-    /// contacts, which exert no force, those at the start.
+    /// Starts the iteration with the Taylor polynomials of overlaps and rates about the start of the step. Open
+    /// contacts, which exert no force, keep the values at the start.
     pub(super) fn begin(&mut self, table: &Table) {
         let length = self.length;
         let cube = length * length * length;
@@ -32,8 +33,8 @@ impl GaussStep {
             let [acceleration, jerk, snap, crackle] = accelerations;
             let half = acceleration / 2.0;
             let mut reach = overlap.abs() + (rate.abs() + half.abs() * length) * length;
-            // Fractional powers have no such derivatives at an onset, and large ones shortly after it: the polynomial
-            // ends before the first term that is larger than all before it.
+            // At an onset fractional powers have no such derivatives, and shortly after it large ones: the polynomial
+            // ends before the first term that is larger than those before it together.
             let mut unless_large = |term: f64, power: f64| {
                 let size = term.abs() * power;
                 reach = if size <= reach { reach + size } else { 0.0 };
@@ -71,9 +72,9 @@ impl GaussStep {
         }
     }
 
-    /// The directions of paths and contacts at the nodes by the present forces, for contacts that press or for `all`.
-    /// Returns the largest changes of displacements since the last time, of balls that press and of all, over the least
-    /// length or distance of pivots.
+    /// Computes the directions of paths and contacts at the nodes from the present forces, for contacts that press or
+    /// for `all`. Returns the largest changes of displacements since the last call, of balls that press and of all
+    /// balls, over the least length or distance of pivots.
     pub(super) fn turn(&mut self, all: bool) -> [f64; 2] {
         let (table, length) = (self.stretching.table(), self.length);
         let times = table.times.map(|part| length * part);
@@ -142,8 +143,8 @@ impl GaussStep {
         self.accelerations[j] = sums;
     }
 
-    /// The motion of the balls at the nodes: of the first one of a group by its accelerations, iterated for its
-    /// pendulum, of the others by the overlaps.
+    /// Motion of the balls at the nodes. The first ball of a group moves by its accelerations, iterated for its
+    /// pendulum; the others follow from the overlaps.
     pub(super) fn move_balls(&mut self) {
         if self.on_arcs() {
             for i in 0..self.flights.len() {
@@ -153,7 +154,7 @@ impl GaussStep {
         }
         let (table, length, reach) = (self.stretching.table(), self.length, self.pace() * self.length);
         let gain = if self.drags { 2.0 * reach } else { reach * reach };
-        // Errors of displacements matter only through the pendulums, unless velocities are needed.
+        // Errors of displacements act only through the pendulums, unless velocities are needed.
         let needs_velocities = self.drags || self.varies;
         let enough = if needs_velocities { LEFT_OUT } else { LEFT_OUT / gain };
         for i in 0..self.flights.len() {
@@ -197,7 +198,7 @@ impl GaussStep {
         }
     }
 
-    /// Acceleration of ball `i` at the nodes, by its motion so far.
+    /// Acceleration of ball `i` at the nodes, from its motion so far.
     fn accelerate_ball(&mut self, i: usize) {
         let (flight, o, inverse_mass) = (&self.flights[i], &self.oscillators[i], self.inverse_mass(i));
         let Samples { forces, balls, .. } = &self.at_nodes;

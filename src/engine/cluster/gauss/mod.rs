@@ -1,8 +1,8 @@
-//! Explicit Gauss collocation, for contacts that are not linear: steps of some tenths of a contact's duration, which
-//! end and begin where forces have branch points. See "Gauss collocation" in docs/theory.md.
+//! Explicit Gauss collocation, for nonlinear contacts: steps of some tenths of a contact's duration, which end and
+//! begin where forces have branch points. See "Gauss collocation" in docs/theory.md.
 //!
-//! `plan` has the next attempt, from forecasts or from the last one. `step` makes an attempt with the `iteration` and
-//! the `switching`s that it finds; `motion` holds the result, `output` is its dense output.
+//! `plan` plans the next attempt, from forecasts or from the last attempt. `step` carries it out, with the `iteration`
+//! and the `switching`s found meanwhile. `motion` holds the result, `output` is its dense output.
 
 mod arcs;
 mod branch_point;
@@ -26,14 +26,14 @@ pub(crate) use branch_point::{BranchPoint, power_of_stretching};
 pub(crate) use motion::GaussStep;
 
 /// Contacts whose damping acts within less than this part of their time scale are stiff: Picard's iteration would need
-/// short steps, and balls at rest decide within much less than a step.
+/// short steps, and balls at rest would start to move within much less than a step.
 const STIFF: f64 = 0.1;
 
 /// Attempts for one step, after which it is left to another method.
 const ATTEMPTS: usize = 40;
 
-/// Whether contacts press, forces that may clip have a `sign_of_force`, and damping at this `speed` (m/s) is not stiff;
-/// of a window that is not linear.
+/// Whether the method applies to a window that is not linear: contacts press, laws that clip have a `sign_of_force`,
+/// and damping at this `speed` (m/s) is not stiff.
 pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
     let is_stiff = |(j, law): (usize, &ContactLaw)| {
         window.contacts[j].mode != Mode::Open && law.relaxes_within(STIFF, window.reduced_mass(j), speed)
@@ -48,8 +48,9 @@ pub(super) fn applies_to(window: &Window, speed: f64) -> bool {
 }
 
 impl GaussStep {
-    /// Describes the motion for a step of about the length `before` (s; 0 if unknown). Returns its length and that of
-    /// the next one, s; `None` if the method does not apply. Adds the `evaluations` of forces, each at all nodes.
+    /// Describes the motion for a step of about the length `before` (s; 0 if unknown). Returns the length of this step
+    /// and of the next one, s; `None` if the method does not apply. Adds to the `evaluations` of forces, each at all
+    /// nodes.
     #[expect(clippy::print_stderr, reason = "attempts are printed in a build with `--features trace`")]
     pub(super) fn follow(&mut self, problem: &Problem, before: f64, evaluations: &mut u64) -> Option<(f64, f64)> {
         self.start(problem.window);

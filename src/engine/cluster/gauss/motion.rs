@@ -18,25 +18,25 @@ pub(super) struct StepContact {
     /// Overlap (m) and its rate (m/s).
     pub overlap: f64,
     pub rate: f64,
-    /// Of the ball on the left and of the one on the right, 1/kg.
+    /// Inverse masses of the left and the right ball, 1/kg.
     pub inverse_masses: [f64; 2],
-    /// The relative acceleration by the inputs.
+    /// Relative acceleration by the inputs.
     pub forcing: Forcing,
-    /// The mean pendulum of the two, which acts on the overlap: omega^2 (1/s2) and 2 gamma (1/s).
+    /// Mean pendulum of the two balls, which acts on the overlap: omega^2 (1/s2) and 2 gamma (1/s).
     pub mean: [f64; 2],
-    /// Excess of the left pendulum in both, which acts on the mean of their positions and velocities.
+    /// Excess of the left pendulum in both values, which acts on the mean of positions and velocities.
     pub unlike: [f64; 2],
-    /// Acceleration of an overlap of 0 by forcing and gravity at the start, m/s2.
+    /// Acceleration of the overlap by forcing and gravity at the start, for an overlap of 0, m/s2.
     pub pull: f64,
     /// Derivatives of the force by overlap (N/m) and rate (N.s/m); 0 unless it presses, has an overlap and pushes.
     pub slopes: (f64, f64),
-    /// At the start: relative acceleration of the two, m/s2, and its derivatives by the contact forces, from the second
-    /// one on roughly (0 on arcs).
+    /// Relative acceleration at the start, m/s2, and its derivatives by time as far as contact forces cause them; from
+    /// the second one on approximate (0 on arcs).
     pub accelerations: [f64; 4],
 }
 
 impl StepContact {
-    /// Contact `j` of `window`, before what acts on it besides inputs is known.
+    /// Contact `j` of `window`, with the inputs as all that is known to act on it.
     fn new(window: &Window, j: usize, rate: f64, inverse_masses: [f64; 2]) -> Self {
         let Window { flights, contacts, laws, .. } = window;
         let (WindowContact { mode, overlap, .. }, none) = (contacts[j], [0.0; 2]);
@@ -55,7 +55,7 @@ impl StepContact {
         }
     }
 
-    /// Acceleration by the forces of the left, its own and the right contact.
+    /// Relative acceleration (m/s2) by the forces (N) of its left neighbour, itself and its right neighbour.
     fn pushed(&self, [left, own, right]: [f64; 3]) -> f64 {
         (left - own) * self.inverse_masses[0] - (own - right) * self.inverse_masses[1]
     }
@@ -66,12 +66,12 @@ impl StepContact {
         time * (first + 0.5 * time * (second + time / 3.0 * third))
     }
 
-    /// What has the sign of its force, if that may be clipped.
+    /// The expression with the sign of its force, if the force may be clipped.
     pub fn sign(&self) -> Option<SignOfForce> {
         if self.mode == Mode::Open { None } else { self.law.sign_of_force() }
     }
 
-    /// The switching that it comes to where its overlap vanishes.
+    /// The switching at which its overlap vanishes.
     pub fn switch(&self) -> Switch {
         if self.mode == Mode::Open { Switch::Onset } else { Switch::Release }
     }
@@ -91,10 +91,10 @@ pub(super) struct Tolerance<'a> {
     pub longest: f64,
 }
 
-/// Values at the nodes of a step, or at those of a part of it.
+/// Values at the nodes of a step, or at the nodes of a part of it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
-    /// The nodes, s.
+    /// Times of the nodes, s.
     pub times: Nodes,
     /// For each contact: overlap (m) and its rate (m/s; rough unless the iteration needs rates).
     pub overlaps: Vec<Nodes>,
@@ -105,20 +105,21 @@ pub(super) struct Samples {
     pub balls: Vec<[Nodes; 2]>,
 }
 
-/// What is known at a time.
+/// The motion at one time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
     /// See [`GaussStep::weights`].
     pub weights: [Nodes; 3],
-    /// For each ball: displacement (m), change of velocity (m/s), and integral of the displacement (m.s); the same of
-    /// the left ball relative to the right one for each contact, 0 if it does not press.
+    /// For each ball: displacement (m), change of velocity (m/s), and integral of the displacement (m.s). For each
+    /// contact: these values of the left ball less the right one, 0 if the contact does not press.
     pub balls: Vec<[f64; 3]>,
     pub relative: Vec<[f64; 3]>,
     /// For each contact: overlap (m) and the change of its rate (m/s).
     pub contacts: Vec<[f64; 2]>,
-    /// For times early in the step, once asked for, values at nodes up to there, and their weights in the integral, s.
+    /// For a time early in the step: values at nodes up to that time, and their weights in the integral (s); on first
+    /// use.
     pub early: OnceCell<Option<(Samples, Nodes)>>,
 }
 
@@ -130,7 +131,7 @@ pub(crate) struct GaussStep {
     pub(super) length: f64,
     /// Time up to which it holds, s: its end, or where a force changes its sign.
     pub(super) until: f64,
-    /// The contact that switches then, and how.
+    /// The contact that switches at that time, and how.
     pub(super) end: Option<(usize, Switch)>,
     /// The pendulums of the balls, and their states at the start.
     pub(super) oscillators: Vec<Oscillator>,
@@ -138,24 +139,24 @@ pub(crate) struct GaussStep {
     /// Whether some pendulums differ.
     pub(super) unlike: bool,
     pub(super) contacts: Vec<StepContact>,
-    /// Where an overlap vanishes.
+    /// The branch point at overlap 0.
     pub(super) branch_point: Option<BranchPoint>,
     /// Whether a forcing varies, whether there is drag, and whether the iteration needs rates.
     pub(super) varies: bool,
     pub(super) drags: bool,
     pub(super) needs_rates: bool,
     pub(super) at_nodes: Samples,
-    /// Acceleration of each contact and each ball there, m/s2.
+    /// Acceleration of each contact and each ball at the nodes, m/s2.
     pub(super) accelerations: Vec<Nodes>,
     pub(super) ball_accelerations: Vec<Nodes>,
-    /// What turns, if balls move on arcs.
+    /// Directions and factors, if balls move on arcs.
     pub(super) arcs: ArcNodes,
     /// The values at the time asked for last.
     pub(super) moment: RefCell<Moment>,
 }
 
 impl GaussStep {
-    /// The state of `window` at the start of a step.
+    /// Takes the state of `window` at the start of a step.
     pub(super) fn start(&mut self, window: &Window) {
         let Window { flights, models, balls, .. } = window;
         self.moment.get_mut().tau = None;
@@ -248,12 +249,11 @@ impl GaussStep {
         self.stretching
     }
 
-    /// Whether balls move on arcs.
     pub(super) fn on_arcs(&self) -> bool {
         !self.arcs.models.is_empty()
     }
 
-    /// Whether balls must be followed at the nodes; otherwise their centres fly.
+    /// Whether balls must be followed at the nodes; if not, the centres of mass of groups fly freely.
     pub(super) fn needs_balls(&self) -> bool {
         self.unlike || self.drags || self.varies || self.on_arcs()
     }
@@ -263,8 +263,8 @@ impl GaussStep {
         self.oscillators.iter().map(Oscillator::pace).fold(0.0, f64::max)
     }
 
-    /// Calls a function with the number of each contact, the contact, and derivative `k` of the forces of the left one,
-    /// its own and the right one, 0 for those that do not press.
+    /// Calls `enter` with the index of each contact, the contact, and derivative `k` of the forces of its left
+    /// neighbour, itself and its right neighbour; 0 for those that do not press.
     fn for_each_under(&mut self, k: usize, enter: impl Fn(usize, &mut StepContact, [f64; 3])) {
         let force = |contact: Option<&StepContact>| {
             contact

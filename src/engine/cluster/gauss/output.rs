@@ -8,7 +8,7 @@
 //! ```
 //!
 //! At the end of the step these are the sums of the method itself. Integrals are sums of values at the nodes of the
-//! step; for a time early in it, at nodes of their own, without the rounding of later values.
+//! step; up to a time early in it, at nodes of their own, without the rounding of later values.
 
 use std::cell::{OnceCell, Ref};
 
@@ -22,7 +22,8 @@ use crate::solver::{NODES, Nodes, RULE, root, series, weighted};
 /// Largest peak over the largest force at the nodes and at the ends.
 const MARGIN: f64 = 1.25;
 
-/// Largest way from the top of that polynomial to that of the force, over the distance of the nodes beside it.
+/// Largest time from the peak of the polynomial through these forces to the peak by the law, over that between the
+/// nodes beside it.
 const NEAR: f64 = 1e-3;
 
 /// Up to this part of the stretched step, integrals have nodes of their own.
@@ -69,8 +70,8 @@ impl GaussStep {
         }
     }
 
-    /// Equal pendulums without drag at `tau` (s): the centre of balls that press on each other flies, and the changes
-    /// of the overlaps give their places about it.
+    /// Motion of equal pendulums without drag up to `tau` (s): the centre of mass of balls that press on each other
+    /// flies, and the changes of the overlaps give the places about it.
     fn move_about_centres(&self, balls: &mut Vec<[f64; 3]>, relative: &[[f64; 3]], tau: f64) {
         let (o, mut first) = (&self.oscillators[0], 0);
         let [_, u1, u2, u3]: [f64; 4] = o.basis(tau.into());
@@ -92,7 +93,7 @@ impl GaussStep {
             balls.push(place);
             for (j, change) in (first..).zip(&relative[first..last]) {
                 right -= mass(j);
-                // All balls so far are farther left, by the mass share of those beyond.
+                // The balls so far move by the mass share of those beyond.
                 let share = right / all;
                 balls[begin..].iter_mut().for_each(|ball| (0..3).for_each(|k| ball[k] += share * change[k]));
                 (0..3).for_each(|k| place[k] -= (1.0 - share) * change[k]);
@@ -102,7 +103,8 @@ impl GaussStep {
         }
     }
 
-    /// The weights of the integral from the start to `tau` (s), s, of the double one, s2, and of the triple one, s3.
+    /// Weights of the integral from the start to `tau` (s), s, of the double integral, s2, and of the triple integral,
+    /// s3.
     fn weights(&self, tau: f64) -> [Nodes; 3] {
         let (table, length) = (self.stretching.table(), self.length);
         let (mut once, paces) = if tau == length {
@@ -181,15 +183,15 @@ impl GaussStep {
                 [contact.overlap + change, of_rate]
             }
         };
-        // Where the overlap is 0, a dashpot acts all the same.
+        // A dashpot acts even at overlap 0.
         let rate = contact.rate + change;
         let [force] = contact.law.unclipped_forces(&[overlap], &[rate]);
         [overlap, rate, force]
     }
 
-    /// By how much the force of contact `j` is largest later than at `tau` (s) in this state, s: a step of Newton's method
-    /// for its rate by the law. The polynomial in powers of `2 c - 1` with the coefficients `falls` is minus that rate,
-    /// roughly.
+    /// How much later than `tau` (s) the force of contact `j` is largest, s, by one step of Newton's method for the
+    /// rate of the force by the law, from the state at `tau`. `falls` has the coefficients of a polynomial in powers of
+    /// `2 c - 1` that is roughly minus that rate.
     fn way_to_top(&self, j: usize, tau: f64, [overlap, rate, _]: [f64; 3], falls: &Nodes) -> f64 {
         let c = self.stretching.inverse(tau / self.length);
         let (x, pace) = (2.0 * c - 1.0, 0.5 * self.length * self.stretching.at_rounded(c).1);
@@ -212,7 +214,8 @@ impl GaussStep {
     }
 }
 
-/// Displacement, change of the velocity, and integral of the displacement, from a velocity and accelerations.
+/// Displacement, change of velocity, and integral of the displacement, from a velocity, accelerations and
+/// [weights](GaussStep::weights).
 fn moved_by([once, twice, thrice]: &[Nodes; 3], v: f64, accelerations: &Nodes, tau: f64) -> [f64; 3] {
     let [velocity, displacement, integral] = [once, twice, thrice].map(|weights| weighted(weights, accelerations));
     [v * tau + displacement, velocity, 0.5 * v * tau * tau + integral]
@@ -250,7 +253,8 @@ impl DenseOutput for GaussStep {
         self.integral(tau, |at| at.forces[j + 1])
     }
 
-    /// The place is that of the peak of the polynomial through the forces at the nodes, the value that of the law.
+    /// The time is that of the peak of the polynomial through the forces at the nodes, improved by a step of Newton's
+    /// method; the force is that of the law.
     fn peak(&self, j: usize, from: f64, to: f64, known: f64) -> Option<Peak> {
         let (forces, table) = (&self.at_nodes.forces[j + 1], self.stretching.table());
         let time = |m: usize| self.length * table.times[m];
@@ -263,7 +267,7 @@ impl DenseOutput for GaussStep {
         if node.is_some() && !is_cut && peak.force * MARGIN <= known {
             return None;
         }
-        // An end of the step counts if the force rises towards it, a time within the step always.
+        // An end of the step counts if the force rises towards it, a cut within the step always.
         let few = end < first + 2;
         let mut at_end = false;
         if few || from > 0.0 || forces[first] >= forces[first + 1] {
@@ -276,7 +280,7 @@ impl DenseOutput for GaussStep {
             at_end |= is_whole && node == Some(end - 1) && rate >= 0.0;
             peak.raise(force, to);
         }
-        // An elastic force grows with the overlap.
+        // An elastic force grows with the overlap: its peak at an end is certain.
         if peak.force * MARGIN <= known || (at_end && self.contacts[j].law.is_elastic()) {
             return Some(peak);
         }

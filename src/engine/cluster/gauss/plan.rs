@@ -1,4 +1,4 @@
-//! The plan of an attempt: of the first from forecasts of switchings and branch points, of the next from the outcome.
+//! The plan of an attempt: the first from forecasts of switchings and branch points, the next from the last outcome.
 
 use std::ops::ControlFlow::{self, Break, Continue};
 
@@ -13,51 +13,54 @@ use crate::solver::{NODES, Power, Stretching, Table};
 
 /// Allowed size of the two highest Legendre coefficients over the scale of the velocities, times the exponent of the
 /// contacts, at the default tolerance. The end of a step has twice as many digits: its error is 1e-16, within the step
-/// 3e-14. Guarded by `balls_that_rattle_keep_their_energy_at_all_times`.
+/// 3e-14. Guarded by `rattling_balls_keep_their_energy_at_all_times`.
 const TAIL: f64 = 1.5e-10;
 const EPSILON: f64 = 1e-17;
 
-/// First step over the time in which the fastest contact stops its balls, and for a whole exponent, times that.
+/// First step over the time in which the fastest contact stops its balls; for a whole exponent, this is over the
+/// exponent.
 const FIRST: f64 = 0.5;
 const FIRST_SMOOTH: f64 = 1.6;
 
-/// Largest number of steps ahead at which a switching becomes the end of the step.
+/// Number of steps ahead up to which a switching becomes the end of the step.
 const NEAR: f64 = 0.7;
 
-/// The next step over the last one: the part of what the error allows, the least and largest factor, and the factor
-/// after a step that failed or did not reach a release.
+/// Ratio of the next step to the last one: the part that is taken of what the error allows, the least and the largest
+/// ratio, and the ratio after a step that failed or did not reach a release.
 const SAFETY: f64 = 0.93;
 const CHANGE: [f64; 2] = [0.3, 4.0];
 const SHORTER: f64 = 0.65;
 
-/// Contacts that have just closed at less than this part of the speed of the others, or with less than this part of the
-/// largest overlap, need no stretched step.
+/// Contacts that have just closed need no stretched step if their rate is below this part of the speed of the others;
+/// contacts about to open are ignored if their overlap is below this part of the largest one.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Weight of the rate at the release in the mean rate up to there: the way from rest takes half an impact's duration.
+/// Weight of the rate at the release in the mean rate until then: from rest to the release it is half an impact's
+/// duration.
 const LAST_IN_MEAN: f64 = 0.68;
 
-/// Longest step over the time scale of the pendulums, whose error is not checked.
+/// Longest step over the time scale of the pendulums, because their error is not checked.
 const LONGEST: f64 = 0.25;
 
-/// Angle (rad) by which balls on arcs turn in a step at most.
+/// Largest angle (rad) by which balls on arcs turn in a step.
 const SMALL_ANGLE: f64 = 1e-3;
 
 /// A step feels the branch point of a contact that has just closed or is about to open if it is longer than this many
-/// times the time to it. Guarded by `contacts_at_the_start` and `balls_that_rattle`.
+/// times the time to it. Guarded by `onset_of_contacts_closed_at_the_start` and
+/// `rattling_balls_cost_little_and_keep_their_energy`.
 const BEYOND: f64 = 8.0;
 
-/// The next plan; or the length of the step (s; 0 if a contact switches at its start) and that of the next one, `None`
-/// if it is left to another method.
+/// The next plan; or the lengths (s) of this step, 0 if a contact switches at its start, and of the next; `None` if the
+/// motion is left to another method.
 pub(super) type Decision = ControlFlow<Option<(f64, f64)>, Plan>;
 
 pub(super) struct Planner<'a> {
-    /// The stretching of a step that ends at no release.
+    /// The stretching of steps that do not end at a release.
     stretching: Stretching,
-    /// Longest such step, by the attempts so far, s.
+    /// Longest such step that the attempts so far allow, s.
     length: f64,
     pub tolerance: Tolerance<'a>,
-    /// The length of the step before, s.
+    /// Length of the step before, s.
     before: f64,
 }
 
@@ -65,7 +68,7 @@ impl<'a> Planner<'a> {
     /// The first plan. See [`GaussStep::follow`] for the arguments.
     pub fn new(motion: &GaussStep, problem: &'a Problem<'a>, before: f64) -> (Self, Plan) {
         let &Problem { window, control, ref rounding, speed, .. } = problem;
-        // The stretching of a step serves only the branch point at its start, not those shortly before it.
+        // The stretching of a step serves only a branch point at its start, not one shortly before it.
         let since = |contact: &StepContact| to_branch_point(contact, contact.overlap, contact.rate, rounding);
         let since = motion.contacts.iter().filter_map(since).fold(f64::INFINITY, f64::min);
         let longest = (BEYOND * since).min(motion.longest()).min(control.longest);
@@ -82,8 +85,8 @@ impl<'a> Planner<'a> {
         let near =
             |ahead: Option<(usize, f64)>| ahead.filter(|(_, time)| (f64::MIN_POSITIVE..NEAR * length).contains(time));
         let release = motion.release_ahead(rounding);
-        // A step that begins at a branch point does not end at one. Fourth powers make steps too short to reach one, and
-        // forces that need them clip before the balls part.
+        // A step that begins at a branch point does not end at one. Fourth powers make steps too short to reach one;
+        // forces that need fourth powers clip before the balls part.
         let plan = if stretching == Stretching::None
             && let Some((j, time)) = near(release)
             && motion.branch_point.is_none_or(|branch_point| branch_point.power != Power::Fourth)
@@ -101,18 +104,18 @@ impl<'a> Planner<'a> {
         (planner, Plan { length: plan.length.min(longest), ..plan })
     }
 
-    /// A step of this length (s) or the longest allowed, to no switching.
+    /// Plans a step that ends at no switching, of this length (s) or the longest one allowed.
     fn ahead(&mut self, length: f64) -> Plan {
         self.length = self.length.min(length);
         Plan { stretching: self.stretching, length: self.length, switching: None }
     }
 
-    /// A step to the switching of contact `j`, where that has no branch point, in about this time (s).
+    /// Plans a step that ends, in about this time (s), where contact `j` switches without a branch point.
     fn to_switching(&self, j: usize, length: f64) -> Plan {
         Plan { stretching: self.stretching, length, switching: Some(j) }
     }
 
-    /// What to do after an attempt.
+    /// Decides what to do after an attempt.
     pub fn decide(&mut self, motion: &mut GaussStep, plan: &Plan, outcome: Attempt) -> Decision {
         // An iteration that diverges may have moved the end anywhere.
         let (least, longest) = (CHANGE[0] * plan.length, self.tolerance.longest);
@@ -121,7 +124,7 @@ impl<'a> Planner<'a> {
             (Attempt::Stands(error), _) => {
                 return Break(Some((motion.until, (reached * change_for(error)).min(longest))));
             }
-            // A series shows which way a force or an overlap at rest goes from 0, the mean slope over a step does not.
+            // A series shows which way a force or an overlap goes from 0; the mean slope over a step does not.
             (Attempt::AtOnce(_, Switch::Clip), _) => return Break(None),
             (Attempt::AtOnce(j, Switch::Release), _)
                 if motion.contacts[j].is_resting(&self.tolerance.problem.rounding) =>
@@ -129,12 +132,11 @@ impl<'a> Planner<'a> {
                 return Break(None);
             }
             (Attempt::AtOnce(j, switch), _) => {
-                // A step of no length.
                 (motion.length, motion.until, motion.end) = (0.0, 0.0, Some((j, switch)));
                 motion.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
                 return Break(Some((0.0, self.before)));
             }
-            // It switches before the end found for it; the same step would give the same result.
+            // It switches before its planned end; the same step would give the same result.
             (Attempt::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER * time.max(least)),
             (Attempt::Within(j, Switch::Release, time), _) if motion.presses(j) => {
                 match plan.stretching {
@@ -212,8 +214,8 @@ impl GaussStep {
         })
     }
 
-    /// The first clipped contact to open, or open one to close, and when, s; without a force there is no branch point.
-    /// Balls side by side are left out, because rounding decides.
+    /// The first clipped contact to open, or open one to close, and when, s. Without a force it has no branch point.
+    /// Balls side by side are left out, because rounding decides there.
     fn switching_ahead(&self, rounding: &Rounding) -> Option<(usize, f64)> {
         self.first_at_zero(|contact| {
             let switches = match contact.mode {
@@ -237,32 +239,32 @@ impl GaussStep {
 }
 
 /// Time (s) to the branch point of a contact from this overlap (m) at this rate (m/s), in either direction; `None` if
-/// there is none or it is here, within `rounding`.
+/// there is none, or if the overlap is at it within `rounding`.
 fn to_branch_point(contact: &StepContact, overlap: f64, rate: f64, rounding: &Rounding) -> Option<f64> {
     let is_near = contact.mode == Mode::Pressing && overlap > rounding.position && rate > 0.0;
     (is_near && !contact.law.is_smooth()).then_some(overlap / rate)
 }
 
-/// The step that ends where contact `j` opens, in about this `time` (s).
+/// Plans the step that ends where contact `j` opens, in about this `time` (s).
 fn to_release(motion: &GaussStep, j: usize, time: f64) -> Plan {
     let branch_point = motion.branch_point;
     let stretching = branch_point.map_or(Stretching::None, |branch_point| Stretching::AtEnd(branch_point.power));
     Plan { stretching, length: time, switching: Some(j) }
 }
 
-/// The next attempt over one that was too long, from its error over the allowed one. Where time is stretched, that falls
-/// with a lower power of the length.
+/// Length of the next attempt over that of one that was too long, from its error over the allowed one. Where time is
+/// stretched, the error falls with a lower power of the length.
 fn shorter_for(error: f64, stretching: Stretching) -> f64 {
     let change = change_for(error);
     (1..stretching.order()).fold(change, |shorter, _| shorter * change).clamp(CHANGE[0], SHORTER)
 }
 
-/// The next step over the last one, from its error over the allowed one.
+/// Length of the next step over that of the last one, from its error over the allowed one.
 fn change_for(error: f64) -> f64 {
     if error == 0.0 {
         return CHANGE[1];
     }
-    // The sixteenth root, which is nearly that of the order.
+    // The sixteenth root is nearly the root that belongs to the order.
     let root = error.sqrt().sqrt().sqrt().sqrt();
     (SAFETY / root).clamp(CHANGE[0], CHANGE[1])
 }

@@ -1,83 +1,86 @@
-//! One step of explicit Gauss collocation, from a plan to its outcome. Picard's iteration moves its end to a switching.
+//! One step of explicit Gauss collocation, from its plan to its outcome. Picard's iteration moves its end to a
+//! switching.
 
 use super::motion::{GaussStep, Tolerance};
 use crate::engine::cluster::window::Switch;
 use crate::model::Mode;
 use crate::solver::{Stretching, Table, weighted};
 
-/// Iterations before it may end, and at most.
+/// Iterations before a step may end, and most iterations.
 const LEAST: usize = 2;
 const MOST: usize = 60;
 
-/// A step whose error is this many times the allowed one is given up at once; while overlaps still change, more is
-/// tolerated.
+/// A step whose error is this many times the allowed one is given up at once; a larger error is tolerated while
+/// overlaps still change.
 const TOO_LONG: f64 = 1.5;
 const STILL_CHANGING: f64 = 1e5;
 
-/// The iteration has converged if it changes overlaps by less than `CONVERGED` of their size; or if, at the present
-/// rate, the next change would be less, or `SENSITIVITY` p^2 times the one after it: velocities at the end are more
-/// sensitive, the more so the larger the exponent p. Guarded by `balls_that_rattle`. Changes below `NOISE` that no
-/// longer fall are rounding.
+/// The iteration has converged if it changes overlaps by less than `CONVERGED` of their size. It also has if, at the
+/// present rate, the next change would be less, or `SENSITIVITY` p^2 times the one after it: velocities at the end are
+/// more sensitive, the more so the larger the exponent p. Changes below `NOISE` that no longer fall are rounding.
+/// Guarded by `rattling_balls_cost_little_and_keep_their_energy`.
 const CONVERGED: f64 = 8e-16;
 const SENSITIVITY: f64 = 7.0;
 const NOISE: f64 = 2e-15;
 
-/// Rates, where forces depend on them, have converged if their next change, or the one after it with that factor, is
-/// less than this part of the scale of velocities; under strong damping long after the overlaps. Guarded by
-/// `deep_overlaps_at_the_start_of_lossy_contacts`.
+/// Rates, if forces depend on them, have converged if their next change, or the one after it with the same factor, is
+/// less than this part of the scale of velocities. Under strong damping they converge long after the overlaps. Guarded
+/// by `clipped_contacts_overlapping_deeply_at_the_start`.
 const CONVERGED_RATE: f64 = 4e-15;
 
-/// Switchings are searched once the iteration changes overlaps by no more than this part of that of the contact that
-/// presses least.
+/// Switchings are looked for once the iteration changes overlaps by no more than this part of the overlap of the
+/// contact that presses least.
 const ROUGH: f64 = 0.1;
 
-/// The directions of balls on arcs are computed anew once the iteration changes overlaps by less than that would change
-/// them. The expected change is that of the last time, multiplied by the relative change of the first time; before the
-/// first time both count as `FIRST_TURN`, a part of the largest overlap. Directions stand if the next change
-/// would be at most `STANDS`, a part of the largest overlap, displacement or acceleration.
+/// The directions of balls on arcs are computed again once the iteration changes overlaps by less than new directions
+/// would. That change is expected to be the last one by new directions, multiplied by the first one; before the first,
+/// both count as `FIRST_TURN`. These are parts of the largest overlap. Directions stand if the next change would be at
+/// most `STANDS`, a part of the largest overlap, displacement or acceleration.
 const FIRST_TURN: f64 = 1e-2;
 const STANDS: f64 = 1e-15;
 
-/// Factor on the error where the state at the end has fewer digits than the coefficients promise: of a step that is
-/// left where a force changes its sign, or where the branch point of a second contact follows that at the end. Guarded
-/// by `balls_that_rattle`.
+/// Factor on the error where the state at the end has fewer digits than the coefficients promise: if a step is left
+/// where a force changes its sign, or if the branch point of a second contact follows soon after the end. Guarded by
+/// `rattling_balls_cost_little_and_keep_their_energy`.
 const FEWER_DIGITS: f64 = 100.0;
 
-/// Largest factor by which the end of the step may move within the iteration.
+/// Largest factor by which the iteration may lengthen the step.
 const FARTHEST: f64 = 4.0;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan {
     pub stretching: Stretching,
-    /// Its length, s; to begin with if it ends at a switching.
+    /// Length of the step, s; a first guess if it ends at a switching.
     pub length: f64,
-    /// The contact whose switching is to end it.
+    /// The contact whose switching is to end the step.
     pub switching: Option<usize>,
 }
 
-/// The times at which the directions of balls on arcs have been computed, and their effect.
+/// How often the directions of balls on arcs have been computed, and the effect.
 #[derive(Clone, Copy, Default)]
 struct Turns {
     count: u32,
-    /// Whether all balls have been part of it.
+    /// Whether all balls have taken part.
     all: bool,
-    /// Changes of overlaps by the first and by the last time, over the largest; that of the last time, once known.
+    /// Changes of overlaps by the first and by the last computation, over the largest overlap; the latter once known.
     first: f64,
     last: Option<f64>,
-    /// Changes of displacements between the last two times, of balls that press and of all, and the largest so far.
+    /// Changes of displacements between the last two computations, of balls that press and of all, and the largest so
+    /// far.
     changes: [f64; 2],
     largest: f64,
-    /// Length of the step the last time, s.
+    /// Length of the step at the last computation, s.
     length: f64,
 }
 
 impl Turns {
-    /// Change of overlaps that the next time would make; none is due before that of the last time is known.
+    /// Expected change of overlaps by the next computation; 0, so that none is due, until that by the last one is
+    /// known.
     fn next(&self) -> f64 {
         if self.count == 0 { FIRST_TURN * FIRST_TURN } else { self.last.map_or(0.0, |last| self.first * last) }
     }
 
-    /// Notes the change of overlaps in an iteration.
+    /// Notes the change of overlaps in an iteration; right after new directions it is their effect.
     fn note(&mut self, change: f64) {
         if self.count > 0 && self.last.is_none() {
             self.last = Some(change);
@@ -97,16 +100,16 @@ pub(super) enum Attempt {
     AtOnce(usize, Switch),
     /// This contact switches before the end, after about this time (s).
     Within(usize, Switch, f64),
-    /// No contact switches where one was to end the step.
+    /// No contact switches, although the plan ends the step at a switching.
     NoSwitching,
-    /// The error is this many times too large.
+    /// The error is this many times the allowed one.
     TooLong(f64),
     /// The iteration does not converge, or a switching may have been passed over.
     Failed,
 }
 
 impl GaussStep {
-    /// Computes the step of this `plan`, and what ends it.
+    /// Attempts the step of this `plan`, and finds what ends it.
     pub(super) fn attempt(&mut self, plan: &Plan, tolerance: &Tolerance, evaluations: &mut u64) -> Attempt {
         let table = plan.stretching.table();
         (self.stretching, self.length, self.end) = (plan.stretching, plan.length, None);
@@ -171,14 +174,14 @@ impl GaussStep {
                     || rate.is_some_and(|rate| {
                         (rate < 0.5 && change * ahead <= CONVERGED) || (change <= NOISE && rate > 0.5)
                     });
-                // Contacts in equilibrium do not change, however far the end of the step still moves.
+                // The end must have converged, too: contacts in equilibrium do not change, however far it still moves.
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed {
                     if let Some(turns) = turns.as_mut().filter(|turns| !self.stands(turns)) {
                         self.turn_on(true, turns);
                     }
-                    // Otherwise what that has changed takes another iteration.
+                    // Otherwise the new directions take effect in another iteration.
                     if turns.as_ref().is_none_or(|turns| self.stands(turns)) {
                         return self.conclude(table, tolerance);
                     }
@@ -189,15 +192,15 @@ impl GaussStep {
         Attempt::Failed
     }
 
-    /// Computes the directions anew, for `all` contacts or for those that press.
+    /// Computes the directions again, for `all` contacts or for those that press.
     fn turn_on(&mut self, all: bool, turns: &mut Turns) {
         let changes = self.turn(all);
         let (count, largest, length) = (turns.count + 1, turns.largest.max(changes[1]), self.length);
         *turns = Turns { count, all: turns.all || all, last: None, changes, largest, length, ..*turns };
     }
 
-    /// Whether directions, and forces of gravity and drag, stand: what remains of their changes, with that by which the
-    /// end of the step has moved since, and the part of it in the accelerations.
+    /// Whether directions, and forces of gravity and drag, stand: whether their remaining changes, including those by
+    /// the movement of the end of the step since, and their part in the accelerations are small enough.
     fn stands(&self, turns: &Turns) -> bool {
         let Turns { all, last, changes, largest, length, .. } = *turns;
         let (reach, drags) = (self.pace() * self.length, self.arcs.models.iter().any(|ball| ball.gamma > 0.0));
@@ -208,8 +211,8 @@ impl GaussStep {
         all && remains.max(pressed) <= STANDS && any * gain <= STANDS * largest
     }
 
-    /// Whether a step of this `plan` may end with another switching, that of contact `j`: it has no branch point, and
-    /// time is not stretched for another one.
+    /// Whether a step of this `plan` may end at another switching, of contact `j`: if it has no branch point, and time
+    /// is not stretched for another release.
     fn may_end(&self, plan: &Plan, j: usize, switch: Switch) -> bool {
         let has_branch_point = switch == Switch::Release && self.presses(j);
         let is_smooth = !has_branch_point || self.branch_point.is_none();
@@ -233,7 +236,7 @@ impl GaussStep {
         largest * self.length / (tolerance.problem.speed * tolerance.tail)
     }
 
-    /// After the iteration: computes the forces of the last overlaps, and decides whether the step is accepted.
+    /// After the iteration: computes the forces from the last overlaps, and decides whether the step is accepted.
     fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Attempt {
         self.push();
         let mut error = self.error(table, tolerance);
@@ -290,7 +293,7 @@ impl GaussStep {
     }
 }
 
-/// A change over the one before it, unless nothing has changed twice.
+/// A change over the one before it; `None` if both are 0.
 fn rate_of(change: f64, before: f64) -> Option<f64> {
     match before {
         0.0 if change == 0.0 => None,

@@ -1,8 +1,8 @@
 //! Switchings on a step: those at its end, where `d(h)` of "Gauss collocation" in docs/theory.md is 0, and whether it
-//! has missed any. A change of a force's sign is found afterwards; up to there the step is valid.
+//! has missed any. A change of a force's sign is found afterwards; the step is valid up to there.
 //!
-//! Not by the search for the first crossing of a known function (`solver::root`): here the end of the step moves with
-//! the switching while the motion is still being computed, and there is no function before both are found.
+//! The search for the first crossing of a known function (`solver::root`) does not apply: the end of the step moves
+//! with the switching while the motion is still being computed.
 
 use super::motion::{GaussStep, StepContact, Tolerance};
 use crate::engine::cluster::window::{Switch, sign_after_clip};
@@ -18,7 +18,7 @@ enum Excess {
     Never,
     /// At this node, [`NODES`] being the end.
     At(usize),
-    /// It may, between the two nodes about this one.
+    /// It may, between the nodes on either side of this one.
     Near(usize),
 }
 
@@ -28,7 +28,7 @@ impl GaussStep {
         tolerance.problem.rounding.position.max(UNKNOWN * tolerance.problem.speed * self.length)
     }
 
-    /// S of contact `j`.
+    /// The factor S of `h^2` in the overlap of contact `j` at the end of the step, m/s2.
     pub(super) fn curvature(&self, j: usize, table: &Table) -> f64 {
         weighted(&table.of_position, &self.accelerations[j])
     }
@@ -38,7 +38,7 @@ impl GaussStep {
         self.contacts[j].overlap + (self.contacts[j].rate + curvature * self.length) * self.length
     }
 
-    /// Its rate there, m/s.
+    /// Rate of the overlap of contact `j` at the end of the step, m/s.
     pub(super) fn rate_at_end(&self, j: usize, table: &Table) -> f64 {
         self.contacts[j].rate + self.length * weighted(&table.of_rate, &self.accelerations[j])
     }
@@ -56,7 +56,7 @@ impl GaussStep {
     pub(super) fn first_switching(&self, table: &Table, tolerance: &Tolerance) -> Option<(usize, Switch, f64)> {
         let mut first: Option<(usize, Switch, f64)> = None;
         for j in 0..self.contacts.len() {
-            // The parabola for a release may vanish all the same, if the contact comes to rest.
+            // The parabola for a release may still vanish, if the contact comes to rest.
             let stays_closed = self.presses(j)
                 && range(&self.at_nodes.overlaps[j])[0] > 0.0
                 && self.overlap_at_end(j, self.curvature(j, table)) > 0.0;
@@ -70,11 +70,12 @@ impl GaussStep {
         first
     }
 
-    /// Unless contact `j` presses: its accelerations by its neighbours and, if it ends the step, its overlaps.
+    /// Computes, if contact `j` does not press, its accelerations by its neighbours and, if it ends the step, its
+    /// overlaps.
     pub(super) fn accelerate_unless_pressing(&mut self, j: usize, table: &Table) {
         if !self.presses(j) {
             self.accelerate(j);
-            // By its pendulums an overlap acts on itself: a little, but the end of the step needs all digits.
+            // Through the pendulums an overlap acts on itself: a little, but the end of the step needs all digits.
             if self.end.is_some_and(|(ending, _)| ending == j) {
                 self.move_contact(j, table, 0.0);
             }
@@ -128,8 +129,8 @@ impl GaussStep {
         (0.5 * self.length..2.0 * self.length).contains(&time).then_some(time)
     }
 
-    /// When the open contact `j`, at rest, closes (s), by this step: at once, unless its balls are first accelerated
-    /// apart, possibly by a force that grows from 0. Otherwise series would open it again.
+    /// When the open contact `j`, at rest, closes on this step (s): at once, unless its balls are first accelerated
+    /// apart, possibly by a force that grows from 0. Closed at once, it would then be opened again by series.
     fn onset_from_rest(&self, j: usize, table: &Table, tolerance: &Tolerance) -> Option<f64> {
         let contact = &self.contacts[j];
         let matters = self.matters(contact, self.overlap_at_end(j, self.curvature(j, table)), tolerance);
@@ -143,7 +144,7 @@ impl GaussStep {
         self.switching_near_end(j, table).or(matters.then_some(0.5 * self.length))
     }
 
-    /// Whether a ball at rest at an open contact would be pressed or moved noticeably at this `overlap`.
+    /// Whether this `overlap` at an open contact would press or move a ball at rest noticeably.
     fn matters(&self, contact: &StepContact, overlap: f64, tolerance: &Tolerance) -> bool {
         let speed_up =
             contact.law.elastic_force(overlap) * self.length * (contact.inverse_masses[0] + contact.inverse_masses[1]);
@@ -180,7 +181,7 @@ impl GaussStep {
     }
 
     /// When a quantity leaves this `side` of 0 before node `m` or, with [`NODES`], before the end of the step, s. Ten
-    /// digits will do, as a force about to be clipped vanishes.
+    /// digits suffice, because a force about to be clipped vanishes.
     fn time_of_change(&self, side: f64, ends: [f64; 2], within: &Nodes, m: usize, table: &Table) -> f64 {
         let before = m.checked_sub(1);
         let (start, end) = (before.map_or(0.0, |m| self.time_of(m, table)), self.time_of(m, table));
@@ -213,12 +214,12 @@ impl GaussStep {
         })
     }
 
-    /// Whether contact `j`, if open, may close by the accelerations at the nodes and twice the largest between them.
+    /// Whether contact `j`, if open, may close by its rate and twice the largest acceleration at the nodes.
     pub(super) fn may_close(&self, j: usize) -> bool {
         let contact = &self.contacts[j];
         let [least, most] = range(&self.accelerations[j]);
         let farthest = (contact.rate.max(0.0) + most.max(-least) * self.length) * self.length;
-        // NaN decides nothing.
+        // With NaN it may close.
         let stays_open = contact.overlap <= -2.0 * farthest;
         !stays_open
     }
@@ -233,7 +234,7 @@ impl GaussStep {
 /// and after the nodes.
 fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, noise: f64) -> Excess {
     let at = |m: usize| side * within.get(m).unwrap_or(&ends[1]);
-    // As a rule, all values stay away from 0 by more than half of their range.
+    // Usually all values stay away from 0 by more than half of their range.
     let [least, most] = range(within).map(|value| side * value);
     let [inner, outer] = [least.max(most).max(side * ends[1]), least.min(most).min(side * ends[0]).min(side * ends[1])];
     if inner + 0.5 * (inner - outer) <= noise {
@@ -268,7 +269,7 @@ fn range(values: &Nodes) -> [f64; 2] {
     [least.into_iter().fold(f64::INFINITY, f64::min), most.into_iter().fold(f64::NEG_INFINITY, f64::max)]
 }
 
-/// When `d + r h + s h^2` falls through 0, from d >= 0.
+/// Time at which `d + r h + s h^2` falls through 0, from d >= 0.
 pub(super) fn fall(d: f64, r: f64, s: f64) -> Option<f64> {
     Some(first_root_of_parabola(-d, -r, -2.0 * s)).filter(|time| *time != f64::INFINITY)
 }

@@ -1,39 +1,39 @@
 //! The geometry of balls on arcs as power series: sines and cosines of the angles, and the lines of the centres.
 //!
-//! The overlap of a closed contact changes with the distance of the centres, whose coefficients are computed without
-//! cancellation. Of an open one, the row of overlaps has G (see "Arcs" in docs/theory.md) instead.
+//! A closed contact's overlap follows from the distance of the centres, whose coefficients are computed without
+//! cancellation. An open contact has the coefficients of G (see "Arcs" in docs/theory.md) in the row of its overlap.
 
 use crate::engine::cluster::window::Window;
 use crate::model::{Mode, overlap_of_approach};
 use crate::solver::series::{product_term, sine_and_cosine_term};
 
-/// Rows of coefficients like those of a series, whose stride they have; empty where balls move on lines.
+/// Rows of coefficients with the stride of a [`Series`](super::series::Series); empty where balls move on lines.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ArcSeries {
     stride: usize,
-    /// For each ball: its length, m; the angle, each coefficient times its number, its sine and its cosine.
+    /// For each ball: its length, m; the angle, each coefficient times its index; sine and cosine of the angle.
     lengths: Vec<f64>,
     angles: Vec<f64>,
     pub(super) sin: Vec<f64>,
     pub(super) cos: Vec<f64>,
-    /// For each contact: horizontal, vertical and full distance of the centres, m; the direction; and its parts along
-    /// the paths of the left and the right ball.
+    /// For each contact: horizontal, vertical and full distance of the centres, m; its direction; and the components of
+    /// the direction along the paths of the left and the right ball.
     width: Vec<f64>,
     height: Vec<f64>,
     distance: Vec<f64>,
     pub(super) direction: [Vec<f64>; 2],
     pub(super) along: [Vec<f64>; 2],
-    /// Of an open contact, whose row of overlaps is that of G: the distance at which it closes, m.
+    /// For an open contact, whose row of overlaps holds G: the distance at which it closes, m.
     touch: Vec<Option<f64>>,
 }
 
 impl ArcSeries {
-    /// Whether the row of overlaps of contact `j` is that of G.
+    /// Whether the row of overlaps of contact `j` holds G.
     pub(super) fn is_open(&self, j: usize) -> bool {
         self.touch.get(j).is_some_and(Option::is_some)
     }
 
-    /// The largest coefficient `k` of the deflections, over which velocities converge as well, times k.
+    /// The largest coefficient `k` of the deflections, times `k`; it limits how long the velocities converge, too.
     pub(super) fn term(&self, k: usize) -> f64 {
         let rows = self.sin.chunks_exact(self.stride).zip(self.cos.chunks_exact(self.stride)).zip(&self.lengths);
         let term = |((sin, cos), length): ((&[f64], &[f64]), &f64)| {
@@ -42,19 +42,19 @@ impl ArcSeries {
         rows.map(term).fold(0.0, f64::max)
     }
 
-    /// The overlap (m) of contact `j` for the sum of its row and the rate of that.
+    /// Overlap (m) of contact `j` and its rate, from value and rate of the series in its row.
     pub(super) fn overlap(&self, j: usize, value: f64, rate: f64) -> (f64, f64) {
         let Some(touch) = self.touch.get(j).copied().flatten() else { return (value, rate) };
         let [overlap, rate, _] = overlap_of_approach([value, rate, 0.0], touch);
         (overlap, rate)
     }
 
-    /// The reverse of [`Self::overlap`], for the rate.
+    /// The reverse of [`Self::overlap`]: the rate of the series in the row.
     pub(super) fn rate_of_row(&self, j: usize, overlap: f64, rate: f64) -> f64 {
         self.touch.get(j).copied().flatten().map_or(rate, |touch| rate - rate * overlap / touch)
     }
 
-    /// Enters the state at the start.
+    /// Takes the state at the start.
     pub(super) fn begin(&mut self, window: &Window<'_>, stride: usize, displacements: &[f64], overlaps: &mut [f64]) {
         let (n, on_arcs) = (window.models.len(), window.models[0].on_arc);
         self.stride = stride;
@@ -84,7 +84,8 @@ impl ArcSeries {
         }
     }
 
-    /// Coefficient `k` of the geometry, from those of the displacements; of the overlaps unless they are `given`.
+    /// Computes coefficient `k` of the geometry from those of the displacements, and of the overlaps that are not
+    /// `given`.
     pub(super) fn expand(
         &mut self,
         window: &Window<'_>,

@@ -8,10 +8,10 @@ use crate::model::{BallModel, ContactLaw, Mode};
 use crate::solver::series::{INVERSES, NUMBERS, PowerSeries, product_term, value_by_lanes};
 use crate::solver::{MAX_FORCE_ORDER, crossing};
 
-/// Allowed difference between the forces by the series and by the law: its effect on the velocities over their scale.
+/// Allowed difference between the force by the series and by the law: its effect on the velocities, over their scale.
 const WRONG: f64 = 1e-13;
 
-/// Velocities up to this, m/s, count as a start from rest; accelerations soon lead to far more.
+/// Velocities up to this, m/s, count as a start from rest; accelerations soon cause far larger ones.
 const AT_REST: f64 = 1e-20;
 
 /// An overlap about to vanish shortens the unit of time by no more than this factor.
@@ -20,19 +20,19 @@ const SHORTEST_UNIT: f64 = 1e-20;
 /// Terms from which the convergence of a series without gaps is estimated.
 const TERMS_AT_LEAST: usize = 3;
 
-/// Order of the series of linear contacts over that of others, whose coefficients cost the more, the higher they are. A
-/// lower one needs more steps for a pulse; twice the order loses digits by cancelling terms (`benches/runs.rs`,
-/// `tests/rust/reference.rs`).
+/// Ratio of the order of series for linear contacts to that for others, whose coefficients cost more the higher they
+/// are. A lower order needs more steps for a pulse; twice the order loses digits by cancelling terms
+/// (`benches/runs.rs`, `tests/rust/reference.rs`).
 const HIGHER: f64 = 1.5;
 
-/// A closed contact, and what the series of its force consist of.
+/// A closed contact, and the series that its force consists of.
 struct Force {
     contact: usize,
     parts: [Option<(f64, PowerSeries)>; 2],
 }
 
-/// What the coefficients of a ball's displacement on a line depend on: the unit of time over its mass (s/kg; the square
-/// of the unit might underflow), and its squared frequency and damping in units of time.
+/// Factors in the coefficients of a ball's displacement on a line: the unit of time over its mass (s/kg; the square of
+/// the unit might underflow), and its squared frequency and damping in units of time.
 struct Pendulum {
     unit_over_mass: f64,
     omega2: f64,
@@ -51,7 +51,7 @@ impl Pendulum {
 
 impl Series {
     /// Computes all coefficients from those of [`begin`](Self::begin). Contacts whose overlap is `negligible` have no
-    /// elastic force; overlaps that are `given` stay as they are, and the forces follow from them.
+    /// elastic force. Overlaps that are `given` stay as they are, and their forces follow from them.
     pub fn fill(&mut self, window: &Window<'_>, negligible: &dyn Fn(usize) -> bool, given: &dyn Fn(usize) -> bool) {
         let closed = (0..window.laws.len()).filter(|j| window.contacts[*j].mode != Mode::Open);
         let force = |j| Force { contact: j, parts: window.laws[j].force_series(negligible(j)) };
@@ -155,7 +155,7 @@ impl Series {
         negligible
     }
 
-    /// The time on which the last terms of the velocities stay below `dv` (m/s).
+    /// The time (s) up to which the last terms of the velocities stay below `dv` (m/s).
     fn convergence(&self, dv: f64) -> f64 {
         let mut shortest = f64::INFINITY;
         for k in (self.order + 1).saturating_sub(self.terms).max(2)..=self.order {
@@ -181,7 +181,8 @@ impl Series {
 }
 
 impl Series {
-    /// The same for a window. The segment ends where last terms, or forces left out, would change velocities too much.
+    /// Computes all coefficients for a window. The segment ends where last terms, or forces left out, would change
+    /// velocities too much.
     pub fn expand_window(&mut self, &Problem { window, control, speed, local_error, .. }: &Problem) {
         let order = if window.is_linear() { HIGHER * control.order as f64 } else { control.order as f64 };
         let negligible = self.expand(window, &Control { order: order as usize, ..*control }, speed);
@@ -194,8 +195,9 @@ impl Series {
         }
     }
 
-    /// Ends the segment where the series of both parts of the force of contact `j` still equal the law; the parts may
-    /// cancel each other. From rest the force starts with a high power of the time, which may lie beyond the order.
+    /// Shortens the segment until, at its end, the series of both parts of the force of contact `j` equal the law; each
+    /// on its own, because the parts may cancel. From rest the force starts with a high power of the time, which may
+    /// lie beyond the order.
     fn shorten_where_wrong(&mut self, j: usize, law: &ContactLaw, mass: f64, scale: f64) {
         // Bounded, for states that are not finite.
         for _ in 0..64 {
@@ -205,7 +207,7 @@ impl Series {
             if let Some((by_law, by_rate)) = law.parts(overlap) {
                 let speed_up = |force: f64| force.abs() * self.converges_for / mass;
                 let allowed = WRONG * (scale + speed_up(by_law));
-                // A dashpot has the series of the rate.
+                // A dashpot has the series of the rate, so it is not compared.
                 let damping = if law.has_dashpot() { 0.0 } else { force - elastic - by_rate * rate };
                 let wrong = speed_up(by_law - elastic).max(speed_up(damping));
                 // Far beyond their convergence both may be infinite.
@@ -213,7 +215,7 @@ impl Series {
                     return;
                 }
             }
-            // Halving reaches the part that is left out where the overlap vanishes.
+            // Also if the overlap vanishes there, where a fractional power has no value.
             self.converges_for *= 0.5;
         }
     }
@@ -233,8 +235,8 @@ pub(crate) fn velocity_scale(window: &Window<'_>) -> f64 {
     stored.fold(moving, f64::max)
 }
 
-/// Speed (m/s) that the other accelerations of the balls of contact `j` cause from rest until it balances them. Where
-/// these grow from 0, the time to then is found by iteration, to within a power of ten.
+/// Speed (m/s) that the other accelerations of the balls of contact `j` cause from rest until the contact balances
+/// them. If these grow from 0, the time until then is found by iteration, to within a power of ten.
 fn speed_from_rest(window: &Window<'_>, j: usize) -> f64 {
     let pulls = [j, j + 1].map(|i| {
         let mut sizes = window.flights[i].forcing;
@@ -255,8 +257,8 @@ fn speed_from_rest(window: &Window<'_>, j: usize) -> f64 {
     speed(acceleration(time))
 }
 
-/// The overlap (m) up to which the elastic force of contact `j` is left out, because it changes the velocities by less
-/// than the local error `dv` (m/s) and its series, a fractional power, would hardly converge; otherwise 0.
+/// The overlap (m) up to which the elastic force of contact `j` is left out: it changes the velocities by less than the
+/// local error `dv` (m/s), and its series, a fractional power, would hardly converge. 0 if it is not left out.
 fn negligible_overlap(j: usize, window: &Window<'_>, dv: f64, scale: f64) -> f64 {
     if window.needs_force(j) && !window.laws[j].is_smooth() {
         let (law, mass, rate) = (&window.laws[j], window.reduced_mass(j), window.overlap_rate(j));
@@ -268,8 +270,8 @@ fn negligible_overlap(j: usize, window: &Window<'_>, dv: f64, scale: f64) -> f64
     0.0
 }
 
-/// A time (s) within a few powers of ten of the radius of convergence: that of the fastest contact, or of an overlap
-/// about to vanish, where its power is singular, unless it is `negligible`; without contact that of the pendulums.
+/// A time (s) within a few powers of ten of the radius of convergence: the time unit of the fastest contact, or of the
+/// pendulums without contact; less if an overlap that is not `negligible` vanishes sooner, where its power is singular.
 fn unit_of_time(window: &Window<'_>, scale: f64, negligible: impl Fn(usize) -> bool) -> f64 {
     let swing = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
     let swing = window.models.iter().map(swing).fold(0.0, f64::max);

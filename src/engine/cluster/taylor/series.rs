@@ -10,7 +10,7 @@ use crate::solver::quadrature::{self, POINTS};
 use crate::solver::series::{self, MOST};
 use crate::solver::{MAX_FORCE_ORDER, crossing};
 
-/// Parts of a segment after which a contact that has closed from rest is checked.
+/// Parts of a segment at which a contact that has closed from rest is checked.
 const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
 
 /// Coefficients of the motions and forces of a window, as functions of the time since the start over `unit`.
@@ -18,22 +18,22 @@ const PARTS: [f64; 3] = [1.0 / 64.0, 1.0 / 8.0, 1.0];
 pub(crate) struct Series {
     /// Order of the velocities; displacements have one more.
     pub(crate) order: usize,
-    /// Coefficients that a row has room for.
+    /// Number of coefficients in a row.
     pub(crate) stride: usize,
     /// Unit of time of the series, s, near their radius of convergence, so that high powers do not overflow.
     pub(crate) unit: f64,
-    /// For each ball: displacement since the start of the segment.
+    /// For each ball: displacement since the start of the segment, m.
     pub(crate) displacements: Vec<f64>,
-    /// For each contact: overlap.
+    /// For each contact: overlap, m.
     pub(crate) overlaps: Vec<f64>,
-    /// For each contact: elastic force, and the unclipped force of the law; zero where the contact is open.
+    /// For each contact: elastic force, and the unclipped force of the law, N; zero where the contact is open.
     pub(crate) elastic: Vec<f64>,
     pub(crate) forces: Vec<f64>,
     /// For each contact: the coefficient of its dashpot, N.s/m, or 0 if its damping force is another one.
     dashpots: Vec<f64>,
     /// The geometry, where balls move on arcs.
     pub(super) arcs: ArcSeries,
-    /// Last terms from which the convergence is estimated.
+    /// Number of last terms from which the convergence is estimated.
     pub(super) terms: usize,
     /// How long the series converge to the tolerance, s.
     pub(crate) converges_for: f64,
@@ -75,12 +75,12 @@ impl Series {
         self.arcs.overlap(j, series::value(row, s), series::derivative(row, s) / self.unit)
     }
 
-    /// The rate of what the row of contact `j` holds, for this overlap (m) and its rate (m/s).
+    /// Rate of the series in the row of contact `j`, for this overlap (m) and its rate (m/s).
     pub(crate) fn rate_of_row(&self, j: usize, overlap: f64, rate: f64) -> f64 {
         self.arcs.rate_of_row(j, overlap, rate)
     }
 
-    /// Rows of the given order and unit of time with only the state at the start.
+    /// Begins rows of this order and unit of time (s) with only the state at the start.
     pub(crate) fn begin(&mut self, window: &Window<'_>, order: usize, unit: f64) {
         (self.order, self.stride, self.unit, self.converges_for) = (order, order + 2, unit, unit);
         let (stride, balls, contacts) = (self.stride, window.models.len(), window.contacts.len());
@@ -102,7 +102,8 @@ impl Series {
         self.arcs.begin(window, stride, &self.displacements, &mut self.overlaps);
     }
 
-    /// Gives contact `j` these polynomials of the scaled time as its elastic force and that without clipping, N.
+    /// Sets the elastic force of contact `j`, and its force without clipping, to these polynomials of the scaled time,
+    /// N.
     pub(crate) fn set_forces(&mut self, j: usize, elastic: &[f64], force: &[f64]) {
         let at = j * self.stride;
         self.elastic[at..at + elastic.len()].copy_from_slice(elastic);
@@ -111,7 +112,7 @@ impl Series {
 }
 
 impl Series {
-    /// Deflection and height of ball `i` (m), which begins at `start` (m) along its path.
+    /// Deflection and height (m), as series, of ball `i`, which begins at `start` (m) along its path.
     pub(crate) fn places(&self, i: usize, ball: &BallModel, start: f64) -> [Vec<f64>; 2] {
         let (mut path, place) = (self.displacement(i).to_vec(), ball.place(start));
         if !ball.on_arc {
@@ -131,7 +132,7 @@ impl Series {
         [&self.arcs.sin, &self.arcs.cos].map(|rows| self.row(rows, i))
     }
 
-    /// The part of the direction of the closed contact `j` away from the pivot of its ball `i`.
+    /// Component of the direction of the closed contact `j` away from the pivot of its ball `i`, as a series.
     pub(crate) fn outward(&self, j: usize, i: usize) -> Vec<f64> {
         let [nx, ny] = [0, 1].map(|k| self.row(&self.arcs.direction[k], j));
         let [sin, cos] = self.directions(i);
@@ -143,7 +144,7 @@ impl Series {
         (value, change / self.unit)
     }
 
-    /// The crossing of `row`, signed, above `level` before `until` (s).
+    /// When `sign` times `row` rises above `sign` times `level`, before `until` (s).
     fn crossing(&self, row: &[f64], sign: f64, level: f64, until: f64) -> Forecast {
         self.switching(crossing::first_positive(row, sign, level, until / self.unit), until)
     }
@@ -153,7 +154,7 @@ impl Series {
         match s.map(|s| s * self.unit) {
             None => Forecast::Never,
             Some(tau) if tau >= until => Forecast::Never,
-            Some(tau) => Forecast::At(tau), // Also one that is no number, to be noticed.
+            Some(tau) => Forecast::At(tau), // Also NaN, to be noticed.
         }
     }
 
@@ -162,11 +163,11 @@ impl Series {
         let onset = self.crossing(row, 1.0, 0.0, until);
         let is_deep =
             || series::value_by_lanes(row, end) > noise || crossing::first_positive(row, 1.0, noise, end).is_some();
-        // Where a wave arrives, a ball in touch and at rest, which its front has yet to reach, may take longer than
-        // this segment to be pressed any deeper.
+        // The front of an arriving wave has yet to reach a ball in touch and at rest, which may take longer than this
+        // segment to be pressed any deeper.
         let at_rest = rounding.is_rest(row[0], row[1] / self.unit);
         let wave = || at_rest && self.overlaps.chunks_exact(self.stride).any(|d| d[0] + d[1] > noise);
-        // Its front is not there yet while closing the contact would change the velocities by no more than rounding.
+        // The front is not there yet while closing the contact would change velocities by no more than rounding.
         let matters = || {
             let (law, mass, (overlap, change_of_rate)) =
                 (&window.laws[j], window.reduced_mass(j), self.overlap(j, until));
@@ -183,8 +184,8 @@ impl Series {
         self.crossing(row, -1.0, level, until)
     }
 
-    /// Where a closed contact at rest opens before `until` (s): where its balls have parted by more than rounding or,
-    /// if they are pressed before, where their overlap falls below `level` (m) again.
+    /// When a closed contact at rest opens before `until` (s): when its balls have parted by more than rounding or, if
+    /// they are pressed before that, when their overlap falls below `level` (m) again.
     fn release_from_rest(&self, row: &[f64], level: f64, until: f64, rounding: &Rounding) -> Forecast {
         let (end, drift) = (until / self.unit, rounding.position.max(rounding.velocity * until));
         let parted = crossing::first_positive(row, -1.0, -drift, end);
@@ -204,7 +205,7 @@ impl Series {
         if end <= 0.0 {
             return Forecast::Never;
         }
-        // In a unit of time in which the overlap does not vanish, coefficients of its powers stay in range.
+        // The overlap does not vanish within this unit of time, so coefficients of its powers stay in range.
         let unit = end.min(1.0);
         let scaled = |row: &[f64]| -> Vec<f64> {
             row.iter().scan(1.0, |power, c| Some(*c * std::mem::replace(power, *power * unit))).collect()
@@ -227,8 +228,8 @@ impl Series {
         self.switching(clip.map(|s| s * unit), until)
     }
 
-    /// `integral a b` over the first `tau` (s) of a segment, of the rate b of what a row holds and a function a, given
-    /// at some scaled times and with the rates there over the unit of time.
+    /// `integral a b` over the first `tau` (s) of a segment: b is the rate of the series in a row; the function `a` is
+    /// given some scaled times and the rates there, by the scaled time.
     fn integral_by_rate(
         &self,
         row: &[f64],
@@ -242,7 +243,7 @@ impl Series {
         })
     }
 
-    /// `integral b^2` over the first `tau` (s) of a segment, of the rate b of what a row holds.
+    /// `integral b^2` over the first `tau` (s) of a segment, for the rate b of the series in a row.
     fn squared_rate_integral(&self, row: &[f64], tau: f64) -> f64 {
         self.integral_by_rate(row, tau, |_, rates| *rates) / self.unit
     }
@@ -306,7 +307,7 @@ impl DenseOutput for Series {
     }
 
     fn contact_loss(&self, j: usize, tau: f64) -> f64 {
-        // As `force - elastic`, weak dashpots would lose digits.
+        // A difference of forces would lose digits of weak dashpots.
         if self.dashpots[j] != 0.0 {
             return self.dashpots[j] * self.squared_rate_integral(self.overlap_row(j), tau);
         }
@@ -327,7 +328,7 @@ impl DenseOutput for Series {
 /// `1 / k!`.
 pub(crate) const INVERSE_FACTORIAL: [f64; MAX_FORCE_ORDER + 1] = [1.0, 1.0, 0.5, 1.0 / 6.0];
 
-/// Enters the integral of a polynomial `rate` of the scaled time, behind the constant term of the row that begins here.
+/// Enters the integral of a polynomial `rate` of the scaled time into this row, behind its constant term.
 pub(crate) fn integrate(row: &mut [f64], rate: &[f64], unit: f64) {
     for (k, (term, rate)) in row[1..].iter_mut().zip(rate).enumerate() {
         *term = rate * unit / (k + 1) as f64;

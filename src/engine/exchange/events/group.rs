@@ -17,16 +17,16 @@ const LONGEST: f64 = 1e-3;
 /// Largest effort of a group, in units of about a tenth of a microsecond.
 const EFFORT: u64 = 1_000_000;
 
-/// The time of an engine where it begins.
+/// Time at which an engine that follows a group starts.
 pub(super) const START: DoubleDouble = DoubleDouble::ZERO;
 
 pub(super) struct MappedGroup {
-    /// The engine that has followed it, with time 0 at the onset, and its first ball.
+    /// Engine that has followed the group, with time 0 at the onset, and its first ball.
     pub engine: Engine,
     first: usize,
     /// The contacts of the engine that had pulses.
     contacts: Range<usize>,
-    /// The onset, relative to now, and the end after that, s.
+    /// Onset relative to now, and end relative to the onset, s.
     onset: f64,
     end: DoubleDouble,
     pulses: Vec<Pulse>,
@@ -39,7 +39,8 @@ impl MappedGroup {
 }
 
 impl Exchange {
-    /// An engine for the balls of `range`, its time 0 `onset` (s) from now. The `closed` contacts, ascending, press.
+    /// An engine for the balls of `range`, whose time 0 is `onset` (s) from now. The `closed` contacts, in ascending
+    /// order, press.
     pub(in crate::engine::exchange) fn engine_at(
         &self,
         balls: &[Ball],
@@ -82,7 +83,7 @@ impl Exchange {
         }
         engine.form(all.clone(), START);
         for j in all.filter(|j| !is_closed(*j)) {
-            // Balls that have yet to part are apart from then on.
+            // Balls that have yet to part count as apart from then on.
             if engine.contacts[j].separation().is_some()
                 && let Some(parting) = self.parting(balls, contacts.start + j, onset)
             {
@@ -98,7 +99,7 @@ impl Exchange {
     }
 
     /// Follows the group of contact `first` from its onset, `onset` (s) from now, with contacts that are `closed`
-    /// already. `None` if it does not end soon, or if a contact that is closed for the host takes part.
+    /// already. `None` if the group does not end soon, or if a contact that is closed for the host takes part.
     pub(super) fn follow(
         &self,
         balls: &[Ball],
@@ -123,7 +124,7 @@ impl Exchange {
             let Some((contacts, end)) = outcome? else { return Ok(None) };
             let beyond = |j: usize| !contacts.contains(&j) && engine.contacts[j].ledger.record.pulses > 0;
             if (0..engine.contacts.len()).any(beyond) {
-                // Contacts of other groups have had pulses as well: again without them.
+                // Contacts of other groups have had pulses as well: repeats without them.
                 members = members.start + contacts.start..members.start + contacts.end + 1;
                 continue;
             }
@@ -137,9 +138,9 @@ impl Exchange {
         }
     }
 
-    /// Advances `engine` until the group of contact `first` is open and has stayed so for as long as it lasted; with
-    /// rigid contacts until no impact follows rapidly on the last, or until that takes too long. Returns its contacts
-    /// (with rigid ones, all) and that time, if it comes soon.
+    /// Advances `engine` until the group of contact `first` is open and has been so for as long as it lasted; with
+    /// rigid contacts until no impact follows rapidly on the last, or until that takes too long. Returns the contacts
+    /// of the group (all, if rigid) and that time; `None` if it does not come soon.
     fn to_the_end(
         &self,
         engine: &mut Engine,
@@ -166,7 +167,8 @@ impl Exchange {
     }
 
     /// Applies the outcome of `group` to the states: from its end all balls move back, or on, to the current time, in
-    /// flight or in a body. `balls` are those before it, `before` the impulse of a contact from now to its onset (N.s).
+    /// flight or in a body. `balls` are the balls before it, `before` is the impulse of a contact from now to the onset
+    /// (N.s).
     pub(super) fn apply(
         &mut self,
         balls: &[Ball],
@@ -181,7 +183,7 @@ impl Exchange {
         // With the balls on either side, if there are any.
         let wide = members.start.saturating_sub(1)..(members.end + 1).min(engine.balls.len());
         let [loss, work] = self.sums_place();
-        // Along the paths: the places at the end, and the ways back from there.
+        // Along the paths: places at the end, and displacements from there.
         let (mut places, mut moves, mut edges) = (Vec::new(), Vec::new(), Vec::new());
         for i in wide.clone() {
             let (mut ball, inputs) = (engine.balls[i].clone(), engine.own_forcing(i, end));
@@ -205,7 +207,7 @@ impl Exchange {
                 if k == 0 {
                     self.y[0] = place.x;
                 } else if i == 0 {
-                    // The ball beside is not part of the engine and continues.
+                    // The ball beside is not part of the engine and flies on.
                     edges.push((k - 1, [0.0, change]));
                 }
                 if i + 1 == engine.balls.len() && k + 1 < n {
@@ -227,7 +229,7 @@ impl Exchange {
         for pulse in pulses {
             let (j, release) = (first + pulse.contact, start + pulse.release);
             if pulse.onset < 0.0 {
-                // It had begun before.
+                // It began before the onset.
                 let impulse = self.y[self.impulse_place(j)] + before(j) + pulse.impulse;
                 self.contacts[j].close_pulse(j, release, impulse, observer);
             } else {

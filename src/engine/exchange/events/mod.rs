@@ -19,7 +19,7 @@ pub struct Update {
     pub next: Option<f64>,
 }
 
-/// Most groups in one event, which after a long step come one after the other.
+/// Most groups in one event; after a long step, many may come one after another.
 const GROUPS: usize = 10_000;
 
 impl Exchange {
@@ -87,7 +87,7 @@ impl Exchange {
         self.is_event_due()
     }
 
-    /// Enters the forces of the step that ends here in the records.
+    /// Enters the forces at the end of this step in the records.
     fn pass(&mut self) {
         for j in 0..self.modes.len() {
             if self.modes[j] == Mode::Pressing && !self.is_rigid() {
@@ -97,16 +97,16 @@ impl Exchange {
         }
     }
 
-    /// Where the closed contact `j` is now.
+    /// The state of the closed contact `j` now.
     fn reached(&self, j: usize) -> Reached {
         let ((overlap, rate), law) = (self.overlap_and_rate(j), &self.cradle.contacts[j]);
-        // A contact that has yet to open has the slope with which it does.
+        // A contact that has yet to open has the slope at its opening.
         let (by_overlap, by_rate) = law.force_slopes(overlap.max(f64::MIN_POSITIVE), rate);
         let slope = by_overlap * rate + by_rate * self.overlap_acceleration(j);
         Reached { time: self.time, force: self.state.forces[j], slope, impulse: self.y[self.impulse_place(j)] }
     }
 
-    /// When contact `j` had the overlap 0, near now.
+    /// Time, near now, at which contact `j` had the overlap 0.
     fn time_of_switch(&self, j: usize) -> DoubleDouble {
         let (overlap, rate) = self.overlap_and_rate(j);
         let since = if overlap.abs() <= 2.0 * self.scales.shift(j) && rate != 0.0 { overlap / rate } else { 0.0 };
@@ -139,7 +139,7 @@ impl Exchange {
         self.refresh();
     }
 
-    /// Closes open contacts that overlap or are about to.
+    /// Closes open contacts that overlap, or whose onset is due.
     fn close_due(&mut self) {
         let balls = self.flights();
         for j in 0..self.modes.len() {
@@ -150,7 +150,8 @@ impl Exchange {
         }
     }
 
-    /// Follows due groups to their end, first those `closed` from the start; what does not end soon is closed.
+    /// Follows due groups to their end, first those of the contacts `closed` at the start. Contacts of groups that do
+    /// not end soon are closed.
     fn follow_due(&mut self, mut closed: Vec<usize>, observer: &mut dyn Observer) -> Result<(), EngineError> {
         for _ in 0..GROUPS {
             let balls = self.flights();
@@ -206,7 +207,7 @@ impl Exchange {
         Ok(())
     }
 
-    /// Without an impact now: balls at rest against each other stay if they are pressed, and part otherwise.
+    /// If no impact is due: balls at rest against each other stay if they are pressed, and part otherwise.
     fn rest(&mut self, engine: &mut Engine, observer: &mut dyn Observer) -> Result<(), EngineError> {
         while let Some((t, key)) = engine.queue.first()
             && t <= START
