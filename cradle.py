@@ -6,6 +6,7 @@
     python3 cradle.py test --all    run everything that checks this project
     python3 cradle.py page          make the page without a recording, live in a browser: target/web/cradle.html
     python3 cradle.py wheel         make a wheel for pip with the FMU, cradle-fmu and the Python package
+    python3 cradle.py docs          make a site of the documents, with search: out/site/index.html
 
 They need cargo, a C compiler and Python 3.11 or newer. Everything else goes into this folder: Python packages
 into .venv, compiled code into target. You can delete either at any time; it is made again.
@@ -21,6 +22,7 @@ if sys.version_info < (3, 11):  # noqa: UP036 - the script is the first thing an
 
 from checkout import ENGINE, LIVE, PYTHON, SOME, Stop, check_machine, fmu_build, make_venv, run, say, stage
 from checkout.page import make_page
+from checkout.site import SITE, make_site
 from checkout.suite import test
 from checkout.wheel import make_wheel
 
@@ -48,7 +50,7 @@ def main() -> int:
     """Parses the command line and runs the command."""
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="cradle.py", description=__doc__, formatter_class=form)
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test,page,wheel}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{paper,test,page,wheel,docs}")
     commands.add_parser("paper", help=paper.__doc__).set_defaults(function=paper)
     tests = commands.add_parser("test", help=test.__doc__)
     tests.add_argument("--all", action="store_true", help="run everything that checks this project")
@@ -67,6 +69,11 @@ def main() -> int:
     included = "the FMU to include [default: one with this platform's binary only]"
     wheels.add_argument("--fmu", type=Path, metavar="FILE", help=included)
     wheels.set_defaults(function=lambda options: make_wheel(options.fmu))
+    documents = commands.add_parser("docs", help=make_site.__doc__)
+    documents.add_argument("--out", type=Path, default=SITE, metavar="FOLDER", help="where to [default: %(default)s]")
+    whose = "the FMU whose variables are shown [default: one that is built]"
+    documents.add_argument("--fmu", type=Path, metavar="FILE", help=whose)
+    documents.set_defaults(function=lambda options: make_site(options.out, options.fmu))
     options = parser.parse_args()
     try:
         check_machine()

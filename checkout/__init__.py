@@ -21,8 +21,9 @@ PRODUCER = ROOT / "target/debug" / ("cradle-fmu.exe" if os.name == "nt" else "cr
 FMU = ROOT / "target/fmu/NewtonsCradle.fmu"
 LIVE = ROOT / "target/web/cradle.html"
 ENGINE = LIVE.with_name("engine.html")  # the engine for browsers, as a part of the page
-# Packages for the paper, for the short test, and for everything; each file includes the one before it.
-REQUIREMENTS = SOME, TESTS, ALL = [ROOT / f"checkout/requirements/{name}.txt" for name in ("paper", "test", "all")]
+# Packages for the paper, for the short test, for the site, and for everything; each file includes the one before it.
+STAGES = ("paper", "test", "docs", "all")
+REQUIREMENTS = SOME, TESTS, DOCS, ALL = [ROOT / f"checkout/requirements/{name}.txt" for name in STAGES]
 # Linkers, installed with ALL. They have hashes, and pip wants hashes for all packages of a call or for none.
 LINKERS = SOME.with_name("linkers.txt")
 LANE = threading.local()  # `name`: the lane that this thread runs, printed in front of its lines

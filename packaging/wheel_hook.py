@@ -3,8 +3,10 @@
 import os
 import platform
 import re
+import runpy
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
@@ -24,16 +26,21 @@ class CustomBuildHook(BuildHookInterface):
 
 
 class CustomMetadataHook(MetadataHookInterface):
-    """README.md with links that lead into the repository, whose address is that of its line `git clone`."""
+    """README.md with links that lead to the site of the documents, and for the rest into the repository."""
 
     def update(self, metadata: dict[str, Any]) -> None:
         """Called when the metadata are gathered."""
-        text = Path(self.root, "README.md").read_text(encoding="utf-8")
-        address = re.search(r"git clone (\S+)", text)[1]
-        images = re.sub(r"(!\[[^]]*]\()(?!https:)", rf"\1{address}/raw/HEAD/", text)
-        links = re.sub(r"(\[[^]]*]\()(?!https:)", rf"\1{address}/blob/HEAD/", images)
-        metadata["readme"] = {"content-type": "text/markdown", "text": links}
-        metadata["urls"] = {"Source": address}
+        links = SimpleNamespace(**runpy.run_path(str(Path(self.root, "checkout/links.py"))))
+        address = links.repository(Path(self.root))
+        site = links.site(address)
+
+        def leads(link: str, picture: bool) -> str:
+            page = re.fullmatch(r"docs/(.+)\.md(#.*)?", link)
+            return f"{site}{page[1]}.html{page[2] or ''}" if page else links.in_repository(address, link, picture)
+
+        text = links.relinked(Path(self.root, "README.md").read_text(encoding="utf-8"), leads)
+        metadata["readme"] = {"content-type": "text/markdown", "text": text}
+        metadata["urls"] = {"Documentation": site, "Source": address}
 
 
 def this_platform() -> str:

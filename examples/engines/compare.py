@@ -4,7 +4,7 @@
 
 Makes a virtual environment of its own in target/engines, installs the engines pinned in requirements.txt, runs each in
 a process of its own, and writes results.json, table.md and engines.png there. Needs nothing but Python, and a quarter
-of an hour. An engine that cannot be installed here is named and left out. docs/makers/engines.md shows what came out.
+of an hour. Engines that cannot be installed are skipped with a message. docs/makers/engines.md shows what came out.
 """
 
 import json
@@ -69,13 +69,11 @@ def runs_of(results: dict, row: str) -> list[list[dict]]:
 
 
 def table(results: dict) -> str:
-    """The table of docs/makers/engines.md: error and time of each engine with its recommended setting and with its best
-    one."""
+    """The table of docs/makers/engines.md: the error of each engine with its recommended setting and with its best."""
 
     def cell(runs: list[dict]) -> str:
         chosen = [*runs[:1], *sorted(runs, key=lambda run: run["error"])[:1]]
-        times = [float(f"{1e3 * run['seconds']:.1g}") for run in chosen]
-        texts = [f"{max(run['error'], 1e-16):.0e} ({ms:g} ms)" for run, ms in zip(chosen, times, strict=True)]
+        texts = [f"{max(run['error'], 1e-16):.0e}" for run in chosen]
         return " → ".join(dict.fromkeys(texts)) + ("" if not runs or runs[0]["own"] else " *")
 
     rows = [["case", *NAMES], ["---"] * (1 + len(NAMES))]

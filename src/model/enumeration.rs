@@ -15,6 +15,8 @@ pub struct Item {
 macro_rules! enumerations {
     ($($(#[$doc:meta])* $type:ident { $($item:ident $(= $first:literal)? $name:literal $text:literal,)* })*) => {$(
         $(#[$doc])*
+        // The texts of items are for users: `[i]` is an index, not a link.
+        #[allow(rustdoc::broken_intra_doc_links)]
         #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
         pub enum $type {
             $(#[doc = $text] $item $(= $first)?),*

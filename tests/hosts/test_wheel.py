@@ -81,10 +81,14 @@ def test_wheel_makes_pages_by_itself(bare, work):
 def test_wheel_page_in_a_registry_has_no_relative_links(wheel):
     archive = zipfile.ZipFile(wheel)
     (metadata,) = (archive.read(name).decode() for name in archive.namelist() if name.endswith("/METADATA"))
-    address = re.search(r"^Project-URL: Source, (https://\S+)$", metadata, re.MULTILINE)[1]
+    urls = dict(re.findall(r"^Project-URL: (\w+), (https://\S+)$", metadata, re.MULTILINE))
+    address, site = urls["Source"], urls["Documentation"]
+    owner, name = address.split("/")[-2:]
+    assert site == f"https://{owner}.github.io/{name}/"
     links = re.findall(r"\]\(([^)]*)", metadata)
     assert all(link.startswith("https://") for link in links)
-    assert {f"{address}/raw/HEAD/docs/cradle.jpg", f"{address}/blob/HEAD/docs/tools.md"} <= set(links)
+    pages = {f"{site}tools.html", f"{site}makers/hosts.html", f"{address}/blob/HEAD/CONTRIBUTING.md"}
+    assert pages | {f"{address}/raw/HEAD/docs/cradle.jpg"} <= set(links)
 
 
 def test_wheel_brings_its_licences(wheel):
