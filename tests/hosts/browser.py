@@ -107,12 +107,10 @@ class Browser(webdriver.Chrome):
         self.wait("!document.scripts.length || Boolean(window.cradle ?? window.report)", 60)
 
     def open_cradle(self, path: Path, link: str = "", **screen) -> None:
-        """Opens the cradle's page as `visit` does; names that its modules export become its window's."""
+        """Opens the cradle's page as `visit` does; names that these of its modules export become its window's."""
         self.visit(path, link, **screen)
         rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link", "view/graph")
-        script = """const [rooms, done] = arguments, all = rooms.map((room) => import(`#${room}.js`));
-          Promise.all(all).then((found) => done(Object.assign(window, ...found) && 0))"""
-        self.execute_async_script(script, rooms)
+        self.execute_script("Object.assign(window, ...arguments[0].map((room) => modules[`#${room}.js`]))", rooms)
 
     def assert_quiet(self) -> None:
         """Nothing on the console but what the renderer without a GPU says about itself."""

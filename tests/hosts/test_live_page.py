@@ -125,15 +125,27 @@ def test_links_have_round_numbers(page):
         assert page.js("return Setup.fromLink(arguments[0]).setup.recipe()", link) == recipe
 
 
-def test_only_the_pages_own_scripts_run(page):
-    """Whatever brings another one into it."""
-    page.js("""const script = document.createElement("script"); script.textContent = "window.bad = true";
-      document.body.append(script);
-      document.body.insertAdjacentHTML("beforeend", "<img src=x onerror='bad = true'>")""")  # fmt: skip
+#: Ways in which something brings another script into a page.
+BAD = {
+    "text": """document.body.append(Object.assign(document.createElement("script"), {textContent: "bad = true"}))""",
+    "data": """document.body.append(Object.assign(document.createElement("script"),
+      {src: "data:text/javascript,bad = true"}))""",
+    "module": """import("data:text/javascript,bad = true").catch(() => {})""",
+    "event": """document.body.insertAdjacentHTML("beforeend", "<img src=x onerror='bad = true'>")""",
+    "link": """document.body.append(Object.assign(document.createElement("a"), {href: "javascript:bad = true"}));
+      document.body.lastChild.click()""",
+    "eval": """setTimeout("bad = true")""",
+}
+
+
+@pytest.mark.parametrize("way", BAD)
+def test_only_the_pages_own_scripts_run(page, way):
+    refused = """const done = arguments[0]; window.bad = false;
+      addEventListener("securitypolicyviolation", ({effectiveDirective}) => done(effectiveDirective), {once: true});"""
+    assert page.execute_async_script(refused + BAD[way]).startswith("script-src")
     page.drawn()
-    assert page.js("return window.bad") is None
-    logged = [entry["message"] for entry in page.get_log("browser")]
-    assert any("Content Security Policy" in message for message in logged)
+    assert page.js("return bad") is False
+    assert any("Content Security Policy" in entry["message"] for entry in page.get_log("browser"))
 
 
 def test_the_links_of_the_lesson(page):

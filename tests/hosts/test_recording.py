@@ -1,5 +1,7 @@
 """Recordings: what the command and `Result.page` take, and what they refuse in words."""
 
+import base64
+import hashlib
 import os
 import pickle
 import sys
@@ -16,7 +18,7 @@ from conftest import ended
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
 from newtons_cradle import __main__, files
-from newtons_cradle.page import save_page
+from newtons_cradle.page import filled, save_page
 from newtons_cradle.recording import RecordingError, from_csv, known_of
 from newtons_cradle.trial.cases import CASES
 from newtons_cradle.trial.judge import columns
@@ -174,6 +176,15 @@ def test_names_do_not_become_markup(fine, tmp_path):
     save_page(page, replace(from_csv(saved(tmp_path, fine)), title="<!--<script>alert(1)</script>"))
     text = page.read_text(encoding="utf-8")
     assert "alert(1)" in text and "<script>alert" not in text and "alert(1)<" not in text
+
+
+def test_a_script_among_the_parts_is_none_that_may_run(tmp_path):
+    """The policy knows those of the template only, with what fills them."""
+    template = tmp_path / "template.html"
+    template.write_text('<meta content="{{scripts}}"><script>{{own}}</script>{{text}}')
+    page = filled(template, {"own": "good()", "text": "<script>bad()</script> {{own}}"})
+    good = base64.b64encode(hashlib.sha256(b"good()").digest()).decode()
+    assert page == f"<meta content=\"'sha256-{good}'\"><script>good()</script><script>bad()</script> {{{{own}}}}"
 
 
 @pytest.mark.parametrize(

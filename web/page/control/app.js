@@ -345,7 +345,8 @@ class App {
   }
 }
 
-export async function start() {
+async function start() {
+  if (document.querySelector("link[rel=manifest]")) navigator.serviceWorker?.register("worker.js"); // on its own site
   const data = (id) => JSON.parse(document.getElementById(id).textContent);
   learn(data("texts"), navigator.languages);
   try {
@@ -361,3 +362,5 @@ export async function start() {
     throw problem;
   }
 }
+
+start();

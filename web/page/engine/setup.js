@@ -2,8 +2,10 @@
 
 import { Refusal } from "#engine/engine.js";
 
-/** Default values of the FMU, and default elements of vectors: of balls at rest, and of contacts. */
-export const DEFAULTS = Object.create(null), USUAL = Object.create(null);
+/** Default values of the FMU. */
+export const DEFAULTS = Object.create(null);
+/** Default elements of vectors: of balls at rest, and of contacts. */
+export const USUAL = Object.create(null);
 export const MOST_BALLS = 20;
 
 /** Takes the engine's defaults by name. */
