@@ -136,6 +136,24 @@ def test_a_ball_is_thrown_stopped_and_pushed_while_the_run_goes_on(page):
     assert page.js(f"return Math.max(...{impulses}, 0) + source.state.x[4]") > 0
 
 
+#: A hand moves a ball of a cradle that buzzes: how often the engine is called for half a second of it in one go, what
+#: becomes of the balls, and where the held one is seen when the first call ends.
+HELD = """const [effort] = arguments, live = new Live(cradle.engine, PRESETS.buzzing.setup()), seen = [];
+live.hold("test", 4, 0);
+live.hold("test", 4, 0.03);
+for (; live.time < 0.5; seen.push(live.state.x[4])) live.advance(0.5, effort);
+return [seen.length, ...live.motion(), seen[0]]"""
+
+
+def test_a_picture_does_not_wait_for_all_that_happens_beside_a_hand(page):
+    """The engine works on it in short calls, which change nothing; the hand is followed meanwhile."""
+    page.js("cradle.setRunning(false)")
+    count, x, v, _ = page.js(HELD, 1e12)
+    assert count == 1
+    some, *parts, first = page.js(HELD, 1500)
+    assert some > 3 and parts == [x, v] and first == 0.03
+
+
 def test_a_throw_stays_on_the_arc(page):
     """However fast the hand, the ball swings to 1.4 rad at most; to which angle, the run says at its start."""
     page.js("cradle.setRunning(false)")
