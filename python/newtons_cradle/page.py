@@ -50,12 +50,14 @@ def save_page(
 
 def filled(template: Path, parts: dict[str, str]) -> str:
     """A template whose slots, such as `{{style}}`, are filled in one pass: nothing in a part is taken for a slot. Its
-    policy lets a browser run the scripts that the template has, by their digests, and no others."""
+    policy knows the scripts and styles that the template has, by their digests, so that browsers take no others."""
     text = template.read_text(encoding="utf-8")
-    scripts = re.findall(r'<script(?: type="module")?>(.*?)</script>', text, re.DOTALL)
-    digests = (hashlib.sha256(_in_slots(script, parts).encode()).digest() for script in scripts)
-    own = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
-    return _in_slots(text, parts | {"scripts": own})
+    own = {}
+    for slot, name in {"scripts": "script", "styles": "style"}.items():
+        found = re.findall(rf'<{name}(?: type="module")?>(.*?)</{name}>', text, re.DOTALL)
+        digests = (hashlib.sha256(_in_slots(part, parts).encode()).digest() for part in found)
+        own[slot] = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+    return _in_slots(text, parts | own)
 
 
 def _in_slots(text: str, parts: dict[str, str]) -> str:

@@ -125,7 +125,7 @@ def test_links_have_round_numbers(page):
         assert page.js("return Setup.fromLink(arguments[0]).setup.recipe()", link) == recipe
 
 
-#: Ways in which something brings another script into a page.
+#: Ways in which something brings another script into a page, or another style.
 BAD = {
     "text": """document.body.append(Object.assign(document.createElement("script"), {textContent: "bad = true"}))""",
     "data": """document.body.append(Object.assign(document.createElement("script"),
@@ -135,16 +135,18 @@ BAD = {
     "link": """document.body.append(Object.assign(document.createElement("a"), {href: "javascript:bad = true"}));
       document.body.lastChild.click()""",
     "eval": """setTimeout("bad = true")""",
+    "style": """document.body.insertAdjacentHTML("beforeend", "<style>h1 { display: none }</style>")""",
 }
 
 
 @pytest.mark.parametrize("way", BAD)
-def test_only_the_pages_own_scripts_run(page, way):
+def test_only_the_pages_own_scripts_and_styles_count(page, way):
     refused = """const done = arguments[0]; window.bad = false;
       addEventListener("securitypolicyviolation", ({effectiveDirective}) => done(effectiveDirective), {once: true});"""
-    assert page.execute_async_script(refused + BAD[way]).startswith("script-src")
+    kind = "style-src" if way == "style" else "script-src"
+    assert page.execute_async_script(refused + BAD[way]).startswith(kind)
     page.drawn()
-    assert page.js("return bad") is False
+    assert page.js("return bad") is False and page.seen("h1")
     assert any("Content Security Policy" in entry["message"] for entry in page.get_log("browser"))
 
 

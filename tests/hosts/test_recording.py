@@ -179,12 +179,13 @@ def test_names_do_not_become_markup(fine, tmp_path):
 
 
 def test_a_script_among_the_parts_is_none_that_may_run(tmp_path):
-    """The policy knows those of the template only, with what fills them."""
+    """The policy knows the scripts and styles of the template only, with what fills them."""
     template = tmp_path / "template.html"
-    template.write_text('<meta content="{{scripts}}"><script>{{own}}</script>{{text}}')
-    page = filled(template, {"own": "good()", "text": "<script>bad()</script> {{own}}"})
-    good = base64.b64encode(hashlib.sha256(b"good()").digest()).decode()
-    assert page == f"<meta content=\"'sha256-{good}'\"><script>good()</script><script>bad()</script> {{{{own}}}}"
+    template.write_text('<meta content="{{scripts}} {{styles}}"><style>a</style><script>{{own}}</script>{{text}}')
+    page = filled(template, {"own": "good()", "text": "<style>b</style><script>bad()</script>{{own}}"})
+    good, style = (base64.b64encode(hashlib.sha256(part).digest()).decode() for part in (b"good()", b"a"))
+    head = f"<meta content=\"'sha256-{good}' 'sha256-{style}'\">"
+    assert page == f"{head}<style>a</style><script>good()</script><style>b</style><script>bad()</script>{{{{own}}}}"
 
 
 @pytest.mark.parametrize(
