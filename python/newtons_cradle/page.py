@@ -14,7 +14,7 @@ import numpy as np
 from .errors import CradleError
 from .files import ENGINE, PAGE, in_folder, presets
 from .pulses import FIELDS
-from .recording import Columns, Recording
+from .recording import LENGTH, RADIUS, Columns, Recording
 
 # What the page's scripts import and export.
 IMPORT = re.compile(r'^import ({[^}]*}) from "(.*)";$', re.MULTILINE)
@@ -41,6 +41,7 @@ def save_page(
         "script": bundled(),
         "texts": json.dumps({path.stem: json.loads(path.read_bytes()) for path in PAGE.glob("texts/*.json")}),
         "presets": json.dumps(presets()),
+        "sizes": json.dumps({"pendulum.length": LENGTH, "ball.radius": RADIUS}),
         "engine": ENGINE.read_text(encoding="utf-8") if ENGINE.is_file() else "",
         # So that no `</script>` in it ends the element.
         "recording": json.dumps(recording and told(recording)).replace("<", "\\u003c"),

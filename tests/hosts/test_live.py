@@ -168,6 +168,17 @@ def test_a_throw_stays_on_the_arc(page):
     page.wait("source.run.time > 0.5")  # the engine follows it there
 
 
+def test_a_hand_goes_as_far_as_the_shortest_pendulum_lets_it(page):
+    """To 1.2 rad, on an arc or a line; the sliders end there."""
+    page.js("cradle.setRunning(false)")
+    farthest = """const [circular] = arguments, model = circular ? "circular" : "linear";
+      cradle.begin(new Setup(3, {"pendulum.model": model, "pendulum.length": 0.4, "pendulum.lengthRatio": [1, 0.5, 1]}));
+      cradle.take("test", 0, -9);
+      return [cradle.sources[0].held.get(0), -document.querySelector(".sliders input").min]"""
+    for circular, most in ((True, 0.2 * np.sin(1.2)), (False, 0.24)):
+        assert page.js(farthest, circular) == [pytest.approx(-most), np.ceil(1e3 * most)]
+
+
 def test_two_fingers_hold_two_balls(page):
     """Both are lifted at once, to either side, and let go in the same instant."""
     paths = []

@@ -65,9 +65,11 @@ def test_a_drawn_hand_begins_where_nobody_does(page, live_path, still):
 
 
 def test_the_defaults_are_those_of_the_fmu(page, fmu):
+    """Those of the engine, and the sizes for drawings that a page without one has."""
+    sizes = json.loads(page.find("#sizes").get_attribute("textContent"))
     defaults = page.execute_script("return DEFAULTS")
-    assert len(defaults) > 20
-    for name, value in defaults.items():
+    assert len(defaults) > 20 and len(sizes) == 2
+    for name, value in [*defaults.items(), *sizes.items()]:
         assert fmu.built_with(name) == fmu.number(name, value), name
 
 

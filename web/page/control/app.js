@@ -351,6 +351,7 @@ async function start() {
   learn(data("texts"), navigator.languages);
   try {
     Object.assign(FILES, data("presets"));
+    learnDefaults(data("sizes")); // where no engine tells them
     const packed = document.getElementById("engine"), recorded = data("recording");
     const engine = packed && await Engine.load(await unpacked("engine").arrayBuffer());
     if (engine) learnDefaults(engine.defaults());

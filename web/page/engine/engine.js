@@ -92,6 +92,9 @@ class Run {
   /** The largest horizontal speed (m/s) with which a ball may leave the deflection `x` (m). */
   fastest(ball, x) { return this.engine.functions.fastest(this.number, ball, x); }
 
+  /** The largest deflection (m) to which a hand takes its balls. */
+  get farthest() { return this.engine.functions.farthest(this.number); }
+
   /** The angle (rad) to which the ball that swings farthest does, from its start. */
   get reach() { return this.engine.functions.reach(this.number); }
 

@@ -4,7 +4,6 @@
 import { Click } from "#engine/click.js";
 import { History } from "#engine/history.js";
 
-const STEEPEST = 1.2;   // rad by which a hand can pull a ball
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
 const CROWD = 2;        // pulses in a picture on average, up to which each is looked at
 const KEPT = 20000;     // pulses that are kept for the CSV file
@@ -21,8 +20,9 @@ export class Live {
     const run = this.engine.start(setup.recipe()), origin = this.run ? this.time : 0;
     this.run?.forget();
     this.dropClicks();
-    // What does not change while balls move; `reach` (rad) of the largest swing.
-    const drawing = { ...setup.drawing, reach: run.reach }, track = new History(setup.balls, drawing.masses);
+    // What does not change while balls move; `reach` (rad) of the largest swing; `farthest` (m) that a hand goes.
+    const { reach, farthest } = run, drawing = { ...setup.drawing, reach, farthest };
+    const track = new History(setup.balls, drawing.masses);
     const empty = { pending: null, moved: null, fresh: [], pulses: [] };
     Object.assign(this, { setup, drawing, run, origin, state: run.look(), track, ...empty });
     track.record(this.time, this.state);
@@ -90,8 +90,7 @@ export class Live {
   /** `who` takes ball `ball` (from 0), or moves its ball, to `x` (m); balls outward of it come along. */
   hold(who, ball, x) {
     this.dropClicks();
-    const most = Math.min(...this.setup.swings.map(({ deflection }) => deflection(STEEPEST)));
-    const place = Math.min(most, Math.max(-most, x));
+    const { farthest: most } = this.drawing, place = Math.min(most, Math.max(-most, x));
     const hold = this.holds.get(who) ?? { ball, balls: new Set([ball]), side: 0 };
     const side = place < 0 ? -1 : 1, near = 0.02 * this.setup.get("pendulum.length");
     if (side !== hold.side) hold.balls = new Set([hold.ball]);

@@ -29,7 +29,8 @@ export const LAWS = {
   rigid: { "contact.model": "rigid" },
 };
 
-/** How a pendulum of this length is drawn: its angle (rad) at a deflection (m), and the reverse. */
+/** How a pendulum of this length is drawn, in recordings without an engine as well: its angle (rad) at a deflection (m),
+ *  and the reverse. */
 export function swingOf(length, circular) {
   return circular ? { angle: (x) => Math.asin(Math.max(-1, Math.min(1, x / length))),
     deflection: (angle) => length * Math.sin(angle) }
@@ -85,7 +86,8 @@ export class Setup {
     const mass = this.get("ball.mass"), ratio = this.get("ball.massRatio");
     return { balls: this.balls, radius: this.get("ball.radius"), mass, ratio,
       masses: ratio.map((part) => part * mass), length: this.get("pendulum.length"), rigid: this.law === "rigid",
-      sizes: this.sizes, moduli: this.moduli, swing: this.swing(1) };
+      sizes: this.sizes, moduli: this.moduli,
+      swing: swingOf(this.get("pendulum.length"), this.get("pendulum.model") === "circular") };
   }
 
   /** Young's moduli, as multiples of the default one, of steel. */
@@ -99,14 +101,6 @@ export class Setup {
     const radii = this.get("ball.radiusRatio"), moduli = this.get("ball.youngModulusRatio");
     return [...radii, ...moduli].some((ratio) => ratio !== 1) ? radii : this.get("ball.massRatio").map(Math.cbrt);
   }
-
-  /** Of a pendulum of this ratio to the usual length: its angle (rad) at a deflection (m), and the reverse. */
-  swing(ratio) {
-    return swingOf(ratio * this.get("pendulum.length"), this.get("pendulum.model") === "circular");
-  }
-
-  /** The swings of all balls. */
-  get swings() { return this.values["pendulum.lengthRatio"].map((ratio) => this.swing(ratio)); }
 
   get law() {
     const model = this.get("contact.model"), exponent = this.get("contact.exponent");

@@ -4,8 +4,6 @@ import { Refusal } from "#engine/engine.js";
 import { largest, withPrefix } from "#view/common.js";
 import { say } from "#view/texts.js";
 
-export const LENGTH = 1.962;  // m, for the drawing: a table tells no sizes
-export const RADIUS = 0.0313; // m
 const COARSE = 0.05; // of the largest excursion: how far a ball may be from where its velocities take it
 const STRUCK = 0.3;  // of the largest velocity: a change from one sample to the next that only an impact makes
 const TRUTH = { True: 1, False: 0 };
