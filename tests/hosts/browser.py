@@ -17,6 +17,7 @@ from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.support.wait import WebDriverWait
 
 SIZES = {"desktop": (1280, 800), "phone": (390, 844), "landscape": (844, 390)}
+SIZES |= {"tablet": (768, 1024), "small": (320, 568), "low": (640, 400)}
 
 # Pages draw 20 times a second: without a GPU, pictures take more processor time than all else that is tested.
 FEW_FRAMES = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 50)"
