@@ -50,7 +50,8 @@ export class Track {
       }
     }
     velocity.forEach((v, i) => {
-      for (const [k, steps] of segments[i]) points[i].push(...stepped([times[k], v[k]], [times[k + 1], v[k + 1]], steps));
+      for (const [k, steps] of segments[i])
+        points[i].push(...stepped([times[k], v[k]], [times[k + 1], v[k + 1]], steps));
       points[i].sort(([a], [b]) => a - b);
     });
     return points;

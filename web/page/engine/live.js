@@ -117,8 +117,8 @@ export class Live {
     this.state = this.run.look();
   }
 
-  /** The other balls swing on while the hand takes the held ones along, as far as `effort` allows. Those are seen in the
-   *  hand at once; the others, once all have come to where `moved` takes them, {held, until, time}. */
+  /** The other balls swing on while the hand takes the held ones along, as far as `effort` allows. Those are seen in
+   *  the hand at once; the others, once all have come to where `moved` takes them, {held, until, time}. */
   advanceHeld(time, effort) {
     const { held, run } = this, passed = time - this.time;
     if (!this.moved) {

@@ -29,8 +29,8 @@ export const LAWS = {
   rigid: { "contact.model": "rigid" },
 };
 
-/** How a pendulum of this length is drawn, in recordings without an engine as well: its angle (rad) at a deflection (m),
- *  and the reverse. */
+/** How a pendulum of this length is drawn, in recordings without an engine as well: its angle (rad) at a deflection
+ *  (m), and the reverse. */
 export function swingOf(length, circular) {
   return circular ? { angle: (x) => Math.asin(Math.max(-1, Math.min(1, x / length))),
     deflection: (angle) => length * Math.sin(angle) }

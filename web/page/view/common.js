@@ -112,7 +112,7 @@ export function through(context, points) {
 }
 
 /** The points [px of a time, py of a sample] of a curve between two times, of the samples that are `shown`; where many
- *  share a pixel column, the first, the lowest, the highest and the last, or one where these differ by less than a pixel. */
+ *  share a pixel column, the first, the lowest, the highest and the last; one, if these differ by less than a pixel. */
 export function thinned(times, left, right, px, py, shown = () => true) {
   const last = Math.min(countUpTo(times, right), times.length - 1), points = [];
   for (let i = Math.max(0, countUpTo(times, left) - 1), next, x = px(times[i]); i <= last; i = next) {
