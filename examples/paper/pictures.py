@@ -30,12 +30,7 @@ from browser import Browser
 # For each step of the lesson: a name, and the moment, in seconds after the release or as a fraction of the click.
 LESSON = (("two", 0.52, None), ("energy", 3.4, None), ("inside", None, 0.115), ("steel", None, 0.36))
 LESSON += (("beside", 10.05, None), ("faster", None, 1.04))
-OPEN = """const [step, opened] = arguments;
-import("#engine/setup.js").then(({LESSON}) => {
-  cradle.setTheme(false);
-  location.hash = LESSON[step];
-  opened();
-});"""
+OPEN = 'cradle.setTheme(false); location.hash = modules["#engine/setup.js"].LESSON[arguments[0]]'
 INSIDE = "cradle.sources[0].shownClick?.sampled && cradle.clock.rate < 1e-3 && cradle.stages[0].near > 0.99"
 SEEK = "const click = cradle.sources[0].shownClick; cradle.seek(click.begin + arguments[0] * click.length)"
 
@@ -125,7 +120,7 @@ def lesson(browser, page: Path, folder: Path) -> None:
         browser.visit(page, "#preset=textbook")
         # Without a GPU, each pixel takes time: the resolution is low until shortly before the moment.
         set_screen(browser, 0.25)
-        browser.execute_async_script(OPEN, step)
+        browser.execute_script(OPEN, step)
         if part is None:
             swung = "cradle.clock.base === 1 && cradle.sources[0].run?.time > {}"
             browser.wait(swung.format(seconds - 0.4))

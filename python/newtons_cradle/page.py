@@ -5,7 +5,7 @@ import hashlib
 import json
 import re
 import zlib
-from collections.abc import Iterable
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +14,11 @@ import numpy as np
 from .errors import CradleError
 from .files import ENGINE, PAGE, in_folder, presets
 from .pulses import FIELDS
-from .recording import Columns, Recording
+from .recording import LENGTH, RADIUS, Columns, Recording
 
-# Content security policy: what a page may do, whatever a file or an address brings into it. `data:` is for the modules
-# in its import map.
-POLICY = (
-    "default-src 'none'; script-src 'wasm-unsafe-eval' data: {scripts}; style-src 'unsafe-inline'; "
-    "img-src 'self' data:; manifest-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'"
-)
+# What the page's scripts import and export.
+IMPORT = re.compile(r'^import ({[^}]*}) from "(.*)";$', re.MULTILINE)
+EXPORT = re.compile(r"^export (?:async )?(?:class|const|function) (\w+)", re.MULTILINE)
 
 
 class PageError(CradleError, RuntimeError):
@@ -41,9 +38,10 @@ def save_page(
     parts = {
         "head": head,
         "style": (PAGE / "style.css").read_text(encoding="utf-8"),
-        "modules": json.dumps({"imports": dict(modules())}),
+        "script": bundled(),
         "texts": json.dumps({path.stem: json.loads(path.read_bytes()) for path in PAGE.glob("texts/*.json")}),
         "presets": json.dumps(presets()),
+        "sizes": json.dumps({"pendulum.length": LENGTH, "ball.radius": RADIUS}),
         "engine": ENGINE.read_text(encoding="utf-8") if ENGINE.is_file() else "",
         # So that no `</script>` in it ends the element.
         "recording": json.dumps(recording and told(recording)).replace("<", "\\u003c"),
@@ -52,14 +50,19 @@ def save_page(
 
 
 def filled(template: Path, parts: dict[str, str]) -> str:
-    """A template whose slots, such as `{{style}}`, are filled in one pass: nothing in a part is taken for a slot. The
-    page runs no other scripts than its own, and asks for nothing but what lies beside it."""
-    page = re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], template.read_text(encoding="utf-8"))
-    scripts = re.findall(r'<script(?: type="(?:module|importmap)")?>(.*?)</script>', page, re.DOTALL)
-    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
-    own = " ".join(f"'sha256-{digest}'" for digest in digests)
-    policy = POLICY.format(scripts=own)
-    return page.replace("<title>", f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n<title>', 1)
+    """A template whose slots, such as `{{style}}`, are filled in one pass: nothing in a part is taken for a slot. Its
+    policy knows the scripts and styles that the template has, by their digests, so that browsers take no others."""
+    text = template.read_text(encoding="utf-8")
+    own = {}
+    for slot, name in {"scripts": "script", "styles": "style"}.items():
+        found = re.findall(rf'<{name}(?: type="module")?>(.*?)</{name}>', text, re.DOTALL)
+        digests = (hashlib.sha256(_in_slots(part, parts).encode()).digest() for part in found)
+        own[slot] = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+    return _in_slots(text, parts | own)
+
+
+def _in_slots(text: str, parts: dict[str, str]) -> str:
+    return re.sub(r"{{(\w+)}}", lambda slot: parts[slot[1]], text)
 
 
 def save_site(folder: str | Path) -> int:
@@ -92,9 +95,18 @@ def packed(columns: Columns, kind: str) -> dict[str, Any]:
     return {"names": list(columns), "kind": kind, "data": data}
 
 
-def modules() -> Iterable[tuple[str, str]]:
-    """The scripts by their import names, as addresses of an import map."""
-    for room in ("engine", "view", "control"):
-        for path in sorted((PAGE / room).glob("*.js")):
-            script = base64.b64encode(path.read_bytes()).decode()
-            yield f"#{room}/{path.name}", f"data:text/javascript;base64,{script}"
+def bundled() -> str:
+    """All scripts as one: `modules` has what each exports to others by its import name, once those it imports have run.
+    As files of their own, browsers would not load them from a disk, nor could a digest say which may run."""
+    paths = (path for room in ("engine", "view", "control") for path in sorted((PAGE / room).glob("*.js")))
+    texts = {f"#{path.relative_to(PAGE).as_posix()}": path.read_text(encoding="utf-8") for path in paths}
+    imports = {name: IMPORT.findall(text) for name, text in texts.items()}
+    exports = {name: set(EXPORT.findall(text)) for name, text in texts.items()}
+    for names, source in (each for found in imports.values() for each in found):
+        exports[source] |= set(re.findall(r"\w+", names))  # if it has none of that name, the page says so as it loads
+    order = TopologicalSorter({name: [source for _, source in found] for name, found in imports.items()})
+    script = '"use strict";\nconst modules = {};\n'
+    for name in order.static_order():
+        body = re.sub(r"(?m)^export ", "", IMPORT.sub(r'const \1 = modules["\2"];', texts[name]))
+        script += f'modules["{name}"] = (() => {{\n{body}return {{ {", ".join(sorted(exports[name]))} }};\n}})();\n'
+    return script

@@ -17,6 +17,7 @@ from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.support.wait import WebDriverWait
 
 SIZES = {"desktop": (1280, 800), "phone": (390, 844), "landscape": (844, 390)}
+SIZES |= {"tablet": (768, 1024), "small": (320, 568), "low": (640, 400)}
 
 # Pages draw 20 times a second: without a GPU, pictures take more processor time than all else that is tested.
 FEW_FRAMES = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 50)"
@@ -107,12 +108,10 @@ class Browser(webdriver.Chrome):
         self.wait("!document.scripts.length || Boolean(window.cradle ?? window.report)", 60)
 
     def open_cradle(self, path: Path, link: str = "", **screen) -> None:
-        """Opens the cradle's page as `visit` does; names that its modules export become its window's."""
+        """Opens the cradle's page as `visit` does; names that these of its modules export become its window's."""
         self.visit(path, link, **screen)
         rooms = ("engine/live", "engine/setup", "view/captions", "control/keep", "control/link", "view/graph")
-        script = """const [rooms, done] = arguments, all = rooms.map((room) => import(`#${room}.js`));
-          Promise.all(all).then((found) => done(Object.assign(window, ...found) && 0))"""
-        self.execute_async_script(script, rooms)
+        self.execute_script("Object.assign(window, ...arguments[0].map((room) => modules[`#${room}.js`]))", rooms)
 
     def assert_quiet(self) -> None:
         """Nothing on the console but what the renderer without a GPU says about itself."""

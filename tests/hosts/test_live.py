@@ -136,7 +136,25 @@ def test_live_ball_is_thrown_stopped_and_pushed(page):
     assert page.js(f"return Math.max(...{impulses}, 0) + source.state.x[4]") > 0
 
 
-def test_live_throw_stays_on_the_arc(page):
+#: A hand moves a ball of a cradle that buzzes: how often the engine is called for half a second of it in one go, what
+#: becomes of the balls, and where the held one is seen when the first call ends.
+HELD = """const [effort] = arguments, live = new Live(cradle.engine, PRESETS.buzzing.setup()), seen = [];
+live.hold("test", 4, 0);
+live.hold("test", 4, 0.03);
+for (; live.time < 0.5; seen.push(live.state.x[4])) live.advance(0.5, effort);
+return [seen.length, ...live.motion(), seen[0]]"""
+
+
+def test_a_picture_does_not_wait_for_all_that_happens_beside_a_hand(page):
+    """The engine works on it in short calls, which change nothing; the hand is followed meanwhile."""
+    page.js("cradle.setRunning(false)")
+    count, x, v, _ = page.js(HELD, 1e12)
+    assert count == 1
+    some, *parts, first = page.js(HELD, 1500)
+    assert some > 3 and parts == [x, v] and first == 0.03
+
+
+def test_a_throw_stays_on_the_arc(page):
     """However fast the hand, the ball swings to 1.4 rad at most; to which angle, the run says at its start."""
     page.js("cradle.setRunning(false)")
     throw = """source.hold('test', 4, arguments[0]); source.release('test', arguments[1]);
@@ -150,7 +168,18 @@ def test_live_throw_stays_on_the_arc(page):
     page.wait("source.run.time > 0.5")  # the engine follows it there
 
 
-def test_live_fingers_hold_two_balls(page):
+def test_a_hand_goes_as_far_as_the_shortest_pendulum_lets_it(page):
+    """To 1.2 rad, on an arc or a line; the sliders end there."""
+    page.js("cradle.setRunning(false)")
+    farthest = """const [circular] = arguments, model = circular ? "circular" : "linear";
+      cradle.begin(new Setup(3, {"pendulum.model": model, "pendulum.length": 0.4, "pendulum.lengthRatio": [1, 0.5, 1]}));
+      cradle.take("test", 0, -9);
+      return [cradle.sources[0].held.get(0), -document.querySelector(".sliders input").min]"""
+    for circular, most in ((True, 0.2 * np.sin(1.2)), (False, 0.24)):
+        assert page.js(farthest, circular) == [pytest.approx(-most), np.ceil(1e3 * most)]
+
+
+def test_two_fingers_hold_two_balls(page):
     """Both are lifted at once, to either side, and let go in the same instant."""
     paths = []
     for ball, by in ((0, -50), (4, 50)):
@@ -188,7 +217,7 @@ CHANGES = [
     ("contact.model", "hertz"),
     ("pendulum.model", "linear"),
     ("contact.model", "rigid"),
-    ("contact.restitution", 0.9, "Speed kept in an impact", 90, "90 %"),
+    ("contact.restitution", 0.9, "Speed kept in an impact", 0.9, "90 %"),
     ("ball.massRatio", [1, 1, 4, 1, 1], "Its mass", 7, "\N{MULTIPLICATION SIGN} 4"),
     ("pendulum.length", 0.2, "Strings", 0.2, "200 mm"),
     ("gravity", 1.62),
@@ -254,22 +283,33 @@ TOLD = [  # of the losses of a set-up, and the sliders that change these
     ("preset=clay", f"{KEPT}: 98 % : 98 % : 4.83 % : 98 %", [KEPT]),
     ("preset=rigid&contact.restitution=0.9", f"{KEPT}: 90 %", [KEPT]),
     (f"{OWN}constantRestitution&contact.restitution=0.9", f"{KEPT}: 90 %", [KEPT]),
-    (f"{OWN}kelvinVoigt&contact.damping=2000", f"{LOSS}: 2000 N s/m", []),
-    (f"{OWN}kelvinVoigtNoPull&contact.damping=2000", f"{LOSS}: 2000 N s/m", []),
-    (f"{OWN}viscoelastic&contact.relaxationTime=2e-6", f"{LOSS}: 2 µs", []),
+    (f"{OWN}kelvinVoigt&contact.damping=2000", f"{LOSS}: 2000 N s/m", [LOSS]),
+    (f"{OWN}kelvinVoigtNoPull&contact.damping=2000", f"{LOSS}: 2000 N s/m", [LOSS]),
+    (f"{OWN}viscoelastic&contact.relaxationTime=2e-6", f"{LOSS}: 2 µs", [LOSS]),
     (f"{OWN}huntCrossley&contact.huntCrossley=0.3&contact.lossRatio=1,2", f"{LOSS}: 0.3 s/m : 0.6 s/m", [LOSS]),
 ]
 
 
+#: The damping law, the parameter of its losses, and that.
+NOW = """const {setup} = cradle.sources[0], {lossName} = setup;
+return [setup.get("contact.dampingLaw"), lossName, setup.get(lossName)]"""
+
+
 @pytest.mark.parametrize(("link", "told", "sliders"), TOLD)
-def test_live_losses_are_told_by_every_law(page, link, told, sliders):
-    """No slider shows another law's parameter, which it would change the law for."""
+def test_losses_are_told_by_every_law(page, link, told, sliders):
+    """A slider changes the law's own parameter; only where nothing is lost, the law as well."""
     page.js("location.hash = arguments[0]", link)
     page.wait(f"source.setup.alike(Setup.fromLink({json.dumps(link)}).setup)")
     parts = page.js("return cradle.stages[0].named").split(" · ")
     assert [part for part in parts if KEPT in part or LOSS in part] == ([told] if told else [])
     page.js("cradle.panels.toggle('change')")
     assert [title for title in (KEPT, LOSS) if title in page.text("#panelbody")] == sliders
+    law, name, before = page.js(f"cradle.stopAll(); {NOW}")
+    listed = {"contact.damping": 200, "contact.relaxationTime": 2e-8} if told else {}  # in the fifth place
+    page.js(SLIDE, sliders[0], 5 if name in listed else 0.5)
+    page.wait("!source.pending")
+    own = [law, name] if told else ["huntCrossley", "contact.huntCrossley"]
+    assert page.js(NOW) == [*own, listed.get(name, 0.5)] != [law, name, before]
 
 
 def test_live_inside_a_click(page):

@@ -64,10 +64,12 @@ def test_live_page_drawn_hand_shows_how_to_begin(page, live_path, still):
     page.wait(f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{said}'")
 
 
-def test_live_page_defaults_are_those_of_the_fmu(page, fmu):
+def test_the_defaults_are_those_of_the_fmu(page, fmu):
+    """Those of the engine, and the sizes for drawings that a page without one has."""
+    sizes = json.loads(page.find("#sizes").get_attribute("textContent"))
     defaults = page.execute_script("return DEFAULTS")
-    assert len(defaults) > 20
-    for name, value in defaults.items():
+    assert len(defaults) > 20 and len(sizes) == 2
+    for name, value in [*defaults.items(), *sizes.items()]:
         assert fmu.built_with(name) == fmu.number(name, value), name
 
 
@@ -125,15 +127,29 @@ def test_links_have_round_numbers(page):
         assert page.js("return Setup.fromLink(arguments[0]).setup.recipe()", link) == recipe
 
 
-def test_security_policy_runs_only_the_pages_own_scripts(page):
-    """Whatever brings another one into it."""
-    page.js("""const script = document.createElement("script"); script.textContent = "window.bad = true";
-      document.body.append(script);
-      document.body.insertAdjacentHTML("beforeend", "<img src=x onerror='bad = true'>")""")  # fmt: skip
+#: Ways in which something brings another script into a page, or another style.
+BAD = {
+    "text": """document.body.append(Object.assign(document.createElement("script"), {textContent: "bad = true"}))""",
+    "data": """document.body.append(Object.assign(document.createElement("script"),
+      {src: "data:text/javascript,bad = true"}))""",
+    "module": """import("data:text/javascript,bad = true").catch(() => {})""",
+    "event": """document.body.insertAdjacentHTML("beforeend", "<img src=x onerror='bad = true'>")""",
+    "link": """document.body.append(Object.assign(document.createElement("a"), {href: "javascript:bad = true"}));
+      document.body.lastChild.click()""",
+    "eval": """setTimeout("bad = true")""",
+    "style": """document.body.insertAdjacentHTML("beforeend", "<style>h1 { display: none }</style>")""",
+}
+
+
+@pytest.mark.parametrize("way", BAD)
+def test_only_the_pages_own_scripts_and_styles_count(page, way):
+    refused = """const done = arguments[0]; window.bad = false;
+      addEventListener("securitypolicyviolation", ({effectiveDirective}) => done(effectiveDirective), {once: true});"""
+    kind = "style-src" if way == "style" else "script-src"
+    assert page.execute_async_script(refused + BAD[way]).startswith(kind)
     page.drawn()
-    assert page.js("return window.bad") is None
-    logged = [entry["message"] for entry in page.get_log("browser")]
-    assert any("Content Security Policy" in message for message in logged)
+    assert page.js("return bad") is False and page.seen("h1")
+    assert any("Content Security Policy" in entry["message"] for entry in page.get_log("browser"))
 
 
 def test_links_of_the_lesson(page):

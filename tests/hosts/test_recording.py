@@ -1,5 +1,7 @@
 """Recordings: what the command and `Result.page` take, and what they refuse in words."""
 
+import base64
+import hashlib
 import os
 import pickle
 import sys
@@ -16,7 +18,7 @@ from conftest import ended
 from fmpy import simulate_fmu
 from fmpy.util import write_csv
 from newtons_cradle import __main__, files
-from newtons_cradle.page import save_page
+from newtons_cradle.page import filled, save_page
 from newtons_cradle.recording import RecordingError, from_csv, known_of
 from newtons_cradle.trial.cases import CASES
 from newtons_cradle.trial.judge import columns
@@ -174,6 +176,16 @@ def test_recording_escapes_names(fine, tmp_path):
     save_page(page, replace(from_csv(saved(tmp_path, fine)), title="<!--<script>alert(1)</script>"))
     text = page.read_text(encoding="utf-8")
     assert "alert(1)" in text and "<script>alert" not in text and "alert(1)<" not in text
+
+
+def test_a_script_among_the_parts_is_none_that_may_run(tmp_path):
+    """The policy knows the scripts and styles of the template only, with what fills them."""
+    template = tmp_path / "template.html"
+    template.write_text('<meta content="{{scripts}} {{styles}}"><style>a</style><script>{{own}}</script>{{text}}')
+    page = filled(template, {"own": "good()", "text": "<style>b</style><script>bad()</script>{{own}}"})
+    good, style = (base64.b64encode(hashlib.sha256(part).digest()).decode() for part in (b"good()", b"a"))
+    head = f"<meta content=\"'sha256-{good}' 'sha256-{style}'\">"
+    assert page == f"{head}<style>a</style><script>good()</script><style>b</style><script>bad()</script>{{{{own}}}}"
 
 
 @pytest.mark.parametrize(

@@ -13,17 +13,11 @@ RK4 = {"solver.method": "rk4"}
 
 RESTITUTION = {"contact.dampingLaw": "constantRestitution"}
 HALF = {"contact.restitution": 0.5}
+ONE_ELASTIC, ALL_ELASTIC = ({f"contact.lossRatio[{i}]": 0 for i in range(1, last)} for last in (2, 5))
 
 #: Parameters that need something (those that share settings are tried together): a value that is not the default, settings with which it has no effect, others with
 #: which it has one, and what the warning says that it needs.
 NEEDY = [
-    (
-        "ball.radiusRatio[1]",
-        2.0,
-        [{}, RIGID],
-        [HERTZ, {"pendulum.model": "circular"}],
-        "contact.model = hertz or pendulum.model = circular",
-    ),
     ("ball.youngModulus", 1e11, [{}], [HERTZ], "contact.model = hertz"),
     ("ball.youngModulusRatio[1]", 2.0, [{}, RIGID], [HERTZ], "contact.model = hertz"),
     ("ball.poissonRatio", 0.2, [RIGID], [HERTZ], "contact.model = hertz"),
@@ -55,6 +49,8 @@ NEEDY = [
         [RIGID | HALF, RESTITUTION | HALF, {"contact.damping": 5.0}, HUNT_CROSSLEY | {"contact.huntCrossley": 0.3}],
         "contacts with losses (contact.restitution below 1, or a coefficient of contact.dampingLaw above 0)",
     ),
+    ("contact.restitution", 0.5, [RIGID | ALL_ELASTIC], [RIGID], "a contact.lossRatio above 0"),
+    ("contact.damping", 5.0, [ALL_ELASTIC], [ONE_ELASTIC], "a contact.lossRatio above 0"),
     ("solver.tolerance", 1e-9, [RK4], [{}], "solver.method = eventDriven, bdf or adams"),
     ("solver.fixedStep", 1e-5, [{}], [RK4], "solver.method = rk4"),
 ]

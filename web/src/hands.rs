@@ -10,6 +10,8 @@ const HAND_MASS: f64 = 1e9;
 const FASTEST_HAND: f64 = 8.0;
 /// The largest angle of a swing on an arc, rad: below the 90 degrees to which the engine follows it.
 const STEEPEST: f64 = 1.4;
+/// The largest angle to which a hand takes a ball, rad: what it lets go can be thrown farther.
+const HIGHEST: f64 = 1.2;
 
 /// One pendulum, on an arc or a line.
 struct Pendulum {
@@ -32,7 +34,12 @@ impl Pendulum {
         if self.on_arc { libm::asin((x / self.length).clamp(-1.0, 1.0)) } else { x / self.length }
     }
 
-    /// The horizontal part of the ball's speed at this angle (rad), 0 to 1.
+    /// The deflection (m) at this angle (rad).
+    fn deflection(&self, angle: f64) -> f64 {
+        self.length * if self.on_arc { libm::sin(angle) } else { angle }
+    }
+
+    /// The part of its speed that is horizontal, at this angle (rad).
     fn level(&self, angle: f64) -> f64 {
         if self.on_arc { libm::cos(angle) } else { 1.0 }
     }
@@ -96,7 +103,16 @@ pub extern "C" fn fastest(run: i32, ball: usize, x: f64) -> f64 {
     })
 }
 
-/// The largest angle (rad) that a ball reaches by itself from its start values.
+/// The largest deflection (m) to which a hand takes the balls of a run: that of the shortest pendulum.
+#[unsafe(no_mangle)]
+pub extern "C" fn farthest(run: i32) -> f64 {
+    with(run, |Run { parameters, .. }| {
+        let farthest = |i| Pendulum::of(parameters, i).deflection(HIGHEST);
+        (0..parameters.balls()).map(farthest).fold(f64::INFINITY, f64::min)
+    })
+}
+
+/// The angle (rad) to which the ball that swings farthest does, from the start of a run.
 #[unsafe(no_mangle)]
 pub extern "C" fn reach(run: i32) -> f64 {
     with(run, |Run { parameters, .. }| {

@@ -37,10 +37,6 @@ macro_rules! each {
 const POWER_LAW: Need =
     Need { choice: "contact.model = powerLaw", is_met: |p, _| p.contact_model == ContactModel::PowerLaw };
 const HERTZ: Need = Need { choice: "contact.model = hertz", is_met: |p, _| p.contact_model == ContactModel::Hertz };
-const HERTZ_OR_ARCS: Need = Need {
-    choice: "contact.model = hertz or pendulum.model = circular",
-    is_met: |p, _| p.contact_model == ContactModel::Hertz || p.pendulum == PendulumModel::Circular,
-};
 const RESTITUTION: Need = Need {
     choice: "contact.model = rigid or contact.dampingLaw = constantRestitution",
     is_met: |p, _| p.contact_model == ContactModel::Rigid || p.damping_law == DampingLaw::ConstantRestitution,
@@ -48,6 +44,10 @@ const RESTITUTION: Need = Need {
 const LOSSES: Need = Need {
     choice: "contacts with losses (contact.restitution below 1, or a coefficient of contact.dampingLaw above 0)",
     is_met: |p, _| p.contacts_lose(),
+};
+const LOSSY_CONTACT: Need = Need {
+    choice: "a contact.lossRatio above 0",
+    is_met: |p, _| p.balls() < 2 || p.loss_ratio.iter().any(|&q| q > 0.0),
 };
 const COMPLIANT: Need =
     Need { choice: "contact.model = powerLaw or hertz", is_met: |p, _| p.contact_model != ContactModel::Rigid };
@@ -142,14 +142,16 @@ pub static TABLE: &[Row] = &[
     enumeration("contact.dampingLaw", item!(parameters.damping_law: DampingLaw),
         "Damping law of the contacts").used_if(&[COMPLIANT]),
     parameter("contact.damping", Scalar, &DAMPING, NOT_NEGATIVE, one!(damping),
-        "Damping c of the kelvinVoigt laws").tunable().used_if(&[COMPLIANT, KELVIN_VOIGT]),
+        "Damping c of the kelvinVoigt laws").tunable().used_if(&[COMPLIANT, KELVIN_VOIGT, LOSSY_CONTACT]),
     parameter("contact.huntCrossley", Scalar, &SLOWNESS, NOT_NEGATIVE, one!(hunt_crossley),
-        "Damping factor alpha of the huntCrossley law").tunable().used_if(&[COMPLIANT, HUNT_CROSSLEY]),
+        "Damping factor alpha of the huntCrossley law").tunable()
+        .used_if(&[COMPLIANT, HUNT_CROSSLEY, LOSSY_CONTACT]),
     parameter("contact.relaxationTime", Scalar, &TIME_US, NOT_NEGATIVE, one!(relaxation_time),
-        "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable().used_if(&[COMPLIANT, VISCOELASTIC]),
+        "Relaxation time A of the viscoelastic law").nominal(1e-6).tunable()
+        .used_if(&[COMPLIANT, VISCOELASTIC, LOSSY_CONTACT]),
     parameter("contact.restitution", Scalar, &RATIO, between(0.0, 1.0), one!(restitution),
         "Coefficient of restitution of rigid contacts and of the constantRestitution law, which refuses 0").tunable()
-        .used_if(&[RESTITUTION]),
+        .used_if(&[RESTITUTION, LOSSY_CONTACT]),
     parameter("x_start", Balls, &LENGTH, ANY, each!(x_start),
         "Position x[{i}] of ball {i} at the start time; for circular pendulums less than the length"),
     parameter("v_start", Balls, &VELOCITY, ANY, each!(v_start),
@@ -291,7 +293,7 @@ pub static TABLE: &[Row] = &[
         "Losses of the contact between balls {i} and {j}: a factor on its damping, the exponent of its restitution")
         .tunable().used_if(&[LOSSES]),
     parameter("ball.radiusRatio", Balls, &RATIO, POSITIVE, each!(radius_ratio),
-        "Radius of ball {i}, as a multiple of ball.radius").used_if(&[HERTZ_OR_ARCS]),
+        "Radius of ball {i}, as a multiple of ball.radius"),
     parameter("ball.youngModulusRatio", Balls, &RATIO, POSITIVE, each!(young_modulus_ratio),
         "Young's modulus of ball {i}, as a multiple of ball.youngModulus").used_if(&[HERTZ]),
 ];

@@ -12,7 +12,7 @@ import { Engine, Refusal } from "#engine/engine.js";
 import { Live } from "#engine/live.js";
 import { Recording } from "#engine/recording.js";
 import { FILES, learnDefaults, PRESETS } from "#engine/setup.js";
-import { unpacked, write } from "#view/common.js";
+import { aria, unpacked, write } from "#view/common.js";
 import { Eye } from "#view/eye.js";
 import { Sound } from "#view/sound.js";
 import { learn, paceText, say, speak, textsOf } from "#view/texts.js";
@@ -191,6 +191,7 @@ class App {
     const { clock, still, sources: [source] } = this;
     if (clock.slow === "next" || clock.inside) return clock.slowAt("no");
     clock.slowAt("next");
+    this.stages[0].heard.wait();
     if (!source.live && !source.ahead()) this.seek(source.openable.at(-1).begin);
     this.setRunning(source.live || !still);
     if (!this.clock.running) this.seek(source.now + source.ahead().distance);
@@ -264,6 +265,7 @@ class App {
     write(view, say(`views.${this.eye.next}`));
     write(inside, say(clock.inside ? "insideNow" : "inside"));
     inside.classList.toggle("on", clock.slow === "next" || clock.inside);
+    aria(inside, { pressed: clock.slow === "next" && !clock.inside }); // then its text says what it does
     const percent = clock.late > 0.25 && clock.running ? Math.min(90, Math.round(10 * clock.late) * 10) : null;
     if (percent && percent !== this.lateTold) this.tell(say("late", { percent }), 4);
     this.lateTold = percent;
@@ -345,11 +347,13 @@ class App {
   }
 }
 
-export async function start() {
+async function start() {
+  if (document.querySelector("link[rel=manifest]")) navigator.serviceWorker?.register("worker.js"); // on its own site
   const data = (id) => JSON.parse(document.getElementById(id).textContent);
   learn(data("texts"), navigator.languages);
   try {
     Object.assign(FILES, data("presets"));
+    learnDefaults(data("sizes")); // where no engine tells them
     const packed = document.getElementById("engine"), recorded = data("recording");
     const engine = packed && await Engine.load(await unpacked("engine").arrayBuffer());
     if (engine) learnDefaults(engine.defaults());
@@ -361,3 +365,5 @@ export async function start() {
     throw problem;
   }
 }
+
+start();

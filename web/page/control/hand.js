@@ -5,7 +5,6 @@ import { say } from "#view/texts.js";
 
 const REACH = 22;         // px beside a ball that still take it, for fingers
 const TURN = 0.006;       // rad by which the view turns for a px
-const FARTHEST = 1.2;     // largest displacement by a slider, in lengths of the pendulum
 const STILL = 70;         // ms without a move after which a hand is at rest
 const MEMORY = 90;        // ms of a hand's way that say how fast it throws
 const FASTEST_THROW = 4;  // m/s
@@ -84,7 +83,7 @@ export class Sliders {
   }
 
   fit() {
-    const { live, drawing: { balls, length } } = this.stage.source, most = Math.ceil(1e3 * FARTHEST * length);
+    const { live, drawing: { balls, farthest } } = this.stage.source, most = Math.ceil(1e3 * farthest);
     while (this.inputs.length > balls) this.inputs.pop().remove();
     while (this.inputs.length < balls) this.add(this.inputs.length);
     for (const input of this.inputs) Object.assign(input, { disabled: !live, min: -most, max: most });

@@ -20,7 +20,10 @@ export class Heard {
   /** Another run: its first click will be told. */
   changed() { this.told = null; }
 
-  /** Tells the first click of a run, clicks at which time slows down, and clicks that the user goes to. */
+  /** Tells that a click is waited for. */
+  wait() { write(this.line, say("insideNext")); }
+
+  /** Tells the first click of a run, those that time slows down at, and those that somebody goes to. */
   follow() {
     const { source, app: { clock } } = this.stage, first = this.told === null;
     const asked = first || clock.slow !== "no" || !clock.running;

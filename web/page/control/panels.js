@@ -74,7 +74,7 @@ export class Panels {
     const chosen = () => list?.[input.value] ?? Number(input.value);
     input.dataset.key = title;
     input.value = list?.indexOf(nearest) ?? value;
-    tell(nearest ?? value);
+    tell(value);
     input.oninput = () => tell(chosen());
     input.onchange = () => choose(chosen());
   }

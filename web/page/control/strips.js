@@ -55,9 +55,8 @@ export class Strips {
     const pointer = this.pointer === null ? null : graph.timeAt(this.pointer, this.window);
     graph.draw(kinds, track, { ...this.window, now, pointer, click: known, origin: known?.begin ?? origin, theme });
     canvas.style.cursor = this.canSeek ? "ew-resize" : "";
-    const titles = kinds.map((kind) => `<p>${this.title(kind, track, pointer ?? now, theme)}</p>`).join("");
-    if (this.shownTitles !== titles) this.titles.innerHTML = this.shownTitles = titles;
-    write(this.more, this.hiddenOf(kinds));
+    write(this.more, this.hiddenOf(kinds)); // before what is written would have to be laid out for it
+    this.write(kinds.map((kind) => this.title(kind, track, pointer ?? now, theme)));
     if (performance.now() - (this.told ?? -Infinity) < 1000) return;
     aria(canvas, { label: this.titles.textContent });
     this.told = performance.now();
@@ -80,7 +79,7 @@ export class Strips {
     return { left, right: live ? Math.max(now, left + clock.base) : Math.min(left + span, end) };
   }
 
-  /** The text of a row, with its values at this time. */
+  /** The parts of a row's title, with its values at this time: [text], or [name, value, colour]. */
   title(kind, track, at, theme) {
     const curves = track.times.length > 1 ? track.curves[kind] : [], { left, right } = this.window;
     const pixel = (right - left) / this.canvas.clientWidth;
@@ -90,9 +89,22 @@ export class Strips {
     const colours = (i) => (kind === "momentum" ? "transparent" : colourOf(kind, i, track, theme));
     const largest = several.reduce((best, value, i) => (Math.abs(value) > Math.abs(several[best]) ? i : best), 0);
     const told = several.length > MOST_VALUES ? [largest] : [...several.keys()];
-    const values = told.map((i) => `<span style="border-color: ${colours(i)}">${names(i)}
-      <b>${withPrefix(several[i], UNITS[kind], 3, roundStep(track.most[kind], FINE))}</b></span>`);
-    return [say(`shows.${kind}`), ...values, this.sum(kind)].join(" ");
+    const value = (i) => withPrefix(several[i], UNITS[kind], 3, roundStep(track.most[kind], FINE));
+    return [[say(`shows.${kind}`)], ...told.map((i) => [names(i), value(i), colours(i)]), [this.sum(kind)]];
+  }
+
+  /** Writes the titles of rows; where only texts have changed, only these. */
+  write(titles) {
+    const shape = titles.map((parts) => parts.length).join();
+    if (this.shape !== shape) this.titles.replaceChildren(...titles.map(emptyTitle));
+    this.shape = shape;
+    titles.forEach((parts, row) => parts.forEach(([text, value, colour], i) => {
+      const part = this.titles.children[row].childNodes[2 * i];
+      if (value === undefined) return write(part, text);
+      write(part.firstChild, `${text} `);
+      write(part.lastChild, value);
+      part.style.borderColor = colour;
+    }));
   }
 
   /** Further text about energy and momentum of a live run. */
@@ -106,4 +118,19 @@ export class Strips {
     const sums = `· ${say("sums", { total, lost })}`, residual = rounded(state.residual, 2);
     return this.canvas.clientWidth > THIN ? `${sums} · ${say("error", { residual })}` : sums;
   }
+}
+
+/** A row's title with room for these parts, and a space after each. */
+function emptyTitle(parts) {
+  const row = document.createElement("p");
+  for (const [, value] of parts) {
+    if (value === undefined) row.append(new Text(), " ");
+    else {
+      const part = element(row, "span");
+      part.append(new Text());
+      element(part, "b");
+      row.append(" ");
+    }
+  }
+  return row;
 }

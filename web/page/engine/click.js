@@ -61,7 +61,7 @@ export class Click {
   sample() {
     const { samples, sampler, taken } = this, margin = 0.06 * this.length;
     const from = Math.max(this.begin - margin, this.before.time), step = (this.length + 2 * margin) / (SAMPLES - 1);
-    const time = from + taken * step, reached = sampler.advance(time, EFFORT);
+    const time = from + taken * step, reached = sampler.advance(time, EFFORT, true);
     if (!(samples.times.at(-1) >= reached)) samples.record(reached, sampler.look());
     if (reached >= time) this.taken++;
     this.sampled = this.taken === SAMPLES;

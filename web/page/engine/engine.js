@@ -66,9 +66,9 @@ class Run {
     Object.assign(this, { engine, number, balls, time, shown: new State(balls), pulses: [] });
   }
 
-  /** Moves on to `time`; with an `effort` (about 0.1 us each), until that is spent or, if it `stops` there, balls touch
-   *  or part. The time reached. Throws Refusal. */
-  advance(time, effort = Infinity, stops = effort !== Infinity) {
+  /** Moves on to `time`, until an `effort` (about 0.1 us each) is spent or, if it `stops` there, balls touch or part.
+   *  The time reached. Throws Refusal. */
+  advance(time, effort = Infinity, stops = false) {
     if (!(time > this.time)) return this.time;
     const { engine } = this;
     const reached = engine.functions.advance(this.number, time, Math.min(effort, Number.MAX_SAFE_INTEGER), stops);
@@ -92,7 +92,10 @@ class Run {
   /** The largest horizontal speed (m/s) with which a ball may leave the deflection `x` (m). */
   fastest(ball, x) { return this.engine.functions.fastest(this.number, ball, x); }
 
-  /** The largest angle (rad) that a ball reaches by itself from the start values. */
+  /** The largest deflection (m) to which a hand takes its balls. */
+  get farthest() { return this.engine.functions.farthest(this.number); }
+
+  /** The angle (rad) to which the ball that swings farthest does, from its start. */
   get reach() { return this.engine.functions.reach(this.number); }
 
   look() {

@@ -37,23 +37,35 @@ export class Track {
     return points.reduce((best, point) => (point[1] > best[1] ? point : best))[0];
   }
 
-  /** Points [s, m/s] of the velocity of ball `i` between the samples where its `pulses` begin and end. */
-  stepsOf(i, pulses) {
-    const { times, curves: { velocity: { [i]: v } }, masses } = this, segments = new Map();
-    const points = [];
+  /** Points [s, m/s] of the velocity of each ball between the samples where `pulses` begin and end. */
+  stepsAt(pulses) {
+    const { times, curves: { velocity }, masses } = this;
+    const points = velocity.map(() => []), segments = velocity.map(() => new Map());
     for (const { contact, onset, release, impulse, at, between } of pulses) {
-      const step = { onset, release, change: ((contact === i ? -1 : 1) * impulse) / masses?.[i] };
-      if (between) points.push([at, v[between[0]]], [at, v[between[1]]]);
-      else for (const time of new Set([onset, release])) {
-        const k = countUpTo(times, time) - 1, sampled = times[k] === time, instant = onset === release;
-        // A step at a sample is in what lies before it.
-        const segment = sampled && instant ? k - 1 : k;
-        if (segment >= 0 && segment < times.length - 1 && (!sampled || instant))
-          segments.set(segment, (segments.get(segment) ?? new Set()).add(step));
+      const within = between ? [] : this.segmentsOf(onset, release);
+      for (const [i, force] of [[contact, -impulse], [contact + 1, impulse]]) {
+        for (const k of between ?? []) points[i].push([at, velocity[i][k]]);
+        const step = { onset, release, change: force / masses?.[i] };
+        for (const k of within) if (segments[i].has(k)) segments[i].get(k).push(step); else segments[i].set(k, [step]);
       }
     }
-    for (const [k, steps] of segments) points.push(...stepped([times[k], v[k]], [times[k + 1], v[k + 1]], [...steps]));
+    velocity.forEach((v, i) => {
+      for (const [k, steps] of segments[i])
+        points[i].push(...stepped([times[k], v[k]], [times[k + 1], v[k + 1]], steps));
+      points[i].sort(([a], [b]) => a - b);
+    });
     return points;
+  }
+
+  /** The samples after which a pulse begins and ends, as long as another one follows. */
+  segmentsOf(onset, release) {
+    const { times } = this, instant = onset === release, found = [];
+    for (const time of instant ? [onset] : [onset, release]) {
+      const before = countUpTo(times, time) - 1, sampled = times[before] === time;
+      const k = sampled && instant ? before - 1 : before; // a step at a sample is in what lies before it
+      if (k >= 0 && k < times.length - 1 && (!sampled || instant) && k !== found[0]) found.push(k);
+    }
+    return found;
   }
 
   /** Of a kind, the value of curve `i` at a time; within `near` (s) of a shorter pulse, its peak. */

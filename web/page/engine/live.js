@@ -4,7 +4,6 @@
 import { Click } from "#engine/click.js";
 import { History } from "#engine/history.js";
 
-const STEEPEST = 1.2;   // rad by which a hand can pull a ball
 const NEVER_OPEN = 0.5; // s after which a change is made although balls are still in contact
 const CROWD = 2;        // average number of pulses in a picture, up to which the engine samples each
 const KEPT = 20000;     // pulses that are kept for the CSV file
@@ -21,9 +20,10 @@ export class Live {
     const run = this.engine.start(setup.recipe()), origin = this.run ? this.time : 0;
     this.run?.forget();
     this.dropClicks();
-    // What does not change while balls move; `reach` (rad) of the largest swing.
-    const drawing = { ...setup.drawing, reach: run.reach }, track = new History(setup.balls, drawing.masses);
-    const empty = { pending: null, fresh: [], pulses: [] };
+    // What does not change while balls move; `reach` (rad) of the largest swing; `farthest` (m) that a hand goes.
+    const { reach, farthest } = run, drawing = { ...setup.drawing, reach, farthest };
+    const track = new History(setup.balls, drawing.masses);
+    const empty = { pending: null, moved: null, fresh: [], pulses: [] };
     Object.assign(this, { setup, drawing, run, origin, state: run.look(), track, ...empty });
     track.record(this.time, this.state);
   }
@@ -41,10 +41,11 @@ export class Live {
   get now() { return this.run.time; }
   get time() { return this.origin + this.run.time; }
 
-  /** Advances to `time` of the page (s), as far as `effort` allows. */
-  advance(time, effort) {
-    if (this.holds.size) return this.advanceHeld(time);
-    this.run.advance(time - this.origin, effort, effort !== undefined && !this.crowded);
+  /** Advances to `time` of the page (s), as far as `effort` allows; then not past where balls touch or part either, as
+   *  long as each pulse is looked at. */
+  advance(time, effort = Infinity) {
+    if (this.holds.size) return this.advanceHeld(time, effort);
+    this.run.advance(time - this.origin, effort, effort < Infinity && !this.crowded);
     if (time - this.time < 1e-15 * time) this.origin = time - this.run.time; // a rounding error is no time left
     this.state = this.run.look();
     const pulses = this.run.takePulses();
@@ -89,8 +90,7 @@ export class Live {
   /** `who` takes ball `ball` (from 0), or moves its ball, to `x` (m); balls outward of it come along. */
   hold(who, ball, x) {
     this.dropClicks();
-    const most = Math.min(...this.setup.swings.map(({ deflection }) => deflection(STEEPEST)));
-    const place = Math.min(most, Math.max(-most, x));
+    const { farthest: most } = this.drawing, place = Math.min(most, Math.max(-most, x));
     const hold = this.holds.get(who) ?? { ball, balls: new Set([ball]), side: 0 };
     const side = place < 0 ? -1 : 1, near = 0.02 * this.setup.get("pendulum.length");
     if (side !== hold.side) hold.balls = new Set([hold.ball]);
@@ -110,19 +110,31 @@ export class Live {
     this.setMotion(x, x.map(() => 0));
   }
 
-  /** Places the balls anew, as `moving` of the set-up does. */
-  setMotion(x, v, ...taken) {
-    this.run.setMotion(this.setup.apart(x), v, ...taken);
+  /** Places the balls anew, at positions (m) and velocities (m/s). */
+  setMotion(x, v) {
+    this.moved = null;
+    this.run.setMotion(this.setup.apart(x), v);
     this.state = this.run.look();
   }
 
-  /** The other balls swing on while the hand takes the held ones along. */
-  advanceHeld(time) {
-    const { held, run, time: before } = this, passed = time - before;
-    if (!(passed > 0)) return;
-    this.setMotion(...this.motion(), held, passed);
-    run.advance(run.time + passed);
-    const pulses = run.takePulses(), { x, v } = run.look();
+  /** The other balls swing on while the hand takes the held ones along, as far as `effort` allows. Those are seen in
+   *  the hand at once; the others, once all have come to where `moved` takes them, {held, until, time}. */
+  advanceHeld(time, effort) {
+    const { held, run } = this, passed = time - this.time;
+    if (!this.moved) {
+      if (!(passed > 0)) return;
+      const [x, v] = this.motion();
+      run.setMotion(this.setup.apart(x), v, held, passed);
+      this.moved = { held, time, until: run.time + passed };
+    }
+    const { moved } = this;
+    if (run.advance(moved.until, effort) >= moved.until) this.endMove(moved);
+    else for (const [ball, place] of held) this.state.x[ball] = place;
+  }
+
+  /** Those that the hand has taken along are where it took them, and at rest. */
+  endMove({ held, time }) {
+    const { run } = this, pulses = run.takePulses(), { x, v } = run.look();
     for (const [ball, place] of held) [x[ball], v[ball]] = [place, 0];
     this.setMotion(x, v);
     this.origin = time - run.time;

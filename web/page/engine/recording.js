@@ -3,8 +3,8 @@
 import { LONGEST, QUIET, QUIET_LEAST } from "#engine/click.js";
 import { Refusal, State } from "#engine/engine.js";
 import { Track } from "#engine/history.js";
-import { Setup, swingOf } from "#engine/setup.js";
-import { fromCsv, LENGTH, RADIUS, runOf } from "#engine/table.js";
+import { DEFAULTS, Setup, swingOf } from "#engine/setup.js";
+import { fromCsv, runOf } from "#engine/table.js";
 import { columnsOf, countUpTo, cubic, largest, linear, placeIn } from "#view/common.js";
 
 const LEAST_SAMPLES = 2; // of each pulse of a click that can be looked into
@@ -25,8 +25,8 @@ export class Recording extends Track {
 
   /** `pulses`: {contact, from 0, onset, release, peak, impulse}. `start`: what it was run with, if that is known; with
    *  an `engine` it can go on from there, by the engine's own method, and overlaps of what is not rigid are known. */
-  constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length = LENGTH, radius = RADIUS, start },
-    engine = null) {
+  constructor({ title, balls, time, x, v, F, energy, pulses, parameters = [], length = DEFAULTS["pendulum.length"],
+    radius = DEFAULTS["ball.radius"], start }, engine = null) {
     const setup = engine && start ? new Setup(balls, withoutSolver(start)) : null;
     const extent = largest(x), long = Math.max(length, extent / 1.1);
     const drawing = setup ? setup.with({ "pendulum.length": long }).drawing
@@ -36,7 +36,7 @@ export class Recording extends Track {
     super(balls, time, { velocity: v, force: F, energy: Object.values(energy), momentum: setup ? [sum(momenta)] : [] },
       Object.keys(energy), setup && drawing.masses);
     const rigid = pulses.length > 0 && largest(F) === 0 && pulses.every(({ onset, release }) => onset === release);
-    this.drawing = { ...drawing, rigid, reach: drawing.swing.angle(extent) };
+    this.drawing = { ...drawing, rigid, reach: drawing.swing.angle(extent), farthest: extent };
     const soft = setup && setup.law !== "rigid"; // rigid balls do not overlap, but as drawn between two samples
     Object.assign(this, { live: false, account: false, origin: 0, name: title, x, parameters, setup,
       run: soft ? unlessRefused(() => engine.start(setup.atRest().recipe())) : null, begin: time[0], end: time.at(-1),

@@ -2,8 +2,10 @@
 
 import { Refusal } from "#engine/engine.js";
 
-/** Default values of the FMU, and default elements of vectors: of balls at rest, and of contacts. */
-export const DEFAULTS = Object.create(null), USUAL = Object.create(null);
+/** Default values of the FMU. */
+export const DEFAULTS = Object.create(null);
+/** Default elements of vectors: of balls at rest, and of contacts. */
+export const USUAL = Object.create(null);
 export const MOST_BALLS = 20;
 
 /** Takes the engine's defaults by name. */
@@ -27,7 +29,8 @@ export const LAWS = {
   rigid: { "contact.model": "rigid" },
 };
 
-/** How a pendulum of this length is drawn: its angle (rad) at a deflection (m), and the reverse. */
+/** How a pendulum of this length is drawn, in recordings without an engine as well: its angle (rad) at a deflection
+ *  (m), and the reverse. */
 export function swingOf(length, circular) {
   return circular ? { angle: (x) => Math.asin(Math.max(-1, Math.min(1, x / length))),
     deflection: (angle) => length * Math.sin(angle) }
@@ -83,7 +86,8 @@ export class Setup {
     const mass = this.get("ball.mass"), ratio = this.get("ball.massRatio");
     return { balls: this.balls, radius: this.get("ball.radius"), mass, ratio,
       masses: ratio.map((part) => part * mass), length: this.get("pendulum.length"), rigid: this.law === "rigid",
-      sizes: this.sizes, moduli: this.moduli, swing: this.swing(1) };
+      sizes: this.sizes, moduli: this.moduli,
+      swing: swingOf(this.get("pendulum.length"), this.get("pendulum.model") === "circular") };
   }
 
   /** Young's moduli, as multiples of the default one, of steel. */
@@ -97,14 +101,6 @@ export class Setup {
     const radii = this.get("ball.radiusRatio"), moduli = this.get("ball.youngModulusRatio");
     return [...radii, ...moduli].some((ratio) => ratio !== 1) ? radii : this.get("ball.massRatio").map(Math.cbrt);
   }
-
-  /** The swing of a pendulum `ratio` times as long as usual; see `swingOf`. */
-  swing(ratio) {
-    return swingOf(ratio * this.get("pendulum.length"), this.get("pendulum.model") === "circular");
-  }
-
-  /** The swings of all balls. */
-  get swings() { return this.values["pendulum.lengthRatio"].map((ratio) => this.swing(ratio)); }
 
   get law() {
     const model = this.get("contact.model"), exponent = this.get("contact.exponent");

@@ -4,9 +4,8 @@ import { Refusal } from "#engine/engine.js";
 import { largest, withPrefix } from "#view/common.js";
 import { say } from "#view/texts.js";
 
-export const LENGTH = 1.962, RADIUS = 0.0313; // m, for the drawing: a table tells no sizes
-const COARSE = 0.05; // of the range of all x: how far a ball may be from where its velocities take it
-const STRUCK = 0.3;  // of the largest speed: a velocity that changes more between samples has changed by an impact
+const COARSE = 0.05; // of the largest excursion: how far a ball may be from where its velocities take it
+const STRUCK = 0.3;  // of the largest velocity: a change from one sample to the next that only an impact makes
 const TRUTH = { True: 1, False: 0 };
 const ENERGIES = { kinetic: "E_kinetic", gravity: "E_gravity", elastic: "E_contact" };
 

@@ -66,11 +66,11 @@ export function outcome({ speeds, after }) {
   return list.length ? say("outcome", { list: list.join(", ") }) : say("all");
 }
 
-/** How a parameter of losses is told. */
-const LOSSES = {
-  "contact.damping": ["loss", (value) => `${rounded(value)} N s/m`],
-  "contact.huntCrossley": ["loss", (value) => `${rounded(value)} s/m`],
-  "contact.relaxationTime": ["loss", (value) => withPrefix(value, "s")],
+/** How a parameter of losses is told: its title, and the text of a value. */
+export const LOSSES = {
+  "contact.damping": ["loss", (value) => (value ? `${rounded(value)} N s/m` : say("none"))],
+  "contact.huntCrossley": ["loss", (value) => (value ? `${rounded(value)} s/m` : say("none"))],
+  "contact.relaxationTime": ["loss", (value) => (value ? withPrefix(value, "s") : say("none"))],
   "contact.restitution": ["restitution", (value) => `${rounded(100 * value)} %`],
 };
 

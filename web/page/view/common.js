@@ -112,16 +112,20 @@ export function through(context, points) {
 }
 
 /** The points [px of a time, py of a sample] of a curve between two times, of the samples that are `shown`; where many
- *  share a pixel column, the first, the lowest, the highest and the last. */
+ *  share a pixel column, the first, the lowest, the highest and the last; one, if these differ by less than a pixel. */
 export function thinned(times, left, right, px, py, shown = () => true) {
   const last = Math.min(countUpTo(times, right), times.length - 1), points = [];
-  for (let i = Math.max(0, countUpTo(times, left) - 1), next; i <= last; i = next) {
-    const column = Math.floor(px(times[i]));
-    let low = i, high = i;
-    for (next = i + 1; next <= last && Math.floor(px(times[next])) === column; next++)
-      if (py(next) < py(low)) low = next; else if (py(next) > py(high)) high = next;
-    if (next - i > 4) for (const k of [i, low, high, next - 1]) points.push([column + 0.5, py(k)]);
-    else for (let k = i; k < next; k++) if (shown(k)) points.push([px(times[k]), py(k)]);
+  for (let i = Math.max(0, countUpTo(times, left) - 1), next, x = px(times[i]); i <= last; i = next) {
+    const column = Math.floor(x), begun = points.length, first = py(i);
+    let lowest = first, highest = first, y = first;
+    if (shown(i)) points.push([x, first]);
+    for (next = i + 1; next <= last && (x = px(times[next])) < column + 1; next++) {
+      y = py(next);
+      if (y < lowest) lowest = y; else if (y > highest) highest = y;
+      if (shown(next)) points.push([x, y]);
+    }
+    const few = highest - lowest < 1 ? [y] : [first, lowest, highest, y];
+    if (next - i > few.length) points.splice(begun, Infinity, ...few.map((level) => [column + 0.5, level]));
   }
   return points;
 }

@@ -36,7 +36,8 @@ export class Graph {
     const pulses = track.pulsesIn(left, right).sort((a, b) => b.peak - a.peak);
     const ofContacts = track.curves.force.map(() => []);
     for (const pulse of pulses) ofContacts[pulse.contact].push(pulse);
-    const view = { left, right, width, place, pulses, ofContacts, ...shown };
+    const steps = kinds.includes("velocity") ? track.stepsAt(pulses) : [];
+    const view = { left, right, width, place, pulses, ofContacts, steps, ...shown };
     kinds.forEach((kind, i) => {
       c.save();
       c.translate(0, i * tall);
@@ -68,13 +69,17 @@ export class Graph {
     const { context: c, track } = this, { place, level, foot, click, theme } = view;
     const colours = track.curves.force.map((_, contact) => colourOf("force", contact, track, theme));
     line(c, [[place(left), foot], [place(right), foot]], theme.soft);
+    const filled = new Set(); // pixel columns, in which a lower one of the same contact would not be seen
     for (const pulse of pulses) {
-      const points = track.shapeOf(pulse).map(([time, force]) => [place(time), level(force)]);
-      const [x, end] = [points[0][0], points.at(-1)[0]], colour = colours[pulse.contact];
-      if (end - x > NARROW) line(c, points, colour, 1.6, click ? 0.16 : 0, foot);
-      else {
+      const { contact, onset, release, at, peak } = pulse, colour = colours[contact];
+      const [x, end] = [at ?? onset, at ?? release].map(place), column = `${contact} ${Math.round(0.5 * (x + end))}`;
+      if (end - x > NARROW) {
+        const points = track.shapeOf(pulse).map(([time, force]) => [place(time), level(force)]);
+        line(c, points, colour, 1.6, click ? 0.16 : 0, foot);
+      } else if (!filled.has(column)) {
+        filled.add(column);
         c.fillStyle = colour;
-        c.fillRect(0.5 * (x + end - NARROW), level(pulse.peak), NARROW, foot - level(pulse.peak));
+        c.fillRect(0.5 * (x + end - NARROW), level(peak), NARROW, foot - level(peak));
       }
     }
     if (click) this.drawPairs({ ...view, pulses, colours });
@@ -103,15 +108,14 @@ export class Graph {
   }
 
   /** A curve's points [px, px]: samples and, of a velocity, what is between them at pulses. */
-  points(kind, i, { left, right, place, level, ofContacts }) {
+  points(kind, i, { left, right, place, level, ofContacts, steps }) {
     const { track } = this, { times } = track, value = curveOf(track, kind, i);
     const sampled = (shown) => thinned(times, left, right, place, (k) => level(value(k)), shown);
     if (kind !== "velocity") return sampled();
-    const pulses = [...ofContacts[i - 1] ?? [], ...ofContacts[i] ?? []];
-    const coarse = pulses.filter(({ between }) => between);
+    const coarse = [i - 1, i].flatMap((contact) => ofContacts[contact]?.filter(({ between }) => between) ?? []);
     const points = sampled((k) => !coarse.some(({ between: [before, after] }) => k > before && k < after));
-    const steps = track.stepsOf(i, pulses).sort(([a], [b]) => a - b);
-    return [...steps.map(([time, speed]) => [place(time), level(speed)]), ...points].sort(([a], [b]) => a - b);
+    const all = [...steps[i].map(([time, speed]) => [place(time), level(speed)]), ...points].sort(([a], [b]) => a - b);
+    return thinned(all.map(([x]) => x), -Infinity, Infinity, (x) => x, (k) => all[k][1]);
   }
 
   /** Labels each pulse with its balls, at its peak; pulses of the same instant together, where there is no room beside

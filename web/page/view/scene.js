@@ -9,8 +9,7 @@ const MARGIN = 12, CLOSE_MARGIN = 3; // px around what is shown, from afar and c
 const SHORTER = 0.68; // the least factor by which strings are shortened on a wide canvas
 const AHEAD = { axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }; // an eye that sees all flat
 const LARGEST = 110; // px, the radius of a ball
-const STEEPEST = 1.4; // rad by which a hand can lift a ball
-const NARROWEST = 0.4; // the least apparent length of a row for a hand that pulls along it, as a part of the true one
+const NARROWEST = 0.4; // part of its length in which a row is seen at least by a hand along it
 const AFTERGLOW = 0.5; // s on the viewer's clock that a contact shines after its pulse
 
 /** How balls look by the ratio of their Young's modulus to that of steel: the largest of each metal, and its parts of
@@ -78,7 +77,7 @@ export class Scene {
       return Math.hypot(place.x + aside * angle - x, place.y - y);
     };
     let best = 0;
-    for (let step = 0.5 * STEEPEST; step > 1e-9; step /= 2)
+    for (let step = Math.PI / 4; step > 1e-9; step /= 2)
       for (const angle of [best - step, best + step]) if (away(angle) < away(best)) best = angle;
     return this.swing.deflection(best);
   }
