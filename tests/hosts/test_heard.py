@@ -99,7 +99,7 @@ def test_heard_ball_is_lifted_by_ear_and_keys(page):
     page.wait("cradle.stages[0].canvas.ariaLabel.endsWith('Each ball hangs still.')")
 
 
-def test_waiting_for_a_click_is_told(page):
+def test_heard_waiting_for_a_click_is_told(page):
     """Nothing moves yet; the button says that it is pressed, and no more once it is pressed again."""
     page.js(LISTEN + "cradle.stopAll()")
     pressed = "cradle.controls.inside.ariaPressed"
@@ -110,7 +110,7 @@ def test_waiting_for_a_click_is_told(page):
     page.wait(f"{pressed} === 'false'")
 
 
-def test_clicks_of_a_recording_are_told_to_who_goes_to_them(browser, recorded_path):
+def test_heard_clicks_of_a_recording_are_told(browser, recorded_path):
     browser.open_cradle(recorded_path, still=True)
     browser.js(LISTEN)
     browser.keys("]")

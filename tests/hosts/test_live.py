@@ -145,7 +145,7 @@ for (; live.time < 0.5; seen.push(live.state.x[4])) live.advance(0.5, effort);
 return [seen.length, ...live.motion(), seen[0]]"""
 
 
-def test_a_picture_does_not_wait_for_all_that_happens_beside_a_hand(page):
+def test_live_picture_does_not_wait_for_the_engine_while_a_ball_is_held(page):
     """The engine works on it in short calls, which change nothing; the hand is followed meanwhile."""
     page.js("cradle.setRunning(false)")
     count, x, v, _ = page.js(HELD, 1e12)
@@ -154,7 +154,7 @@ def test_a_picture_does_not_wait_for_all_that_happens_beside_a_hand(page):
     assert some > 3 and parts == [x, v] and first == 0.03
 
 
-def test_a_throw_stays_on_the_arc(page):
+def test_live_throw_stays_on_the_arc(page):
     """However fast the hand, the ball swings to 1.4 rad at most; to which angle, the run says at its start."""
     page.js("cradle.setRunning(false)")
     throw = """source.hold('test', 4, arguments[0]); source.release('test', arguments[1]);
@@ -168,7 +168,7 @@ def test_a_throw_stays_on_the_arc(page):
     page.wait("source.run.time > 0.5")  # the engine follows it there
 
 
-def test_a_hand_goes_as_far_as_the_shortest_pendulum_lets_it(page):
+def test_live_hand_goes_as_far_as_the_shortest_pendulum_lets_it(page):
     """To 1.2 rad, on an arc or a line; the sliders end there."""
     page.js("cradle.setRunning(false)")
     farthest = """const [circular] = arguments, model = circular ? "circular" : "linear";
@@ -179,7 +179,7 @@ def test_a_hand_goes_as_far_as_the_shortest_pendulum_lets_it(page):
         assert page.js(farthest, circular) == [pytest.approx(-most), np.ceil(1e3 * most)]
 
 
-def test_two_fingers_hold_two_balls(page):
+def test_live_fingers_hold_two_balls(page):
     """Both are lifted at once, to either side, and let go in the same instant."""
     paths = []
     for ball, by in ((0, -50), (4, 50)):
@@ -296,7 +296,7 @@ return [setup.get("contact.dampingLaw"), lossName, setup.get(lossName)]"""
 
 
 @pytest.mark.parametrize(("link", "told", "sliders"), TOLD)
-def test_losses_are_told_by_every_law(page, link, told, sliders):
+def test_live_losses_are_told_by_every_law(page, link, told, sliders):
     """A slider changes the law's own parameter; only where nothing is lost, the law as well."""
     page.js("location.hash = arguments[0]", link)
     page.wait(f"source.setup.alike(Setup.fromLink({json.dumps(link)}).setup)")

@@ -64,7 +64,7 @@ def test_live_page_drawn_hand_shows_how_to_begin(page, live_path, still):
     page.wait(f"cradle.guide.phase === null && cradle.stages[0].sentence.textContent === '{said}'")
 
 
-def test_the_defaults_are_those_of_the_fmu(page, fmu):
+def test_live_page_defaults_are_those_of_the_fmu(page, fmu):
     """Those of the engine, and the sizes for drawings that a page without one has."""
     sizes = json.loads(page.find("#sizes").get_attribute("textContent"))
     defaults = page.execute_script("return DEFAULTS")
@@ -142,7 +142,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("way", BAD)
-def test_only_the_pages_own_scripts_and_styles_count(page, way):
+def test_security_policy_counts_only_the_pages_own_scripts_and_styles(page, way):
     refused = """const done = arguments[0]; window.bad = false;
       addEventListener("securitypolicyviolation", ({effectiveDirective}) => done(effectiveDirective), {once: true});"""
     kind = "style-src" if way == "style" else "script-src"
@@ -171,7 +171,7 @@ def test_links_of_the_lesson(page):
         assert page.js("return cradle.besideChoice") == "usual"
 
 
-def test_addresses_of_the_documents_are_understood(page, live_path):
+def test_links_of_the_documents_are_understood(page, live_path):
     """All parts of addresses in docs/page.md, which names every cradle to compare with."""
     text = (ROOT / "docs/page.md").read_text(encoding="utf-8").split("## Addresses")[1]
     others = re.findall(r"`(\w+)`", re.search(r"compares with (.+?);", text)[1])

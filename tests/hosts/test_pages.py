@@ -202,7 +202,7 @@ def assert_fits(browser, live: bool) -> None:
 
 
 @pytest.mark.parametrize("page", ["live", "recorded", "report", "fmu"])
-def test_nothing_overprints_and_axe_finds_nothing_serious(browser, axe, kind, page):
+def test_pages_overprint_nothing_and_axe_finds_nothing_serious(browser, axe, kind, page):
     """In windows of all sizes, and what axe-core takes longer for in typical ones, light and dark, whatever has been
     done."""
     browser.visit(kind, still=True)  # no view glides

@@ -178,7 +178,7 @@ def test_recording_escapes_names(fine, tmp_path):
     assert "alert(1)" in text and "<script>alert" not in text and "alert(1)<" not in text
 
 
-def test_a_script_among_the_parts_is_none_that_may_run(tmp_path):
+def test_security_policy_runs_no_script_among_the_parts(tmp_path):
     """The policy knows the scripts and styles of the template only, with what fills them."""
     template = tmp_path / "template.html"
     template.write_text('<meta content="{{scripts}} {{styles}}"><style>a</style><script>{{own}}</script>{{text}}')
