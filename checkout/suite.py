@@ -188,7 +188,7 @@ def all_platforms(results: Results) -> None:
     """Builds the FMU for all platforms, then some of its binaries in another folder."""
     _, environment = old_linux()
     idle = ["nice", "-n", "10"] if shutil.which("nice") else []
-    command = [*idle, sys.executable, "checkout/platforms.py", "--to-test"]
+    command = [*idle, sys.executable, "-m", "checkout.platforms", "--to-test"]
     if results.step("FMU for all platforms", command, env=environment):
         elsewhere(results, environment, *idle)
 
@@ -204,7 +204,7 @@ def elsewhere(results: Results, environment: dict, *idle: str) -> None:
         shutil.copy2(file, copy)
     if rust := os.environ.get("CRADLE_DEBIAN_RUST"):
         environment = environment | {"CRADLE_DEBIAN_RUST": str(ROOT / rust)}
-    command = [*idle, sys.executable, "checkout/platforms.py", "--to-test", *OF_BOTH_LINKERS]
+    command = [*idle, sys.executable, "-m", "checkout.platforms", "--to-test", *OF_BOTH_LINKERS]
     results.step("Binaries in another folder", command, env=environment, cwd=COPY)
 
 
