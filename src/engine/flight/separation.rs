@@ -17,10 +17,10 @@ use crate::solver::{DoubleDouble, Oscillator, Smooth, all_finite, hypotenuse};
 pub(crate) struct Separation {
     pub anchor: DoubleDouble,
     overlap: f64,
-    /// Motion of the left ball; for equal pendulums the difference of both motions, which obeys the same equation.
-    motion: Motion,
-    /// Motion of the right ball if its pendulum is another one.
-    other: Option<Motion>,
+    /// FreeMotion of the left ball; for equal pendulums the difference of both motions, which obeys the same equation.
+    motion: FreeMotion,
+    /// FreeMotion of the right ball if its pendulum is another one.
+    other: Option<FreeMotion>,
     /// Rounding of the positions over a swing, m: an overlap up to this is no onset.
     pub noise: f64,
     /// Rounding of rate (m/s) and acceleration (m/s2) right after the anchor: an overlap that comes from these is no
@@ -30,8 +30,8 @@ pub(crate) struct Separation {
     approach: Option<Box<Approach>>,
 }
 
-/// A motion with its pendulum.
-type Motion = (Oscillator, Flight);
+/// A motion without contact: its oscillator, and its state and forcing at the anchor.
+type FreeMotion = (Oscillator, Flight);
 
 /// Most evaluations of one forecast, far more than usual; the next forecast continues.
 pub(crate) const EVALUATIONS: u32 = 4_000;
@@ -87,7 +87,8 @@ impl Separation {
     pub fn make_rigid(&mut self, noise: f64, age: f64) {
         self.noise = self.noise.max(noise);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
-        let acceleration = |(o, flight): &Motion| flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight);
+        let acceleration =
+            |(o, flight): &FreeMotion| flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight);
         let resolution = match self.other {
             None => [0.0, of_time(&self.motion.1)],
             Some(_) => [self.motions().map(|(_, flight)| flight.v.abs()).sum(), self.motions().map(acceleration).sum()],
@@ -131,7 +132,7 @@ impl Separation {
         rebound * rebound <= 2.0 * acceleration * self.noise || 2.0 * rebound < acceleration * shortest
     }
 
-    fn motions(&self) -> impl Iterator<Item = &Motion> + Clone {
+    fn motions(&self) -> impl Iterator<Item = &FreeMotion> + Clone {
         std::iter::once(&self.motion).chain(&self.other)
     }
 
@@ -259,7 +260,7 @@ impl Separation {
     /// Whether the amplitudes alone rule out a contact.
     fn stays_apart(&self) -> bool {
         // Highest displacement times `side`: equilibrium plus amplitude, which drag only reduces.
-        let highest = |((o, flight), side): (&Motion, f64)| {
+        let highest = |((o, flight), side): (&FreeMotion, f64)| {
             if degree(&flight.forcing) > 0 || o.omega2() == 0.0 {
                 return f64::INFINITY;
             }

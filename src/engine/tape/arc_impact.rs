@@ -52,8 +52,8 @@ type Effects = [f64; 6];
 /// Two numbers, of the left and of the right ball.
 type Both<S> = [S; 2];
 
-/// The terms of the equation of the overlap, and the largest overlap by the free impact, m.
-struct Motion<S> {
+/// The equation of motion of the overlap by its terms, and the largest overlap by the free impact, m.
+struct OverlapEquation<S> {
     masses: Both<S>,
     /// The gradient n, and the products of H with a and with b.
     gradient: Both<S>,
@@ -82,7 +82,7 @@ fn reach<S: Scalar>(law: &ContactLaw<S>, inverse_mass: S, rate: S) -> S {
     law.overlap_ref * energies.pow(one / (law.exponent + one))
 }
 
-impl<S: Scalar> Motion<S> {
+impl<S: Scalar> OverlapEquation<S> {
     fn new(pair: &Pair<S>, places: Both<S>, velocities: Both<S>, forcing: Both<S>) -> Self {
         let Pair { balls, law } = pair;
         let at = [0, 1].map(|k| balls[k].place(places[k]));
@@ -126,12 +126,13 @@ impl ArcImpactPart {
         (start, forcing, push): ([(f64, f64); 2], [f64; 2], [f64; 2]),
         coefficients: &ImpactCoefficients,
     ) -> Option<Self> {
-        let motion = Motion::new(pair, start.map(|(x, _)| x), start.map(|(_, v)| v), forcing);
-        let [alpha, beta] = motion.loads();
+        let equation = OverlapEquation::new(pair, start.map(|(x, _)| x), start.map(|(_, v)| v), forcing);
+        let [alpha, beta] = equation.loads();
         let shape = coefficients.pulse(pair.law, alpha, beta)?;
-        let ([_, _, works, shortens], time) = (motion.of, 2.0 * motion.reach / motion.rate * shape.integrals[0][0]);
+        let ([_, _, works, shortens], time) =
+            (equation.of, 2.0 * equation.reach / equation.rate * shape.integrals[0][0]);
         let turn: f64 = pair.balls.iter().zip(start).map(|(ball, (_, v))| (v * time / ball.length).abs()).sum();
-        let varies = turn + alpha.abs() + beta.abs() + (works * time).abs() + (shortens * motion.reach).abs();
+        let varies = turn + alpha.abs() + beta.abs() + (works * time).abs() + (shortens * equation.reach).abs();
         (varies < SMALL).then_some(Self { contact, start, forcing, push, shape, largest: None })
     }
 
@@ -173,17 +174,28 @@ impl ArcImpactPart {
             self.forcing[k] * place.cos - pair.balls[k].gravity * place.restoring
         };
         let v = [0, 1].map(|k| number(self.start[k].1, causes.balls[k][1] + free(k, self.start[k].0) * late));
-        let motion = Motion::new(&along, places, v, forcing);
-        let Motion { masses, gradient, turned, a, b, rate, inverse_mass, free: f, by_place, reach: deepest, .. } =
-            motion;
-        let [load, less, works, shortens] = motion.of;
+        let equation = OverlapEquation::new(&along, places, v, forcing);
+        let OverlapEquation {
+            masses,
+            gradient,
+            turned,
+            a,
+            b,
+            rate,
+            inverse_mass,
+            free: f,
+            by_place,
+            reach: deepest,
+            ..
+        } = equation;
+        let [load, less, works, shortens] = equation.of;
         // For the free impact: duration, and integrals of the overlap and of its squared rate.
         let p = law.exponent;
         let integral = |k: usize, [alpha, beta]: [Dual; 2]| {
             let [value, by_alpha, by_beta, by_exponent] = self.shape.integrals[k];
             number(value, by_alpha * alpha.tangent() + by_beta * beta.tangent() + by_exponent * p.tangent())
         };
-        let loads = motion.loads();
+        let loads = equation.loads();
         let (part, none) = (two * deepest / rate, [Dual::default(); 2]);
         let (time, sum) = (part * integral(0, none), part * deepest * integral(1, loads));
         let squares = rate * rate * time * (p + one) / (p + one + two);

@@ -43,7 +43,7 @@ pub(super) trait Rule<const N: usize>: Debug + Send + Sync {
     fn integrate(&self, g: &[f64; N]) -> [[f64; N]; 2];
 
     /// The transposed for a step of length h: `h Q1' v + h^2 Q2' x`.
-    fn integrate_back(&self, h: f64, motion: &Motion<N>) -> [f64; N];
+    fn integrate_back(&self, h: f64, motion: &NodalStates<N>) -> [f64; N];
 
     /// Solves `g = known + T g`: for the changes of the accelerations or, backwards, with the transposed `T`, for the
     /// derivatives by them.
@@ -73,7 +73,7 @@ impl Rule<NODES> for Table {
         self.integrate_both(g)
     }
 
-    fn integrate_back(&self, h: f64, [x, v]: &Motion<NODES>) -> [f64; NODES] {
+    fn integrate_back(&self, h: f64, [x, v]: &NodalStates<NODES>) -> [f64; NODES] {
         let of_x = self.integrate_back(x);
         self.integrate_back(&std::array::from_fn(|m| h * (h * of_x[m] + v[m])))
     }
@@ -132,7 +132,7 @@ impl Rule<STAGES> for Implicit {
         [combine(&self.rates, g), combine(&self.positions, g)]
     }
 
-    fn integrate_back(&self, h: f64, [x, v]: &Motion<STAGES>) -> [f64; STAGES] {
+    fn integrate_back(&self, h: f64, [x, v]: &NodalStates<STAGES>) -> [f64; STAGES] {
         std::array::from_fn(|l| h * (h * weighted(&self.positions[l], x) + weighted(&self.rates[l], v)))
     }
 
@@ -173,13 +173,13 @@ impl Rule<STAGES> for Implicit {
     }
 }
 
-/// Positions and velocities of a ball, or derivatives by them, at the nodes.
-type Motion<const N: usize> = [[f64; N]; 2];
+/// The states of a ball at the nodes, its positions (m) and velocities (m/s), or derivatives by them.
+type NodalStates<const N: usize> = [[f64; N]; 2];
 
 impl<const N: usize, R: Rule<N>> Step<N, R> {
     /// Changes of the accelerations (m/s2) by changes of the motion (m, m/s).
-    fn accelerations(&self, cradle: &Cradle, motion: &[Motion<N>]) -> Vec<[f64; N]> {
-        let of_ball = |(i, (ball, [x, v])): (usize, (&BallNodes<N>, &Motion<N>))| {
+    fn accelerations(&self, cradle: &Cradle, motion: &[NodalStates<N>]) -> Vec<[f64; N]> {
+        let of_ball = |(i, (ball, [x, v])): (usize, (&BallNodes<N>, &NodalStates<N>))| {
             let gamma = cradle.balls[self.first + i].gamma;
             std::array::from_fn(|m| ball.by_place[m] * x[m] - 2.0 * gamma * v[m])
         };
@@ -198,12 +198,12 @@ impl<const N: usize, R: Rule<N>> Step<N, R> {
 
     /// The transposed: derivatives of a number by the motion, from its derivatives by the accelerations and by the
     /// forces of the contacts.
-    fn back(&self, cradle: &Cradle, accelerations: &[[f64; N]], forces: &[[f64; N]]) -> Vec<Motion<N>> {
+    fn back(&self, cradle: &Cradle, accelerations: &[[f64; N]], forces: &[[f64; N]]) -> Vec<NodalStates<N>> {
         let of_ball = |(i, (ball, by)): (usize, (&BallNodes<N>, &[f64; N]))| {
             let gamma = cradle.balls[self.first + i].gamma;
             [std::array::from_fn(|m| ball.by_place[m] * by[m]), std::array::from_fn(|m| -2.0 * gamma * by[m])]
         };
-        let mut found: Vec<Motion<N>> = self.balls.iter().zip(accelerations).enumerate().map(of_ball).collect();
+        let mut found: Vec<NodalStates<N>> = self.balls.iter().zip(accelerations).enumerate().map(of_ball).collect();
         for (j, (contact, by_force)) in self.contacts.iter().zip(forces).enumerate() {
             let lightness = [j, j + 1].map(|i| 1.0 / cradle.balls[self.first + i].mass);
             for (m, by_force) in by_force.iter().enumerate() {
@@ -219,7 +219,7 @@ impl<const N: usize, R: Rule<N>> Step<N, R> {
     }
 
     /// The motion by accelerations.
-    fn integrate(&self, accelerations: &[[f64; N]]) -> Vec<Motion<N>> {
+    fn integrate(&self, accelerations: &[[f64; N]]) -> Vec<NodalStates<N>> {
         let h = self.length;
         let of_ball = |g: &[f64; N]| {
             let [once, twice] = self.rule.integrate(g);
@@ -228,13 +228,13 @@ impl<const N: usize, R: Rule<N>> Step<N, R> {
         accelerations.iter().map(of_ball).collect()
     }
 
-    fn integrate_back(&self, motion: &[Motion<N>]) -> Vec<[f64; N]> {
+    fn integrate_back(&self, motion: &[NodalStates<N>]) -> Vec<[f64; N]> {
         motion.iter().map(|motion| self.rule.integrate_back(self.length, motion)).collect()
     }
 }
 
 /// Changes of the balls of contact `j` of a step at a node.
-fn moves<const N: usize>(motion: &[Motion<N>], j: usize, m: usize) -> [[f64; 2]; 2] {
+fn moves<const N: usize>(motion: &[NodalStates<N>], j: usize, m: usize) -> [[f64; 2]; 2] {
     [0, 1].map(|number| [j, j + 1].map(|i| motion[i][number][m]))
 }
 
@@ -247,7 +247,7 @@ impl<const N: usize, R: Rule<N>> Part for Step<N, R> {
         let (h, first, times) = (self.length, self.first, self.rule.times());
         let state = &mut state[first * STATE..][..self.balls.len() * STATE];
         let mass = |k: usize| cradle.balls[first + k].mass;
-        let undisturbed: Vec<Motion<N>> =
+        let undisturbed: Vec<NodalStates<N>> =
             state.chunks(STATE).map(|state| [times.map(|c| h * c * state[V]), [state[V]; N]]).collect();
         let mut known = self.accelerations(cradle, &undisturbed);
         for (k, (ball, known)) in self.balls.iter().zip(&mut known).enumerate() {
