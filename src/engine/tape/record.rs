@@ -380,7 +380,7 @@ impl Recorder {
         for (tau, j, force) in self.peaks_within(scene, &balls, [from, to]) {
             self.press_between_peaks(scene, balls.clone(), [since, tau], releases && tau == to);
             self.peaks[j] = force;
-            self.enter(scene.cradle, scene.peak(&balls, j, tau, tau == to));
+            self.enter(scene.cradle, scene.peak_part(&balls, j, tau, tau == to));
             since = tau;
         }
         self.press_between_peaks(scene, balls, [since, to], releases);
