@@ -10,7 +10,7 @@ use super::events::{Closing, Jump, LastStepBegins, Overlap, Time, TimeShift};
 use super::gradient::{Tape, TapedPart, Tuning};
 use super::impact::ImpactPart;
 use super::part::Part;
-use super::scene::{Moment, Scene};
+use super::scene::{ChainAtTime, Scene};
 use super::unfollowed::Unfollowed;
 use crate::engine::HeldInputs;
 use crate::engine::chain_state::ChainState;
@@ -328,7 +328,7 @@ impl Recorder {
     /// Records that the motion is interrupted in this state at the time `t`: all states hold at the common time again.
     pub fn interrupt(&mut self, state: &ChainState, t: DoubleDouble, cradle: &Cradle, inputs: &HeldInputs) {
         self.undisturbed.fill((0, t));
-        let moment = Moment { state, cradle };
+        let moment = ChainAtTime { state, cradle };
         let scene = Scene { motion: &moment, start: t, cradle, inputs };
         let mut first = 0;
         for end in 0..cradle.balls.len() {

@@ -83,12 +83,12 @@ pub(super) fn acceleration(
 }
 
 /// A chain at one time.
-pub(super) struct Moment<'a> {
+pub(super) struct ChainAtTime<'a> {
     pub state: &'a ChainState,
     pub cradle: &'a Cradle,
 }
 
-impl Motion for Moment<'_> {
+impl Motion for ChainAtTime<'_> {
     fn state(&self, i: usize, _: f64) -> (f64, f64) {
         (self.state.flights[i].x, self.state.flights[i].v)
     }

@@ -107,7 +107,7 @@ pub(super) struct Samples {
 
 /// The motion at one time.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Moment {
+pub(super) struct MotionAtTime {
     /// The time (s); none before the first.
     pub tau: Option<f64>,
     /// See [`GaussStep::weights`].
@@ -152,7 +152,7 @@ pub(crate) struct GaussStep {
     /// Directions and factors, if balls move on arcs.
     pub(super) arcs: ArcNodes,
     /// The values at the time asked for last.
-    pub(super) moment: RefCell<Moment>,
+    pub(super) moment: RefCell<MotionAtTime>,
 }
 
 impl GaussStep {

@@ -12,7 +12,7 @@
 
 use std::cell::{OnceCell, Ref};
 
-use super::motion::{GaussStep, Moment, Samples};
+use super::motion::{GaussStep, MotionAtTime, Samples};
 use crate::engine::cluster::window::{DenseOutput, Switch, Window};
 use crate::engine::flight::{Flight, Forcing, Rounding, degree, forcing_at};
 use crate::engine::{Forecast, Peak};
@@ -30,14 +30,14 @@ const NEAR: f64 = 1e-3;
 const EARLY: f64 = 0.5;
 
 impl GaussStep {
-    fn moment(&self, tau: f64) -> Ref<'_, Moment> {
+    fn moment(&self, tau: f64) -> Ref<'_, MotionAtTime> {
         if self.moment.borrow().tau != Some(tau) {
             self.compute_moment(&mut self.moment.borrow_mut(), tau);
         }
         self.moment.borrow()
     }
 
-    fn compute_moment(&self, moment: &mut Moment, tau: f64) {
+    fn compute_moment(&self, moment: &mut MotionAtTime, tau: f64) {
         (moment.tau, moment.weights, moment.early) = (Some(tau), self.weights(tau), OnceCell::new());
         let weights = &moment.weights;
         moment.relative.clear();
@@ -148,7 +148,7 @@ impl GaussStep {
 
     fn samples(&self, times: Nodes) -> Samples {
         let mut samples = Samples { times, ..self.at_nodes.clone() };
-        let mut moment = Moment::default();
+        let mut moment = MotionAtTime::default();
         for (m, tau) in times.into_iter().enumerate() {
             self.compute_moment(&mut moment, tau);
             for (i, [displacement, change, _]) in moment.balls.iter().enumerate() {
