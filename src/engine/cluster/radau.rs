@@ -33,7 +33,7 @@ const JUMP: f64 = 10.0;
 const RATES: f64 = 16.0;
 
 /// One step, from the state at the start of a segment.
-struct Step<'a> {
+struct RadauStep<'a> {
     window: &'a Window<'a>,
     /// The inverse of `h A`, 1/s.
     derivative: Matrix,
@@ -66,7 +66,7 @@ pub(super) fn follow(
         length = gain * history.explicit_length;
     }
     while length > 0.0 && length >= WORTH * gain * history.explicit_length {
-        let mut step = Step::new(problem.window, length);
+        let mut step = RadauStep::new(problem.window, length);
         let solved = step.solve().is_some();
         *evaluations = evaluations.saturating_add(step.evaluations);
         let error = if solved { step.describe(series, length, problem) } else { f64::INFINITY };
@@ -80,7 +80,7 @@ pub(super) fn follow(
     false
 }
 
-impl<'a> Step<'a> {
+impl<'a> RadauStep<'a> {
     fn new(window: &'a Window<'a>, length: f64) -> Self {
         let times = RADAU.nodes * length;
         let mut balls: Vec<BallStages> = Vec::with_capacity(window.balls.len());

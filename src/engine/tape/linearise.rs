@@ -6,7 +6,7 @@ use super::flight::FlightPart;
 use super::nodes::{BallNodes, ContactNodes};
 use super::record::Recorder;
 use super::scene::Scene;
-use super::step::{IMPLICIT, Rule, Step};
+use super::step::{CollocationRule, CollocationStep, IMPLICIT};
 use super::unfollowed::Unfollowed;
 use crate::engine::cluster::BranchPoint;
 use crate::engine::flight::Flight;
@@ -68,7 +68,7 @@ fn fastest_pendulum(balls: &[BallNodes<STAGES>]) -> f64 {
     by_places.fold(0.0, |most: f64, by_place| most.max(by_place.abs())).sqrt()
 }
 
-impl Step<NODES, Table> {
+impl CollocationStep<NODES, Table> {
     /// Whether the nodes resolve the forces: the unresolved part changes overlaps by less than [`TAIL`] of them.
     fn is_resolved(&self, cradle: &Cradle) -> bool {
         let resolved = |(j, contact): (usize, &ContactNodes<NODES>)| {
@@ -156,7 +156,7 @@ impl Recorder {
             let alone = alone([swing, decay]);
             let (balls, contacts) = at_nodes;
             if alone || settled && length * fastest_pendulum(&balls) <= PENDULUM {
-                return self.enter(cradle, Step { first, length, rule, balls, contacts });
+                return self.enter(cradle, CollocationStep { first, length, rule, balls, contacts });
             }
         }
         if swing + decay <= 2.0 * EXPLICIT {
@@ -164,7 +164,7 @@ impl Recorder {
             let at_nodes = scene.nodes(&balls, [from, to], rule.times());
             [swing, decay] = paces(cradle, first, length, &at_nodes);
             let (balls, contacts) = at_nodes;
-            let step = Step { first, length, rule, balls, contacts };
+            let step = CollocationStep { first, length, rule, balls, contacts };
             if swing + decay <= EXPLICIT && step.is_resolved(cradle) {
                 return self.enter(cradle, step);
             }

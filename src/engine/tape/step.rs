@@ -21,7 +21,7 @@ const TERMS: usize = 60;
 
 /// A part of the motion of neighbours, whose contacts all press, at the nodes of a rule.
 #[derive(Debug)]
-pub(super) struct Step<const N: usize, R: 'static> {
+pub(super) struct CollocationStep<const N: usize, R: 'static> {
     /// First ball.
     pub first: usize,
     /// Length, s.
@@ -32,7 +32,7 @@ pub(super) struct Step<const N: usize, R: 'static> {
 }
 
 /// A collocation rule with N nodes.
-pub(super) trait Rule<const N: usize>: Debug + Send + Sync {
+pub(super) trait CollocationRule<const N: usize>: Debug + Send + Sync {
     /// The times of the nodes, over the length of the step.
     fn times(&self) -> &[f64; N];
 
@@ -47,7 +47,7 @@ pub(super) trait Rule<const N: usize>: Debug + Send + Sync {
 
     /// Solves `g = known + T g`: for the changes of the accelerations or, backwards, with the transposed `T`, for the
     /// derivatives by them.
-    fn solve(step: &Step<N, Self>, cradle: &Cradle, known: Vec<[f64; N]>, way: Way) -> Vec<[f64; N]>
+    fn solve(step: &CollocationStep<N, Self>, cradle: &Cradle, known: Vec<[f64; N]>, way: Way) -> Vec<[f64; N]>
     where
         Self: Sized;
 }
@@ -60,7 +60,7 @@ pub(super) enum Way {
 }
 
 /// Explicit steps: Gauss collocation with time that may be stretched.
-impl Rule<NODES> for Table {
+impl CollocationRule<NODES> for Table {
     fn times(&self) -> &[f64; NODES] {
         &self.times
     }
@@ -78,7 +78,12 @@ impl Rule<NODES> for Table {
         self.integrate_back(&std::array::from_fn(|m| h * (h * of_x[m] + v[m])))
     }
 
-    fn solve(step: &Step<NODES, Self>, cradle: &Cradle, known: Vec<[f64; NODES]>, way: Way) -> Vec<[f64; NODES]> {
+    fn solve(
+        step: &CollocationStep<NODES, Self>,
+        cradle: &Cradle,
+        known: Vec<[f64; NODES]>,
+        way: Way,
+    ) -> Vec<[f64; NODES]> {
         let size = |of: &[[f64; NODES]]| of.iter().flatten().fold(0.0, |most: f64, g| most.max(g.abs()));
         let nothing = vec![[0.0; NODES]; step.contacts.len()];
         let (mut term, mut sum) = (known.clone(), known);
@@ -119,7 +124,7 @@ pub(super) static IMPLICIT: LazyLock<Implicit> = LazyLock::new(|| {
     }
 });
 
-impl Rule<STAGES> for Implicit {
+impl CollocationRule<STAGES> for Implicit {
     fn times(&self) -> &[f64; STAGES] {
         &self.times
     }
@@ -137,7 +142,12 @@ impl Rule<STAGES> for Implicit {
     }
 
     /// By elimination, because a ball depends only on its neighbours.
-    fn solve(step: &Step<STAGES, Self>, cradle: &Cradle, known: Vec<[f64; STAGES]>, way: Way) -> Vec<[f64; STAGES]> {
+    fn solve(
+        step: &CollocationStep<STAGES, Self>,
+        cradle: &Cradle,
+        known: Vec<[f64; STAGES]>,
+        way: Way,
+    ) -> Vec<[f64; STAGES]> {
         let (balls, h) = (known.len(), step.length);
         let row = |known: &[f64; STAGES]| Row {
             lower: Matrix::zeros(),
@@ -176,7 +186,7 @@ impl Rule<STAGES> for Implicit {
 /// The states of a ball at the nodes, its positions (m) and velocities (m/s), or derivatives by them.
 type NodalStates<const N: usize> = [[f64; N]; 2];
 
-impl<const N: usize, R: Rule<N>> Step<N, R> {
+impl<const N: usize, R: CollocationRule<N>> CollocationStep<N, R> {
     /// Changes of the accelerations (m/s2) by changes of the motion (m, m/s).
     fn accelerations(&self, cradle: &Cradle, motion: &[NodalStates<N>]) -> Vec<[f64; N]> {
         let of_ball = |(i, (ball, [x, v])): (usize, (&BallNodes<N>, &NodalStates<N>))| {
@@ -238,7 +248,7 @@ fn moves<const N: usize>(motion: &[NodalStates<N>], j: usize, m: usize) -> [[f64
     [0, 1].map(|number| [j, j + 1].map(|i| motion[i][number][m]))
 }
 
-impl<const N: usize, R: Rule<N>> Part for Step<N, R> {
+impl<const N: usize, R: CollocationRule<N>> Part for CollocationStep<N, R> {
     fn numbers(&self) -> usize {
         5 * N * self.balls.len() + self.contacts.iter().map(ContactNodes::numbers).sum::<usize>()
     }
