@@ -8,7 +8,7 @@ use super::taylor::{Series, integrate};
 use super::window::Window;
 use crate::engine::flight::{BallStages, Flight, NOISE, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
 use crate::model::Mode;
-use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
+use crate::solver::radau::{BlockRow, Matrix, RADAU, STAGES, Stages, solve};
 
 /// Least length of the first step of implicit collocation over that by Taylor series, and over that by explicit Gauss
 /// collocation; and the part of this gain at which later steps still pay.
@@ -191,7 +191,7 @@ impl<'a> RadauStep<'a> {
                 };
                 let diagonal = Matrix::identity() + part(j, 0, 0) + part(j, 1, 1);
                 let [lower, upper] = [-part(j.wrapping_sub(1), 1, 0), -part(j + 1, 0, 1)];
-                rows.push(Row { lower, diagonal, upper, known: self.closer(j) - self.changes[j] });
+                rows.push(BlockRow { lower, diagonal, upper, known: self.closer(j) - self.changes[j] });
             }
             let mut done = true;
             for (j, correction) in (first..end).zip(solve(&mut rows)?) {

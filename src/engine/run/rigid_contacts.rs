@@ -6,7 +6,7 @@ use super::contact::{ContactRole, RestRule, around};
 use super::engine::Engine;
 use super::interaction::Interaction;
 use crate::engine::flight::{Forcing, Rounding, Separation, places, shifted, start_by_centre};
-use crate::engine::rigid::restitution::{self, Block, Impact, Row};
+use crate::engine::rigid::restitution::{self, Block, Impact, TouchingRow};
 use crate::engine::rigid::{Body, acceleration_rounding};
 use crate::engine::tape::Unfollowed;
 use crate::engine::{EngineError, Fault, Forecast, Observer, RAPID};
@@ -61,7 +61,7 @@ impl Engine {
         balls.clone().for_each(|ball| self.record_start(ball));
         self.separate(group.clone(), t);
         self.align(group.clone());
-        let row = Row::new(&self.cradle, balls.clone(), |ball| self.balls[ball].flight.x);
+        let row = TouchingRow::new(&self.cradle, balls.clone(), |ball| self.balls[ball].flight.x);
         let row = match row.map(|row| if clock_stands { row.without_rebound() } else { row }) {
             Ok(row) => row,
             Err(left) => return self.note(left, Some((t, Fault::Across))),

@@ -13,7 +13,7 @@ use super::coefficients::{Coefficients, IMPULSE, OVERLAP, STATE, TIME, V, X};
 use super::nodes::{BallNodes, ContactNodes};
 use super::part::Part;
 use crate::model::Cradle;
-use crate::solver::radau::{Matrix, RADAU, Row, STAGES, Stages, solve};
+use crate::solver::radau::{BlockRow, Matrix, RADAU, STAGES, Stages, solve};
 use crate::solver::{NODES, Table, combine, weighted};
 
 /// Most terms of the series.
@@ -149,13 +149,13 @@ impl CollocationRule<STAGES> for Implicit {
         way: Way,
     ) -> Vec<[f64; STAGES]> {
         let (balls, h) = (known.len(), step.length);
-        let row = |known: &[f64; STAGES]| Row {
+        let row = |known: &[f64; STAGES]| BlockRow {
             lower: Matrix::zeros(),
             diagonal: Matrix::identity(),
             upper: Matrix::zeros(),
             known: Stages::from(*known),
         };
-        let mut rows: Vec<Row> = known.iter().map(row).collect();
+        let mut rows: Vec<BlockRow> = known.iter().map(row).collect();
         // Forces at a node depend on the motion at that node. Every third ball has a unit change at once, because each
         // ball depends on only one of these.
         for (ball, number) in (0..balls.min(3)).flat_map(|ball| [0, 1].map(|number| (ball, number))) {
