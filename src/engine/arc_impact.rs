@@ -1,5 +1,5 @@
 //! The outcome of an elastic impact of two balls on arcs: in closed form along a fixed direction, then by iteration for
-//! the turn of the directions, gravity and inputs. See "Arcs" in docs/theory.md, and [`Shape`].
+//! the turn of the directions, gravity and inputs. See "Arcs" in docs/theory.md, and [`ImpactShape`].
 
 use crate::engine::Peak;
 use crate::engine::cluster::{BallOnArc, ContactDirection};
@@ -17,8 +17,8 @@ const NEGLIGIBLE: f64 = 1e-18;
 /// Steps of Newton's method for a node.
 const STEPS: usize = 4;
 
-/// Values at the nodes of both halves of an impact.
-type Values = [f64; 2 * NODES];
+/// NodalValues at the nodes of both halves of an impact.
+type NodalValues = [f64; 2 * NODES];
 
 /// The impact along a fixed direction for one exponent p of the force law, at nodes.
 ///
@@ -34,22 +34,22 @@ type Values = [f64; 2 * NODES];
 /// Each iteration adds `y(1) / sigma` to `late` and `y(1) / sigma x phi'` to y. The velocities follow from twice the
 /// initial rate, in double-double, plus small integrals.
 #[derive(Clone, Debug)]
-pub(crate) struct Shape {
+pub(crate) struct ImpactShape {
     p: f64,
     sigma: f64,
     kappa: f64,
     halves: [&'static Table; 2],
     /// The time over the duration, and the weights of integrals over the impact.
-    times: Values,
-    weights: Values,
+    times: NodalValues,
+    weights: NodalValues,
     /// phi, phi', the power p of phi, and e.
-    phi: Values,
-    slopes: Values,
-    powers: Values,
-    scalings: Values,
+    phi: NodalValues,
+    slopes: NodalValues,
+    powers: NodalValues,
+    scalings: NodalValues,
 }
 
-impl Shape {
+impl ImpactShape {
     /// The highest exponent for which the nodes suffice.
     pub const HIGHEST: f64 = 3.0;
 
@@ -62,7 +62,7 @@ impl Shape {
         let halves =
             [power.map_or(Stretching::None, start), power.map_or(Stretching::None, end)].map(Stretching::table);
         let both = |part: &dyn Fn(usize, usize) -> f64| std::array::from_fn(|m| part(m / NODES, m % NODES));
-        let times: Values = both(&|half, m| 0.5 * (half as f64 + halves[half].times[m]));
+        let times: NodalValues = both(&|half, m| 0.5 * (half as f64 + halves[half].times[m]));
         let weights = both(&|half, m| 0.5 * halves[half].of_rate[m]);
         let [mut phi, mut slopes, mut powers, mut scalings] = [[0.0; 2 * NODES]; 4];
         // phi^(p+1) = sin(v^order)^2 makes the time an integral over v of a function that hardly varies, smooth in the
@@ -91,7 +91,7 @@ impl Shape {
     }
 
     /// Integrals from the start to the nodes.
-    fn integrate(&self, values: &Values) -> Values {
+    fn integrate(&self, values: &NodalValues) -> NodalValues {
         let [first, second] = [0, NODES].map(|from| std::array::from_fn(|m| values[from + m]));
         let [early, late] = self.halves;
         let (early, middle, late) =
@@ -125,9 +125,9 @@ pub(crate) fn outcome(
     balls: &[BallModel; 2],
     flights: [&Flight; 2],
     law: &ContactLaw,
-    shape: &Shape,
+    shape: &ImpactShape,
 ) -> Option<ImpactResult> {
-    let Shape { p, sigma, kappa, times, weights, phi, slopes, powers, scalings, .. } = shape;
+    let ImpactShape { p, sigma, kappa, times, weights, phi, slopes, powers, scalings, .. } = shape;
     let (p, sigma, kappa) = (*p, *sigma, *kappa);
     let (lengths, inverse_masses) = (balls.each_ref().map(|ball| ball.length), balls.map(|ball| 1.0 / ball.mass));
     let distances = Pair { balls: balls.each_ref(), law }.distances(flights.map(|flight| flight.x));

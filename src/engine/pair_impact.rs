@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::Peak;
-use crate::engine::arc_impact::{ImpactResult, Shape, outcome};
+use crate::engine::arc_impact::{ImpactResult, ImpactShape, outcome};
 use crate::engine::cluster::{Cluster, power_of_stretching};
 use crate::engine::flight::{Ball, Flight, RunningIntegrals, degree, integrals_of_inputs};
 use crate::model::{ContactLaw, Cradle};
@@ -29,7 +29,7 @@ pub(crate) struct ImpactCoefficients {
     /// Coefficients for derivatives.
     derivatives: OnceLock<Box<PulseCoefficients>>,
     /// Coefficients for balls on arcs.
-    shape: OnceLock<Box<Shape>>,
+    shape: OnceLock<Box<ImpactShape>>,
 }
 
 /// Derivatives of the first two expansions by the exponent p, and expansions of the integrals of `q^g sqrt(...) dq` for
@@ -284,10 +284,11 @@ impl PairImpact {
     ) -> Option<Self> {
         let (models, flights) = (balls.map(|ball| ball.model), balls.map(|ball| &ball.flight));
         let steady = |k: usize| models[k].gamma == 0.0 && degree(&flights[k].forcing) == 0;
-        if !(law.is_elastic() && law.exponent <= Shape::HIGHEST && steady(0) && steady(1)) {
+        if !(law.is_elastic() && law.exponent <= ImpactShape::HIGHEST && steady(0) && steady(1)) {
             return None;
         }
-        let shape = coefficients.shape.get_or_init(|| Box::new(Shape::new(law.exponent, power_of_stretching(law))));
+        let shape =
+            coefficients.shape.get_or_init(|| Box::new(ImpactShape::new(law.exponent, power_of_stretching(law))));
         let outcome = outcome(&models, flights, law, shape)?;
         let ImpactResult { duration, displacements, .. } = outcome;
         let integrals = [0, 1].map(|k| integrals_of_inputs(&models[k], flights[k], duration, &|_| displacements[k]));

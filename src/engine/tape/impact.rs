@@ -36,10 +36,10 @@ pub(super) struct ImpactPart {
     pub largest: Option<f64>,
 }
 
-/// Values of an impact: rate at the onset (m/s); total mass (kg), shares of it and reduced mass (kg); load on the
+/// ImpactValues of an impact: rate at the onset (m/s); total mass (kg), shares of it and reduced mass (kg); load on the
 /// overlap (m/s2); duration (s) and integral of the overlap (m.s); position (m), velocity (m/s) and acceleration (m/s2)
 /// of the centre of mass at the onset, position and velocity in the middle; the functions of the oscillator at the end.
-struct Values {
+struct ImpactValues {
     rate: f64,
     total: f64,
     share: [f64; 2],
@@ -87,7 +87,7 @@ impl ImpactPart {
     }
 
     /// The values from which its map is built.
-    fn values(&self, pair: &Pair) -> Values {
+    fn values(&self, pair: &Pair) -> ImpactValues {
         let Pair { balls: [left, right], law } = pair;
         let [(x, u), (y, w)] = self.start;
         let (total, rate) = (left.mass + right.mass, u - w);
@@ -98,7 +98,7 @@ impl ImpactPart {
         let (centre, speed) = (share[0] * x + share[1] * y, share[0] * u + share[1] * w);
         let a = share[0] * self.forcing[0] + share[1] * self.forcing[1] - left.omega2 * centre;
         let until = 0.5 * time;
-        Values {
+        ImpactValues {
             rate,
             total,
             share,
@@ -114,9 +114,9 @@ impl ImpactPart {
     }
 
     /// Changes of the state after the impact, at the common time, by the `values` of its map.
-    fn effects(&self, pair: &Pair, values: &Values, causes: &Causes) -> Effects {
+    fn effects(&self, pair: &Pair, values: &ImpactValues, causes: &Causes) -> Effects {
         let (Pair { balls: [BallModel { omega2, .. }, _], law }, reach) = (pair, self.reach);
-        let Values { rate, total, share: [l, r], reduced, load, time, sum, .. } = *values;
+        let ImpactValues { rate, total, share: [l, r], reduced, load, time, sum, .. } = *values;
         let ([centre, speed, a], [centre_there, speed_there]) = (values.motion, values.middle);
         let of_balls = |k: usize| [causes[2 * k], causes[2 * k + 1]];
         let [x, v, mass, gamma, frequency, forcing] = std::array::from_fn(of_balls);
