@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::contact::{ContactRole, around};
+use super::contact::{ContactRole, contiguous_range};
 use super::engine::Engine;
 use crate::engine::{Busy, EngineError, Forecast, Observer, Watchdog};
 use crate::solver::DoubleDouble;
@@ -63,7 +63,7 @@ impl Engine {
             watchdog.check(t, (1, || self.busy_with(key)), self.effort, observer)?;
             if self.is_rigid() {
                 // The balls of a body fly on from event to event; for other neighbours, events renew the series.
-                let body = around(key, self.contacts.len(), |j| self.constraint(j).is_some());
+                let body = contiguous_range(key, self.contacts.len(), |j| self.constraint(j).is_some());
                 self.follow_flights(body.start..body.end + 1, t, &mut watchdog, observer)?;
             }
             self.process(t, key, observer)?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::contact::{ContactRole, around};
+use super::contact::{ContactRole, contiguous_range};
 use super::engine::Engine;
 use super::interaction::Interaction;
 use crate::engine::flight::{EVALUATIONS, Separation};
@@ -60,7 +60,7 @@ impl Engine {
                 let beside = |separation: &Separation| self.is_rigid() && separation.touches(t, 0.0);
                 let worn = |separation: &Separation| separation.nears_end(t) || beside(separation);
                 let worn = |j: usize| self.contacts[j].separation().is_some_and(worn);
-                let contacts = around(key, self.contacts.len(), worn);
+                let contacts = contiguous_range(key, self.contacts.len(), worn);
                 self.reanchor_free(contacts.start..contacts.end + 1, t);
                 let balls = self.balls[contacts.start..contacts.end + 1].iter_mut();
                 balls.filter(|ball| ball.anchor == t).for_each(|ball| ball.starts_long = true);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::contact::{ContactRole, RestRule, around};
+use super::contact::{ContactRole, RestRule, contiguous_range};
 use super::engine::Engine;
 use super::interaction::Interaction;
 use crate::engine::flight::{Forcing, Rounding, Separation, places, shifted, start_by_centre};
@@ -52,7 +52,7 @@ impl Engine {
         let Some(separation) = self.contacts[i].separation() else { return };
         let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
         let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise);
-        let group = around(i, self.contacts.len(), |j| {
+        let group = contiguous_range(i, self.contacts.len(), |j| {
             let touches = |separation: &Separation| separation.touches(t, noise);
             self.constraint(j).is_some() || self.contacts[j].separation().is_some_and(touches)
         });
@@ -128,7 +128,7 @@ impl Engine {
 
     /// Ends the constraint of contact `i`, which would have to pull from `t` on.
     pub(crate) fn release_constraint(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
-        let body = around(i, self.contacts.len(), |j| self.constraint(j).is_some());
+        let body = contiguous_range(i, self.contacts.len(), |j| self.constraint(j).is_some());
         self.separate(body.clone(), t);
         self.regroup(body, t, RestRule::Nothing, &[], observer);
     }

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::engine::run::{ContactRole, Engine, RestRule, around};
+use crate::engine::run::{ContactRole, Engine, RestRule, contiguous_range};
 use crate::engine::{
     EngineError, Forecast, HeldInputs, Observer, Pulse, RAPID, exchange::run::Exchange, flight::Ball,
     rigid::restitution,
@@ -108,7 +108,7 @@ impl Exchange {
         closed: &[usize],
     ) -> Result<Option<MappedGroup>, EngineError> {
         let is_closed = |j: usize| self.modes[j] != Mode::Open;
-        let free = around(first, self.modes.len(), |j| !is_closed(j) || closed.binary_search(&j).is_ok());
+        let free = contiguous_range(first, self.modes.len(), |j| !is_closed(j) || closed.binary_search(&j).is_ok());
         let mut members = free.start..free.end + 1;
         loop {
             let mut pulses = Vec::new();
@@ -152,7 +152,7 @@ impl Exchange {
         let rigid = self.is_rigid();
         loop {
             let has_pulses = |j: usize| rigid || engine.contacts[j].ledger.record.pulses > 0;
-            let group = around(first, engine.contacts.len(), has_pulses);
+            let group = contiguous_range(first, engine.contacts.len(), has_pulses);
             let records = engine.contacts[group.clone()].iter().map(|contact| contact.ledger.record);
             let last = records.fold(0.0, |last: f64, record| last.max(record.onset).max(record.release));
             let end = DoubleDouble::from(if rigid { last } else { 2.0 * last });
