@@ -1,7 +1,7 @@
 //! Why a run cannot go on.
 
 pub use super::flight::Fault;
-use super::observer::Busy;
+use super::observer::Activity;
 use crate::number::Number;
 
 /// Why a run cannot go on, with the time and the values.
@@ -59,8 +59,8 @@ pub enum EngineError {
     OutOfReach {
         /// Time, s.
         time: f64,
-        /// What the run is busy with.
-        by: Busy,
+        /// What the run computes there.
+        activity: Activity,
         /// Steps and events in a second of the run, 1/s.
         rate: f64,
     },
@@ -120,11 +120,11 @@ impl std::fmt::Display for EngineError {
             Self::Stalled { time, contact } => {
                 write!(f, "no progress in contact {} at t = {} s", contact + 1, Number(time))
             }
-            Self::OutOfReach { time, by, rate } => {
-                let (who, rounds) = match by {
-                    Busy::Contact(contact) => (format!("contact {}", contact + 1), "steps and events"),
-                    Busy::Flight(ball) => (format!("the flight of ball {}", ball + 1), "steps"),
-                    Busy::Solver => ("the solver".to_owned(), "steps"),
+            Self::OutOfReach { time, activity, rate } => {
+                let (who, rounds) = match activity {
+                    Activity::Contact(contact) => (format!("contact {}", contact + 1), "steps and events"),
+                    Activity::Flight(ball) => (format!("the flight of ball {}", ball + 1), "steps"),
+                    Activity::Solver => ("the solver".to_owned(), "steps"),
                 };
                 let time = Number(time);
                 write!(

@@ -102,13 +102,13 @@ pub struct Progress {
     pub time: f64,
     /// Rounds of work in this call so far: steps and events.
     pub rounds: u64,
-    /// What the last round was about.
-    pub by: Busy,
+    /// What the last round was part of.
+    pub activity: Activity,
 }
 
-/// What a run is busy with.
+/// What a run computes at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Busy {
+pub enum Activity {
     /// Steps and events of this contact, from 0, and of those that press at the same time.
     Contact(usize),
     /// The flight of this ball on its arc, from 0: power series, or implicit steps, one after the other.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, forcings};
 use super::trajectory::{ContactEvent, Event, Trajectory};
 use crate::engine::run::{InvalidState, require};
-use crate::engine::{Busy, EngineError, Forecast, HeldInputs, Ledger, Observer, Peak, Watchdog};
+use crate::engine::{Activity, EngineError, Forecast, HeldInputs, Ledger, Observer, Peak, Watchdog};
 use crate::model::{Chain, Cradle, Inputs, Parameters, Results, WorkCounters};
 use crate::solver::DoubleDouble;
 
@@ -202,7 +202,7 @@ impl Continuous {
             }
             self.trajectory.advance()?;
             let reached = self.trajectory.path.start();
-            watchdog.check(reached, (1, || Busy::Solver), self.effort(), observer)?;
+            watchdog.check(reached, (1, || Activity::Solver), self.effort(), observer)?;
         }
         self.time = time;
         if self.effort() > before { self.check_finite() } else { Ok(()) }
