@@ -24,7 +24,7 @@ type NodalValues = [f64; 2 * NODES];
 ///
 /// Along it the overlap is `q phi(t / T0)`, with the largest overlap q and the duration `T0` in closed form. With the
 /// turn of the directions, gravity and inputs, it is `q (phi + y)(x)`, `x = t / T`, `T = (1 + late) T0`, with a small y
-/// and `y(1) = 0`. N collects the pull, the turn, the effect of `late`, and the terms not linear in y:
+/// and `y(1) = 0`. N collects the free acceleration, the turn, the effect of `late`, and the terms not linear in y:
 ///
 /// ```text
 /// phi'' = -kappa phi^p,     phi'(0) = sigma,     kappa = sigma^2 (p+1) / 2,     e = phi + (p-1) / 2 x phi'
@@ -174,7 +174,7 @@ pub(crate) fn outcome(
         for m in 0..2 * NODES {
             let (more, part) = (-less(m) / inverse_mass, y[m] / phi[m]);
             let (eta, bend) = (stretched + more + stretched * more, shape.bend(part));
-            let rest = pulled * direction.pull[m] - kappa * powers[m] * (eta * (1.0 + p * part + bend) + bend);
+            let rest = pulled * direction.free[m] - kappa * powers[m] * (eta * (1.0 + p * part + bend) + bend);
             (by_slope[m], by_scaling[m]) = (slopes[m] * rest, scalings[m] * rest);
             largest = largest.max(eta.abs()).max(part.abs());
         }
@@ -201,7 +201,7 @@ pub(crate) fn outcome(
             continue;
         }
         let sum = |value: &dyn Fn(usize) -> f64| duration * weighted(weights, &std::array::from_fn(value));
-        let missing = sum(&|m| direction.pull[m] + less(m) * forces[m]);
+        let missing = sum(&|m| direction.free[m] + less(m) * forces[m]);
         // Directions are nearly the same in each impact, so their rounding would add up.
         let product = DoubleDouble::product;
         let pushes = [0, 1].map(|k| {

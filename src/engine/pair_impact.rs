@@ -90,22 +90,22 @@ impl ImpactCoefficients {
         Some(PulseShape { integrals: [0, 1].map(integral), works })
     }
 
-    /// Solves the overlap's motion `d'' = -omega2 d - pull - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
+    /// Solves the overlap's motion `d'' = -omega2 d - load - F(d) / mass` from `d = 0`, `d' = rate` to its return to 0.
     /// Returns its duration (s), largest overlap (m) and integral (m.s).
-    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, pull: f64) -> Option<[f64; 3]> {
+    fn compression(&self, law: &ContactLaw, omega2: f64, mass: f64, rate: f64, load: f64) -> Option<[f64; 3]> {
         if law.whole_exponent() == Some(1) {
             let frequency2 = omega2 + law.stiffness / mass;
             let frequency = frequency2.sqrt();
-            let duration = 2.0 / frequency * libm::atan2(rate * frequency, pull);
-            let (offset, amplitude) = (pull / frequency2, rate / frequency);
+            let duration = 2.0 / frequency * libm::atan2(rate * frequency, load);
+            let (offset, amplitude) = (load / frequency2, rate / frequency);
             let radius = hypotenuse(offset * offset + amplitude * amplitude, offset, amplitude);
             // The difference of radius and offset without cancellation.
             let peak_overlap = if offset > 0.0 { amplitude * amplitude / (radius + offset) } else { radius - offset };
-            let overlap_integral = (2.0 * rate - pull * duration) / frequency2;
+            let overlap_integral = (2.0 * rate - load * duration) / frequency2;
             return Some([duration, peak_overlap, overlap_integral]);
         }
         let (p, reach) = (law.exponent, law.largest_overlap(mass, rate));
-        let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * pull * reach / (rate * rate));
+        let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * load * reach / (rate * rate));
         let expands = alpha + beta.abs() < SMALL;
         if !expands {
             return None; // Also if they are NaN.
@@ -237,8 +237,8 @@ impl PairImpact {
         let total = left.model.mass + right.model.mass;
         let (left_share, right_share) = (left.model.mass / total, right.model.mass / total);
         let reduced = left.model.mass * right_share;
-        let pull = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
-        let [t, peak_overlap, overlap_integral] = coefficients.compression(law, o.omega2(), reduced, rate, pull)?;
+        let load = o.omega2() * law.clearance - (l.forcing[0] - r.forcing[0]);
+        let [t, peak_overlap, overlap_integral] = coefficients.compression(law, o.omega2(), reduced, rate, load)?;
         if !(t.is_finite() && t > 0.0) {
             return None; // Beyond the range of doubles.
         }
@@ -267,7 +267,7 @@ impl PairImpact {
             duration: t,
             displacements: [displacement; 2],
             velocities,
-            impulse: reduced * (2.0 * rate - pull * t - o.omega2() * overlap_integral),
+            impulse: reduced * (2.0 * rate - load * t - o.omega2() * overlap_integral),
             // Without losses the way back takes as long.
             peak: Peak { force: law.elastic_force(peak_overlap), time: 0.5 * t },
         };

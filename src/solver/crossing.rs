@@ -63,13 +63,13 @@ fn eighths(from: f64, to: f64) -> [f64; SAMPLES] {
 #[inline]
 pub fn first_positive(c: &[f64], sign: f64, level: f64, until: f64) -> Option<f64> {
     let (value, slope) = (sign * (c[0] - level), sign * c[1]);
-    let (chord, bend) = (value + until * slope, until * until * bound(&c[2..], until));
+    let (chord, deviation) = (value + until * slope, until * until * bound(&c[2..], until));
     // A cheap bound: most searches find nothing.
-    if value < -bend && chord < -bend {
+    if value < -deviation && chord < -deviation {
         return None;
     }
     // Nothing is known of numbers beyond the range of doubles.
-    if !(chord + bend).is_finite() {
+    if !(chord + deviation).is_finite() {
         return Some(f64::NAN);
     }
     Above { c, sign, level }.first_positive(until)

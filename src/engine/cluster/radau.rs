@@ -6,7 +6,9 @@ use std::ops::Range;
 use super::step_control::{Problem, StepHistory};
 use super::taylor::{Series, integrate};
 use super::window::Window;
-use crate::engine::flight::{BallStages, Flight, NOISE, PLACE_ITERATIONS, Response, highest_terms, next_length, pull};
+use crate::engine::flight::{
+    BallStages, Flight, NOISE, PLACE_ITERATIONS, Response, free_acceleration, highest_terms, next_length,
+};
 use crate::model::Mode;
 use crate::solver::radau::{BlockRow, Matrix, RADAU, STAGES, Stages, solve};
 
@@ -135,16 +137,17 @@ impl<'a> RadauStep<'a> {
     /// Displacement of the left ball of contact `j` less that of the right one, at the stages.
     fn relative(&self, j: usize) -> Stages {
         let window = self.window;
-        let [left, right] = [j, j + 1].map(|i| self.balls[i].bend + self.pressed(i));
+        let [left, right] = [j, j + 1].map(|i| self.balls[i].arc_correction + self.pressed(i));
         let ([l, r], o) = ([j, j + 1].map(|i| &window.flights[i]), &window.balls[j].oscillator);
         let rate = l.v - r.v;
         let bent = if *o == window.balls[j + 1].oscillator {
             // Gravity pulls on the difference of the positions.
             let forcing = std::array::from_fn(|k| l.forcing[k] - r.forcing[k]);
             let apart = Flight { x: window.pair(j).apart([l.x, r.x], window.contacts[j].overlap), v: rate, forcing };
-            self.balls[j].response.displacement * (self.times.map(|t| pull(o, &apart, t)) + (left - right))
+            self.balls[j].response.displacement * (self.times.map(|t| free_acceleration(o, &apart, t)) + (left - right))
         } else {
-            let bent = |i: usize, by: Stages| self.balls[i].response.displacement * (self.balls[i].pull + by);
+            let bent =
+                |i: usize, by: Stages| self.balls[i].response.displacement * (self.balls[i].free_acceleration + by);
             bent(j, left) - bent(j + 1, right)
         };
         rate * self.times + bent

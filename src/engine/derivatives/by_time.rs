@@ -140,7 +140,7 @@ fn support_along_arcs(cradle: &Cradle, state: &ChainState, series: &Series) -> [
     for (i, (ball, Flight { forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
         let ([sin, cos], u) = (series.directions(i), series.rate(series.displacement(i)));
         let forcing: Vec<f64> = (0..forcing.len()).map(|k| forcing[k] * INVERSE_FACTORIAL[k]).collect();
-        let mut pulls: Vec<f64> = (0..=MAX_OUTPUT_DERIVATIVE)
+        let mut tensions: Vec<f64> = (0..=MAX_OUTPUT_DERIVATIVE)
             .map(|k| {
                 let round = product_term(&u, &u, k) / ball.length + ball.gravity * cos[k];
                 ball.mass * (round + product_term(&forcing, sin, k))
@@ -150,14 +150,14 @@ fn support_along_arcs(cradle: &Cradle, state: &ChainState, series: &Series) -> [
             if state.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing) {
                 let outward = series.outward(j, i);
                 let push =
-                    |(k, pull): (usize, &mut f64)| *pull += sign * product_term(series.force_row(j), &outward, k);
-                pulls.iter_mut().enumerate().for_each(push);
+                    |(k, tension): (usize, &mut f64)| *tension += sign * product_term(series.force_row(j), &outward, k);
+                tensions.iter_mut().enumerate().for_each(push);
             }
         }
         let drag: Vec<f64> = u.iter().map(|u| 2.0 * ball.gamma * ball.mass * u).collect();
         (0..=MAX_OUTPUT_DERIVATIVE).for_each(|k| {
-            support[0][k] += product_term(&pulls, sin, k) + product_term(&drag, cos, k);
-            support[1][k] += product_term(&drag, sin, k) - product_term(&pulls, cos, k);
+            support[0][k] += product_term(&tensions, sin, k) + product_term(&drag, cos, k);
+            support[1][k] += product_term(&drag, sin, k) - product_term(&tensions, cos, k);
         });
     }
     support

@@ -128,7 +128,7 @@ impl Ball {
     }
 
     /// A bound (m) of its distance from the chord of its motion within `tau` (s) after the anchor, without contacts.
-    pub fn bend(&self, tau: f64) -> f64 {
+    pub fn chord_deviation(&self, tau: f64) -> f64 {
         let (o, flight) = (&self.oscillator, &self.flight);
         let varying = flight.forcing[1..].iter().rev().fold(0.0, |sum, forcing| (sum + forcing.abs()) * tau);
         let at_rest = (flight.forcing[0] - o.omega2() * flight.x).abs() + varying;

@@ -56,7 +56,7 @@ pub(crate) fn highest_terms(c: &[f64]) -> f64 {
 }
 
 /// Acceleration at the time `t` (s) of a ball that keeps its velocity, without contact forces, m/s2.
-pub(crate) fn pull(o: &Oscillator, flight: &Flight, t: f64) -> f64 {
+pub(crate) fn free_acceleration(o: &Oscillator, flight: &Flight, t: f64) -> f64 {
     forcing_at(&flight.forcing, t) - o.omega2() * (flight.x + flight.v * t) - 2.0 * o.gamma() * flight.v
 }
 
@@ -80,34 +80,35 @@ impl Response {
 /// A ball at the stages of a step.
 pub(crate) struct BallStages {
     pub response: Response,
-    /// Its acceleration [without contact forces](pull), and what its arc adds, m/s2.
-    pub pull: Stages,
-    pub bend: Stages,
+    /// Its acceleration [without contact forces](free_acceleration), and what its arc adds, m/s2.
+    pub free_acceleration: Stages,
+    pub arc_correction: Stages,
     /// Its displacement along an arc since the start, m.
     pub moved: Stages,
 }
 
 impl BallStages {
     pub fn new(response: Response, o: &Oscillator, flight: &Flight, times: &Stages) -> Self {
-        let pull = times.map(|t| pull(o, flight, t));
-        Self { response, pull, bend: Stages::zeros(), moved: Stages::zeros() }
+        let free_acceleration = times.map(|t| free_acceleration(o, flight, t));
+        Self { response, free_acceleration, arc_correction: Stages::zeros(), moved: Stages::zeros() }
     }
 
     /// Improves its motion along its arc by one iteration, with the accelerations `pressed` of contact forces (m/s2).
     /// Returns whether its places are known to rounding; `None` if it swings beyond 90 degrees.
     pub fn move_by(&mut self, model: &BallModel, flight: &Flight, times: &Stages, pressed: &Stages) -> Option<bool> {
-        let moved = flight.v * times + self.response.displacement * (self.pull + self.bend + pressed);
+        let moved =
+            flight.v * times + self.response.displacement * (self.free_acceleration + self.arc_correction + pressed);
         let change = (moved - self.moved).amax();
         self.moved = moved;
         let places = moved.add_scalar(flight.x);
-        let bend = |place: f64, t: f64| model.bend(place, forcing_at(&flight.forcing, t));
-        self.bend = places.zip_map(times, bend);
+        let correction = |place: f64, t: f64| model.arc_correction(place, forcing_at(&flight.forcing, t));
+        self.arc_correction = places.zip_map(times, correction);
         (places.amax() < FRAC_PI_2 * model.length).then_some(change <= SAME_PLACE * model.length)
     }
 
     /// Its velocities with the accelerations `pressed` of contact forces (m/s2), m/s.
     pub fn velocities(&self, flight: &Flight, pressed: &Stages) -> Stages {
-        (self.response.velocity * (self.pull + self.bend + pressed)).add_scalar(flight.v)
+        (self.response.velocity * (self.free_acceleration + self.arc_correction + pressed)).add_scalar(flight.v)
     }
 }
 

@@ -150,11 +150,11 @@ impl Path {
                 Some(s) => (k + 1) as f64 * s / self.unit,
                 None => 0.0,
             });
-            let pull = |k: usize| {
+            let tension_over_mass = |k: usize| {
                 let pushed: f64 = (0..forcing.len().min(k + 1)).map(|i| forcing[i] * self.sin[k - i]).sum();
                 product_term(&rate, &rate, k) / ball.length + ball.gravity * self.cos[k] + pushed
             };
-            first(&std::array::from_fn(pull))
+            first(&std::array::from_fn(tension_over_mass))
         };
         let faults = [(horizontal, Fault::Horizontal), (slack, Fault::Slack)].into_iter();
         let timed = faults.filter_map(|(time, fault)| Some((time? * self.unit, fault)));

@@ -85,15 +85,15 @@ impl Body {
         let contact = first;
         let first = &balls[0];
         let (o, v, on_line) = (&first.oscillator, first.flight.v, !first.model.on_arc);
-        // Differences from the first ball, exactly 0 for equal balls; `pull` is the acceleration by inputs and gravity.
-        let mut pull = 0.0;
+        // Differences from the first ball, exactly 0 for equal balls; `free` is the acceleration by inputs and gravity.
+        let mut free = 0.0;
         let differences = balls.iter().enumerate().map(|(i, ball)| {
             if i > 0 {
-                pull -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
+                free -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
             }
             let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
             if on_line {
-                forcing[0] = pull;
+                forcing[0] = free;
             }
             Differences {
                 omega2: ball.oscillator.omega2() - o.omega2(),
@@ -242,8 +242,8 @@ impl Constraint {
             if before > 0.0 && after < 0.0 {
                 let top = falling_zero(rate, low, high);
                 // The place has half the digits; a step of Newton's method adds the rest.
-                let [_, slope, bend, _] = self.tension(top);
-                let way = if bend > 0.0 { -slope / bend } else { 0.0 };
+                let [_, slope, curvature, _] = self.tension(top);
+                let way = if curvature > 0.0 { -slope / curvature } else { 0.0 };
                 peak.turn(self.force_after(top), (top + way).clamp(low, high), [low, high]);
             }
             before = after;

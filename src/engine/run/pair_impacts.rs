@@ -80,7 +80,7 @@ impl Engine {
         });
         let remaining = sides.map(|(.., rest)| rest);
         let longest = remaining[0].max(remaining[1]);
-        let mut slack: f64 = sides.iter().map(|(ball, age, ..)| ball.bend(age + longest)).sum();
+        let mut slack: f64 = sides.iter().map(|(ball, age, ..)| ball.chord_deviation(age + longest)).sum();
         let mut along = [1.0; 2];
         if self.cradle.on_arcs() {
             // The distance is at least its component along its present direction; the turn of the paths adds to the

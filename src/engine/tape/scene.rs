@@ -185,8 +185,9 @@ impl Scene<'_> {
         let (k, motions) = (j - balls.start, self.motions(balls, tau, true));
         let at = contacts.swap_remove(k);
         let states = [j, j + 1].map(|i| self.motion.state(i, tau));
-        let bend = self.cradle.pair(j).overlap_acceleration(states, [k, k + 1].map(|k| motions[k][1]));
-        let growth = at.by_overlap[0] * at.rate[0] + at.by_rate[0] * bend;
+        let acceleration_of_overlap =
+            self.cradle.pair(j).overlap_acceleration(states, [k, k + 1].map(|k| motions[k][1]));
+        let growth = at.by_overlap[0] * at.rate[0] + at.by_rate[0] * acceleration_of_overlap;
         // It has just closed: the later it does so, the farther apart its balls are.
         let closes = at.overlap[0] <= 0.0 && at.rate[0] > 0.0;
         PeakPart {

@@ -108,11 +108,11 @@ impl GaussStep {
     }
 
     /// Relative accelerations of the balls of contact `j` at the nodes, by the forces of three neighbouring contacts, a
-    /// constant pull and the pendulums.
+    /// constant acceleration and the pendulums.
     pub(super) fn accelerate(&mut self, j: usize) {
         let (contact, Samples { overlaps, rates, forces, balls, .. }) = (&self.contacts[j], &self.at_nodes);
         if self.on_arcs() {
-            let ([left, own, right], mut sums) = (&self.arcs.factors[j], self.arcs.directions[j].pull);
+            let ([left, own, right], mut sums) = (&self.arcs.factors[j], self.arcs.directions[j].free);
             for m in 0..NODES {
                 sums[m] += left[m] * forces[j][m] + own[m] * forces[j + 1][m] + right[m] * forces[j + 2][m];
             }
@@ -124,7 +124,7 @@ impl GaussStep {
         let mut sums = [0.0; NODES];
         for m in 0..NODES {
             let pushed = (left[m] - own[m]) * a - (own[m] - right[m]) * b;
-            sums[m] = pushed + (contact.pull - omega2 * overlaps[j][m]);
+            sums[m] = pushed + (contact.free_at_touch - omega2 * overlaps[j][m]);
         }
         if drag > 0.0 {
             (0..NODES).for_each(|m| sums[m] -= drag * rates[j][m]);
@@ -170,10 +170,10 @@ impl GaussStep {
                 }
                 self.at_nodes.balls[i] = [displacements, velocities];
             } else {
-                let (v, pull) = (flight.v, flight.forcing[0] - self.oscillators[i].omega2() * flight.x);
+                let (v, free) = (flight.v, flight.forcing[0] - self.oscillators[i].omega2() * flight.x);
                 for m in 0..NODES {
                     let t = length * table.times[m];
-                    (displacements[m], velocities[m]) = ((v + 0.5 * pull * t) * t, v + pull * t);
+                    (displacements[m], velocities[m]) = ((v + 0.5 * free * t) * t, v + free * t);
                 }
                 let (mut left_out, mut round) = (if self.presses(i) || self.varies { 1.0 } else { gain }, 1.0);
                 self.at_nodes.balls[i] = [displacements, velocities];
@@ -203,9 +203,9 @@ impl GaussStep {
         let (flight, o, inverse_mass) = (&self.flights[i], &self.oscillators[i], self.inverse_mass(i));
         let Samples { forces, balls, .. } = &self.at_nodes;
         let ([left, right], [displacements, velocities]) = ([&forces[i], &forces[i + 1]], &balls[i]);
-        let (mut sums, omega2, pull) = ([0.0; NODES], o.omega2(), flight.forcing[0] - o.omega2() * flight.x);
+        let (mut sums, omega2, free) = ([0.0; NODES], o.omega2(), flight.forcing[0] - o.omega2() * flight.x);
         for m in 0..NODES {
-            sums[m] = (left[m] - right[m]) * inverse_mass + (pull - omega2 * displacements[m]);
+            sums[m] = (left[m] - right[m]) * inverse_mass + (free - omega2 * displacements[m]);
         }
         if o.gamma() > 0.0 {
             sums.iter_mut().zip(velocities).for_each(|(sum, v)| *sum -= 2.0 * o.gamma() * v);

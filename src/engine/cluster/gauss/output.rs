@@ -87,8 +87,8 @@ impl GaussStep {
                 sums.iter_mut().zip([x, v, forcing[0]]).for_each(|(sum, value)| *sum += mass(i) * value);
             }
             let [x, v, forcing] = sums.map(|sum| sum / all);
-            let pull = forcing - o.omega2() * x;
-            let mut place = [v * u1 + pull * u2, pull * u1 - v * o.omega2() * u2, v * u2 + pull * u3];
+            let free = forcing - o.omega2() * x;
+            let mut place = [v * u1 + free * u2, free * u1 - v * o.omega2() * u2, v * u2 + free * u3];
             let (begin, mut right) = (balls.len(), all);
             balls.push(place);
             for (j, change) in (first..).zip(&relative[first..last]) {

@@ -107,7 +107,7 @@ impl Series {
             {
                 let at_contact = at - stride;
                 self.overlaps[at_contact + 2] = if pendulums[j].is_like(pendulum) {
-                    // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
+                    // Gravity bounds on the difference of the positions, which the overlap gives without rounding.
                     let clearance = if k == 0 { window.laws[j].clearance } else { 0.0 };
                     let apart = self.overlaps[at_contact] + clearance;
                     term(driven_left - driven, apart, self.overlaps[at_contact + 1])
@@ -238,15 +238,15 @@ pub(crate) fn velocity_scale(window: &Window<'_>) -> f64 {
 /// Speed (m/s) that the other accelerations of the balls of contact `j` cause from rest until the contact balances
 /// them. If these grow from 0, the time until then is found by iteration, to within a power of ten.
 fn speed_from_rest(window: &Window<'_>, j: usize) -> f64 {
-    let pulls = [j, j + 1].map(|i| {
+    let bounds = [j, j + 1].map(|i| {
         let mut sizes = window.flights[i].forcing;
         sizes[0] -= window.models[i].omega2 * window.flights[i].x;
         sizes.map(f64::abs)
     });
     let (law, mass) = (&window.laws[j], window.reduced_mass(j));
-    let acceleration = |time: f64| pulls.iter().map(|sizes| forcing_at(sizes, time)).fold(0.0, f64::max);
+    let acceleration = |time: f64| bounds.iter().map(|sizes| forcing_at(sizes, time)).fold(0.0, f64::max);
     let speed = |acceleration: f64| law.speed_from_rest(mass, acceleration);
-    if pulls.iter().all(|sizes| degree(sizes) == 0) {
+    if bounds.iter().all(|sizes| degree(sizes) == 0) {
         return speed(acceleration(0.0));
     }
     let mut time = 1.0;
