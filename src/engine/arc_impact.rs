@@ -99,8 +99,8 @@ impl ImpactShape {
         std::array::from_fn(|m| 0.5 * if m < NODES { early[m] } else { middle + late[m - NODES] })
     }
 
-    /// `(1 + y / phi)^p - 1 - p y / phi`, by the binomial series.
-    fn bend(&self, y: f64) -> f64 {
+    /// What the binomial series of `(1 + y / phi)^p` has beyond its linear terms, `1 + p y / phi`; `y` is y over phi here.
+    fn remainder(&self, y: f64) -> f64 {
         let [a, b, c, d] = [self.p, self.p - 1.0, self.p - 2.0, self.p - 3.0];
         0.5 * a * b * y * y * (1.0 + c / 3.0 * y * (1.0 + d / 4.0 * y * (1.0 + (d - 1.0) / 5.0 * y)))
     }
@@ -173,8 +173,9 @@ pub(crate) fn outcome(
         let ([mut by_slope, mut by_scaling], mut largest) = ([[0.0; 2 * NODES]; 2], 0.0_f64);
         for m in 0..2 * NODES {
             let (more, part) = (-less(m) / inverse_mass, y[m] / phi[m]);
-            let (eta, bend) = (stretched + more + stretched * more, shape.bend(part));
-            let rest = pulled * direction.free[m] - kappa * powers[m] * (eta * (1.0 + p * part + bend) + bend);
+            let (eta, remainder) = (stretched + more + stretched * more, shape.remainder(part));
+            let rest =
+                pulled * direction.free[m] - kappa * powers[m] * (eta * (1.0 + p * part + remainder) + remainder);
             (by_slope[m], by_scaling[m]) = (slopes[m] * rest, scalings[m] * rest);
             largest = largest.max(eta.abs()).max(part.abs());
         }
@@ -189,7 +190,7 @@ pub(crate) fn outcome(
             moved = moved.max((next - y[m]).abs());
             y[m] = next;
             let part = next / phi[m];
-            forces[m] = strongest * powers[m] * (1.0 + p * part + shape.bend(part));
+            forces[m] = strongest * powers[m] * (1.0 + p * part + shape.remainder(part));
             largest = largest.max(part.abs());
         }
         late += change;
@@ -229,8 +230,8 @@ pub(crate) fn outcome(
         let rate_there = half_scaling - 0.25 * (p - 1.0) * kappa * middle;
         let force = law.elastic_force(reach * (1.0 + (middle + 0.5 * rate_there * rate_there / kappa)));
         // `y'' = rest - kappa p y` there, with the mean of the two nodes beside it.
-        let bend = 0.5 * (by_scaling[NODES - 1] + by_scaling[NODES]) - kappa * p * middle;
-        let peak = Peak { force, time: duration * (0.5 + rate_there / (kappa - bend)) };
+        let curvature = 0.5 * (by_scaling[NODES - 1] + by_scaling[NODES]) - kappa * p * middle;
+        let peak = Peak { force, time: duration * (0.5 + rate_there / (kappa - curvature)) };
         return Some(ImpactResult { duration, displacements, velocities, impulse: impulse.value(), peak });
     }
     None

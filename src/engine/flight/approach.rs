@@ -76,8 +76,8 @@ impl Approach {
 
     /// Overlap (m), its rate (m/s) and acceleration (m/s2) at `tau` (s), while the series holds.
     pub fn at(&self, tau: f64) -> [f64; 3] {
-        let [g, slope, bend] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
-        overlap_of_approach([g, slope / self.unit, bend / (self.unit * self.unit)], self.touch)
+        let [g, slope, curvature] = value_and_derivatives(&self.g[..self.terms], tau / self.unit);
+        overlap_of_approach([g, slope / self.unit, curvature / (self.unit * self.unit)], self.touch)
     }
 
     /// Time after the start at which the overlap rises through 0, by more than `noise` (m), while the series holds. A

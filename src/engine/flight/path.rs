@@ -133,8 +133,9 @@ impl Path {
     #[inline(always)]
     fn moved(&self, tau: f64) -> (f64, f64) {
         let time = tau / self.unit;
-        let [bend, change, _] = value_and_derivatives(&self.s[2..self.terms], time);
-        (self.v * tau + time * time * bend, self.v + time * (2.0 * bend + time * change) / self.unit)
+        // Of the displacement, less that at constant velocity, over the square of the time.
+        let [quotient, change, _] = value_and_derivatives(&self.s[2..self.terms], time);
+        (self.v * tau + time * time * quotient, self.v + time * (2.0 * quotient + time * change) / self.unit)
     }
 
     /// What first ends the flight while the series hold, and when, s.

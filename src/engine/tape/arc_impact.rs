@@ -90,12 +90,12 @@ impl<S: Scalar> OverlapEquation<S> {
         let distance = (width * width + height * height).sqrt();
         let parts = [0, 1].map(|k| pair.parts_of(k, at.each_ref()));
         let (gradient, [left, right]) = ([parts[0][0], -parts[1][0]], [parts[0][1], parts[1][1]]);
-        let bends = [
+        let hessian = [
             -left / balls[0].length - left * left / distance,
             left * right / distance,
             right / balls[1].length - right * right / distance,
         ];
-        let turn = |of: &Both<S>| [bends[0] * of[0] + bends[1] * of[1], bends[1] * of[0] + bends[2] * of[1]];
+        let turn = |of: &Both<S>| [hessian[0] * of[0] + hessian[1] * of[1], hessian[1] * of[0] + hessian[2] * of[1]];
         let masses = balls.map(|ball| ball.mass);
         let pushed = [0, 1].map(|k| gradient[k] / masses[k]);
         let inverse_mass = dot(&gradient, &pushed);

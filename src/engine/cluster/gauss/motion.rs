@@ -290,12 +290,12 @@ fn derivative_of_force(contact: &StepContact, k: usize) -> f64 {
         return contact.law.unclipped_force(overlap, rate);
     }
     let (exponent, overlap) = (contact.law.exponent, overlap.max(f64::MIN_POSITIVE)); // without overlap the slope is 0
-    let bend = (exponent - 1.0) * by_overlap / overlap;
-    let by_bend = match k {
+    let second_slope = (exponent - 1.0) * by_overlap / overlap;
+    let by_second_slope = match k {
         1 => 0.0,
-        2 => bend * rate * rate,
-        _ => bend * ((exponent - 2.0) * rate * rate / overlap + 3.0 * accelerations[0]) * rate,
+        2 => second_slope * rate * rate,
+        _ => second_slope * ((exponent - 2.0) * rate * rate / overlap + 3.0 * accelerations[0]) * rate,
     };
     let moved = if k == 1 { rate } else { accelerations[k - 2] };
-    by_bend + by_overlap * moved + by_rate * accelerations[k - 1]
+    by_second_slope + by_overlap * moved + by_rate * accelerations[k - 1]
 }

@@ -195,13 +195,13 @@ impl GaussStep {
     fn way_to_top(&self, j: usize, tau: f64, [overlap, rate, _]: [f64; 3], falls: &Nodes) -> f64 {
         let c = self.stretching.inverse(tau / self.length);
         let (x, pace) = (2.0 * c - 1.0, 0.5 * self.length * self.stretching.at_rounded(c).1);
-        let [_, bend, _] = series::value_and_derivatives(falls, x);
+        let [_, slope, _] = series::value_and_derivatives(falls, x);
         let (by_overlap, by_rate) = self.contacts[j].law.force_slopes(overlap, rate);
         let bent = match by_rate {
             0.0 => 0.0,
             _ => by_rate * series::value(&RULE.powers.map(|row| weighted(&row, &self.accelerations[j])), x),
         };
-        (by_overlap * rate + bent) * pace * pace / bend
+        (by_overlap * rate + bent) * pace * pace / slope
     }
 
     /// When, between these times (s), the polynomial in powers of `2 c - 1` with these coefficients rises through 0, s.
