@@ -42,8 +42,8 @@ pub fn maximum(c: &[f64], from: f64, to: f64) -> (f64, f64) {
             let top = root::rising_zero(falling, (left, -slope_left), (right, -slope_right));
             let value = value_by_lanes(c, top);
             // Up to rounding, an end of the interval beside it may be as high.
-            let noise = if best.0 == left || best.0 == right { ROUNDING * best.1.abs() } else { 0.0 };
-            if value > best.1 - noise {
+            let rounding = if best.0 == left || best.0 == right { ROUNDING * best.1.abs() } else { 0.0 };
+            if value > best.1 - rounding {
                 best = (top, value.max(best.1));
             }
         }

@@ -14,8 +14,8 @@ use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_de
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Relative noise of the derivatives of an overlap, which guide a search; that of the overlap itself is [`ROUNDINGS`].
-const NOISE_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
+/// Relative rounding of the derivatives of an overlap, which guide a search; that of the overlap itself is [`ROUNDINGS`].
+const ROUNDING_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
 
 /// A maximum of a force is higher than another one if it exceeds it by more than this part.
 const HIGHER: f64 = 1e-12;
@@ -118,10 +118,10 @@ impl Modes {
                 magnitudes[k] += (stretch * derivative).abs();
             }
         });
-        // 0 within rounding, so that no search follows noise.
+        // 0 within rounding, so that no search follows rounding.
         std::array::from_fn(|k| {
-            let noise = if k == 0 { ROUNDINGS } else { NOISE_OF_DERIVATIVES } * magnitudes[k];
-            if sums[k].abs() <= noise { 0.0 } else { sums[k] }
+            let rounding = if k == 0 { ROUNDINGS } else { ROUNDING_OF_DERIVATIVES } * magnitudes[k];
+            if sums[k].abs() <= rounding { 0.0 } else { sums[k] }
         })
     }
 
@@ -322,20 +322,20 @@ impl Watch<'_> {
 
 impl Smooth for Watch<'_> {
     fn at(&self, t: f64) -> [f64; 3] {
-        let ([value, slope, curvature], noise) = match self.law {
+        let ([value, slope, curvature], rounding) = match self.law {
             None => (self.modes.overlap_at(self.contact, t), 0.0),
             Some(law) => {
                 let overlap: [f64; 5] = self.modes.overlap_at(self.contact, t);
-                let [(value, noise), (slope, _), (curvature, _)] =
+                let [(value, rounding), (slope, _), (curvature, _)] =
                     [0, 1, 2].map(|k| force(&overlap, law, self.order + k));
-                ([value, slope, curvature], noise)
+                ([value, slope, curvature], rounding)
             }
         };
         // The level fades no further than to this rounding.
-        let noise = if self.fading > 0.0 { noise } else { 0.0 };
+        let rounding = if self.fading > 0.0 { rounding } else { 0.0 };
         let level = self.level_at(t);
         let fall = level * self.fading;
-        let value = self.sign * (value - level) - noise;
+        let value = self.sign * (value - level) - rounding;
         [value, self.sign * (slope + fall), self.sign * (curvature - fall * self.fading)]
     }
 

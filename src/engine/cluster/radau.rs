@@ -7,7 +7,7 @@ use super::step_control::{Problem, StepHistory};
 use super::taylor::{Series, integrate};
 use super::window::Window;
 use crate::engine::flight::{
-    BallStages, Flight, NOISE, PLACE_ITERATIONS, Response, free_acceleration, highest_terms, next_length,
+    BallStages, Flight, LEAST_ROUNDINGS, PLACE_ITERATIONS, Response, free_acceleration, highest_terms, next_length,
 };
 use crate::model::Mode;
 use crate::solver::radau::{BlockRow, Matrix, RADAU, STAGES, Stages, solve};
@@ -271,7 +271,7 @@ impl<'a> RadauStep<'a> {
         let rounding = problem.rounding.velocity
             + f64::EPSILON * length * self.forces.iter().map(Stages::amax).fold(0.0, f64::max) / lightest;
         // Allow no less than the Taylor series before.
-        let allowed = (OF_VELOCITIES * tolerance * speed).max(NOISE * rounding).max(problem.local_error);
+        let allowed = (OF_VELOCITIES * tolerance * speed).max(LEAST_ROUNDINGS * rounding).max(problem.local_error);
         let mut worst = 0.0_f64;
         let mut velocities = Vec::with_capacity(window.flights.len());
         for end in (0..=window.contacts.len()).filter(|&j| !window.presses(j)) {
@@ -292,7 +292,8 @@ impl<'a> RadauStep<'a> {
                 let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
                 let size = contact.overlap + self.changes[j].amax();
                 // The force must be as accurate, and its relative error is `exponent` times as large.
-                let relative = (OF_OVERLAPS * tolerance).max(2.0 * NOISE * f64::EPSILON) / window.laws[j].exponent;
+                let relative =
+                    (OF_OVERLAPS * tolerance).max(2.0 * LEAST_ROUNDINGS * f64::EPSILON) / window.laws[j].exponent;
                 let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
                 // The change of the overlap by the rounding of its rate.
                 let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
@@ -323,7 +324,7 @@ impl<'a> RadauStep<'a> {
                         let Some((force, _, by_rate)) = window.laws[j].continued(overlaps[s], rates[s]) else {
                             return f64::INFINITY;
                         };
-                        (forces[s], unknown) = (force, unknown.max(NOISE * by_rate.abs() * rounding));
+                        (forces[s], unknown) = (force, unknown.max(LEAST_ROUNDINGS * by_rate.abs() * rounding));
                     }
                     // Needed for the time at which the force would push again.
                     let polynomial = RADAU.polynomial(&forces);

@@ -67,7 +67,7 @@ impl Exchange {
             let announced =
                 matches!(self.next, Forecast::At(time) if time <= self.time) && self.next_contact == Some(j);
             let still = rate.abs() <= RESOLVED * self.scales.speed;
-            let due = announced && still && overlap.abs() <= self.separation(balls, j, 0.0).noise;
+            let due = announced && still && overlap.abs() <= self.separation(balls, j, 0.0).rounding;
             return due.then_some(0.0);
         }
         if overlap > 0.0 {

@@ -25,7 +25,7 @@ const SETTLED: f64 = 1e-12;
 const ALLOWED: f64 = 2e-14;
 
 /// Smallest error allowed, in roundings: differences of the ninth order magnify rounding.
-pub(crate) const NOISE: f64 = 100.0;
+pub(crate) const LEAST_ROUNDINGS: f64 = 100.0;
 
 /// The next step over the one that the error allows, the largest growth of a step, and its factors after too large an
 /// error and after one that says nothing (Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8).
@@ -136,7 +136,7 @@ pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<
         let error = match velocities(ball, &oscillator, flight, length) {
             Some(velocities) => {
                 let polynomial = RADAU.polynomial_from(flight.v, &velocities);
-                let allowed = (ALLOWED * velocities.amax()).max(NOISE * rounding);
+                let allowed = (ALLOWED * velocities.amax()).max(LEAST_ROUNDINGS * rounding);
                 let error = highest_terms(&polynomial) / allowed;
                 if error <= 1.0 {
                     return Some((length, polynomial));

@@ -22,7 +22,7 @@ pub(crate) struct Separation {
     /// FreeMotion of the right ball if its pendulum is another one.
     other: Option<FreeMotion>,
     /// Rounding of the positions over a swing, m: an overlap up to this is no onset.
-    pub noise: f64,
+    pub rounding: f64,
     /// Rounding of rate (m/s) and acceleration (m/s2) right after the anchor: an overlap that comes from these is no
     /// onset.
     resolution: [f64; 2],
@@ -78,14 +78,14 @@ impl Separation {
         } else {
             ((left.oscillator, l), Some((right.oscillator, r)))
         };
-        let noise = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
-        Self { anchor, overlap, motion, other, noise, resolution: [0.0; 2], approach }
+        let rounding = l.rounding(&left.oscillator).max(r.rounding(&right.oscillator)).position;
+        Self { anchor, overlap, motion, other, rounding, resolution: [0.0; 2], approach }
     }
 
-    /// Makes it a contact of rigid balls, which may be side by side for long. Overlaps up to `noise` (m) are then no
+    /// Makes it a contact of rigid balls, which may be side by side for long. Overlaps up to `rounding` (m) are then no
     /// onsets, nor are those by the rounding of two different motions, or of inputs that have varied for `age` (s).
-    pub fn make_rigid(&mut self, noise: f64, age: f64) {
-        self.noise = self.noise.max(noise);
+    pub fn make_rigid(&mut self, rounding: f64, age: f64) {
+        self.rounding = self.rounding.max(rounding);
         let of_time = |flight: &Flight| flight.forcing[1].abs() * age;
         let acceleration =
             |(o, flight): &FreeMotion| flight.acceleration(o, 0.0, 0.0, flight.v).abs() + of_time(flight);
@@ -109,7 +109,7 @@ impl Separation {
         let [rate, acceleration] = self.resolution;
         self.motion.1.is_finite()
             && self.other.as_ref().is_none_or(|(_, flight)| flight.is_finite())
-            && all_finite([self.overlap, self.noise, rate, acceleration])
+            && all_finite([self.overlap, self.rounding, rate, acceleration])
             && self.approach.as_ref().is_none_or(|approach| approach.is_sound())
     }
 
@@ -119,9 +119,9 @@ impl Separation {
         (overlap, rate)
     }
 
-    /// Whether the balls touch at the time `t`, within the rounding of their positions or within `noise` (m).
-    pub fn touches(&self, t: DoubleDouble, noise: f64) -> bool {
-        self.at_time(t).0 >= -self.noise.max(noise)
+    /// Whether the balls touch at the time `t`, within the rounding of their positions or within `rounding` (m).
+    pub fn touches(&self, t: DoubleDouble, rounding: f64) -> bool {
+        self.at_time(t).0 >= -self.rounding.max(rounding)
     }
 
     /// Whether the bounce after the onset at `t`, with the coefficient of restitution `e`, stays lower than the
@@ -129,7 +129,7 @@ impl Separation {
     pub fn is_last_bounce(&self, t: DoubleDouble, e: f64, shortest: f64) -> bool {
         let [_, rate, acceleration] = self.evaluate(t - self.anchor);
         let rebound = e * rate;
-        rebound * rebound <= 2.0 * acceleration * self.noise || 2.0 * rebound < acceleration * shortest
+        rebound * rebound <= 2.0 * acceleration * self.rounding || 2.0 * rebound < acceleration * shortest
     }
 
     fn motions(&self) -> impl Iterator<Item = &FreeMotion> + Clone {
@@ -178,7 +178,7 @@ impl Separation {
     pub fn forecast(&self, from: DoubleDouble, allowed: &mut u32) -> Forecast<DoubleDouble> {
         if let Some(approach) = &self.approach {
             *allowed = allowed.saturating_sub(ON_ARCS);
-            let onset = approach.onset(self.noise, self.resolution);
+            let onset = approach.onset(self.rounding, self.resolution);
             if let Some(crossing) = self.crossing()
                 && onset.is_none_or(|onset| crossing < self.anchor + onset)
             {
@@ -269,7 +269,7 @@ impl Separation {
             side * equilibrium + hypotenuse(squares, equilibrium, flight.v / o.omega())
         };
         let reach: f64 = self.motions().zip([1.0, -1.0]).map(highest).sum();
-        self.overlap + reach <= self.noise
+        self.overlap + reach <= self.rounding
     }
 }
 

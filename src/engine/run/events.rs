@@ -65,8 +65,8 @@ impl Engine {
                 let balls = self.balls[contacts.start..contacts.end + 1].iter_mut();
                 balls.filter(|ball| ball.anchor == t).for_each(|ball| ball.starts_long = true);
                 for j in contacts {
-                    let noise = self.contacts[j].separation().map_or(0.0, |separation| separation.noise);
-                    self.open_contact(j, t, noise);
+                    let rounding = self.contacts[j].separation().map_or(0.0, |separation| separation.rounding);
+                    self.open_contact(j, t, rounding);
                 }
             }
             ContactRole::Open(..) | ContactRole::Anchored(_) => self.forecast(key, t),
@@ -170,9 +170,9 @@ impl Engine {
         }
     }
 
-    /// Makes contact `i` open from `t` on, with both balls in flight. Overlaps of rigid balls up to `noise` (m) count
+    /// Makes contact `i` open from `t` on, with both balls in flight. Overlaps of rigid balls up to `rounding` (m) count
     /// as none.
-    pub(crate) fn open_contact(&mut self, i: usize, t: DoubleDouble, noise: f64) {
+    pub(crate) fn open_contact(&mut self, i: usize, t: DoubleDouble, rounding: f64) {
         let before = self.contacts[i].separation();
         let overlap = before.map_or(self.contacts[i].at_anchors().overlap, |separation| separation.at_time(t).0);
         let mut overlap = overlap.min(0.0);
@@ -189,7 +189,7 @@ impl Engine {
         if let ContactRole::Open(separation, _) = &mut self.contacts[i].role
             && rigid
         {
-            separation.make_rigid(noise, age);
+            separation.make_rigid(rounding, age);
         }
         self.forecast(i, t);
     }

@@ -33,15 +33,15 @@ impl Engine {
         for i in 0..self.contacts.len() {
             let places = self.anchors(i);
             let overlap = self.cradle.pair(i).overlap(places);
-            let noise = 2.0 * f64::EPSILON * places[0].abs().max(places[1].abs());
-            if overlap > noise {
+            let rounding = 2.0 * f64::EPSILON * places[0].abs().max(places[1].abs());
+            if overlap > rounding {
                 let (left, right) = (i + 1, i + 2);
                 return Err(EngineError::NotRigid(format!(
                     "rigid balls {left} and {right} overlap by {overlap:.4e} m; allowed: x_start[{left}] - \
                      x_start[{right}] up to contact.gap[{left}] + contact.deadBand"
                 )));
             }
-            self.contacts[i].set_anchored(if overlap >= -noise { 0.0 } else { overlap }, Mode::Open);
+            self.contacts[i].set_anchored(if overlap >= -rounding { 0.0 } else { overlap }, Mode::Open);
         }
         Ok(())
     }
@@ -51,9 +51,9 @@ impl Engine {
         let e = if clock_stands { 0.0 } else { self.cradle.contacts[i].restitution };
         let Some(separation) = self.contacts[i].separation() else { return };
         let shortest = if self.contacts[i].ledger.rapid < MANY { 0.0 } else { RAPID };
-        let (last_bounce, noise) = (separation.is_last_bounce(t, e, shortest), separation.noise);
+        let (last_bounce, overlap_rounding) = (separation.is_last_bounce(t, e, shortest), separation.rounding);
         let group = contiguous_range(i, self.contacts.len(), |j| {
-            let touches = |separation: &Separation| separation.touches(t, noise);
+            let touches = |separation: &Separation| separation.touches(t, overlap_rounding);
             self.constraint(j).is_some() || self.contacts[j].separation().is_some_and(touches)
         });
         let (first, balls) = (group.start, group.start..group.end + 1);

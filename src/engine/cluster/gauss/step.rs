@@ -17,11 +17,11 @@ const STILL_CHANGING: f64 = 1e5;
 
 /// The iteration has converged if it changes overlaps by less than `CONVERGED` of their size. It also has if, at the
 /// present rate, the next change would be less, or `SENSITIVITY` p^2 times the one after it: velocities at the end are
-/// more sensitive, the more so the larger the exponent p. Changes below `NOISE` that no longer fall are rounding.
+/// more sensitive, the more so the larger the exponent p. Changes below `STAGNATION` that no longer fall are rounding.
 /// Guarded by `rattling_balls_cost_little_and_keep_their_energy`.
 const CONVERGED: f64 = 8e-16;
 const SENSITIVITY: f64 = 7.0;
-const NOISE: f64 = 2e-15;
+const STAGNATION: f64 = 2e-15;
 
 /// Rates, if forces depend on them, have converged if their next change, or the one after it with the same factor, is
 /// less than this part of the scale of velocities. Under strong damping they converge long after the overlaps. Guarded
@@ -172,10 +172,10 @@ impl GaussStep {
                 let ahead = rate.map_or(1.0, |rate| rate.min(1.0) * (sensitivity * rate).min(1.0));
                 let converged = change <= CONVERGED
                     || rate.is_some_and(|rate| {
-                        (rate < 0.5 && change * ahead <= CONVERGED) || (change <= NOISE && rate > 0.5)
+                        (rate < 0.5 && change * ahead <= CONVERGED) || (change <= STAGNATION && rate > 0.5)
                     });
                 // The end must have converged, too: contacts in equilibrium do not change, however far it still moves.
-                let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.noise(tolerance);
+                let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.overlap_error(tolerance);
                 let converged = converged && self.end.is_none_or(ended);
                 if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed {
                     if let Some(turns) = turns.as_mut().filter(|turns| !self.stands(turns)) {
@@ -261,7 +261,7 @@ impl GaussStep {
             // To within the accuracy of the overlaps.
             let ends = || {
                 let overlap = self.overlap_at_end(j, self.curvature(j, table));
-                self.end == Some((j, switch)) && overlap.abs() <= self.noise(tolerance)
+                self.end == Some((j, switch)) && overlap.abs() <= self.overlap_error(tolerance)
             };
             if time == 0.0 {
                 return Attempt::AtOnce(j, switch);
