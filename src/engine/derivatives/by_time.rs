@@ -120,11 +120,11 @@ fn support_series(cradle: &Cradle, state: &ChainState, series: &Series) -> [f64;
     }
     let mut at_once = [0.0; 2];
     for (i, (ball, Flight { x: start, forcing, .. })) in cradle.balls.iter().zip(&state.flights).enumerate() {
-        let (mut x, push) = (series.displacement(i).to_vec(), of_derivatives(*forcing));
+        let (mut x, forcing) = (series.displacement(i).to_vec(), of_derivatives(*forcing));
         let v = series.rate(&x);
         x[0] = *start;
-        let without_contacts = |k: usize| ball.mass * (push[k] - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k]);
-        let accelerations: Vec<f64> = (0..push.len()).map(without_contacts).collect();
+        let without_contacts = |k: usize| ball.mass * (forcing[k] - ball.omega2 * x[k] - 2.0 * ball.gamma * v[k]);
+        let accelerations: Vec<f64> = (0..forcing.len()).map(without_contacts).collect();
         add(ball.omega2, ball.gamma, &accelerations);
         at_once[0] += ball.mass * (ball.omega2 * x[0] + 2.0 * ball.gamma * v[0]);
         at_once[1] += ball.mass * ball.omega2 * v[0];
@@ -149,9 +149,9 @@ fn support_along_arcs(cradle: &Cradle, state: &ChainState, series: &Series) -> [
         for (j, sign) in [(i.wrapping_sub(1), 1.0), (i, -1.0)] {
             if state.contacts.get(j).is_some_and(|contact| contact.mode == Mode::Pressing) {
                 let outward = series.outward(j, i);
-                let push =
+                let add_outward =
                     |(k, tension): (usize, &mut f64)| *tension += sign * product_term(series.force_row(j), &outward, k);
-                tensions.iter_mut().enumerate().for_each(push);
+                tensions.iter_mut().enumerate().for_each(add_outward);
             }
         }
         let drag: Vec<f64> = u.iter().map(|u| 2.0 * ball.gamma * ball.mass * u).collect();

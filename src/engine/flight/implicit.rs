@@ -125,9 +125,9 @@ pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<
         return None;
     }
     let (sin, cos) = libm::sincos(flight.x / ball.length);
-    let (weight, push) = (gravity * sin, flight.forcing[0] * cos);
-    let acceleration = push - weight - 2.0 * gamma * flight.v;
-    let (forces, slow) = (push.abs() + weight.abs(), stiffness * flight.v.abs() + flight.forcing[1].abs());
+    let (restoring, forcing) = (gravity * sin, flight.forcing[0] * cos);
+    let acceleration = forcing - restoring - 2.0 * gamma * flight.v;
+    let (forces, slow) = (forcing.abs() + restoring.abs(), stiffness * flight.v.abs() + flight.forcing[1].abs());
     let settled = acceleration.abs() <= SETTLED * forces + slow / gamma;
     // Rounding of the velocity at which drag balances gravity and inputs, m/s.
     let rounding = f64::EPSILON * forces / (2.0 * gamma);

@@ -31,7 +31,7 @@ pub(super) struct ArcImpactPart {
     /// these by the external forces, m/s2.
     pub start: [(f64, f64); 2],
     pub forcing: [f64; 2],
-    pub push: [f64; 2],
+    pub external: [f64; 2],
     pub shape: PulseShape,
     /// The largest overlap, m, if its force exceeds all before it in the step.
     pub largest: Option<f64>,
@@ -123,7 +123,7 @@ impl ArcImpactPart {
     pub fn new(
         pair: &Pair,
         contact: usize,
-        (start, forcing, push): ([(f64, f64); 2], [f64; 2], [f64; 2]),
+        (start, forcing, external): ([(f64, f64); 2], [f64; 2], [f64; 2]),
         coefficients: &ImpactCoefficients,
     ) -> Option<Self> {
         let equation = OverlapEquation::new(pair, start.map(|(x, _)| x), start.map(|(_, v)| v), forcing);
@@ -133,7 +133,7 @@ impl ArcImpactPart {
             (equation.of, 2.0 * equation.reach / equation.rate * shape.integrals[0][0]);
         let turn: f64 = pair.balls.iter().zip(start).map(|(ball, (_, v))| (v * time / ball.length).abs()).sum();
         let varies = turn + alpha.abs() + beta.abs() + (works * time).abs() + (shortens * equation.reach).abs();
-        (varies < SMALL).then_some(Self { contact, start, forcing, push, shape, largest: None })
+        (varies < SMALL).then_some(Self { contact, start, forcing, external, shape, largest: None })
     }
 
     /// Changes of the state after the impact, at the common time.
@@ -256,7 +256,7 @@ impl Part for ArcImpactPart {
         let balls = [0, 1].map(|k| {
             let (i, of) = (j + k, changes.of_ball(j + k));
             let [gamma, _, forcing] = changes.of_motion(i, pair.balls[k]);
-            let forcing = forcing - self.push[k] / pair.balls[k].mass * of[MASS];
+            let forcing = forcing - self.external[k] / pair.balls[k].mass * of[MASS];
             [state[i * STATE + X], state[i * STATE + V], of[MASS], gamma, of[LENGTH], of[GRAVITY], forcing]
         });
         let [stiffness, overlap_ref, exponent, damping] = *changes.of_law(j);
@@ -291,7 +291,7 @@ impl Part for ArcImpactPart {
             (by_state[i * STATE + X], by_state[i * STATE + V]) = (x, v);
             by_changes.add_of_motion(i, pair.balls[k], [gamma, 0.0, forcing]);
             let of = by_changes.of_ball_mut(i);
-            of[MASS] += mass - forcing * self.push[k] / pair.balls[k].mass;
+            of[MASS] += mass - forcing * self.external[k] / pair.balls[k].mass;
             of[LENGTH] += length;
             of[GRAVITY] += gravity;
         }

@@ -12,7 +12,7 @@ pub(super) struct FlightPart {
     pub ball: usize,
     /// State at its start, and acceleration by the external force from then on, m/s2.
     pub start: Flight,
-    pub push: Forcing,
+    pub external: Forcing,
     /// Length, s; at most what [`Oscillator::longest`] allows.
     pub length: f64,
 }
@@ -35,7 +35,8 @@ impl FlightPart {
             let varying = forcing.iter().zip(&of[1..]).skip(1).map(|(forcing, of)| forcing * of);
             v * of[0] + (forcing[0] - model.omega2 * x) * of[1] + varying.sum::<f64>()
         };
-        let pushed = |k: usize| -self.push.iter().zip(&u[k..]).map(|(push, u)| push * u).sum::<f64>() / model.mass;
+        let pushed =
+            |k: usize| -self.external.iter().zip(&u[k..]).map(|(external, u)| external * u).sum::<f64>() / model.mass;
         [
             [pushed(2), pushed(1)],
             [-2.0 * sum(&z[1..]), -2.0 * sum(&z)],

@@ -28,7 +28,7 @@ pub(super) struct ImpactPart {
     /// these by the external forces, m/s2.
     pub start: [(f64, f64); 2],
     pub forcing: [f64; 2],
-    pub push: [f64; 2],
+    pub external: [f64; 2],
     pub shape: PulseShape,
     /// The largest overlap of the impact without pendulums and inputs, m.
     pub reach: f64,
@@ -200,7 +200,7 @@ impl Part for ImpactPart {
         for (side, model) in pair.balls.into_iter().enumerate() {
             let (i, mass) = (j + side, changes.of_ball(j + side)[MASS]);
             let [gamma, frequency, forcing] = changes.of_motion(i, model);
-            let forcing = forcing - self.push[side] / model.mass * mass;
+            let forcing = forcing - self.external[side] / model.mass * mass;
             let own = [state[i * STATE + X], state[i * STATE + V], mass, gamma, frequency, forcing];
             own.iter().enumerate().for_each(|(k, change)| causes[2 * k + side] = *change);
         }
@@ -237,7 +237,7 @@ impl Part for ImpactPart {
             let ([x, v, mass, motion @ ..], i): ([f64; 6], usize) =
                 (std::array::from_fn(|k| by[2 * k + side]), j + side);
             (by_state[i * STATE + X], by_state[i * STATE + V]) = (x, v);
-            by_changes.of_ball_mut(i)[MASS] += mass - motion[2] * self.push[side] / model.mass;
+            by_changes.of_ball_mut(i)[MASS] += mass - motion[2] * self.external[side] / model.mass;
             by_changes.add_of_motion(i, model, motion);
         }
         by_changes.of_ball_mut(j)[CLEARANCE] += by[15];

@@ -120,9 +120,9 @@ impl Recorder {
         while k < parts && self.failure().is_none() {
             let tau = from + length / parts * k;
             let ((x, v), [force, support]) = (scene.motion.state(ball, tau), scene.inputs_of(ball, tau));
-            let push = force.map(|force| force / model.mass);
-            let start = Flight { x, v, forcing: std::array::from_fn(|k| push[k] - support[k]) };
-            self.enter(scene.cradle, FlightPart { ball, start, push, length: length / parts });
+            let external = force.map(|force| force / model.mass);
+            let start = Flight { x, v, forcing: std::array::from_fn(|k| external[k] - support[k]) };
+            self.enter(scene.cradle, FlightPart { ball, start, external, length: length / parts });
             k += 1.0;
         }
     }

@@ -224,8 +224,8 @@ impl Recorder {
             return false;
         }
         let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
-        let push = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
-        let acting = (start, forcing, push);
+        let external = [j, j + 1].map(|i| scene.inputs_of(i, 0.0)[0][0] / cradle.balls[i].mass);
+        let acting = (start, forcing, external);
         let on_arcs = if cradle.on_arcs() { ArcImpactPart::new(&pair, j, acting, coefficients) } else { None };
         let on_line = if cradle.on_arcs() { None } else { ImpactPart::shape(&pair, start, forcing, coefficients) };
         if on_arcs.is_none() && on_line.is_none() {
@@ -245,7 +245,7 @@ impl Recorder {
             self.enter(cradle, ArcImpactPart { largest, ..part });
         }
         if let Some((shape, reach)) = on_line {
-            self.enter(cradle, ImpactPart { contact: j, start, forcing, push, shape, reach, largest });
+            self.enter(cradle, ImpactPart { contact: j, start, forcing, external, shape, reach, largest });
         }
         true
     }

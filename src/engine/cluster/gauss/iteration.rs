@@ -55,7 +55,7 @@ impl GaussStep {
     }
 
     /// Forces and accelerations of the closed contacts.
-    pub(super) fn push(&mut self) {
+    pub(super) fn evaluate_forces(&mut self) {
         for (j, contact) in self.contacts.iter().enumerate() {
             if contact.mode == Mode::Pressing {
                 self.at_nodes.forces[j + 1] =

@@ -121,10 +121,10 @@ impl GaussStep {
         let sensitivity = SENSITIVITY * exponent * exponent;
         for count in 0..MOST {
             *evaluations = evaluations.saturating_add(closed);
-            self.push();
+            self.evaluate_forces();
             if let Some(turns) = turns.as_mut().filter(|turns| last_change < turns.next()) {
                 self.turn_on(turns.count > 0, turns);
-                self.push();
+                self.evaluate_forces();
             }
             if !looked && last_change < ROUGH * self.evenness().min(1.0) {
                 looked = true;
@@ -238,7 +238,7 @@ impl GaussStep {
 
     /// After the iteration: computes the forces from the last overlaps, and decides whether the step is accepted.
     fn conclude(&mut self, table: &Table, tolerance: &Tolerance) -> Attempt {
-        self.push();
+        self.evaluate_forces();
         let mut error = self.error(table, tolerance);
         if self.ends_before_branch_point(table, &tolerance.problem.rounding) {
             error *= FEWER_DIGITS;
