@@ -23,15 +23,15 @@ type NodalValues = [f64; 2 * NODES];
 /// The impact along a fixed direction for one exponent p of the force law, at nodes.
 ///
 /// Along it the overlap is `q phi(t / T0)`, with the largest overlap q and the duration `T0` in closed form. With the
-/// turn of the directions, gravity and inputs, it is `q (phi + y)(x)`, `x = t / T`, `T = (1 + late) T0`, with a small y
-/// and `y(1) = 0`. N collects the free acceleration, the turn, the effect of `late`, and the terms not linear in y:
+/// turn of the directions, gravity and inputs, it is `q (phi + y)(x)`, `x = t / T`, `T = (1 + elongation) T0`, with a small y
+/// and `y(1) = 0`. N collects the free acceleration, the turn, the effect of `elongation`, and the terms not linear in y:
 ///
 /// ```text
 /// phi'' = -kappa phi^p,     phi'(0) = sigma,     kappa = sigma^2 (p+1) / 2,     e = phi + (p-1) / 2 x phi'
-/// y = (e integral(phi' N) - phi' integral(e N)) / kappa + 2 late / (p+1) e
+/// y = (e integral(phi' N) - phi' integral(e N)) / kappa + 2 elongation / (p+1) e
 /// ```
 ///
-/// Each iteration adds `y(1) / sigma` to `late` and `y(1) / sigma x phi'` to y. The velocities follow from twice the
+/// Each iteration adds `y(1) / sigma` to `elongation` and `y(1) / sigma x phi'` to y. The velocities follow from twice the
 /// initial rate, in double-double, plus small integrals.
 #[derive(Clone, Debug)]
 pub(crate) struct ImpactShape {
@@ -93,10 +93,10 @@ impl ImpactShape {
     /// Integrals from the start to the nodes.
     fn integrate(&self, values: &NodalValues) -> NodalValues {
         let [first, second] = [0, NODES].map(|from| std::array::from_fn(|m| values[from + m]));
-        let [early, late] = self.halves;
-        let (early, middle, late) =
-            (early.integrate(&first), weighted(&early.of_rate, &first), late.integrate(&second));
-        std::array::from_fn(|m| 0.5 * if m < NODES { early[m] } else { middle + late[m - NODES] })
+        let [before, after] = self.halves;
+        let (before, middle, after) =
+            (before.integrate(&first), weighted(&before.of_rate, &first), after.integrate(&second));
+        std::array::from_fn(|m| 0.5 * if m < NODES { before[m] } else { middle + after[m - NODES] })
     }
 
     /// What the binomial series of `(1 + y / phi)^p` has beyond its linear terms, `1 + p y / phi`; `y` is y over phi here.
@@ -146,9 +146,9 @@ pub(crate) fn outcome(
     }
     let mut moving = starts.map(|start| start.lasting());
     let mut direction = start.lasting();
-    let (mut y, mut forces, mut late) = ([0.0; 2 * NODES], powers.map(|power| strongest * power), 0.0);
+    let (mut y, mut forces, mut elongation) = ([0.0; 2 * NODES], powers.map(|power| strongest * power), 0.0);
     for _ in 0..ITERATIONS {
-        let duration = first * (1.0 + late);
+        let duration = first * (1.0 + elongation);
         let mut accelerations = [[0.0; 2 * NODES]; 2];
         for (k, side) in [-1.0, 1.0].into_iter().enumerate() {
             for m in 0..2 * NODES {
@@ -168,7 +168,7 @@ pub(crate) fn outcome(
             let ([before], now) = (start.outward[k], &direction.outward[k]);
             now.map(|now| (now - before) * (now + before))
         });
-        let (pulled, stretched) = (duration * duration / reach, late * (2.0 + late));
+        let (pulled, stretched) = (duration * duration / reach, elongation * (2.0 + elongation));
         let less = |m: usize| inverse_masses[0] * shorter[0][m] + inverse_masses[1] * shorter[1][m];
         let ([mut by_slope, mut by_scaling], mut largest) = ([[0.0; 2 * NODES]; 2], 0.0_f64);
         for m in 0..2 * NODES {
@@ -181,8 +181,8 @@ pub(crate) fn outcome(
         }
         let (of_slope, of_scaling) = (shape.integrate(&by_slope), shape.integrate(&by_scaling));
         let (lost, shift) = (weighted(weights, &by_slope), weighted(weights, &by_scaling));
-        let (scaled, later) = (2.0 * late / (p + 1.0), (shift - 0.5 * (p - 1.0) * lost) / kappa);
-        let change = later - (p - 1.0) / (p + 1.0) * late;
+        let (scaled, later) = (2.0 * elongation / (p + 1.0), (shift - 0.5 * (p - 1.0) * lost) / kappa);
+        let change = later - (p - 1.0) / (p + 1.0) * elongation;
         let mut moved = change.abs();
         for m in 0..2 * NODES {
             let next = scalings[m] * (of_slope[m] / kappa + scaled) - slopes[m] * of_scaling[m] / kappa;
@@ -193,8 +193,8 @@ pub(crate) fn outcome(
             forces[m] = strongest * powers[m] * (1.0 + p * part + shape.remainder(part));
             largest = largest.max(part.abs());
         }
-        late += change;
-        let goes_on = largest < SMALL && late.abs() < SMALL;
+        elongation += change;
+        let goes_on = largest < SMALL && elongation.abs() < SMALL;
         if !goes_on {
             return None;
         }

@@ -104,13 +104,13 @@ impl Modes {
     fn overlap_at<const COUNT: usize>(&self, j: usize, tau: f64) -> [f64; COUNT] {
         // Early on, the sum of changes since the start, so that balls that hardly move do not get the rounding of the
         // others' motion; later, when most of the start has died out, the value itself.
-        let late = tau * self.fastest_rate > 1.0;
+        let start_has_decayed = tau * self.fastest_rate > 1.0;
         let mut sums = [0.0; COUNT];
-        (sums[0], sums[1]) = (self.contacts[j].overlap, if late { 0.0 } else { self.contacts[j].rate });
+        (sums[0], sums[1]) = (self.contacts[j].overlap, if start_has_decayed { 0.0 } else { self.contacts[j].rate });
         let mut magnitudes = sums.map(f64::abs);
         self.movers(j).for_each(|(mode, stretch)| {
             let (mut derivatives, change_of_rate) = mode.at(tau);
-            if !late {
+            if !start_has_decayed {
                 derivatives[1] = change_of_rate;
             }
             for (k, derivative) in derivatives.iter().take(COUNT).enumerate() {

@@ -16,7 +16,7 @@ use crate::solver::radau::{BlockRow, Matrix, RADAU, STAGES, Stages, solve};
 /// collocation; and the part of this gain at which later steps still pay.
 pub(super) const GAIN_OVER_SERIES: f64 = 40.0;
 pub(super) const GAIN_OVER_GAUSS: f64 = 5.0;
-const WORTH: f64 = 0.5;
+const LEAST_PART_OF_GAIN: f64 = 0.5;
 
 /// Newton iterations after which a step is given up, and the relative correction whose square is below rounding.
 const ITERATIONS: usize = 8;
@@ -67,7 +67,7 @@ pub(super) fn follow(
         }
         length = gain * history.explicit_length;
     }
-    while length > 0.0 && length >= WORTH * gain * history.explicit_length {
+    while length > 0.0 && length >= LEAST_PART_OF_GAIN * gain * history.explicit_length {
         let mut step = RadauStep::new(problem.window, length);
         let solved = step.solve().is_some();
         *evaluations = evaluations.saturating_add(step.evaluations);

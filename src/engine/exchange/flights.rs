@@ -8,7 +8,7 @@ use crate::solver::{DoubleDouble, Smooth, root::rising_zero};
 
 /// Farthest look back for an onset, in radians of the swing or decay times, or without gravity and drag in s. Far
 /// beyond any step.
-const FARTHEST: f64 = 1.5;
+const LONGEST_LOOK_BACK: f64 = 1.5;
 
 /// Largest effort of one look ahead, in units of about a tenth of a microsecond; the next event continues.
 const LOOK_AHEAD: u64 = 40_000;
@@ -100,7 +100,7 @@ impl Exchange {
         };
         let pace = |ball: &BallModel| ball.omega2.sqrt() + 2.0 * ball.gamma;
         let pace = self.cradle.balls.iter().map(pace).fold(0.0, f64::max);
-        let farthest = if pace > 0.0 { FARTHEST / pace } else { FARTHEST };
+        let farthest = if pace > 0.0 { LONGEST_LOOK_BACK / pace } else { LONGEST_LOOK_BACK };
         let [overlap, rate, _] = at(from);
         let mut way = -overlap / rate;
         if way == 0.0 {

@@ -50,7 +50,7 @@ pub(crate) const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
 /// Part of its reach that a forecast looks at first, and least part that this look must clear to pay.
 const FIRST_LOOK: f64 = 0.25;
-const WORTH: f64 = 0.02;
+const LEAST_CLEARED: f64 = 0.02;
 
 /// Decay times that a forecast of free balls with drag covers.
 const DECAY_TIMES: f64 = 100.0;
@@ -199,7 +199,7 @@ impl Separation {
         if start == 0.0 {
             // Events overtake most forecasts, so a cheap bound comes first, over half a period, where it is tight.
             clear = safe_step(self, 0.0, self.at_anchor(), FIRST_LOOK * reach);
-            if clear > WORTH * reach {
+            if clear > LEAST_CLEARED * reach {
                 return Forecast::NotBefore(self.anchor + clear);
             }
         } else if let Some(tau) = self.next_wave(start) {
@@ -283,7 +283,7 @@ pub(crate) fn reach<'a>(oscillators: impl Iterator<Item = &'a Oscillator> + Clon
         // Free balls with drag settle within some dozens of decay times; after that the reach grows.
         (DECAY_TIMES / slowest).max(start).max(SHORTEST_LOOK)
     } else {
-        FAR
+        UNBOUNDED_REACH
     }
 }
 
@@ -300,13 +300,13 @@ pub(crate) fn forecast(
         Forecast::At(tau) => Forecast::At(anchor + polished(tau)),
         Forecast::NotBefore(tau) if tau - from > LEAST_PROGRESS * from => Forecast::NotBefore(anchor + tau),
         // A search without progress has followed only rounding.
-        _ if until < FAR => Forecast::NotBefore(anchor + until),
+        _ if until < UNBOUNDED_REACH => Forecast::NotBefore(anchor + until),
         _ => Forecast::Never,
     }
 }
 
 /// Further than any simulation goes, s.
-const FAR: f64 = 1e15;
+const UNBOUNDED_REACH: f64 = 1e15;
 
 impl Smooth for Separation {
     fn at(&self, t: f64) -> [f64; 3] {

@@ -172,13 +172,13 @@ impl Recorder {
         if halvings == HALVINGS || self.failure().is_some() {
             return self.fail(Unfollowed::Unresolved);
         }
-        let (early, late) = match stretching {
+        let (first_half, second_half) = match stretching {
             Stretching::None => (Stretching::None, Stretching::None),
             Stretching::AtStart(_) => (stretching, Stretching::None),
             Stretching::AtEnd(_) => (Stretching::None, stretching),
         };
         let (middle, known) = (0.5 * (from + to), (Some([swing, decay]), halvings + 1));
-        self.linearise(scene, balls.clone(), [from, middle], early, known);
-        self.linearise(scene, balls, [middle, to], late, known);
+        self.linearise(scene, balls.clone(), [from, middle], first_half, known);
+        self.linearise(scene, balls, [middle, to], second_half, known);
     }
 }

@@ -14,7 +14,7 @@ const SOME: [usize; 4] = [0, NODES / 3, 2 * NODES / 3, NODES - 1];
 
 /// If the end of the step moves by more than this part of its length, the nodes move with the rates of this iteration;
 /// otherwise earlier rates are good enough.
-const FAR: f64 = 1e-3;
+const MOVED_END: f64 = 1e-3;
 
 /// Negligible part of the motion by the pendulums, over the motion by the forces.
 const LEFT_OUT: f64 = 1e-17;
@@ -248,7 +248,7 @@ impl GaussStep {
         let (accelerations, closing) = (&self.accelerations[j], rate * length);
         // In local arrays, which cannot alias their inputs.
         let (mut overlaps, mut rates) = ([0.0; NODES], [0.0; NODES]);
-        let integrates = self.needs_rates || later.abs() > FAR * length;
+        let integrates = self.needs_rates || later.abs() > MOVED_END * length;
         let twice = if integrates {
             let [once, twice] = table.integrate_both(accelerations);
             for m in 0..NODES {

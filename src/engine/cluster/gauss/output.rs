@@ -24,7 +24,7 @@ const MARGIN: f64 = 1.25;
 
 /// Largest time from the peak of the polynomial through these forces to the peak by the law, over that between the
 /// nodes beside it.
-const NEAR: f64 = 1e-3;
+const NEWTON_RANGE: f64 = 1e-3;
 
 /// Up to this part of the stretched step, integrals have nodes of their own.
 const EARLY: f64 = 0.5;
@@ -291,7 +291,7 @@ impl DenseOutput for GaussStep {
         if let Some(place) = self.rising_zero(&falls, start, end).map(|place| place.clamp(from, to)) {
             let state @ [.., force] = self.contact_at(j, place);
             let way = self.way_to_top(j, place, state, &falls);
-            let near = way.abs() < NEAR * (end - start);
+            let near = way.abs() < NEWTON_RANGE * (end - start);
             peak.turn(force, if near { (place + way).clamp(from, to) } else { place }, [start, end]);
         }
         Some(peak)

@@ -7,8 +7,8 @@ use crate::model::Mode;
 use crate::solver::{Stretching, Table, weighted};
 
 /// Iterations before a step may end, and most iterations.
-const LEAST: usize = 2;
-const MOST: usize = 60;
+const LEAST_ITERATIONS: usize = 2;
+const MOST_ITERATIONS: usize = 60;
 
 /// A step whose error is this many times the allowed one is given up at once; a larger error is tolerated while
 /// overlaps still change.
@@ -30,7 +30,7 @@ const CONVERGED_RATE: f64 = 4e-15;
 
 /// Switchings are looked for once the iteration changes overlaps by no more than this part of the overlap of the
 /// contact that presses least.
-const ROUGH: f64 = 0.1;
+const SWITCHINGS_VISIBLE: f64 = 0.1;
 
 /// The directions of balls on arcs are computed again once the iteration changes overlaps by less than new directions
 /// would. That change is expected to be the last one by new directions, multiplied by the first one; before the first,
@@ -45,7 +45,7 @@ const STANDS: f64 = 1e-15;
 const FEWER_DIGITS: f64 = 100.0;
 
 /// Largest factor by which the iteration may lengthen the step.
-const FARTHEST: f64 = 4.0;
+const MOST_LENGTHENED: f64 = 4.0;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan {
@@ -119,14 +119,14 @@ impl GaussStep {
         let mut turns = self.on_arcs().then(Turns::default);
         let exponent = self.contacts[0].law.exponent; // contacts have one
         let sensitivity = SENSITIVITY * exponent * exponent;
-        for count in 0..MOST {
+        for count in 0..MOST_ITERATIONS {
             *evaluations = evaluations.saturating_add(closed);
             self.evaluate_forces();
             if let Some(turns) = turns.as_mut().filter(|turns| last_change < turns.next()) {
                 self.turn_on(turns.count > 0, turns);
                 self.evaluate_forces();
             }
-            if !looked && last_change < ROUGH * self.evenness().min(1.0) {
+            if !looked && last_change < SWITCHINGS_VISIBLE * self.evenness().min(1.0) {
                 looked = true;
                 (0..self.contacts.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
                 match self.first_switching(table, tolerance) {
@@ -146,7 +146,7 @@ impl GaussStep {
                 self.accelerate_unless_pressing(j, table);
                 let from_start = || self.switching(j, table, tolerance).map(|(_, time)| time);
                 match self.switching_near_end(j, table).or_else(from_start) {
-                    Some(time) if time > 0.0 && time <= (FARTHEST * plan.length).min(tolerance.longest) => {
+                    Some(time) if time > 0.0 && time <= (MOST_LENGTHENED * plan.length).min(tolerance.longest) => {
                         (later, self.end) = (time - self.length, Some((j, self.contacts[j].switch())));
                     }
                     Some(_) => return Attempt::Failed,
@@ -156,7 +156,7 @@ impl GaussStep {
             }
             let [change, of_rate] = self.update(table, later);
             turns.iter_mut().for_each(|turns| turns.note(change));
-            if count >= LEAST {
+            if count >= LEAST_ITERATIONS {
                 if !measured {
                     let still = change * STILL_CHANGING;
                     let error = self.error(table, tolerance);
