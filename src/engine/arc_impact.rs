@@ -17,22 +17,23 @@ const NEGLIGIBLE: f64 = 1e-18;
 /// Steps of Newton's method for a node.
 const STEPS: usize = 4;
 
-/// NodalValues at the nodes of both halves of an impact.
+/// Values at the nodes of both halves of an impact.
 type NodalValues = [f64; 2 * NODES];
 
 /// The impact along a fixed direction for one exponent p of the force law, at nodes.
 ///
 /// Along it the overlap is `q phi(t / T0)`, with the largest overlap q and the duration `T0` in closed form. With the
-/// turn of the directions, gravity and inputs, it is `q (phi + y)(x)`, `x = t / T`, `T = (1 + elongation) T0`, with a small y
-/// and `y(1) = 0`. N collects the free acceleration, the turn, the effect of `elongation`, and the terms not linear in y:
+/// turn of the directions, gravity and inputs, it is `q (phi + y)(x)`, `x = t / T`, `T = (1 + elongation) T0`, with a
+/// small y and `y(1) = 0`. N collects the free acceleration, the turn, the effect of `elongation`, and the terms not
+/// linear in y:
 ///
 /// ```text
 /// phi'' = -kappa phi^p,     phi'(0) = sigma,     kappa = sigma^2 (p+1) / 2,     e = phi + (p-1) / 2 x phi'
 /// y = (e integral(phi' N) - phi' integral(e N)) / kappa + 2 elongation / (p+1) e
 /// ```
 ///
-/// Each iteration adds `y(1) / sigma` to `elongation` and `y(1) / sigma x phi'` to y. The velocities follow from twice the
-/// initial rate, in double-double, plus small integrals.
+/// Each iteration adds `y(1) / sigma` to `elongation` and `y(1) / sigma x phi'` to y. The velocities follow from twice
+/// the initial rate, in double-double, plus small integrals.
 #[derive(Clone, Debug)]
 pub(crate) struct ImpactShape {
     p: f64,
@@ -99,7 +100,8 @@ impl ImpactShape {
         std::array::from_fn(|m| 0.5 * if m < NODES { before[m] } else { middle + after[m - NODES] })
     }
 
-    /// What the binomial series of `(1 + y / phi)^p` has beyond its linear terms, `1 + p y / phi`; `y` is y over phi here.
+    /// What the binomial series of `(1 + y / phi)^p` has beyond its linear terms, `1 + p y / phi`; `y` is y over phi
+    /// here.
     fn remainder(&self, y: f64) -> f64 {
         let [a, b, c, d] = [self.p, self.p - 1.0, self.p - 2.0, self.p - 3.0];
         0.5 * a * b * y * y * (1.0 + c / 3.0 * y * (1.0 + d / 4.0 * y * (1.0 + (d - 1.0) / 5.0 * y)))

@@ -14,7 +14,8 @@ use crate::solver::{ForcedOscillator, Smooth, root::search_within, series::of_de
 const SEARCH: usize = 40_000;
 const LEAST_EVALUATIONS: usize = 200;
 
-/// Relative rounding of the derivatives of an overlap, which guide a search; that of the overlap itself is [`ROUNDINGS`].
+/// Relative rounding of the derivatives of an overlap, which guide a search; that of the overlap itself is
+/// [`ROUNDINGS`].
 const ROUNDING_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
 
 /// A maximum of a force is higher than another one if it exceeds it by more than this part.

@@ -365,7 +365,8 @@ fn align_along_arcs(
     laws: &[ContactLaw],
     along: &[[f64; 2]],
 ) {
-    // A multiplier increases the overlap of its contact by `share` and reduces that of the next one: Gaussian elimination.
+    // A multiplier increases the overlap of its contact by `share` and reduces that of the next one: Gaussian
+    // elimination.
     let moves = |j: usize| [0, 1].map(|k| along[j][k] / balls[j + k].model.mass);
     let beside = |j: usize| along[j][0] * moves(j - 1)[1];
     let mut rows: Vec<[f64; 2]> = Vec::with_capacity(contacts.len());

@@ -47,8 +47,8 @@ pub(super) fn forcings(cradle: &Cradle, inputs: &HeldInputs, since: f64) -> Vec<
 impl Dynamics {
     /// The dynamics from the state `y` at `since` (s) on. The error allowed is `tolerance` times the larger of a
     /// component and its scale: for positions the distance at the [speed in reach](Cradle::speed_in_reach) within one
-    /// unit of time of a pendulum, for velocities [`VELOCITY_SCALE`] times that speed, for overlaps [`OVERLAP_SCALE`] times the overlap of
-    /// an impact at that speed.
+    /// unit of time of a pendulum, for velocities [`VELOCITY_SCALE`] times that speed, for overlaps [`OVERLAP_SCALE`]
+    /// times the overlap of an impact at that speed.
     pub fn new(cradle: Cradle, inputs: &HeldInputs, since: f64, y: &[f64], tolerance: f64) -> Self {
         let (forcings, since) = (forcings(&cradle, inputs, since), since.into());
         let mut dynamics = Self { cradle, forcings, since, tolerance, scales: [1.0; 3], energy_scale: 1.0 };

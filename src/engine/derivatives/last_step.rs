@@ -27,7 +27,7 @@ pub struct LastStep<'a> {
     inputs: HeldInputs,
     /// State at its start.
     start: ChainState,
-    /// StartState, s; before the first step its `length` (s) is 0.
+    /// Start, s; before the first step its `length` (s) is 0.
     began: f64,
     impacts: Arc<ImpactCoefficients>,
     length: f64,

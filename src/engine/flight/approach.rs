@@ -80,8 +80,8 @@ impl Approach {
         overlap_of_approach([g, slope / self.unit, curvature / (self.unit * self.unit)], self.touch)
     }
 
-    /// Time after the start at which the overlap rises through 0, by more than `rounding` (m), while the series holds. A
-    /// rate (m/s) and an acceleration (m/s2) of these sizes count as none.
+    /// Time after the start at which the overlap rises through 0, by more than `rounding` (m), while the series holds.
+    /// A rate (m/s) and an acceleration (m/s2) of these sizes count as none.
     pub fn onset(&self, rounding: f64, [rate, acceleration]: [f64; 2]) -> Option<DoubleDouble> {
         let (mut g, unit, until) = (self.g, self.unit, self.length / self.unit);
         let g = &mut g[..self.terms];

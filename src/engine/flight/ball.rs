@@ -54,8 +54,8 @@ impl Ball {
         self.flight.is_finite() && self.integrals.is_finite()
     }
 
-    /// Applies `evaluate` to the part of its flight on an arc that holds at the time `t`, and the time since the start of
-    /// that part (s).
+    /// Applies `evaluate` to the part of its flight on an arc that holds at the time `t`, and the time since the start
+    /// of that part (s).
     // Inlined, it would push other code out of the processor's cache: 14 % of the misses of separate impacts.
     #[inline(never)]
     fn piece<T>(&self, t: DoubleDouble, evaluate: impl FnOnce(&Piece, f64) -> T) -> T {
@@ -68,8 +68,8 @@ impl Ball {
         self.model.on_arc.then(|| self.piece(t, evaluate))
     }
 
-    /// Goes on by at most so many series to the part of its flight for the time `t`. Applies `evaluate` to the part reached,
-    /// and to whether that is the one for `t`.
+    /// Goes on by at most so many series to the part of its flight for the time `t`. Applies `evaluate` to the part
+    /// reached, and to whether that is the one for `t`.
     #[inline(always)]
     fn go_on<T>(&self, t: DoubleDouble, most: u64, evaluate: impl FnOnce(&Piece, bool) -> T) -> T {
         let (mut known, origin) = (self.pieces.borrow_mut(), (self.anchor, self.flight, self.starts_long));

@@ -17,9 +17,9 @@ use crate::solver::{DoubleDouble, Oscillator, Smooth, all_finite, hypotenuse};
 pub(crate) struct Separation {
     pub anchor: DoubleDouble,
     overlap: f64,
-    /// FreeMotion of the left ball; for equal pendulums the difference of both motions, which obeys the same equation.
+    /// Motion of the left ball; for equal pendulums the difference of both motions, which obeys the same equation.
     motion: FreeMotion,
-    /// FreeMotion of the right ball if its pendulum is another one.
+    /// Motion of the right ball if its pendulum is another one.
     other: Option<FreeMotion>,
     /// Rounding of the positions over a swing, m: an overlap up to this is no onset.
     pub rounding: f64,

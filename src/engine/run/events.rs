@@ -170,8 +170,8 @@ impl Engine {
         }
     }
 
-    /// Makes contact `i` open from `t` on, with both balls in flight. Overlaps of rigid balls up to `rounding` (m) count
-    /// as none.
+    /// Makes contact `i` open from `t` on, with both balls in flight. Overlaps of rigid balls up to `rounding` (m)
+    /// count as none.
     pub(crate) fn open_contact(&mut self, i: usize, t: DoubleDouble, rounding: f64) {
         let before = self.contacts[i].separation();
         let overlap = before.map_or(self.contacts[i].at_anchors().overlap, |separation| separation.at_time(t).0);

@@ -36,7 +36,7 @@ pub(super) struct ImpactPart {
     pub largest: Option<f64>,
 }
 
-/// ImpactValues of an impact: rate at the onset (m/s); total mass (kg), shares of it and reduced mass (kg); load on the
+/// Values of an impact: rate at the onset (m/s); total mass (kg), shares of it and reduced mass (kg); load on the
 /// overlap (m/s2); duration (s) and integral of the overlap (m.s); position (m), velocity (m/s) and acceleration (m/s2)
 /// of the centre of mass at the onset, position and velocity in the middle; the functions of the oscillator at the end.
 struct ImpactValues {

@@ -23,8 +23,8 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0, under a force with the derivatives `forcing`
-    /// at time 0, m/s^(2+j). `None` for a free body, whose motion is a polynomial.
+    /// For the velocity `v` (m/s) and the acceleration `a` (m/s2) at time 0, under a force with the derivatives
+    /// `forcing` at time 0, m/s^(2+j). `None` for a free body, whose motion is a polynomial.
     pub fn new(o: &Oscillator, v: f64, a: f64, forcing: &Polynomial) -> Option<Self> {
         let (damping, omega2) = (2.0 * o.gamma(), o.omega2());
         if omega2 == 0.0 && damping == 0.0 {

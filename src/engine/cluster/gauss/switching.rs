@@ -230,8 +230,8 @@ impl GaussStep {
     }
 }
 
-/// Where `side` times a quantity exceeds `threshold` at the nodes, or may between them. The `ends` are its values before
-/// and after the nodes.
+/// Where `side` times a quantity exceeds `threshold` at the nodes, or may between them. The `ends` are its values
+/// before and after the nodes.
 fn first_excess(side: f64, ends: [f64; 2], within: &Nodes, threshold: f64) -> Excess {
     let at = |m: usize| side * within.get(m).unwrap_or(&ends[1]);
     // Usually all values stay away from 0 by more than half of their range.
