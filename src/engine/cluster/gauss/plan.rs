@@ -1,7 +1,5 @@
 //! The plan of an attempt: the first from forecasts of switchings and branch points, the next from the last outcome.
 
-use std::ops::ControlFlow::{self, Break, Continue};
-
 use super::motion::{GaussStep, StepContact, Tolerance};
 use super::step::{Attempt, Plan};
 use super::switching::fall;
@@ -50,9 +48,16 @@ const SMALL_ANGLE: f64 = 1e-3;
 /// `rattling_balls_cost_little_and_keep_their_energy`.
 const BEYOND: f64 = 8.0;
 
-/// The next plan; or the lengths (s) of this step, 0 if a contact switches at its start, and of the next; `None` if the
-/// motion is left to another method.
-pub(super) type Decision = ControlFlow<Option<(f64, f64)>, Plan>;
+/// What follows an attempt.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Decision {
+    /// Another attempt, by this plan.
+    Retry(Plan),
+    /// The step is done: the length of it, 0 if a contact switches at its start, and of the next one, s.
+    Done { length: f64, next: f64 },
+    /// The motion is left to another method.
+    LeaveToOther,
+}
 
 pub(super) struct Planner<'a> {
     /// The stretching of steps that do not end at a release.
@@ -123,19 +128,19 @@ impl<'a> Planner<'a> {
         let (reached, tried) = (motion.length, motion.length.clamp(least, plan.length));
         let plan = match (outcome, plan.switching) {
             (Attempt::Stands(error), _) => {
-                return Break(Some((motion.until, (reached * change_for(error)).min(longest))));
+                return Decision::Done { length: motion.until, next: (reached * change_for(error)).min(longest) };
             }
             // A series shows which way a force or an overlap goes from 0; the mean slope over a step does not.
-            (Attempt::AtOnce(_, Switch::Clip), _) => return Break(None),
+            (Attempt::AtOnce(_, Switch::Clip), _) => return Decision::LeaveToOther,
             (Attempt::AtOnce(j, Switch::Release), _)
                 if motion.contacts[j].is_resting(&self.tolerance.problem.rounding) =>
             {
-                return Break(None);
+                return Decision::LeaveToOther;
             }
             (Attempt::AtOnce(j, switch), _) => {
                 (motion.length, motion.until, motion.end) = (0.0, 0.0, Some((j, switch)));
                 motion.at_nodes.forces.iter_mut().for_each(|forces| *forces = [0.0; NODES]);
-                return Break(Some((0.0, self.before)));
+                return Decision::Done { length: 0.0, next: self.before };
             }
             // It switches before its planned end; the same step would give the same result.
             (Attempt::Within(j, _, time), Some(planned)) if j == planned => self.ahead(SHORTER_RATIO * time.max(least)),
@@ -152,7 +157,7 @@ impl<'a> Planner<'a> {
             (Attempt::TooLong(error), None) => self.ahead(tried * shorter_for(error, plan.stretching)),
             (Attempt::TooLong(_) | Attempt::Failed, _) => self.ahead(SHORTER_RATIO * tried),
         };
-        Continue(Plan { length: plan.length.min(longest), ..plan })
+        Decision::Retry(Plan { length: plan.length.min(longest), ..plan })
     }
 }
 
