@@ -7,15 +7,16 @@ use crate::engine::flight::Flight;
 use crate::model::{BallModel, ContactLaw, Pair};
 use crate::solver::{DoubleDouble, NODES, Power, Stretching, Table, quadrature::gauss_legendre, weighted};
 
-/// Most iterations. Each gains at least as many digits as `SMALL`, the largest allowed change of accelerations, has.
+/// Most iterations. Each gains at least as many digits as `LARGEST_CHANGE`, the largest allowed change of
+/// accelerations, has.
 const ITERATIONS: usize = 8;
-const SMALL: f64 = 1e-3;
+const LARGEST_CHANGE: f64 = 1e-3;
 
 /// Negligible part of a velocity.
-const NEGLIGIBLE: f64 = 1e-18;
+const NEGLIGIBLE_VELOCITY: f64 = 1e-18;
 
 /// Steps of Newton's method for a node.
-const STEPS: usize = 4;
+const NEWTON_STEPS: usize = 4;
 
 /// Values at the nodes of both halves of an impact.
 type NodalValues = [f64; 2 * NODES];
@@ -74,7 +75,7 @@ impl ImpactShape {
         for m in 0..NODES {
             let (from, step) = (root, sigma * times[m] - before);
             root = (from * from + step).sqrt();
-            for _ in 0..STEPS {
+            for _ in 0..NEWTON_STEPS {
                 root -= (gauss_legendre(&pace, from, root, 1) - step) / pace(root);
             }
             before += step;
@@ -142,7 +143,7 @@ pub(crate) fn outcome(
     let reach = law.largest_overlap(1.0 / inverse_mass, rate);
     let (strongest, first) = (law.elastic_force(reach), sigma * reach / rate);
     let turns = [0, 1].map(|k| first * flights[k].v.abs() / lengths[k]);
-    let begins = rate > 0.0 && first > 0.0 && turns[0].max(turns[1]) < SMALL;
+    let begins = rate > 0.0 && first > 0.0 && turns[0].max(turns[1]) < LARGEST_CHANGE;
     if !begins {
         return None; // Also if they are NaN.
     }
@@ -196,11 +197,11 @@ pub(crate) fn outcome(
             largest = largest.max(part.abs());
         }
         elongation += change;
-        let goes_on = largest < SMALL && elongation.abs() < SMALL;
+        let goes_on = largest < LARGEST_CHANGE && elongation.abs() < LARGEST_CHANGE;
         if !goes_on {
             return None;
         }
-        if moved * largest > NEGLIGIBLE {
+        if moved * largest > NEGLIGIBLE_VELOCITY {
             continue;
         }
         let sum = |value: &dyn Fn(usize) -> f64| duration * weighted(weights, &std::array::from_fn(value));

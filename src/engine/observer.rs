@@ -26,7 +26,7 @@ impl Peak {
 
     /// Takes a `force` whose rate is 0 at `time`, if it is larger. Between the two times `near` the force has only one
     /// maximum, so a force found there before is not larger, whatever its rounding.
-    pub(crate) fn turn(&mut self, force: f64, time: f64, near: [f64; 2]) {
+    pub(crate) fn raise_to_maximum(&mut self, force: f64, time: f64, near: [f64; 2]) {
         self.take(Self { force, time }, near[0] <= self.time && self.time <= near[1]);
     }
 

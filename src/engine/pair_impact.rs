@@ -15,7 +15,7 @@ use crate::solver::{DoubleDouble, Dual, Scalar, hypotenuse};
 
 /// Number of terms of the expansion, and the largest `alpha + |beta|` for which its error is below rounding.
 const TERMS: usize = 7;
-const SMALL: f64 = 1e-3;
+const EXPANSION_LIMIT: f64 = 1e-3;
 
 /// Coefficients of `beta^(k-j) alpha^j` in an expansion.
 type Expansion<S = f64> = [[S; TERMS]; TERMS];
@@ -67,7 +67,7 @@ impl ImpactCoefficients {
     /// The dimensionless impact by this law; `None` where its expansion does not hold.
     pub fn pulse(&self, law: &ContactLaw, alpha: f64, beta: f64) -> Option<PulseShape> {
         let (p, damping) = (law.exponent, law.damping_exponent());
-        let expands = alpha + beta.abs() < SMALL;
+        let expands = alpha + beta.abs() < EXPANSION_LIMIT;
         if !expands {
             return None; // Also if they are NaN.
         }
@@ -106,7 +106,7 @@ impl ImpactCoefficients {
         }
         let (p, reach) = (law.exponent, law.largest_overlap(mass, rate));
         let (alpha, beta) = (omega2 * reach * reach / (rate * rate), 2.0 * load * reach / (rate * rate));
-        let expands = alpha + beta.abs() < SMALL;
+        let expands = alpha + beta.abs() < EXPANSION_LIMIT;
         if !expands {
             return None; // Also if they are NaN.
         }

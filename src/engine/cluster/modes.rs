@@ -19,7 +19,7 @@ const LEAST_EVALUATIONS: usize = 200;
 const ROUNDING_OF_DERIVATIVES: f64 = 16.0 * ROUNDINGS;
 
 /// A maximum of a force is higher than another one if it exceeds it by more than this part.
-const HIGHER: f64 = 1e-12;
+const RELATIVE_HEIGHT: f64 = 1e-12;
 
 /// Steps of Newton's method from an end of an interval to a maximum beside it.
 const TOP_STEPS: usize = 2;
@@ -207,7 +207,7 @@ impl DenseOutput for Modes {
         // From where the force exceeds the best so far, by more than rounding, to where it falls again.
         let mut allowed = self.allowed(j);
         loop {
-            let above = self.watch(j, Some(law), 0, 1.0, best + HIGHER * best.abs());
+            let above = self.watch(j, Some(law), 0, 1.0, best + RELATIVE_HEIGHT * best.abs());
             let Forecast::At(rise) = search_within(&above, t, to, &mut allowed) else { break };
             let falling = self.watch(j, Some(law), 1, -1.0, 0.0);
             let Forecast::At(top) = search_within(&falling, rise, to, &mut allowed) else { break };
@@ -221,7 +221,7 @@ impl DenseOutput for Modes {
             let overlap: [f64; 4] = self.overlap_at(j, peak.time);
             let [slope, curvature] = [1, 2].map(|k| force(&overlap, law, k).0);
             let step = -slope / curvature;
-            let near = curvature < 0.0 && slope * step <= HIGHER * peak.force;
+            let near = curvature < 0.0 && slope * step <= RELATIVE_HEIGHT * peak.force;
             if near {
                 peak.time = (peak.time + step).clamp(from, to);
             }

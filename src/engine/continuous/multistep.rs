@@ -13,7 +13,7 @@
 use std::cmp::Ordering;
 
 use super::corrector::{MAX_ORDER, MethodCoefficients, adams, bdf, distances, roots};
-use super::trajectory::{LONGEST, Trajectory, max_degree, resolved};
+use super::trajectory::{LONGEST_STEP, Trajectory, max_degree, resolved};
 use crate::engine::EngineError;
 use crate::model::SolverMethod;
 
@@ -183,7 +183,7 @@ impl Trajectory {
             (best, next) = (1.0, order);
         }
         self.order = next;
-        self.step = (self.path.step * best.min(self.growth)).min(LONGEST);
+        self.step = (self.path.step * best.min(self.growth)).min(LONGEST_STEP);
         self.growth = GROWTH;
     }
 

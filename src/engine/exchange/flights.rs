@@ -17,7 +17,7 @@ const LOOK_AHEAD: u64 = 40_000;
 const SAME_TIME: f64 = 1e-13;
 
 /// An approach by less than this part of the nominal speed is rounding.
-const RESOLVED: f64 = 1e-15;
+const RESOLVED_SPEED: f64 = 1e-15;
 
 impl Exchange {
     /// Largest difference between equal times, s.
@@ -61,12 +61,12 @@ impl Exchange {
         if self.is_followed(j) {
             return None;
         }
-        if rate.is_nan() || rate <= RESOLVED * self.scales.speed {
+        if rate.is_nan() || rate <= RESOLVED_SPEED * self.scales.speed {
             // Balls that touch within rounding may be about to press each other slowly. If the event announced for that
             // did not close the contact, it would be announced again and again.
             let announced =
                 matches!(self.next, Forecast::At(time) if time <= self.time) && self.next_contact == Some(j);
-            let still = rate.abs() <= RESOLVED * self.scales.speed;
+            let still = rate.abs() <= RESOLVED_SPEED * self.scales.speed;
             let due = announced && still && overlap.abs() <= self.separation(balls, j, 0.0).rounding;
             return due.then_some(0.0);
         }

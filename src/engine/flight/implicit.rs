@@ -3,7 +3,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::free_motion::{Flight, LONGEST, forcing_at};
+use super::free_motion::{Flight, LONGEST_FLIGHT_STEP, forcing_at};
 use crate::model::BallModel;
 use crate::solver::Oscillator;
 use crate::solver::radau::{Matrix, RADAU, STAGES, Stages, inverse};
@@ -118,7 +118,7 @@ pub(super) fn step(ball: &BallModel, flight: &Flight, by_series: f64) -> Option<
     let BallModel { omega2, gamma, gravity, .. } = *ball;
     // How strongly the forces along the path may change with the place, 1/s2.
     let stiffness = omega2 + flight.forcing[0].abs() / ball.length;
-    let mut length = (OF_DECAY * 2.0 * gamma / stiffness).min(LONGEST);
+    let mut length = (OF_DECAY * 2.0 * gamma / stiffness).min(LONGEST_FLIGHT_STEP);
     // Only if it is drag that keeps the series short: then they cover at least one of its decay times.
     let pays = |length: f64| length >= GAIN * by_series && 2.0 * gamma * by_series >= 1.0;
     if !pays(length) {

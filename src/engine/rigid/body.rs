@@ -244,7 +244,7 @@ impl Constraint {
                 // The place has half the digits; a step of Newton's method adds the rest.
                 let [_, slope, curvature, _] = self.tension(top);
                 let way = if curvature > 0.0 { -slope / curvature } else { 0.0 };
-                peak.turn(self.force_after(top), (top + way).clamp(low, high), [low, high]);
+                peak.raise_to_maximum(self.force_after(top), (top + way).clamp(low, high), [low, high]);
             }
             before = after;
         }

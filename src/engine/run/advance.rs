@@ -9,7 +9,7 @@ use crate::solver::DoubleDouble;
 
 /// Number of series of a flight on an arc from one look of the watchdog to the next, and the effort of one.
 const SERIES_AT_ONCE: u64 = 1 << 10;
-const SERIES: u64 = 16;
+const EFFORT_OF_SERIES: u64 = 16;
 
 impl Engine {
     /// Begins a step: values "over the last step" refer to it from now on.
@@ -105,7 +105,7 @@ impl Engine {
                         at_once = SERIES_AT_ONCE;
                     }
                     Err(reached) => {
-                        self.effort = self.effort.saturating_add(SERIES * at_once);
+                        self.effort = self.effort.saturating_add(EFFORT_OF_SERIES * at_once);
                         watchdog.check(reached, (at_once, || Activity::Flight(ball)), self.effort, observer)?;
                     }
                 }

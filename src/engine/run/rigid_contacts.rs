@@ -14,7 +14,7 @@ use crate::model::Mode;
 use crate::solver::{DoubleDouble, Oscillator};
 
 /// Smallest approach speed over the rounding of the velocities.
-const RESOLVED: f64 = 16.0;
+const RESOLVED_ROUNDINGS: f64 = 16.0;
 
 /// Effort (see [`Engine::effort`]) of an impact: there may be millions in an event.
 const IMPACT: u64 = 1;
@@ -67,7 +67,7 @@ impl Engine {
             Err(left) => return self.note(left, Some((t, Fault::Across))),
         };
         let mut v: Vec<f64> = self.balls[balls.clone()].iter().map(|ball| ball.flight.v).collect();
-        let rounding = RESOLVED * self.rounding(balls.clone()).velocity;
+        let rounding = RESOLVED_ROUNDINGS * self.rounding(balls.clone()).velocity;
         let approach = row.approach(&v, i - first);
         let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
         let before = self.recorder.is_some().then(|| v.clone());
@@ -226,7 +226,7 @@ impl Engine {
         let mut bodies = Vec::new();
         let resting: Vec<usize> = group.clone().filter(|&j| self.rests(j)).collect();
         for run in resting.chunk_by(|left, right| left + 1 == *right) {
-            self.press(run[0]..run[0] + run.len(), t, keep, &mut bodies);
+            self.join_where_pressed(run[0]..run[0] + run.len(), t, keep, &mut bodies);
         }
         let mut lasting = vec![false; group.len()];
         for contacts in bodies.iter().map(Body::contacts) {
@@ -279,7 +279,7 @@ impl Engine {
     /// are apart by more than rounding, although they cannot swing as one.
     fn is_held(&self, j: usize, t: DoubleDouble, rounding: f64) -> bool {
         let ContactRole::Open(separation, Forecast::At(next)) = &self.contacts[j].role else { return false };
-        let still = separation.at_time(t).1.abs() <= RESOLVED * rounding;
+        let still = separation.at_time(t).1.abs() <= RESOLVED_ROUNDINGS * rounding;
         !self.swing_as_one(j) && still && separation.is_last_bounce(*next, 1.0, 0.0)
     }
 
@@ -292,7 +292,7 @@ impl Engine {
     }
 
     /// Joins the balls of the contacts `run`, which touch at rest, to `bodies` where they press.
-    fn press(&mut self, run: Range<usize>, t: DoubleDouble, keep: RestRule, bodies: &mut Vec<Body>) {
+    fn join_where_pressed(&mut self, run: Range<usize>, t: DoubleDouble, keep: RestRule, bodies: &mut Vec<Body>) {
         let balls = &self.balls[run.start..run.end + 1];
         let masses: Vec<f64> = balls.iter().map(|ball| ball.model.mass).collect();
         let age = self.input_age(t);

@@ -10,7 +10,7 @@
 //!
 //! with the accelerations f without contact and their decrease W with the overlap. A and W load the free impact; C
 //! makes it shorter; the term with B does work, and so do drag and damping, half of it before the middle. Products of
-//! two of these terms are left out ([`SMALL`]).
+//! two of these terms are left out ([`FIRST_ORDER_LIMIT`]).
 
 use super::coefficients::{CLEARANCE, Coefficients, GRAVITY, IMPULSE, LENGTH, MASS, OF_LAW, PEAK, STATE, V, X};
 use super::part::Part;
@@ -21,7 +21,7 @@ use crate::solver::{Dual, Scalar};
 
 /// Largest sum of the turns of the paths (rad) and of the parts that the terms without contact have in the motion of
 /// the overlap. Derivatives have the square of it as their error.
-const SMALL: f64 = 1e-4;
+const FIRST_ORDER_LIMIT: f64 = 1e-4;
 
 /// An impact in contact `contact`.
 #[derive(Debug)]
@@ -76,7 +76,7 @@ fn dot<S: Scalar>(a: &Both<S>, b: &Both<S>) -> S {
 }
 
 /// The largest overlap of a free impact, m.
-fn reach<S: Scalar>(law: &ContactLaw<S>, inverse_mass: S, rate: S) -> S {
+fn largest_overlap<S: Scalar>(law: &ContactLaw<S>, inverse_mass: S, rate: S) -> S {
     let (one, unit) = (S::from(1.0), law.stiffness * law.overlap_ref * law.overlap_ref);
     let energies = S::from(0.5) * (law.exponent + one) * rate * rate / (inverse_mass * unit);
     law.overlap_ref * energies.pow(one / (law.exponent + one))
@@ -107,7 +107,7 @@ impl<S: Scalar> OverlapEquation<S> {
         let less: Both<S> = [0, 1].map(|k| -by_place[k] * gradient[k]);
         let load = dot(&gradient, &free) + dot(&a, &turned[0]);
         let of = [load, dot(&less, &b), dot(&a, &turned[1]), dot(&b, &turned[1])];
-        let reach = reach(law, inverse_mass, rate);
+        let reach = largest_overlap(law, inverse_mass, rate);
         Self { masses, gradient, turned, a, b, rate, inverse_mass, free, by_place, reach, of }
     }
 
@@ -133,7 +133,7 @@ impl ArcImpactPart {
             (equation.of, 2.0 * equation.reach / equation.rate * shape.integrals[0][0]);
         let turn: f64 = pair.balls.iter().zip(start).map(|(ball, (_, v))| (v * time / ball.length).abs()).sum();
         let varies = turn + alpha.abs() + beta.abs() + (works * time).abs() + (shortens * equation.reach).abs();
-        (varies < SMALL).then_some(Self { contact, start, forcing, external, shape, largest: None })
+        (varies < FIRST_ORDER_LIMIT).then_some(Self { contact, start, forcing, external, shape, largest: None })
     }
 
     /// Changes of the state after the impact, at the common time.
@@ -208,7 +208,7 @@ impl ArcImpactPart {
         let taken = two * dot(&of_drag, &b) * squares + number(0.0, lost) - drift * sum;
         let (there, gained) = (half * (works * squares - taken), works * (squares + time * rate * rate) - taken);
         let quick = rate + there / rate;
-        let part = reach(&law, inverse_mass, quick) / quick;
+        let part = largest_overlap(&law, inverse_mass, quick) / quick;
         let beta = -two * load * deepest / (rate * rate);
         let time = two * part * integral(0, [loads[0], beta]) * (one - half * works * time) - shortens * sum;
         // The contact forces act along directions that turn.

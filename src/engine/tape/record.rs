@@ -121,7 +121,7 @@ impl Recorder {
             Sink::Tape(_) => {
                 if self.tunings.last().is_none_or(|last| !last.parameters.is_tuned_as(parameters)) {
                     self.tunings.push(Tuning::new(parameters));
-                    self.hold(NUMBERS_OF_TUNING * numbers_of_state(parameters.balls()));
+                    self.count_numbers(NUMBERS_OF_TUNING * numbers_of_state(parameters.balls()));
                 }
             }
         }
@@ -149,7 +149,7 @@ impl Recorder {
     }
 
     /// Counts more numbers; fails beyond the limit.
-    fn hold(&mut self, numbers: usize) {
+    fn count_numbers(&mut self, numbers: usize) {
         self.numbers = self.numbers.saturating_add(numbers);
         let most = if let Sink::Tape(_) = self.sink { MOST_NUMBERS } else { MOST_FOLLOWED };
         if self.numbers > most {
@@ -158,7 +158,7 @@ impl Recorder {
     }
 
     pub(super) fn enter(&mut self, cradle: &Cradle, part: impl Part + 'static) {
-        self.hold(part.numbers());
+        self.count_numbers(part.numbers());
         if self.failed.is_some() {
             return;
         }
@@ -201,7 +201,7 @@ impl Recorder {
         let scene = Scene { motion: &balls, start: balls[i].anchor, cradle, inputs };
         let beside = i.saturating_sub(1)..(i + 1).min(self.pressing.len());
         self.pressing[beside].fill(false);
-        self.press(&scene, i..i + 1, [0.0, (t - balls[i].anchor).value()], false);
+        self.record_pressing(&scene, i..i + 1, [0.0, (t - balls[i].anchor).value()], false);
     }
 
     /// Records an `impact` of two of `balls`, anchored at its start, if it can be linearised in closed form; returns
@@ -263,7 +263,7 @@ impl Recorder {
                 }
                 let releases = cluster.switch.filter(|(_, switch)| *switch == Switch::Release && ends);
                 let released = releases.map(|(j, _)| j).filter(|j| (first..end).contains(j));
-                self.press(&scene, first..end + 1, [0.0, length], released.is_some());
+                self.record_pressing(&scene, first..end + 1, [0.0, length], released.is_some());
                 if let Some(j) = released {
                     self.jump(&scene, j, length, -1.0);
                 }
@@ -355,13 +355,13 @@ impl Recorder {
 
     /// Records the motion of balls that press on each other, or of a single ball; if it `releases`, a contact opens at
     /// its end.
-    fn press(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2], releases: bool) {
+    fn record_pressing(&mut self, scene: &Scene, balls: Range<usize>, [from, to]: [f64; 2], releases: bool) {
         if from >= to {
             return;
         }
         if let Some(middle) = self.begin_step(scene, balls.clone(), [from, to]) {
-            self.press(scene, balls.clone(), [from, middle], false);
-            return self.press(scene, balls, [middle, to], releases);
+            self.record_pressing(scene, balls.clone(), [from, middle], false);
+            return self.record_pressing(scene, balls, [middle, to], releases);
         }
         let closes = (balls.start..balls.end - 1).any(|j| !self.pressing[j]);
         if closes || balls.len() == 1 || self.undisturbed[balls.start].0 != balls.end {

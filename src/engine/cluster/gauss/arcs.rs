@@ -165,7 +165,7 @@ impl ArcNodes {
     }
 
     /// Computes the directions and factors of those contacts that `matter` from the motion of their balls.
-    pub fn turn(&mut self, matters: impl Fn(usize) -> bool) {
+    pub fn update_directions(&mut self, matters: impl Fn(usize) -> bool) {
         let contacts = || (0..self.models.len() - 1).filter(|j| matters(*j));
         for j in contacts() {
             let lengths = [self.models[j].length, self.models[j + 1].length];

@@ -75,7 +75,7 @@ impl GaussStep {
     /// Computes the directions of paths and contacts at the nodes from the present forces, for contacts that press or
     /// for `all`. Returns the largest changes of displacements since the last call, of balls that press and of all
     /// balls, over the least length or distance of pivots.
-    pub(super) fn turn(&mut self, all: bool) -> [f64; 2] {
+    pub(super) fn update_directions(&mut self, all: bool) -> [f64; 2] {
         let (table, length) = (self.stretching.table(), self.length);
         let times = table.times.map(|part| length * part);
         let (mut changes, mut nearest) = ([0.0_f64; 2], f64::INFINITY);
@@ -103,7 +103,7 @@ impl GaussStep {
                 .map_or(nearest, |contact| contact.law.pivots.min(nearest))
                 .min(arcs.models[i].length);
         }
-        self.arcs.turn(|j| all || self.contacts[j].mode == Mode::Pressing);
+        self.arcs.update_directions(|j| all || self.contacts[j].mode == Mode::Pressing);
         changes.map(|change| change / nearest)
     }
 

@@ -292,7 +292,7 @@ impl DenseOutput for GaussStep {
             let state @ [.., force] = self.contact_at(j, place);
             let way = self.way_to_top(j, place, state, &falls);
             let near = way.abs() < NEWTON_RANGE * (end - start);
-            peak.turn(force, if near { (place + way).clamp(from, to) } else { place }, [start, end]);
+            peak.raise_to_maximum(force, if near { (place + way).clamp(from, to) } else { place }, [start, end]);
         }
         Some(peak)
     }

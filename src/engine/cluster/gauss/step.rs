@@ -194,7 +194,7 @@ impl GaussStep {
 
     /// Computes the directions again, for `all` contacts or for those that press.
     fn turn_on(&mut self, all: bool, turns: &mut Turns) {
-        let changes = self.turn(all);
+        let changes = self.update_directions(all);
         let (count, largest, length) = (turns.count + 1, turns.largest.max(changes[1]), self.length);
         *turns = Turns { count, all: turns.all || all, last: None, changes, largest, length, ..*turns };
     }

@@ -10,7 +10,7 @@ use crate::model::Mode;
 use crate::solver::{NODES, Nodes, RULE, Table, root::first_root_of_parabola, weighted};
 
 /// Error of the overlaps at the nodes, over speed and length.
-const UNKNOWN: f64 = 1e-15;
+const OVERLAP_ERROR: f64 = 1e-15;
 
 /// Where a quantity at the nodes exceeds a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ enum Excess {
 impl GaussStep {
     /// Error of the overlaps, m.
     pub(super) fn overlap_error(&self, tolerance: &Tolerance) -> f64 {
-        tolerance.problem.rounding.position.max(UNKNOWN * tolerance.problem.speed * self.length)
+        tolerance.problem.rounding.position.max(OVERLAP_ERROR * tolerance.problem.speed * self.length)
     }
 
     /// The factor S of `h^2` in the overlap of contact `j` at the end of the step, m/s2.
@@ -155,7 +155,7 @@ impl GaussStep {
     /// (s), if any; an error if one may change its sign between two nodes.
     pub(super) fn first_clipping(&self, table: &Table, tolerance: &Tolerance) -> Result<Option<(usize, f64)>, ()> {
         let (mut first, mut unclear) = (None, f64::INFINITY);
-        let rate_error = tolerance.problem.rounding.velocity.max(UNKNOWN * tolerance.problem.speed);
+        let rate_error = tolerance.problem.rounding.velocity.max(OVERLAP_ERROR * tolerance.problem.speed);
         for (j, contact) in self.contacts.iter().enumerate() {
             let Some(sign) = contact.sign() else { continue };
             let side = sign_after_clip(contact.mode);

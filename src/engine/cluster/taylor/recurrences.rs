@@ -23,7 +23,7 @@ const TERMS_AT_LEAST: usize = 3;
 /// Ratio of the order of series for linear contacts to that for others, whose coefficients cost more the higher they
 /// are. A lower order needs more steps for a pulse; twice the order loses digits by cancelling terms
 /// (`benches/runs.rs`, `tests/rust/reference.rs`).
-const HIGHER: f64 = 1.5;
+const LINEAR_ORDER_RATIO: f64 = 1.5;
 
 /// A closed contact, and the series that its force consists of.
 struct Force {
@@ -184,7 +184,7 @@ impl Series {
     /// Computes all coefficients for a window. The segment ends where last terms, or forces left out, would change
     /// velocities too much.
     pub fn expand_window(&mut self, &Problem { window, control, speed, local_error, .. }: &Problem) {
-        let order = if window.is_linear() { HIGHER * control.order as f64 } else { control.order as f64 };
+        let order = if window.is_linear() { LINEAR_ORDER_RATIO * control.order as f64 } else { control.order as f64 };
         let negligible = self.expand(window, &Control { order: order as usize, ..*control }, speed);
         self.converges_for = self.convergence(local_error).min(control.longest);
         self.shorten_where_above(&negligible);

@@ -12,7 +12,7 @@ use crate::model::{Inputs, Mode};
 use crate::solver::DoubleDouble;
 
 /// Longest duration of a group over the period of ball 1; without gravity, over 2 pi s.
-const LONGEST: f64 = 1e-3;
+const LONGEST_GROUP: f64 = 1e-3;
 
 /// Largest effort of a group, in units of about a tenth of a microsecond.
 const EFFORT: u64 = 1_000_000;
@@ -147,7 +147,7 @@ impl Exchange {
         first: usize,
         observer: &mut dyn Observer,
     ) -> Result<Option<(Range<usize>, DoubleDouble)>, EngineError> {
-        let limit = DoubleDouble::from(LONGEST * std::f64::consts::TAU * self.cradle.balls[0].unit_of_time());
+        let limit = DoubleDouble::from(LONGEST_GROUP * std::f64::consts::TAU * self.cradle.balls[0].unit_of_time());
         let enough = engine.effort.saturating_add(EFFORT);
         let rigid = self.is_rigid();
         loop {
