@@ -130,112 +130,238 @@ pub(crate) fn outcome(
     law: &ContactLaw,
     shape: &ImpactShape,
 ) -> Option<ImpactResult> {
-    let ImpactShape { p, sigma, kappa, times, weights, phi, slopes, powers, scalings, .. } = shape;
-    let (p, sigma, kappa) = (*p, *sigma, *kappa);
-    let (lengths, inverse_masses) = (balls.each_ref().map(|ball| ball.length), balls.map(|ball| 1.0 / ball.mass));
-    let distances = Pair { balls: balls.each_ref(), law }.distances(flights.map(|flight| flight.x));
     let starts = [0, 1].map(|k| BallOnArc::at_start((&balls[k], flights[k])));
-    let start = ContactDirection::new(&starts[0], &starts[1], lengths, distances);
-    let rate = starts[0].approach(&starts[1], &start);
-    let along = start.along.map(|[along]| along);
-    // 1 over the reduced mass along the line of the centres, 1/kg.
-    let inverse_mass = along[0] * along[0] * inverse_masses[0] + along[1] * along[1] * inverse_masses[1];
-    let reach = law.largest_overlap(1.0 / inverse_mass, rate);
-    let (strongest, first) = (law.elastic_force(reach), sigma * reach / rate);
-    let turns = [0, 1].map(|k| first * flights[k].v.abs() / lengths[k]);
-    let begins = rate > 0.0 && first > 0.0 && turns[0].max(turns[1]) < LARGEST_CHANGE;
-    if !begins {
-        return None; // Also if they are NaN.
-    }
-    let mut moving = starts.map(|start| start.lasting());
-    let mut direction = start.lasting();
-    let (mut y, mut forces, mut elongation) = ([0.0; 2 * NODES], powers.map(|power| strongest * power), 0.0);
+    let onset = Onset::new(balls, flights, law, shape, &starts)?;
+    let mut iterate = Iterate::new(&onset, &starts);
     for _ in 0..ITERATIONS {
-        let duration = first * (1.0 + elongation);
-        let mut accelerations = [[0.0; 2 * NODES]; 2];
+        iterate.move_balls(&onset);
+        let [change, largest] = iterate.correct(&onset);
+        let goes_on = largest < LARGEST_CHANGE && iterate.elongation.abs() < LARGEST_CHANGE;
+        if !goes_on {
+            return None; // Also if they are NaN.
+        }
+        let has_converged = change * largest <= NEGLIGIBLE_VELOCITY;
+        if has_converged {
+            return Some(iterate.result(&onset));
+        }
+    }
+    None
+}
+
+/// An impact at its onset, and what it would be along a fixed direction.
+struct Onset<'a> {
+    balls: &'a [BallModel; 2],
+    flights: [&'a Flight; 2],
+    law: &'a ContactLaw,
+    shape: &'a ImpactShape,
+    lengths: [f64; 2],
+    inverse_masses: [f64; 2],
+    /// Distances of the centres, horizontal and vertical, m.
+    distances: [f64; 2],
+    direction: ContactDirection<1>,
+    /// Components of the direction along the paths.
+    along: [f64; 2],
+    /// 1 over the reduced mass along the line of the centres, 1/kg.
+    inverse_mass: f64,
+    /// Along a fixed direction: the largest overlap (m), the largest force (N) and the duration (s).
+    reach: f64,
+    strongest: f64,
+    duration: f64,
+}
+
+impl<'a> Onset<'a> {
+    /// `None` if the balls do not approach each other, or turn too much.
+    #[inline]
+    fn new(
+        balls: &'a [BallModel; 2],
+        flights: [&'a Flight; 2],
+        law: &'a ContactLaw,
+        shape: &'a ImpactShape,
+        starts: &[BallOnArc<1>; 2],
+    ) -> Option<Self> {
+        let (lengths, inverse_masses) = (balls.each_ref().map(|ball| ball.length), balls.map(|ball| 1.0 / ball.mass));
+        let distances = Pair { balls: balls.each_ref(), law }.distances(flights.map(|flight| flight.x));
+        let direction = ContactDirection::new(&starts[0], &starts[1], lengths, distances);
+        let rate = starts[0].approach(&starts[1], &direction);
+        let along = direction.along.map(|[along]| along);
+        let inverse_mass = along[0] * along[0] * inverse_masses[0] + along[1] * along[1] * inverse_masses[1];
+        let reach = law.largest_overlap(1.0 / inverse_mass, rate);
+        let (strongest, duration) = (law.elastic_force(reach), shape.sigma * reach / rate);
+        let turns = [0, 1].map(|k| duration * flights[k].v.abs() / lengths[k]);
+        let begins = rate > 0.0 && duration > 0.0 && turns[0].max(turns[1]) < LARGEST_CHANGE;
+        // Not if they are NaN.
+        begins.then_some(Self {
+            balls,
+            flights,
+            law,
+            shape,
+            lengths,
+            inverse_masses,
+            distances,
+            direction,
+            along,
+            inverse_mass,
+            reach,
+            strongest,
+            duration,
+        })
+    }
+}
+
+/// The impact as far as the iteration has come, at the nodes of [`ImpactShape`].
+struct Iterate {
+    balls: [BallOnArc<{ 2 * NODES }>; 2],
+    direction: ContactDirection<{ 2 * NODES }>,
+    y: NodalValues,
+    forces: NodalValues,
+    elongation: f64,
+    /// What the last iteration was computed with: the duration (s); accelerations along the paths (m/s2); decreases of
+    /// the squared components of the direction along the paths since the onset.
+    duration: f64,
+    accelerations: [NodalValues; 2],
+    decreases: [NodalValues; 2],
+    /// N times phi' and times e; the integral of the former over the impact; the factor of e in y.
+    by_slope: NodalValues,
+    by_scaling: NodalValues,
+    lost: f64,
+    scaled: f64,
+}
+
+impl Iterate {
+    /// The impact along the direction at its onset.
+    #[inline]
+    fn new(onset: &Onset, starts: &[BallOnArc<1>; 2]) -> Self {
+        let none = [0.0; 2 * NODES];
+        Self {
+            balls: starts.map(|start| start.lasting()),
+            direction: onset.direction.lasting(),
+            y: none,
+            forces: onset.shape.powers.map(|power| onset.strongest * power),
+            elongation: 0.0,
+            duration: 0.0,
+            accelerations: [none; 2],
+            decreases: [none; 2],
+            by_slope: none,
+            by_scaling: none,
+            lost: 0.0,
+            scaled: 0.0,
+        }
+    }
+
+    /// Moves the balls by the present forces along the present direction, and turns the direction between them.
+    #[inline]
+    fn move_balls(&mut self, onset: &Onset) {
+        let Onset { balls, flights, shape, inverse_masses, .. } = onset;
+        let duration = onset.duration * (1.0 + self.elongation);
         for (k, side) in [-1.0, 1.0].into_iter().enumerate() {
             for m in 0..2 * NODES {
-                let pushed = side * forces[m] * direction.along[k][m] * inverse_masses[k];
-                accelerations[k][m] = moving[k].free[m] + pushed;
+                let pushed = side * self.forces[m] * self.direction.along[k][m] * inverse_masses[k];
+                self.accelerations[k][m] = self.balls[k].free[m] + pushed;
             }
-            let once = shape.integrate(&accelerations[k]);
+            let once = shape.integrate(&self.accelerations[k]);
             let (twice, v) = (shape.integrate(&once), flights[k].v);
-            let way = std::array::from_fn(|m| duration * (v * times[m] + duration * twice[m]));
+            let way = std::array::from_fn(|m| duration * (v * shape.times[m] + duration * twice[m]));
             let u = std::array::from_fn(|m| v + duration * once[m]);
-            moving[k].follow(&balls[k], flights[k], &[way, u], &times.map(|time| time * duration));
+            self.balls[k].follow(&balls[k], flights[k], &[way, u], &shape.times.map(|time| time * duration));
         }
-        direction = ContactDirection::new(&moving[0], &moving[1], lengths, distances);
-        // Changes of the squared components along the paths, from the small components away from them, which keep the
-        // digits.
-        let shorter = [0, 1].map(|k| {
-            let ([before], now) = (start.outward[k], &direction.outward[k]);
+        self.direction = ContactDirection::new(&self.balls[0], &self.balls[1], onset.lengths, onset.distances);
+        // From the small components away from the paths, which keep the digits.
+        self.decreases = [0, 1].map(|k| {
+            let ([before], now) = (onset.direction.outward[k], &self.direction.outward[k]);
             now.map(|now| (now - before) * (now + before))
         });
-        let (pulled, stretched) = (duration * duration / reach, elongation * (2.0 + elongation));
-        let less = |m: usize| inverse_masses[0] * shorter[0][m] + inverse_masses[1] * shorter[1][m];
-        let ([mut by_slope, mut by_scaling], mut largest) = ([[0.0; 2 * NODES]; 2], 0.0_f64);
+        self.duration = duration;
+    }
+
+    /// Decrease of the inverse reduced mass since the onset, at a node, 1/kg.
+    #[inline(always)]
+    fn decrease(&self, onset: &Onset, m: usize) -> f64 {
+        onset.inverse_masses[0] * self.decreases[0][m] + onset.inverse_masses[1] * self.decreases[1][m]
+    }
+
+    /// Corrects y, the elongation and the forces by the present motion. Returns the largest change of y or the
+    /// elongation, and the largest relative change of accelerations from those along a fixed direction.
+    #[inline]
+    fn correct(&mut self, onset: &Onset) -> [f64; 2] {
+        let ImpactShape { p, kappa, times, weights, phi, slopes, powers, scalings, .. } = onset.shape;
+        let (p, kappa, elongation) = (*p, *kappa, self.elongation);
+        let (scale, stretched) = (self.duration * self.duration / onset.reach, elongation * (2.0 + elongation));
+        let mut largest = 0.0_f64;
         for m in 0..2 * NODES {
-            let (more, part) = (-less(m) / inverse_mass, y[m] / phi[m]);
-            let (eta, remainder) = (stretched + more + stretched * more, shape.remainder(part));
-            let rest =
-                pulled * direction.free[m] - kappa * powers[m] * (eta * (1.0 + p * part + remainder) + remainder);
-            (by_slope[m], by_scaling[m]) = (slopes[m] * rest, scalings[m] * rest);
+            let (more, part) = (-self.decrease(onset, m) / onset.inverse_mass, self.y[m] / phi[m]);
+            let (eta, remainder) = (stretched + more + stretched * more, onset.shape.remainder(part));
+            let free = scale * self.direction.free[m];
+            let rest = free - kappa * powers[m] * (eta * (1.0 + p * part + remainder) + remainder);
+            (self.by_slope[m], self.by_scaling[m]) = (slopes[m] * rest, scalings[m] * rest);
             largest = largest.max(eta.abs()).max(part.abs());
         }
-        let (of_slope, of_scaling) = (shape.integrate(&by_slope), shape.integrate(&by_scaling));
-        let (lost, shift) = (weighted(weights, &by_slope), weighted(weights, &by_scaling));
+        let (of_slope, of_scaling) = (onset.shape.integrate(&self.by_slope), onset.shape.integrate(&self.by_scaling));
+        let (lost, shift) = (weighted(weights, &self.by_slope), weighted(weights, &self.by_scaling));
         let (scaled, later) = (2.0 * elongation / (p + 1.0), (shift - 0.5 * (p - 1.0) * lost) / kappa);
-        let change = later - (p - 1.0) / (p + 1.0) * elongation;
-        let mut moved = change.abs();
+        let longer = later - (p - 1.0) / (p + 1.0) * elongation;
+        let mut change = longer.abs();
         for m in 0..2 * NODES {
             let next = scalings[m] * (of_slope[m] / kappa + scaled) - slopes[m] * of_scaling[m] / kappa;
-            let next = next + change * times[m] * slopes[m];
-            moved = moved.max((next - y[m]).abs());
-            y[m] = next;
+            let next = next + longer * times[m] * slopes[m];
+            change = change.max((next - self.y[m]).abs());
+            self.y[m] = next;
             let part = next / phi[m];
-            forces[m] = strongest * powers[m] * (1.0 + p * part + shape.remainder(part));
+            self.forces[m] = onset.strongest * powers[m] * (1.0 + p * part + onset.shape.remainder(part));
             largest = largest.max(part.abs());
         }
-        elongation += change;
-        let goes_on = largest < LARGEST_CHANGE && elongation.abs() < LARGEST_CHANGE;
-        if !goes_on {
-            return None;
-        }
-        if moved * largest > NEGLIGIBLE_VELOCITY {
-            continue;
-        }
-        let sum = |value: &dyn Fn(usize) -> f64| duration * weighted(weights, &std::array::from_fn(value));
-        let missing = sum(&|m| direction.free[m] + less(m) * forces[m]);
+        (self.elongation, self.lost, self.scaled) = (elongation + longer, lost, scaled);
+        [change, largest]
+    }
+
+    /// Integral over the impact of a quantity with these values at the nodes.
+    #[inline(always)]
+    fn integral(&self, onset: &Onset, value: impl Fn(usize) -> f64) -> f64 {
+        self.duration * weighted(&onset.shape.weights, &std::array::from_fn(value))
+    }
+
+    /// The outcome by the last iteration.
+    #[inline]
+    fn result(&self, onset: &Onset) -> ImpactResult {
+        let Onset { balls, flights, along, inverse_masses, inverse_mass, .. } = onset;
+        let duration = self.duration;
+        let missing = self.integral(onset, |m| self.direction.free[m] + self.decrease(onset, m) * self.forces[m]);
         // Directions are nearly the same in each impact, so their rounding would add up.
         let product = DoubleDouble::product;
-        let pushes = [0, 1].map(|k| {
+        let by_impulse = [0, 1].map(|k| {
             let (mass, inverse) = (balls[k].mass, inverse_masses[k]);
             let missing = inverse * (DoubleDouble::from(1.0) - product(mass, inverse)).value();
             (DoubleDouble::from(inverse) + missing) * along[k]
         });
-        let twice = (product(along[0], flights[0].v) - product(along[1], flights[1].v)) * 2.0
-            + (reach / (sigma * duration) * lost + missing);
-        let first = twice.value() / inverse_mass;
-        let rest = twice - (pushes[0] * along[0] + pushes[1] * along[1]) * first;
+        let twice_rate = (product(along[0], flights[0].v) - product(along[1], flights[1].v)) * 2.0
+            + (onset.reach / (onset.shape.sigma * duration) * self.lost + missing);
+        let first = twice_rate.value() / inverse_mass;
+        let rest = twice_rate - (by_impulse[0] * along[0] + by_impulse[1] * along[1]) * first;
         let impulse = DoubleDouble::from(first) + rest.value() / inverse_mass;
         let sides = [(0, -1.0), (1, 1.0)];
         let velocities = sides.map(|(k, side)| {
-            let turned = sum(&|m| -shorter[k][m] / (direction.along[k][m] + along[k]) * forces[m]);
-            let more = side * turned * inverse_masses[k] + sum(&|m| moving[k].free[m]);
-            (pushes[k] * impulse * side + flights[k].v + more).value()
+            let now = &self.direction.along[k];
+            let turned = self.integral(onset, |m| -self.decreases[k][m] / (now[m] + along[k]) * self.forces[m]);
+            let more = side * turned * inverse_masses[k] + self.integral(onset, |m| self.balls[k].free[m]);
+            (by_impulse[k] * impulse * side + flights[k].v + more).value()
         });
-        let displacements =
-            sides.map(|(k, _)| duration * (flights[k].v + sum(&|m| (1.0 - times[m]) * accelerations[k][m])));
-        // At half time, where phi is 1.
-        let [half_slope, half_scaling] = [by_slope, by_scaling]
-            .map(|values| weights.iter().zip(&values).take(NODES).map(|(weight, value)| weight * value).sum::<f64>());
-        let middle = scaled + half_slope / kappa;
-        let rate_there = half_scaling - 0.25 * (p - 1.0) * kappa * middle;
-        let force = law.elastic_force(reach * (1.0 + (middle + 0.5 * rate_there * rate_there / kappa)));
-        // `y'' = rest - kappa p y` there, with the mean of the two nodes beside it.
-        let curvature = 0.5 * (by_scaling[NODES - 1] + by_scaling[NODES]) - kappa * p * middle;
-        let peak = Peak { force, time: duration * (0.5 + rate_there / (kappa - curvature)) };
-        return Some(ImpactResult { duration, displacements, velocities, impulse: impulse.value(), peak });
+        let displacements = sides.map(|(k, _)| {
+            let times = &onset.shape.times;
+            duration * (flights[k].v + self.integral(onset, |m| (1.0 - times[m]) * self.accelerations[k][m]))
+        });
+        ImpactResult { duration, displacements, velocities, impulse: impulse.value(), peak: self.peak(onset) }
     }
-    None
+
+    /// The largest force, by Newton's method from half time, where phi is 1.
+    #[inline]
+    fn peak(&self, onset: &Onset) -> Peak {
+        let ImpactShape { p, kappa, weights, .. } = onset.shape;
+        let [half_slope, half_scaling] = [self.by_slope, self.by_scaling]
+            .map(|values| weights.iter().zip(&values).take(NODES).map(|(weight, value)| weight * value).sum::<f64>());
+        let middle = self.scaled + half_slope / kappa;
+        let rate_there = half_scaling - 0.25 * (p - 1.0) * kappa * middle;
+        let overlap = onset.reach * (1.0 + (middle + 0.5 * rate_there * rate_there / kappa));
+        // `y'' = rest - kappa p y` there, with the mean of the two nodes beside it.
+        let curvature = 0.5 * (self.by_scaling[NODES - 1] + self.by_scaling[NODES]) - kappa * p * middle;
+        Peak { force: onset.law.elastic_force(overlap), time: self.duration * (0.5 + rate_there / (kappa - curvature)) }
+    }
 }
