@@ -55,8 +55,9 @@ type Both<S> = [S; 2];
 /// The equation of motion of the overlap by its terms, and the largest overlap by the free impact, m.
 struct OverlapEquation<S> {
     masses: Both<S>,
-    /// The gradient n, and the products of H with a and with b.
+    /// The gradient n, n over the masses, and the products of H with a and with b.
     gradient: Both<S>,
+    lightness: Both<S>,
     turned: [Both<S>; 2],
     /// The parts a (m/s) and b of the velocities, the rate at the onset (m/s), and nu (1/kg).
     a: Both<S>,
@@ -97,9 +98,9 @@ impl<S: Scalar> OverlapEquation<S> {
         ];
         let turn = |of: &Both<S>| [hessian[0] * of[0] + hessian[1] * of[1], hessian[1] * of[0] + hessian[2] * of[1]];
         let masses = balls.map(|ball| ball.mass);
-        let pushed = [0, 1].map(|k| gradient[k] / masses[k]);
-        let inverse_mass = dot(&gradient, &pushed);
-        let (b, rate) = (pushed.map(|pushed| pushed / inverse_mass), dot(&gradient, &velocities));
+        let lightness = [0, 1].map(|k| gradient[k] / masses[k]);
+        let inverse_mass = dot(&gradient, &lightness);
+        let (b, rate) = (lightness.map(|by_force| by_force / inverse_mass), dot(&gradient, &velocities));
         let a = [0, 1].map(|k| velocities[k] - b[k] * rate);
         let turned = [turn(&a), turn(&b)];
         let free = [0, 1].map(|k| forcing[k] * at[k].cos - balls[k].gravity * at[k].restoring);
@@ -108,13 +109,59 @@ impl<S: Scalar> OverlapEquation<S> {
         let load = dot(&gradient, &free) + dot(&a, &turned[0]);
         let of = [load, dot(&less, &b), dot(&a, &turned[1]), dot(&b, &turned[1])];
         let reach = largest_overlap(law, inverse_mass, rate);
-        Self { masses, gradient, turned, a, b, rate, inverse_mass, free, by_place, reach, of }
+        Self { masses, gradient, lightness, turned, a, b, rate, inverse_mass, free, by_place, reach, of }
     }
 
     /// The dimensionless loads alpha and beta by W and A, on which the shape of the pulse depends.
     fn loads(&self) -> [S; 2] {
         let ([load, less, ..], part) = (self.of, self.reach / self.rate);
         [less * part * part, -S::from(2.0) * load * part / self.rate]
+    }
+}
+
+/// The motion of the overlap in an impact, to first order.
+struct Compression {
+    /// Duration (s), and integrals of the overlap (m.s) and of its squared rate (m2/s).
+    time: Dual,
+    sum: Dual,
+    squares: Dual,
+    /// A with drag and with the drift of the load until the middle, m/s2.
+    load: Dual,
+    /// Energy over the reduced mass that the overlap gains until the middle and in all, m2/s2.
+    there: Dual,
+    gained: Dual,
+}
+
+impl OverlapEquation<Dual> {
+    /// Accelerations of the balls, or integrals of them, by the turn of the direction.
+    fn by_turn(&self, of: impl Fn(usize) -> Dual) -> Both<Dual> {
+        [0, 1].map(|k| of(k) / (self.masses[k] * self.inverse_mass))
+    }
+
+    /// Velocities after the impact (m/s) from those at the onset, and the impulse (N.s).
+    fn velocities_after(&self, along: &Pair<Dual>, v: Both<Dual>, by: &Compression) -> (Both<Dual>, Dual) {
+        let Self { gradient, turned, a, b, rate, free, by_place, lightness, .. } = self;
+        let (half, two, &Compression { time, sum, squares, gained, .. }) = (Dual::from(0.5), Dual::from(2.0), by);
+        // The contact forces act along directions that turn.
+        let by_turn = self.by_turn(|k| turned[0][k] * *rate * time + turned[1][k] * squares);
+        let given = [0, 1].map(|k| {
+            let drag = two * along.balls[k].gamma * a[k] * time;
+            free[k] * time + by_place[k] * (half * a[k] * time * time + b[k] * sum) - drag - by_turn[k]
+        });
+        let after = [0, 1].map(|k| v[k] + given[k]);
+        let end = [0, 1].map(|k| gradient[k] + turned[0][k] * time);
+        let impulse = (dot(&end, &after) + *rate + gained / *rate) / dot(&end, lightness);
+        ([0, 1].map(|k| after[k] - lightness[k] * impulse), impulse)
+    }
+
+    /// Displacements in the impact (m) from the velocities at the onset (m/s). The overlap is 0 again.
+    fn displacements(&self, v: Both<Dual>, by: &Compression) -> Both<Dual> {
+        let (half, two, &Compression { time, sum, squares, .. }) = (Dual::from(0.5), Dual::from(2.0), by);
+        let turned = self.by_turn(|k| two * self.turned[0][k] * sum + half * self.turned[1][k] * time * squares);
+        let moved = [0, 1].map(|k| v[k] * time + half * self.free[k] * time * time - turned[k]);
+        let way =
+            (dot(&self.gradient, &moved) + half * time * time * dot(&self.a, &self.turned[0])) / self.inverse_mass;
+        [0, 1].map(|k| moved[k] - self.lightness[k] * way)
     }
 }
 
@@ -136,114 +183,117 @@ impl ArcImpactPart {
         (varies < FIRST_ORDER_LIMIT).then_some(Self { contact, start, forcing, external, shape, largest: None })
     }
 
-    /// Changes of the state after the impact, at the common time.
-    fn effects(&self, pair: &Pair, causes: &Causes) -> Effects {
+    /// Acceleration without contact of ball `k` at the place `x`, m/s2.
+    fn free(&self, pair: &Pair, k: usize, x: f64) -> f64 {
+        let place = pair.balls[k].place(x);
+        self.forcing[k] * place.cos - pair.balls[k].gravity * place.restoring
+    }
+
+    /// How much later the onset is (s), and places (m) and velocities (m/s) of the balls then. `along` has the
+    /// coefficients with their changes.
+    fn onset(&self, pair: &Pair, along: &Pair<Dual>, causes: &Causes) -> (f64, Both<Dual>, Both<Dual>) {
         let number = Dual::with_tangent;
-        let (half, one, two) = (Dual::from(0.5), Dual::from(1.0), Dual::from(2.0));
-        let ball = |k: usize| {
-            let ([_, _, mass, gamma, length, gravity, _], ball) = (causes.balls[k], pair.balls[k].map(Dual::from));
-            BallModel {
-                mass: number(ball.mass.value(), mass),
-                gamma: number(ball.gamma.value(), gamma),
-                length: number(ball.length.value(), length),
-                gravity: number(ball.gravity.value(), gravity),
-                ..ball
-            }
-        };
-        let [stiffness, overlap_ref, exponent, damping, clearance, pivots] = causes.contact;
-        let of_law = pair.law.map(Dual::from);
-        let law = ContactLaw {
-            stiffness: number(pair.law.stiffness, stiffness),
-            overlap_ref: number(pair.law.overlap_ref, overlap_ref),
-            exponent: number(pair.law.exponent, exponent),
-            clearance: number(pair.law.clearance, clearance),
-            pivots: number(pair.law.pivots, pivots),
-            ..of_law
-        };
-        let balls = [ball(0), ball(1)];
-        let along = Pair { balls: balls.each_ref(), law: &law };
-        // At the onset, which is later by `late`.
-        let forcing = [0, 1].map(|k| number(self.forcing[k], causes.balls[k][6]));
-        let early = [0, 1].map(|k| number(self.start[k].0, causes.balls[k][0]));
+        let before = [0, 1].map(|k| number(self.start[k].0, causes.balls[k][0]));
         let parts = pair.parts_along(self.start.map(|(x, _)| x));
         let rate = parts[0] * self.start[0].1 - parts[1] * self.start[1].1;
-        let late = -along.overlap(early).tangent() / rate;
-        let places = [0, 1].map(|k| early[k] + number(0.0, self.start[k].1 * late));
-        let free = |k: usize, x: f64| {
-            let place = pair.balls[k].place(x);
-            self.forcing[k] * place.cos - pair.balls[k].gravity * place.restoring
-        };
-        let v = [0, 1].map(|k| number(self.start[k].1, causes.balls[k][1] + free(k, self.start[k].0) * late));
-        let equation = OverlapEquation::new(&along, places, v, forcing);
-        let OverlapEquation {
-            masses,
-            gradient,
-            turned,
-            a,
-            b,
-            rate,
-            inverse_mass,
-            free: f,
-            by_place,
-            reach: deepest,
-            ..
-        } = equation;
-        let [load, less, works, shortens] = equation.of;
+        let delay = -along.overlap(before).tangent() / rate;
+        let places = [0, 1].map(|k| before[k] + number(0.0, self.start[k].1 * delay));
+        let change = |k: usize| causes.balls[k][1] + self.free(pair, k, self.start[k].0) * delay;
+        (delay, places, [0, 1].map(|k| number(self.start[k].1, change(k))))
+    }
+
+    /// The motion of the overlap by its `equation`. `along` has the coefficients with their changes, except for the
+    /// `damping` coefficient.
+    fn compression(
+        &self,
+        pair: &Pair,
+        along: &Pair<Dual>,
+        equation: &OverlapEquation<Dual>,
+        damping: f64,
+    ) -> Compression {
+        let (number, half, one, two) = (Dual::with_tangent, Dual::from(0.5), Dual::from(1.0), Dual::from(2.0));
+        let OverlapEquation { gradient, a, b, rate, inverse_mass, by_place, reach, .. } = equation;
+        let ([load, _, works, shortens], rate, reach) = (equation.of, *rate, *reach);
         // For the free impact: duration, and integrals of the overlap and of its squared rate.
-        let p = law.exponent;
+        let p = along.law.exponent;
         let integral = |k: usize, [alpha, beta]: [Dual; 2]| {
             let [value, by_alpha, by_beta, by_exponent] = self.shape.integrals[k];
             number(value, by_alpha * alpha.tangent() + by_beta * beta.tangent() + by_exponent * p.tangent())
         };
         let loads = equation.loads();
-        let (part, none) = (two * deepest / rate, [Dual::default(); 2]);
-        let (time, sum) = (part * integral(0, none), part * deepest * integral(1, loads));
+        let (part, none) = (two * reach / rate, [Dual::default(); 2]);
+        let (time, sum) = (part * integral(0, none), part * reach * integral(1, loads));
         let squares = rate * rate * time * (p + one) / (p + one + two);
         // The free impact lacks drag and damping, which take energy, and the drift of the load, which gives some.
-        let of_drag = [0, 1].map(|k| balls[k].gamma * gradient[k]);
+        let of_drag = [0, 1].map(|k| along.balls[k].gamma * gradient[k]);
         let drift = -(gradient[0] * by_place[0] * a[0] + gradient[1] * by_place[1] * a[1]);
-        let load = load - two * dot(&of_drag, &a) - half * time * drift;
-        let grown = power(deepest.value() / pair.law.overlap_ref, pair.law.damping_exponent());
-        let lost = 2.0 * (rate * deepest).value() * grown * self.shape.works[1] * inverse_mass.value() * damping;
-        let taken = two * dot(&of_drag, &b) * squares + number(0.0, lost) - drift * sum;
+        let load = load - two * dot(&of_drag, a) - half * time * drift;
+        let grown = power(reach.value() / pair.law.overlap_ref, pair.law.damping_exponent());
+        let lost = 2.0 * (rate * reach).value() * grown * self.shape.works[1] * inverse_mass.value() * damping;
+        let taken = two * dot(&of_drag, b) * squares + number(0.0, lost) - drift * sum;
         let (there, gained) = (half * (works * squares - taken), works * (squares + time * rate * rate) - taken);
-        let quick = rate + there / rate;
-        let part = largest_overlap(&law, inverse_mass, quick) / quick;
-        let beta = -two * load * deepest / (rate * rate);
+        let rate_there = rate + there / rate;
+        let part = largest_overlap(along.law, *inverse_mass, rate_there) / rate_there;
+        let beta = -two * load * reach / (rate * rate);
         let time = two * part * integral(0, [loads[0], beta]) * (one - half * works * time) - shortens * sum;
-        // The contact forces act along directions that turn.
-        let pushed = |k: usize, of: &dyn Fn(usize) -> Dual| of(k) / (masses[k] * inverse_mass);
-        let by_turn = [0, 1].map(|k| pushed(k, &|k| turned[0][k] * rate * time + turned[1][k] * squares));
-        let given = [0, 1].map(|k| {
-            let drag = two * balls[k].gamma * a[k] * time;
-            f[k] * time + by_place[k] * (half * a[k] * time * time + b[k] * sum) - drag - by_turn[k]
-        });
-        let after = [0, 1].map(|k| v[k] + given[k]);
-        let end = [0, 1].map(|k| gradient[k] + turned[0][k] * time);
-        let lightness = [0, 1].map(|k| gradient[k] / masses[k]);
-        let impulse = (dot(&end, &after) + rate + gained / rate) / dot(&end, &lightness);
-        let after = [0, 1].map(|k| after[k] - lightness[k] * impulse);
-        // The displacements, after which the overlap is 0 again.
-        let moved = [0, 1].map(|k| {
-            let turned = pushed(k, &|k| two * turned[0][k] * sum + half * turned[1][k] * time * squares);
-            v[k] * time + half * f[k] * time * time - turned
-        });
-        let way = (dot(&gradient, &moved) + half * time * time * dot(&a, &turned[0])) / inverse_mass;
-        let moved = [0, 1].map(|k| moved[k] - lightness[k] * way);
-        let peak = self.largest.map_or(0.0, |overlap| {
-            let overlap = Dual::from(overlap);
-            let energy = half * rate * rate + there + overlap * (load - half * less * overlap);
-            let missing = energy - inverse_mass * law.elastic_energy(overlap);
+        Compression { time, sum, squares, load, there, gained }
+    }
+
+    /// Change of the largest force; 0 if it is not wanted.
+    fn change_of_peak(&self, law: &ContactLaw<Dual>, equation: &OverlapEquation<Dual>, by: &Compression) -> f64 {
+        self.largest.map_or(0.0, |overlap| {
+            let (overlap, half, [_, less, ..]) = (Dual::from(overlap), Dual::from(0.5), equation.of);
+            let energy = half * equation.rate * equation.rate + by.there + overlap * (by.load - half * less * overlap);
+            let missing = energy - equation.inverse_mass * law.elastic_energy(overlap);
             let force = law.elastic_force(overlap);
-            let stiffness = inverse_mass * force - load + less * overlap;
+            let stiffness = equation.inverse_mass * force - by.load + less * overlap;
             force.tangent() + (law.exponent * force / overlap).value() * missing.tangent() / stiffness.value()
-        });
+        })
+    }
+
+    /// Changes of the state after the impact, at the common time.
+    fn effects(&self, pair: &Pair, causes: &Causes) -> Effects {
+        let (balls, law) = with_changes(pair, causes);
+        let along = Pair { balls: balls.each_ref(), law: &law };
+        let (delay, places, v) = self.onset(pair, &along, causes);
+        let forcing = [0, 1].map(|k| Dual::with_tangent(self.forcing[k], causes.balls[k][6]));
+        let equation = OverlapEquation::new(&along, places, v, forcing);
+        let [.., damping, _, _] = causes.contact;
+        let compression = self.compression(pair, &along, &equation, damping);
+        let (after, impulse) = equation.velocities_after(&along, v, &compression);
+        let moved = equation.displacements(v, &compression);
+        let peak = self.change_of_peak(&law, &equation, &compression);
         // Back at the common time, which is earlier.
-        let later = late + time.tangent();
+        let later = delay + compression.time.tangent();
         let place = |k: usize| places[k].tangent() + moved[k].tangent() - after[k].value() * later;
-        let velocity = |k: usize| after[k].tangent() - free(k, (places[k] + moved[k]).value()) * later;
+        let velocity = |k: usize| after[k].tangent() - self.free(pair, k, (places[k] + moved[k]).value()) * later;
         [place(0), place(1), velocity(0), velocity(1), impulse.tangent(), peak]
     }
+}
+
+/// The balls and the law of a contact with their changes; all but that of the damping coefficient.
+fn with_changes(pair: &Pair, causes: &Causes) -> ([BallModel<Dual>; 2], ContactLaw<Dual>) {
+    let number = Dual::with_tangent;
+    let ball = |k: usize| {
+        let ([_, _, mass, gamma, length, gravity, _], ball) = (causes.balls[k], pair.balls[k].map(Dual::from));
+        BallModel {
+            mass: number(ball.mass.value(), mass),
+            gamma: number(ball.gamma.value(), gamma),
+            length: number(ball.length.value(), length),
+            gravity: number(ball.gravity.value(), gravity),
+            ..ball
+        }
+    };
+    let [stiffness, overlap_ref, exponent, _, clearance, pivots] = causes.contact;
+    let law = ContactLaw {
+        stiffness: number(pair.law.stiffness, stiffness),
+        overlap_ref: number(pair.law.overlap_ref, overlap_ref),
+        exponent: number(pair.law.exponent, exponent),
+        clearance: number(pair.law.clearance, clearance),
+        pivots: number(pair.law.pivots, pivots),
+        ..pair.law.map(Dual::from)
+    };
+    ([ball(0), ball(1)], law)
 }
 
 impl Part for ArcImpactPart {
