@@ -91,6 +91,41 @@ impl Turns {
     }
 }
 
+/// How fast the iteration changes overlaps less and less.
+struct Convergence {
+    /// The last change, and its ratio to the one before; `None` if both are 0.
+    change: f64,
+    rate: Option<f64>,
+    /// `SENSITIVITY` p^2.
+    sensitivity: f64,
+}
+
+impl Convergence {
+    /// Before the first iteration, for contacts with the exponent p.
+    fn new(p: f64) -> Self {
+        Self { change: f64::INFINITY, rate: Some(0.0), sensitivity: SENSITIVITY * p * p }
+    }
+
+    /// Whether overlaps have converged with this change; and its expected ratio to the next one or, with the
+    /// sensitivity, to the one after it.
+    #[inline]
+    fn judge(&self, change: f64) -> (bool, f64) {
+        // Right after the end has moved far, the change falls faster than it will later.
+        let rates = [rate_of(change, self.change), self.rate.map(|rate| 0.5 * rate)];
+        let rate = rates.into_iter().flatten().reduce(f64::max);
+        let ahead = rate.map_or(1.0, |rate| rate.min(1.0) * (self.sensitivity * rate).min(1.0));
+        let has_converged = change <= CONVERGED
+            || rate.is_some_and(|rate| {
+                (rate < 0.5 && change * ahead <= CONVERGED) || (change <= STAGNATION && rate > 0.5)
+            });
+        (has_converged, ahead)
+    }
+
+    fn note(&mut self, change: f64) {
+        (self.change, self.rate) = (change, rate_of(change, self.change));
+    }
+}
+
 /// The outcome of an attempt.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Attempt {
@@ -115,81 +150,102 @@ impl GaussStep {
         (self.stretching, self.length, self.end) = (plan.stretching, plan.length, None);
         let closed = self.contacts.iter().filter(|contact| contact.mode == Mode::Pressing).count() as u64;
         self.begin(table);
-        let (mut last_change, mut last_rate, mut looked, mut measured) = (f64::INFINITY, Some(0.0), false, false);
+        let (mut has_looked, mut is_measured) = (false, false);
+        let mut convergence = Convergence::new(self.contacts[0].law.exponent); // contacts have one
         let mut turns = self.on_arcs().then(Turns::default);
-        let exponent = self.contacts[0].law.exponent; // contacts have one
-        let sensitivity = SENSITIVITY * exponent * exponent;
         for count in 0..MOST_ITERATIONS {
             *evaluations = evaluations.saturating_add(closed);
             self.evaluate_forces();
-            if let Some(turns) = turns.as_mut().filter(|turns| last_change < turns.next()) {
+            if let Some(turns) = turns.as_mut().filter(|turns| convergence.change < turns.next()) {
                 self.turn_on(turns.count > 0, turns);
                 self.evaluate_forces();
             }
-            if !looked && last_change < SWITCHINGS_VISIBLE * self.evenness().min(1.0) {
-                looked = true;
-                (0..self.contacts.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
-                match self.first_switching(table, tolerance) {
-                    Some((j, switch, 0.0)) => return Attempt::AtOnce(j, switch),
-                    Some((j, ..)) if plan.switching == Some(j) => {}
-                    Some((j, switch, time)) if time < self.length * (1.0 - 1e-12) => {
-                        if !self.may_end(plan, j, switch) {
-                            return Attempt::Within(j, switch, time);
-                        }
-                        self.end = Some((j, switch));
-                    }
-                    Some(_) | None => {}
+            if !has_looked && convergence.change < SWITCHINGS_VISIBLE * self.evenness().min(1.0) {
+                has_looked = true;
+                if let Some(outcome) = self.look_for_switching(plan, table, tolerance) {
+                    return outcome;
                 }
             }
-            let mut later = 0.0;
-            if let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) {
-                self.accelerate_unless_pressing(j, table);
-                let from_start = || self.switching(j, table, tolerance).map(|(_, time)| time);
-                match self.switching_near_end(j, table).or_else(from_start) {
-                    Some(time) if time > 0.0 && time <= (MOST_LENGTHENED * plan.length).min(tolerance.longest) => {
-                        (later, self.end) = (time - self.length, Some((j, self.contacts[j].switch())));
-                    }
-                    Some(_) => return Attempt::Failed,
-                    None if looked || self.end.is_some() => return Attempt::NoSwitching,
-                    None => {}
-                }
-            }
+            let later = match self.find_end(plan, has_looked, table, tolerance) {
+                Ok(later) => later,
+                Err(outcome) => return outcome,
+            };
             let [change, of_rate] = self.update(table, later);
             turns.iter_mut().for_each(|turns| turns.note(change));
             if count >= LEAST_ITERATIONS {
-                if !measured {
+                if !is_measured {
                     let still = change * STILL_CHANGING;
                     let error = self.error(table, tolerance);
                     if error > TOO_LONG + still {
                         return Attempt::TooLong(error);
                     }
-                    measured = still < TOO_LONG;
+                    is_measured = still < TOO_LONG;
                 }
-                // Right after the end has moved far, the change falls faster than it will later.
-                let rates = [rate_of(change, last_change), last_rate.map(|rate| 0.5 * rate)];
-                let rate = rates.into_iter().flatten().reduce(f64::max);
-                // From this change to the next one or, with the sensitivity, to the one after it.
-                let ahead = rate.map_or(1.0, |rate| rate.min(1.0) * (sensitivity * rate).min(1.0));
-                let converged = change <= CONVERGED
-                    || rate.is_some_and(|rate| {
-                        (rate < 0.5 && change * ahead <= CONVERGED) || (change <= STAGNATION && rate > 0.5)
-                    });
+                let (has_converged, ahead) = convergence.judge(change);
                 // The end must have converged, too: contacts in equilibrium do not change, however far it still moves.
                 let ended = |(j, _)| later.abs() * self.rate_at_end(j, table).abs() <= self.overlap_error(tolerance);
-                let converged = converged && self.end.is_none_or(ended);
-                if converged && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed {
-                    if let Some(turns) = turns.as_mut().filter(|turns| !self.stands(turns)) {
-                        self.turn_on(true, turns);
-                    }
-                    // Otherwise the new directions take effect in another iteration.
-                    if turns.as_ref().is_none_or(|turns| self.stands(turns)) {
-                        return self.conclude(table, tolerance);
-                    }
+                if has_converged
+                    && self.end.is_none_or(ended)
+                    && of_rate * ahead <= CONVERGED_RATE * tolerance.problem.speed
+                    && turns.as_mut().is_none_or(|turns| self.settle_directions(turns))
+                {
+                    return self.conclude(table, tolerance);
                 }
             }
-            (last_change, last_rate) = (change, rate_of(change, last_change));
+            convergence.note(change);
         }
         Attempt::Failed
+    }
+
+    /// Looks for the first switching, and ends the step there if the `plan` allows that. Returns the outcome if it ends
+    /// the attempt.
+    fn look_for_switching(&mut self, plan: &Plan, table: &Table, tolerance: &Tolerance) -> Option<Attempt> {
+        (0..self.contacts.len()).for_each(|j| self.accelerate_unless_pressing(j, table));
+        match self.first_switching(table, tolerance)? {
+            (j, switch, 0.0) => return Some(Attempt::AtOnce(j, switch)),
+            (j, ..) if plan.switching == Some(j) => {}
+            (j, switch, time) if time < self.length * (1.0 - 1e-12) => {
+                if !self.may_end(plan, j, switch) {
+                    return Some(Attempt::Within(j, switch, time));
+                }
+                self.end = Some((j, switch));
+            }
+            _ => {}
+        }
+        None
+    }
+
+    /// How much later the step has to end (s) where it ends at a switching, by the present accelerations; 0 if it does
+    /// not, or if that is not yet to be seen. An error if the attempt has failed: surely so without a switching only
+    /// after the attempt `has_looked` for one.
+    fn find_end(
+        &mut self,
+        plan: &Plan,
+        has_looked: bool,
+        table: &Table,
+        tolerance: &Tolerance,
+    ) -> Result<f64, Attempt> {
+        let Some(j) = self.end.map_or(plan.switching, |(j, _)| Some(j)) else { return Ok(0.0) };
+        self.accelerate_unless_pressing(j, table);
+        let from_start = || self.switching(j, table, tolerance).map(|(_, time)| time);
+        match self.switching_near_end(j, table).or_else(from_start) {
+            Some(time) if time > 0.0 && time <= (MOST_LENGTHENED * plan.length).min(tolerance.longest) => {
+                self.end = Some((j, self.contacts[j].switch()));
+                Ok(time - self.length)
+            }
+            Some(_) => Err(Attempt::Failed),
+            None if has_looked || self.end.is_some() => Err(Attempt::NoSwitching),
+            None => Ok(0.0),
+        }
+    }
+
+    /// Whether directions stand, if need be after they have been computed once more. Otherwise the new ones take effect
+    /// in another iteration.
+    fn settle_directions(&mut self, turns: &mut Turns) -> bool {
+        if !self.stands(turns) {
+            self.turn_on(true, turns);
+        }
+        self.stands(turns)
     }
 
     /// Computes the directions again, for `all` contacts or for those that press.
