@@ -71,7 +71,7 @@ pub(super) fn follow(
         let mut step = RadauStep::new(problem.window, length);
         let solved = step.solve().is_some();
         *evaluations = evaluations.saturating_add(step.evaluations);
-        let error = if solved { step.describe(series, length, problem) } else { f64::INFINITY };
+        let error = if solved { step.describe(series, length, problem) } else { None }.unwrap_or(f64::INFINITY);
         if error <= 1.0 {
             history.implicit_length = (length * next_length(error)).min(problem.control.longest);
             return true;
@@ -262,8 +262,9 @@ impl<'a> RadauStep<'a> {
         velocities.extend(relative.iter().map(|[share, behind]| share.component_mul(&of_first) - behind));
     }
 
-    /// Enters the solution in `series`; returns its error over the allowed one.
-    fn describe(&self, series: &mut Series, length: f64, problem: &Problem) -> f64 {
+    /// Enters the solution in `series`; returns its error over the allowed one, `None` if it leaves the range of doubles
+    /// or of a law.
+    fn describe(&self, series: &mut Series, length: f64, problem: &Problem) -> Option<f64> {
         let (window, tolerance) = (self.window, problem.control.tolerance);
         series.begin(window, STAGES, length);
         let speed = window.flights.iter().map(|flight| flight.v.abs()).fold(0.0, f64::max);
@@ -281,59 +282,79 @@ impl<'a> RadauStep<'a> {
             let polynomial = RADAU.polynomial_from(flight.v, &velocities[i]);
             worst = worst.max(highest_terms(&polynomial) / allowed);
             if polynomial.iter().any(|c| !c.is_finite()) {
-                return f64::INFINITY;
+                return None;
             }
             integrate(&mut series.displacements[i * series.stride..], &polynomial, length);
         }
-        let of_rates = RATES * rounding;
-        for (j, contact) in window.contacts.iter().enumerate() {
+        for j in 0..window.contacts.len() {
             if window.presses(j) {
-                // Without the start: the overlap must follow the balance of forces, not the rounding of the velocities.
-                let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
-                let size = contact.overlap + self.changes[j].amax();
-                // The force must be as accurate, and its relative error is `exponent` times as large.
-                let relative =
-                    (OF_OVERLAPS * tolerance).max(2.0 * LEAST_ROUNDINGS * f64::EPSILON) / window.laws[j].exponent;
-                let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
-                // The change of the overlap by the rounding of its rate.
-                let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
-                let allowed = (relative * size).max(change) / length;
-                let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
-                worst = worst.max(highest_terms(&polynomial) / allowed).max(jump);
-                integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
-                let overlaps = self.changes[j].add_scalar(contact.overlap);
-                let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
-                series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j + 1]));
+                worst = worst.max(self.describe_pressing(series, j, length, tolerance, rounding));
             } else {
-                let overlaps = self.closer(j).add_scalar(contact.overlap);
-                let rate = |s: usize| {
-                    let [left, right] =
-                        [j, j + 1].map(|i| (window.flights[i].x + self.balls[i].moved[s], velocities[i][s]));
-                    window.pair(j).overlap_rate([left, right])
-                };
-                let rates = Stages::from_fn(|s, _| rate(s));
-                let of_row = |overlap: f64, rate: f64| series.rate_of_row(j, overlap, rate);
-                let polynomial = RADAU.polynomial_from(
-                    of_row(contact.overlap, window.overlap_rate(j)),
-                    &overlaps.zip_map(&rates, of_row),
-                );
-                integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
-                if contact.mode == Mode::Clipped {
-                    let (mut forces, mut unknown) = (Stages::zeros(), 0.0_f64);
-                    for s in 0..STAGES {
-                        let Some((force, _, by_rate)) = window.laws[j].continued(overlaps[s], rates[s]) else {
-                            return f64::INFINITY;
-                        };
-                        (forces[s], unknown) = (force, unknown.max(LEAST_ROUNDINGS * by_rate.abs() * rounding));
-                    }
-                    // Needed for the time at which the force would push again.
-                    let polynomial = RADAU.polynomial(&forces);
-                    let allowed = (tolerance * forces.amax()).max(unknown);
-                    worst = worst.max(if allowed > 0.0 { highest_terms(&polynomial) / allowed } else { 0.0 });
-                    series.set_forces(j, &[], &polynomial);
+                let (overlaps, rates) = self.describe_apart(series, j, length, &velocities);
+                if window.contacts[j].mode == Mode::Clipped {
+                    worst = worst.max(self.describe_clipped(series, j, [&overlaps, &rates], tolerance, rounding)?);
                 }
             }
         }
-        worst
+        Some(worst)
+    }
+
+    /// Enters overlap and force of the pressing contact `j`; returns the error of the overlap, or its jump at the
+    /// start, over the allowed one. The velocities are known to within `rounding` (m/s).
+    fn describe_pressing(&self, series: &mut Series, j: usize, length: f64, tolerance: f64, rounding: f64) -> f64 {
+        let (window, contact, of_rates) = (self.window, &self.window.contacts[j], RATES * rounding);
+        // Without the start: the overlap must follow the balance of forces, not the rounding of the velocities.
+        let polynomial = RADAU.polynomial(&(self.derivative * self.changes[j]));
+        let size = contact.overlap + self.changes[j].amax();
+        // The force must be as accurate, and its relative error is `exponent` times as large.
+        let relative = (OF_OVERLAPS * tolerance).max(2.0 * LEAST_ROUNDINGS * f64::EPSILON) / window.laws[j].exponent;
+        let stiffness = window.laws[j].elastic_continued(contact.overlap).map_or(0.0, |(_, slope)| slope);
+        // The change of the overlap by the rounding of its rate.
+        let change = if stiffness > 0.0 { of_rates * (window.reduced_mass(j) / stiffness).sqrt() } else { 0.0 };
+        let allowed = (relative * size).max(change) / length;
+        let jump = (polynomial[0] - window.overlap_rate(j)).abs() / (JUMP * allowed).max(of_rates);
+        integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
+        let overlaps = self.changes[j].add_scalar(contact.overlap);
+        let elastic = overlaps.map(|d| window.laws[j].elastic_continued(d).map_or(0.0, |(force, _)| force));
+        series.set_forces(j, &RADAU.polynomial(&elastic), &RADAU.polynomial(&self.forces[j + 1]));
+        (highest_terms(&polynomial) / allowed).max(jump)
+    }
+
+    /// Enters the overlap of contact `j`, which does not press, from the motion of its balls with these `velocities`
+    /// (m/s). Returns overlaps (m) and rates (m/s) at the stages.
+    fn describe_apart(&self, series: &mut Series, j: usize, length: f64, velocities: &[Stages]) -> (Stages, Stages) {
+        let (window, overlap) = (self.window, self.window.contacts[j].overlap);
+        let overlaps = self.closer(j).add_scalar(overlap);
+        let rate = |s: usize| {
+            let [left, right] = [j, j + 1].map(|i| (window.flights[i].x + self.balls[i].moved[s], velocities[i][s]));
+            window.pair(j).overlap_rate([left, right])
+        };
+        let rates = Stages::from_fn(|s, _| rate(s));
+        let of_row = |overlap: f64, rate: f64| series.rate_of_row(j, overlap, rate);
+        let start = of_row(overlap, window.overlap_rate(j));
+        let polynomial = RADAU.polynomial_from(start, &overlaps.zip_map(&rates, of_row));
+        integrate(&mut series.overlaps[j * series.stride..], &polynomial, length);
+        (overlaps, rates)
+    }
+
+    /// Enters the force that contact `j` would have if it were not clipped, for the time at which it would push again.
+    /// Returns its error over the allowed one.
+    fn describe_clipped(
+        &self,
+        series: &mut Series,
+        j: usize,
+        [overlaps, rates]: [&Stages; 2],
+        tolerance: f64,
+        rounding: f64,
+    ) -> Option<f64> {
+        let (mut forces, mut unknown) = (Stages::zeros(), 0.0_f64);
+        for s in 0..STAGES {
+            let (force, _, by_rate) = self.window.laws[j].continued(overlaps[s], rates[s])?;
+            (forces[s], unknown) = (force, unknown.max(LEAST_ROUNDINGS * by_rate.abs() * rounding));
+        }
+        let polynomial = RADAU.polynomial(&forces);
+        let allowed = (tolerance * forces.amax()).max(unknown);
+        series.set_forces(j, &[], &polynomial);
+        Some(if allowed > 0.0 { highest_terms(&polynomial) / allowed } else { 0.0 })
     }
 }
