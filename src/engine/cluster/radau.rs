@@ -69,9 +69,9 @@ pub(super) fn follow(
     }
     while length > 0.0 && length >= LEAST_PART_OF_GAIN * gain * history.explicit_length {
         let mut step = RadauStep::new(problem.window, length);
-        let solved = step.solve().is_some();
+        let solved = step.solve();
         *evaluations = evaluations.saturating_add(step.evaluations);
-        let error = if solved { step.describe(series, length, problem) } else { None }.unwrap_or(f64::INFINITY);
+        let error = solved.and_then(|()| step.describe(series, length, problem)).unwrap_or(f64::INFINITY);
         if error <= 1.0 {
             history.implicit_length = (length * next_length(error)).min(problem.control.longest);
             return true;

@@ -85,23 +85,7 @@ impl Body {
         let contact = first;
         let first = &balls[0];
         let (o, v, on_line) = (&first.oscillator, first.flight.v, !first.model.on_arc);
-        // Differences from the first ball, exactly 0 for equal balls; `free` is the acceleration by inputs and gravity.
-        let mut free = 0.0;
-        let differences = balls.iter().enumerate().map(|(i, ball)| {
-            if i > 0 {
-                free -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
-            }
-            let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
-            if on_line {
-                forcing[0] = free;
-            }
-            Differences {
-                omega2: ball.oscillator.omega2() - o.omega2(),
-                gamma: ball.oscillator.gamma() - o.gamma(),
-                forcing,
-            }
-        });
-        let differences: Vec<Differences> = differences.collect();
+        let differences = Differences::from_first(balls, approach);
         let total: f64 = balls.iter().map(|ball| ball.model.mass).sum();
         let mut mean = Differences::default();
         for (ball, difference) in balls.iter().zip(&differences) {
@@ -149,6 +133,27 @@ struct Differences {
 }
 
 impl Differences {
+    /// Those of each of `balls` from the first one, exactly 0 for equal balls. Neighbours would approach each other with
+    /// the accelerations `approach` (m/s2).
+    fn from_first(balls: &[Ball], approach: &[f64]) -> Vec<Self> {
+        let first = &balls[0];
+        let (o, v) = (&first.oscillator, first.flight.v);
+        // The acceleration by inputs and gravity, less that of the first ball.
+        let mut free = 0.0;
+        let of_ball = |(i, ball): (usize, &Ball)| {
+            if i > 0 {
+                free -= approach[i - 1] + 2.0 * (balls[i - 1].oscillator.gamma() - ball.oscillator.gamma()) * v;
+            }
+            let mut forcing: Forcing = std::array::from_fn(|k| ball.flight.forcing[k] - first.flight.forcing[k]);
+            if !first.model.on_arc {
+                forcing[0] = free;
+            }
+            let [omega2, gamma] = [Oscillator::omega2, Oscillator::gamma].map(|of| of(&ball.oscillator) - of(o));
+            Self { omega2, gamma, forcing }
+        };
+        balls.iter().enumerate().map(of_ball).collect()
+    }
+
     fn add(&mut self, factor: f64, other: &Self) {
         self.omega2 += factor * other.omega2;
         self.gamma += factor * other.gamma;

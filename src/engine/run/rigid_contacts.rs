@@ -156,49 +156,59 @@ impl Engine {
         balls.clone().for_each(|i| self.before_move(i, t));
         for i in balls.clone() {
             if self.is_in_body(i) {
-                if let Some(recorder) = &mut self.recorder {
-                    recorder.fail(Unfollowed::RigidBody);
-                }
-                self.look_for_faults(i..i + 1, t);
-                let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
-                let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
-                ball.integrals = ball.integrals_under(&before, t);
-                ball.flight = ball.flight_at(t);
-                ball.flight.forcing = after;
-                ball.anchor = t;
-                ball.oscillator = Oscillator::new(model.omega2, model.gamma);
+                self.leave_body(i, t);
             } else {
                 self.reanchor(i, t);
             }
         }
         for j in group {
-            let sums = self.constraint(j).map(|constraint| {
-                let in_step = constraint.peak(self.step.time.into(), t).force;
-                (constraint.impulse(t), constraint.peak(constraint.anchor, t), constraint.anchor, in_step)
-            });
-            let Some((impulse, peak, anchor, in_step)) = sums else {
+            if self.constraint(j).is_some() {
+                self.end_constraint(j, t);
+            } else {
                 self.stop_separation(j, t);
-                continue;
-            };
-            self.begin_ledger(j, t);
-            self.queue.remove(j);
-            // If an input is set twice at one instant, its first value acts for no time: its force is no part of the
-            // pulse.
-            if anchor < t {
-                let ledger = &mut self.contacts[j].ledger;
-                ledger.add(impulse);
-                ledger.reach(peak.after(anchor), anchor);
-                ledger.reach_in_step(in_step);
             }
-            self.contacts[j].set_anchored(0.0, Mode::Pressing);
-            // The balls of a body differ by rounding only.
-            self.balls[j + 1].flight.v = self.balls[j].flight.v;
         }
         for i in balls {
             if let Some(id) = self.balls[i].interaction.take() {
                 self.interactions[id as usize] = None;
             }
         }
+    }
+
+    /// Anchors ball `i`, which is in a body, at `t` as if it were in flight.
+    fn leave_body(&mut self, i: usize, t: DoubleDouble) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.fail(Unfollowed::RigidBody);
+        }
+        self.look_for_faults(i..i + 1, t);
+        let (before, after) = (self.own_forcing(i, self.balls[i].anchor), self.own_forcing(i, t));
+        let (model, ball) = (&self.cradle.balls[i], &mut self.balls[i]);
+        ball.integrals = ball.integrals_under(&before, t);
+        ball.flight = ball.flight_at(t);
+        ball.flight.forcing = after;
+        ball.anchor = t;
+        ball.oscillator = Oscillator::new(model.omega2, model.gamma);
+    }
+
+    /// Enters the force of the constraint of contact `j` up to `t` in its ledger, and anchors the contact, pressing.
+    fn end_constraint(&mut self, j: usize, t: DoubleDouble) {
+        let sums = self.constraint(j).map(|constraint| {
+            let in_step = constraint.peak(self.step.time.into(), t).force;
+            (constraint.impulse(t), constraint.peak(constraint.anchor, t), constraint.anchor, in_step)
+        });
+        let Some((impulse, peak, anchor, in_step)) = sums else { return };
+        self.begin_ledger(j, t);
+        self.queue.remove(j);
+        // If an input is set twice at one instant, its first value acts for no time: its force is no part of the pulse.
+        if anchor < t {
+            let ledger = &mut self.contacts[j].ledger;
+            ledger.add(impulse);
+            ledger.reach(peak.after(anchor), anchor);
+            ledger.reach_in_step(in_step);
+        }
+        self.contacts[j].set_anchored(0.0, Mode::Pressing);
+        // The balls of a body differ by rounding only.
+        self.balls[j + 1].flight.v = self.balls[j].flight.v;
     }
 
     /// Acceleration of ball `i` by the inputs at the time `t`.
