@@ -46,6 +46,7 @@ impl Engine {
         Ok(())
     }
 
+    /// Carries out the impacts of all balls in touch at the onset of contact `i` at the time `t`.
     pub(crate) fn rigid_impact(&mut self, i: usize, t: DoubleDouble, observer: &mut dyn Observer) {
         let clock_stands = self.totals.standstill > self.most_without_progress() / 2;
         let e = if clock_stands { 0.0 } else { self.cradle.contacts[i].restitution };
@@ -71,7 +72,7 @@ impl Engine {
         let approach = row.approach(&v, i - first);
         let unresolved = if last_bounce { approach.max(rounding) } else { rounding };
         let before = self.recorder.is_some().then(|| v.clone());
-        let mut outcome = restitution::collide(&row, &mut v, unresolved, rounding);
+        let outcome = restitution::collide(&row, &mut v, unresolved, rounding);
         if let (Some(mut v), Some(recorder)) = (before, &mut self.recorder) {
             let state = |ball: usize| (self.balls[ball].flight.x, v[ball - first]);
             recorder.onset(i, [i, i + 1].map(state), &self.cradle);
@@ -79,15 +80,7 @@ impl Engine {
             recorder.collide((&self.cradle, &self.inputs), (first, t), (&places, &mut v), &outcome.groups);
         }
         self.effort = self.effort.saturating_add(IMPACT * outcome.impacts.len() as u64);
-        let impulse_of_rounding =
-            |j: usize| rounding * self.balls[first + j].model.mass.min(self.balls[first + j + 1].model.mass);
-        let (mut impacts, traces): (Vec<_>, Vec<_>) =
-            outcome.impacts.drain(..).partition(|impact| impact.impulse > impulse_of_rounding(impact.contact));
-        for Impact { contact, impulse } in traces {
-            let ledger = &mut self.contacts[first + contact].ledger;
-            ledger.begin_step(self.step.number, ledger.impulse);
-            ledger.impulse += impulse;
-        }
+        let mut impacts = self.beyond_rounding(first, outcome.impacts, rounding);
         if impacts.iter().all(|impact| first + impact.contact != i) {
             // Its onset was announced, so it needs a pulse.
             impacts.push(Impact { contact: i - first, impulse: 0.0 });
@@ -99,6 +92,20 @@ impl Engine {
         // A contact that closed without speed is pressed, if only by rounding.
         let keep = if approach <= unresolved { RestRule::Contact(i) } else { RestRule::Nothing };
         self.regroup(group, t, keep, &impacts, observer);
+    }
+
+    /// The `impacts`, with contacts counted from `first`, in which velocities change by more than `rounding` (m/s). The
+    /// impulses of the others are no pulses, but enter the ledgers.
+    fn beyond_rounding(&mut self, first: usize, impacts: Vec<Impact<f64>>, rounding: f64) -> Vec<Impact<f64>> {
+        let lighter = |j: usize| self.balls[first + j].model.mass.min(self.balls[first + j + 1].model.mass);
+        let (beyond, within): (Vec<_>, Vec<_>) =
+            impacts.into_iter().partition(|impact| impact.impulse > rounding * lighter(impact.contact));
+        for Impact { contact, impulse } in within {
+            let ledger = &mut self.contacts[first + contact].ledger;
+            ledger.begin_step(self.step.number, ledger.impulse);
+            ledger.impulse += impulse;
+        }
+        beyond
     }
 
     /// Adjusts the positions of the balls of the contacts `group` so that they touch exactly; otherwise rounding would
