@@ -242,12 +242,7 @@ impl PairImpact {
         if !(t.is_finite() && t > 0.0) {
             return None; // Beyond the range of doubles.
         }
-
-        let centre = Flight {
-            x: left_share * l.x + right_share * r.x,
-            v: left_share * l.v + right_share * r.v,
-            forcing: [left_share * l.forcing[0] + right_share * r.forcing[0], 0.0, 0.0, 0.0],
-        };
+        let centre = centre_of_mass([l, r], [left_share, right_share]);
         let u: [f64; 4] = o.basis(t.into());
         let displacement = centre.displacement(o, &u);
         // A difference of velocities would lose the effect of gravity in a microsecond to rounding.
@@ -308,6 +303,13 @@ impl PairImpact {
             self.outcome.displacements[ball] + self.outcome.velocities[ball] * (tau - self.outcome.duration)
         }
     }
+}
+
+/// The flight of the centre of mass of two balls, with these shares in the mass, under constant inputs.
+#[inline]
+fn centre_of_mass([left, right]: [&Flight; 2], shares: [f64; 2]) -> Flight {
+    let mean = |of: fn(&Flight) -> f64| shares[0] * of(left) + shares[1] * of(right);
+    Flight { x: mean(|flight| flight.x), v: mean(|flight| flight.v), forcing: [mean(|f| f.forcing[0]), 0.0, 0.0, 0.0] }
 }
 
 #[cfg(test)]
