@@ -228,6 +228,37 @@ impl<const N: usize, R: CollocationRule<N>> CollocationStep<N, R> {
         found
     }
 
+    /// Changes of the forces (N) without displacements since the start, by the coefficients and by the changes of the
+    /// `state` at the start, which belongs to the balls of the step. Adds the changes of the accelerations by these
+    /// (m/s2).
+    fn forces_without_motion(
+        &self,
+        cradle: &Cradle,
+        changes: &Coefficients,
+        state: &[f64],
+        accelerations: &mut [[f64; N]],
+    ) -> Vec<[f64; N]> {
+        let (first, mass) = (self.first, |k: usize| cradle.balls[self.first + k].mass);
+        for (k, (ball, sums)) in self.balls.iter().zip(&mut *accelerations).enumerate() {
+            let by = ball.accelerations(&cradle.balls[first + k], first + k, changes);
+            let [x, later] = [X, TIME].map(|number| state[k * STATE + number]);
+            (0..N).for_each(|m| sums[m] += ball.by_place[m] * x + by[m] + ball.by_time[m] * later);
+        }
+        let mut forces = vec![[0.0; N]; self.contacts.len()];
+        for (j, contact) in self.contacts.iter().enumerate() {
+            let by = contact.by_coefficients(&cradle.contacts[first + j], first + j, changes);
+            let [force, left, right] = by.unwrap_or([[0.0; N]; 3]);
+            let places = [j, j + 1].map(|k| state[k * STATE + X]);
+            for m in 0..N {
+                let (of_start, on_balls) = contact.by_start(m, state[j * STATE + OVERLAP], places);
+                forces[j][m] = force[m] + of_start;
+                accelerations[j][m] += (left[m] + on_balls[0]) / mass(j);
+                accelerations[j + 1][m] += (right[m] + on_balls[1]) / mass(j + 1);
+            }
+        }
+        forces
+    }
+
     /// The motion by accelerations.
     fn integrate(&self, accelerations: &[[f64; N]]) -> Vec<NodalStates<N>> {
         let h = self.length;
@@ -256,28 +287,10 @@ impl<const N: usize, R: CollocationRule<N>> Part for CollocationStep<N, R> {
     fn forward(&self, cradle: &Cradle, changes: &Coefficients, state: &mut [f64]) {
         let (h, first, times) = (self.length, self.first, self.rule.times());
         let state = &mut state[first * STATE..][..self.balls.len() * STATE];
-        let mass = |k: usize| cradle.balls[first + k].mass;
         let undisturbed: Vec<NodalStates<N>> =
             state.chunks(STATE).map(|state| [times.map(|c| h * c * state[V]), [state[V]; N]]).collect();
         let mut known = self.accelerations(cradle, &undisturbed);
-        for (k, (ball, known)) in self.balls.iter().zip(&mut known).enumerate() {
-            let by = ball.accelerations(&cradle.balls[first + k], first + k, changes);
-            let [x, later] = [X, TIME].map(|number| state[k * STATE + number]);
-            (0..N).for_each(|m| known[m] += ball.by_place[m] * x + by[m] + ball.by_time[m] * later);
-        }
-        // Forces without displacements since the start.
-        let mut forces = vec![[0.0; N]; self.contacts.len()];
-        for (j, contact) in self.contacts.iter().enumerate() {
-            let by = contact.by_coefficients(&cradle.contacts[first + j], first + j, changes);
-            let [force, left, right] = by.unwrap_or([[0.0; N]; 3]);
-            let places = [j, j + 1].map(|k| state[k * STATE + X]);
-            for m in 0..N {
-                let (of_start, on_balls) = contact.by_start(m, state[j * STATE + OVERLAP], places);
-                forces[j][m] = force[m] + of_start;
-                known[j][m] += (left[m] + on_balls[0]) / mass(j);
-                known[j + 1][m] += (right[m] + on_balls[1]) / mass(j + 1);
-            }
-        }
+        let mut forces = self.forces_without_motion(cradle, changes, state, &mut known);
         let found = R::solve(self, cradle, known, Way::Forwards);
         let mut motion = self.integrate(&found);
         for (own, start) in motion.iter_mut().flatten().flatten().zip(undisturbed.iter().flatten().flatten()) {
