@@ -91,24 +91,7 @@ impl std::fmt::Display for EngineError {
                 write!(f, "the overlap, the force or the impulse of contact {contact} is not finite at t = {time} s")
             }
             Self::OffArc { time, ball, fault } => {
-                let (ball, time) = (ball + 1, Number(time));
-                let next = ball + 1;
-                let what = match fault {
-                    Fault::Horizontal => format!("pendulum {ball} swings beyond 90 degrees"),
-                    Fault::Slack => format!("the string of ball {ball} goes slack"),
-                    Fault::Held => format!("rigid balls {ball} and {next} are pressed together"),
-                    Fault::Across => format!("rigid balls {ball} and {next} meet across their arcs"),
-                    Fault::Sides => format!("balls {ball} and {next} change sides"),
-                };
-                let allowed = match fault {
-                    Fault::Horizontal | Fault::Slack => "angles up to 90 degrees and tensions of 0 or more",
-                    Fault::Held => {
-                        "that of balls with equal pendulum.lengthRatio, contact.gap + contact.deadBand = 0, \
-                         and pendulum.drag = 0 or equal ball.massRatio, which swing as one"
-                    }
-                    Fault::Across => "impacts that push all balls in touch along their arcs in one sense",
-                    Fault::Sides => "neighbours each of which stays on its side of the other one's string",
-                };
+                let ((what, allowed), time) = (off_arc(fault, ball), Number(time));
                 write!(f, "{what} at t = {time} s; allowed with pendulum.model = circular: {allowed}")
             }
             Self::NoArc(ref text) => write!(f, "with pendulum.model = circular, {text}"),
@@ -136,6 +119,29 @@ impl std::fmt::Display for EngineError {
                 write!(f, "the solver cannot go on at t = {} s, even with a step of {} s", Number(time), Number(step))
             }
         }
+    }
+}
+
+/// What happens to `ball`, counted from 0, by this fault, and what is allowed instead.
+fn off_arc(fault: Fault, ball: usize) -> (String, &'static str) {
+    let (ball, next) = (ball + 1, ball + 2);
+    let angles = "angles up to 90 degrees and tensions of 0 or more";
+    match fault {
+        Fault::Horizontal => (format!("pendulum {ball} swings beyond 90 degrees"), angles),
+        Fault::Slack => (format!("the string of ball {ball} goes slack"), angles),
+        Fault::Held => (
+            format!("rigid balls {ball} and {next} are pressed together"),
+            "that of balls with equal pendulum.lengthRatio, contact.gap + contact.deadBand = 0, and pendulum.drag = 0 \
+             or equal ball.massRatio, which swing as one",
+        ),
+        Fault::Across => (
+            format!("rigid balls {ball} and {next} meet across their arcs"),
+            "impacts that push all balls in touch along their arcs in one sense",
+        ),
+        Fault::Sides => (
+            format!("balls {ball} and {next} change sides"),
+            "neighbours each of which stays on its side of the other one's string",
+        ),
     }
 }
 

@@ -32,7 +32,7 @@ const COMMON: u64 = 0;
 
 /// Smallest rate of an overlap at an onset, over the velocities of its balls, for which they get a time of their own. A
 /// shift by `d(overlap) / rate` and back loses precision by their ratio, the common time by up to 1e5.
-const LEAST_ONSET_RATE: f64 = 1e-6;
+const LEAST_RATE: f64 = 1e-6;
 
 /// Where the parts go.
 #[derive(Clone, Debug)]
@@ -220,7 +220,7 @@ impl Recorder {
             return false;
         }
         let start @ [(_, left), (_, right)] = [j, j + 1].map(|i| (balls[i].flight.x, balls[i].flight.v));
-        if left - right <= LEAST_ONSET_RATE * left.abs().max(right.abs()) {
+        if left - right <= LEAST_RATE * left.abs().max(right.abs()) {
             return false;
         }
         let forcing = [j, j + 1].map(|i| balls[i].flight.forcing[0]);
@@ -304,8 +304,7 @@ impl Recorder {
             None => {
                 let fastest = balls.clone().map(|i| scene.motion.state(i, tau).1.abs()).fold(0.0, f64::max);
                 let onsets = (first..balls.end - 1).filter(|j| scene.motion.overlap(*j, tau).0 == 0.0);
-                let onsets =
-                    onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > LEAST_ONSET_RATE * fastest);
+                let onsets = onsets.map(|j| scene.overlap(j, tau)).filter(|onset| onset.rate() > LEAST_RATE * fastest);
                 if let Some(onset) = onsets.max_by(|a, b| a.rate().total_cmp(&b.rate())) {
                     self.shifts += 1;
                     let contact = onset.contact;
