@@ -59,7 +59,7 @@ pub enum EngineError {
     OutOfReach {
         /// Time, s.
         time: f64,
-        /// What the run computes there.
+        /// What the run was computing.
         activity: Activity,
         /// Steps and events in a second of the run, 1/s.
         rate: f64,

@@ -102,11 +102,11 @@ pub struct Progress {
     pub time: f64,
     /// Rounds of work in this call so far: steps and events.
     pub rounds: u64,
-    /// What the last round was part of.
+    /// What the last round was about.
     pub activity: Activity,
 }
 
-/// What a run computes at a time.
+/// What a run is computing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Activity {
     /// Steps and events of this contact, from 0, and of those that press at the same time.

@@ -28,7 +28,7 @@ pub(super) struct StepLogger<'a> {
     since: Option<Instant>,
     /// Time after that at which the next line is due.
     due: Duration,
-    /// What the step computed, and how often.
+    /// What the step was computing, and how often.
     seen: BTreeMap<Activity, u64>,
 }
 
@@ -114,7 +114,7 @@ mod tests {
         let mut progress = |seconds: Option<u64>, activity: Activity| {
             let since = |seconds| Instant::now().checked_sub(Duration::from_secs(seconds));
             recorder.since = seconds.map_or(recorder.since, since);
-            recorder.progress(Progress { time: 2.5e-7, rounds: 1000, by });
+            recorder.progress(Progress { time: 2.5e-7, rounds: 1000, activity });
         };
         progress(None, Activity::Contact(3));
         assert!(lines.borrow().is_empty());

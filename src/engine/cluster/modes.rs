@@ -119,7 +119,7 @@ impl Modes {
                 magnitudes[k] += (stretch * derivative).abs();
             }
         });
-        // 0 within rounding, so that no search follows rounding.
+        // 0 within rounding, so that no search follows it.
         std::array::from_fn(|k| {
             let rounding = if k == 0 { ROUNDINGS } else { ROUNDING_OF_DERIVATIVES } * magnitudes[k];
             if sums[k].abs() <= rounding { 0.0 } else { sums[k] }

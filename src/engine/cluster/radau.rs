@@ -262,8 +262,8 @@ impl<'a> RadauStep<'a> {
         velocities.extend(relative.iter().map(|[share, behind]| share.component_mul(&of_first) - behind));
     }
 
-    /// Enters the solution in `series`; returns its error over the allowed one, `None` if it leaves the range of doubles
-    /// or of a law.
+    /// Enters the solution in `series`; returns its error over the allowed one, `None` if it leaves the range of
+    /// doubles or of a law.
     fn describe(&self, series: &mut Series, length: f64, problem: &Problem) -> Option<f64> {
         let (window, tolerance) = (self.window, problem.control.tolerance);
         series.begin(window, STAGES, length);

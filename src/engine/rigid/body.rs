@@ -133,8 +133,8 @@ struct Differences {
 }
 
 impl Differences {
-    /// Those of each of `balls` from the first one, exactly 0 for equal balls. Neighbours would approach each other with
-    /// the accelerations `approach` (m/s2).
+    /// Those of each of `balls` from the first one, exactly 0 for equal balls. Neighbours would approach each other
+    /// with the accelerations `approach` (m/s2).
     fn from_first(balls: &[Ball], approach: &[f64]) -> Vec<Self> {
         let first = &balls[0];
         let (o, v) = (&first.oscillator, first.flight.v);

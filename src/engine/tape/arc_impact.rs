@@ -69,7 +69,7 @@ struct OverlapEquation<S> {
     by_place: Both<S>,
     reach: S,
     /// A (m/s2), W (1/s2), B (1/s), C (1/m).
-    of: [S; 4],
+    terms: [S; 4],
 }
 
 fn dot<S: Scalar>(a: &Both<S>, b: &Both<S>) -> S {
@@ -107,14 +107,14 @@ impl<S: Scalar> OverlapEquation<S> {
         let by_place = [0, 1].map(|k| -(balls[k].gravity * at[k].cos + forcing[k] * at[k].sin) / balls[k].length);
         let less: Both<S> = [0, 1].map(|k| -by_place[k] * gradient[k]);
         let load = dot(&gradient, &free) + dot(&a, &turned[0]);
-        let of = [load, dot(&less, &b), dot(&a, &turned[1]), dot(&b, &turned[1])];
+        let terms = [load, dot(&less, &b), dot(&a, &turned[1]), dot(&b, &turned[1])];
         let reach = largest_overlap(law, inverse_mass, rate);
-        Self { masses, gradient, lightness, turned, a, b, rate, inverse_mass, free, by_place, reach, of }
+        Self { masses, gradient, lightness, turned, a, b, rate, inverse_mass, free, by_place, reach, terms }
     }
 
     /// The dimensionless loads alpha and beta by W and A, on which the shape of the pulse depends.
     fn loads(&self) -> [S; 2] {
-        let ([load, less, ..], part) = (self.of, self.reach / self.rate);
+        let ([load, less, ..], part) = (self.terms, self.reach / self.rate);
         [less * part * part, -S::from(2.0) * load * part / self.rate]
     }
 }
@@ -177,7 +177,7 @@ impl ArcImpactPart {
         let [alpha, beta] = equation.loads();
         let shape = coefficients.pulse(pair.law, alpha, beta)?;
         let ([_, _, works, shortens], time) =
-            (equation.of, 2.0 * equation.reach / equation.rate * shape.integrals[0][0]);
+            (equation.terms, 2.0 * equation.reach / equation.rate * shape.integrals[0][0]);
         let turn: f64 = pair.balls.iter().zip(start).map(|(ball, (_, v))| (v * time / ball.length).abs()).sum();
         let varies = turn + alpha.abs() + beta.abs() + (works * time).abs() + (shortens * equation.reach).abs();
         (varies < FIRST_ORDER_LIMIT).then_some(Self { contact, start, forcing, external, shape, largest: None })
@@ -213,7 +213,7 @@ impl ArcImpactPart {
     ) -> Compression {
         let (number, half, one, two) = (Dual::with_tangent, Dual::from(0.5), Dual::from(1.0), Dual::from(2.0));
         let OverlapEquation { gradient, a, b, rate, inverse_mass, by_place, reach, .. } = equation;
-        let ([load, _, works, shortens], rate, reach) = (equation.of, *rate, *reach);
+        let ([load, _, works, shortens], rate, reach) = (equation.terms, *rate, *reach);
         // For the free impact: duration, and integrals of the overlap and of its squared rate.
         let p = along.law.exponent;
         let integral = |k: usize, [alpha, beta]: [Dual; 2]| {
@@ -242,7 +242,7 @@ impl ArcImpactPart {
     /// Change of the largest force; 0 if it is not wanted.
     fn change_of_peak(&self, law: &ContactLaw<Dual>, equation: &OverlapEquation<Dual>, by: &Compression) -> f64 {
         self.largest.map_or(0.0, |overlap| {
-            let (overlap, half, [_, less, ..]) = (Dual::from(overlap), Dual::from(0.5), equation.of);
+            let (overlap, half, [_, less, ..]) = (Dual::from(overlap), Dual::from(0.5), equation.terms);
             let energy = half * equation.rate * equation.rate + by.there + overlap * (by.load - half * less * overlap);
             let missing = energy - equation.inverse_mass * law.elastic_energy(overlap);
             let force = law.elastic_force(overlap);

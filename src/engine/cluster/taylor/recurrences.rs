@@ -107,7 +107,7 @@ impl Series {
             {
                 let at_contact = at - stride;
                 self.overlaps[at_contact + 2] = if pendulums[j].is_like(pendulum) {
-                    // Gravity bounds on the difference of the positions, which the overlap gives without rounding.
+                    // Gravity pulls on the difference of the positions, which the overlap gives without rounding.
                     let clearance = if k == 0 { window.laws[j].clearance } else { 0.0 };
                     let apart = self.overlaps[at_contact] + clearance;
                     term(driven_left - driven, apart, self.overlaps[at_contact + 1])
