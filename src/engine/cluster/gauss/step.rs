@@ -91,7 +91,7 @@ impl Turns {
     }
 }
 
-/// How fast the iteration changes overlaps less and less.
+/// How fast the changes of overlaps from iteration to iteration fall.
 struct Convergence {
     /// The last change, and its ratio to the one before; `None` if both are 0.
     change: f64,
