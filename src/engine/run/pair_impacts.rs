@@ -113,8 +113,8 @@ impl Engine {
         let displacements = impact.outcome.displacements;
         let ledger = &mut self.contacts[i].ledger;
         ledger.add(impact.outcome.impulse);
-        ledger.reach(impact.outcome.peak.after(impact.start), impact.start);
-        ledger.reach_in_step(in_step);
+        ledger.raise_peak(impact.outcome.peak.after(impact.start), impact.start);
+        ledger.raise_peak_of_step(in_step);
         for (side, ball) in self.balls[i..i + 2].iter_mut().enumerate() {
             ball.flight.x += displacements[side];
             ball.flight.v = impact.outcome.velocities[side];

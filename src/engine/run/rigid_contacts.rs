@@ -210,8 +210,8 @@ impl Engine {
         if anchor < t {
             let ledger = &mut self.contacts[j].ledger;
             ledger.add(impulse);
-            ledger.reach(peak.after(anchor), anchor);
-            ledger.reach_in_step(in_step);
+            ledger.raise_peak(peak.after(anchor), anchor);
+            ledger.raise_peak_of_step(in_step);
         }
         self.contacts[j].set_anchored(0.0, Mode::Pressing);
         // The balls of a body differ by rounding only.

@@ -250,7 +250,7 @@ impl Exchange {
                 self.contacts[j].close_pulse(j, release, impulse, observer);
             } else {
                 self.contacts[j].open_pulse(start + pulse.onset, 0.0);
-                self.contacts[j].ledger.reach(pulse.peak.after(start), start);
+                self.contacts[j].ledger.raise_peak(pulse.peak.after(start), start);
                 self.contacts[j].close_pulse(j, release, pulse.impulse, observer);
             }
         }
